@@ -1,0 +1,17 @@
+// The subcommands of `arkmesh`: each function adds one to the program. A callback ends the program with another code than 0
+// by throwing CLI::RuntimeError(code).
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace arkmesh::cli {
+
+void add_run_command(CLI::App& app);
+void add_lab_command(CLI::App& app);
+void add_gateway_command(CLI::App& app);
+void add_doctor_command(CLI::App& app);
+void add_controller_command(CLI::App& app);
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,37 @@
+// The `arkmesh` program: picks the subcommand, turns every failure into one sentence and an exit code.
+#include <csignal>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "hal/config.hpp"
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("Joins robot-swarm labs, real and simulated, into one shared world.");
+  app.name("arkmesh");
+  app.set_version_flag("--version", ARKMESH_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 1 failed, 2 wrong command line or configuration.");
+  arkmesh::cli::add_run_command(app);
+  arkmesh::cli::add_lab_command(app);
+  arkmesh::cli::add_gateway_command(app);
+  arkmesh::cli::add_doctor_command(app);
+  arkmesh::cli::add_controller_command(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::RuntimeError& e) {
+    return e.get_exit_code();
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  } catch (const arkmesh::hal::ConfigError& e) {
+    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,33 @@
+// The keys of [gateway].
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gateway/link.hpp"
+#include "hal/config.hpp"
+
+namespace arkmesh::gateway {
+
+struct PeerConfig {
+  std::string lab;      // gateway.peers.lab
+  std::string connect;  // gateway.peers.connect: where that lab's gateway listens; empty: it connects to us
+};
+
+struct GatewayConfig {
+  // gateway.listen: HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
+  std::string listen;
+  // gateway.exports ["world", "status"], the newest message counts; gateway.ordered [], all of them count.
+  std::vector<Rule> exports;
+  std::size_t outbox_bytes = 4 << 20;         // gateway.outbox_bytes: what may wait for one peer, everything included
+  std::uint32_t max_message_bytes = 1 << 20;  // gateway.max_message_bytes: longer messages are not sent and not taken
+  std::vector<PeerConfig> peers;              // those of gateway.peers that take part
+  std::vector<std::string> ignored;           // the others: not in shared.labs
+};
+
+// `lab`: this one; `labs`: shared.labs. Throws ConfigError.
+GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,
+                                  const std::vector<std::string>& labs);
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,187 @@
+// Header: payload length, kind, CRC of these two, CRC of these three and the payload. The header has a CRC of its own
+// so that a damaged length is noticed at once, not after waiting for bytes that never come.
+#include "gateway/frame.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/crc.hpp>
+#include <boost/endian/conversion.hpp>
+#include <cassert>
+#include <cstring>
+
+#if defined(__x86_64__)
+#include <nmmintrin.h>
+#endif
+
+namespace arkmesh::gateway {
+
+namespace {
+
+constexpr std::size_t header_crc_at = 8, frame_crc_at = 12;
+
+void store(std::byte* at, std::uint32_t value) {
+  boost::endian::store_big_u32(reinterpret_cast<unsigned char*>(at), value);
+}
+std::uint32_t load(const std::byte* at) {
+  return boost::endian::load_big_u32(reinterpret_cast<const unsigned char*>(at));
+}
+
+// Room for the whole frame, with the first two words of the header.
+std::vector<std::byte> begin_frame(FrameKind kind, std::size_t payload_bytes) {
+  std::vector<std::byte> frame;
+  frame.reserve(frame_header_bytes + payload_bytes);
+  frame.resize(frame_header_bytes);
+  store(frame.data(), static_cast<std::uint32_t>(payload_bytes));
+  store(frame.data() + 4, static_cast<std::uint32_t>(kind));
+  return frame;
+}
+
+// The checksum of a whole frame: all but the place of the checksum itself.
+std::uint32_t frame_crc(std::span<const std::byte> frame) {
+  return crc32c(frame.first(frame_crc_at), frame.subspan(frame_header_bytes));
+}
+
+void finish_frame(std::vector<std::byte>& frame) {
+  store(frame.data() + header_crc_at, crc32c(std::span(frame).first(header_crc_at)));
+  store(frame.data() + frame_crc_at, frame_crc(frame));
+}
+
+#if defined(__x86_64__)
+// Twenty times as fast as Boost's table: with that the checksum would be most of a gateway's work.
+__attribute__((target("sse4.2"))) std::uint32_t crc32c_by_instruction(std::span<const std::byte> bytes,
+                                                                      std::uint32_t state) {
+  std::uint64_t wide = state;
+  for (; bytes.size() >= 8; bytes = bytes.subspan(8)) {
+    std::uint64_t word;
+    std::memcpy(&word, bytes.data(), 8);
+    wide = _mm_crc32_u64(wide, word);
+  }
+  auto narrow = static_cast<std::uint32_t>(wide);
+  for (std::byte each : bytes) narrow = _mm_crc32_u8(narrow, static_cast<unsigned char>(each));
+  return narrow;
+}
+#endif
+
+}  // namespace
+
+std::uint32_t crc32c(std::span<const std::byte> first, std::span<const std::byte> second) {
+#if defined(__x86_64__)
+  static const bool has_instruction = __builtin_cpu_supports("sse4.2");
+  if (has_instruction) return ~crc32c_by_instruction(second, crc32c_by_instruction(first, 0xFFFFFFFF));
+#endif
+  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc;
+  crc.process_bytes(first.data(), first.size());
+  crc.process_bytes(second.data(), second.size());
+  return crc.checksum();
+}
+
+std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> payload) {
+  std::vector<std::byte> frame = begin_frame(kind, payload.size());
+  frame.insert(frame.end(), payload.begin(), payload.end());
+  finish_frame(frame);
+  return frame;
+}
+
+std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes) {
+  assert(channel.size() <= 255);
+  const auto name = std::as_bytes(std::span(channel));
+  std::vector<std::byte> frame = begin_frame(FrameKind::message, 1 + name.size() + bytes.size());
+  frame.push_back(static_cast<std::byte>(name.size()));
+  frame.insert(frame.end(), name.begin(), name.end());
+  frame.insert(frame.end(), bytes.begin(), bytes.end());
+  finish_frame(frame);
+  return frame;
+}
+
+std::optional<MessageView> read_message(std::span<const std::byte> payload) {
+  if (payload.empty()) return {};
+  const auto size = static_cast<std::size_t>(payload[0]);
+  if (size == 0 || payload.size() < 1 + size) return {};
+  const auto name = payload.subspan(1, size);
+  return MessageView{{reinterpret_cast<const char*>(name.data()), name.size()}, payload.subspan(1 + size)};
+}
+
+std::optional<FrameDecoder::Frame> FrameDecoder::next(std::span<const std::byte>& bytes) {
+  if (fault_ != Fault::none) return {};
+  if (returned_partial_) {
+    partial_.clear();
+    returned_partial_ = false;
+  }
+
+  // The usual case: the whole frame lies in `bytes` and needs no copy.
+  if (partial_.empty() && bytes.size() >= frame_header_bytes) {
+    if (!check_header(bytes.first(frame_header_bytes))) return {};
+    if (const std::size_t size = frame_header_bytes + payload_bytes_; bytes.size() >= size) {
+      const auto whole = bytes.first(size);
+      bytes = bytes.subspan(size);
+      return finish(whole);
+    }
+  }
+
+  const auto collect = [&](std::size_t up_to) {
+    const auto part = bytes.first(std::min(bytes.size(), up_to - partial_.size()));
+    partial_.insert(partial_.end(), part.begin(), part.end());
+    bytes = bytes.subspan(part.size());
+    return partial_.size() == up_to;
+  };
+  if (partial_.size() < frame_header_bytes) {
+    if (!collect(frame_header_bytes)) return {};
+    if (!check_header(partial_)) return {};
+    partial_.reserve(frame_header_bytes + payload_bytes_);
+  }
+  if (!collect(frame_header_bytes + payload_bytes_)) return {};
+  returned_partial_ = true;
+  return finish(partial_);
+}
+
+bool FrameDecoder::check_header(std::span<const std::byte> header) {
+  const std::uint32_t length = load(header.data()), kind = load(header.data() + 4);
+  if (load(header.data() + header_crc_at) != crc32c(header.first(header_crc_at))) {
+    fail(Fault::bad_header, "what came is no frame of ours, or was damaged");
+    return false;
+  }
+  if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::bye)) {
+    fail(Fault::bad_kind, fmt::format("a frame of unknown kind {} came", kind));
+    return false;
+  }
+  if (length > most_payload_bytes_) {
+    fail(Fault::bad_length, fmt::format("a frame of {} bytes came; the limit is {}", length, most_payload_bytes_));
+    return false;
+  }
+  payload_bytes_ = length;
+  kind_ = static_cast<FrameKind>(kind);
+  return true;
+}
+
+std::optional<FrameDecoder::Frame> FrameDecoder::finish(std::span<const std::byte> whole) {
+  if (load(whole.data() + frame_crc_at) != frame_crc(whole)) {
+    fail(Fault::bad_checksum, "a damaged frame came (checksum)");
+    return {};
+  }
+  return Frame{kind_, whole.subspan(frame_header_bytes)};
+}
+
+void FrameDecoder::fail(Fault fault, std::string complaint) {
+  fault_ = fault;
+  complaint_ = std::move(complaint);
+  std::vector<std::byte>().swap(partial_);
+}
+
+std::string_view to_text(FrameDecoder::Fault fault) {
+  switch (fault) {
+    case FrameDecoder::Fault::none:
+      return "none";
+    case FrameDecoder::Fault::bad_header:
+      return "bad_header";
+    case FrameDecoder::Fault::bad_kind:
+      return "bad_kind";
+    case FrameDecoder::Fault::bad_length:
+      return "bad_length";
+    case FrameDecoder::Fault::bad_checksum:
+      return "bad_checksum";
+  }
+  return "unknown";
+}
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,80 @@
+// Frames on a byte stream between two gateways: length-prefixed, with checksums over header and payload. Knows nothing
+// of sockets. All integers are big-endian; the layout is in docs/gateway-protocol.md.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace arkmesh::gateway {
+
+enum class FrameKind : std::uint32_t {
+  hello = 1,      // who I am and what I export; the first frame of each side
+  message = 2,    // one message of an exported channel
+  heartbeat = 3,  // empty: I am alive, and your hello was accepted
+  bye = 4,        // the reason why I close, in words
+};
+
+inline constexpr std::size_t frame_header_bytes = 16;
+// What a message frame costs beside channel name and bytes.
+inline constexpr std::size_t message_overhead_bytes = frame_header_bytes + 1;
+
+std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> payload);
+// `channel`: at most 255 bytes.
+std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes);
+
+struct MessageView {
+  std::string_view channel;
+  std::span<const std::byte> bytes;
+};
+// Views into `payload`; nothing when it is no message.
+std::optional<MessageView> read_message(std::span<const std::byte> payload);
+
+// CRC-32C (Castagnoli), as in iSCSI, of both parts one after the other.
+std::uint32_t crc32c(std::span<const std::byte> first, std::span<const std::byte> second = {});
+
+class FrameDecoder {
+ public:
+  struct Frame {
+    FrameKind kind;
+    std::span<const std::byte> payload;
+  };
+  enum class Fault { none, bad_header, bad_kind, bad_length, bad_checksum };
+
+  // Longer payloads are a fault before any memory is asked for.
+  explicit FrameDecoder(std::size_t most_payload_bytes) : most_payload_bytes_(most_payload_bytes) {}
+
+  // Takes bytes from the front of `bytes`, up to the end of the next frame, and returns that frame when it is complete.
+  // Call it until it returns nothing. The frame is valid until the next call, and as long as the bytes given. After a
+  // fault it takes nothing more.
+  std::optional<Frame> next(std::span<const std::byte>& bytes);
+  Fault fault() const { return fault_; }
+  // In words, with the numbers that matter.
+  const std::string& complaint() const { return complaint_; }
+  // From the next frame on.
+  void set_most_payload_bytes(std::size_t most) { most_payload_bytes_ = most; }
+  // Memory held for an incomplete frame.
+  std::size_t held_bytes() const { return partial_.capacity(); }
+
+ private:
+  bool check_header(std::span<const std::byte> header);
+  std::optional<Frame> finish(std::span<const std::byte> whole);
+  void fail(Fault fault, std::string complaint);
+
+  std::size_t most_payload_bytes_;
+  std::vector<std::byte> partial_;  // beginning of an incomplete frame
+  bool returned_partial_ = false;   // partial_ holds the frame that was returned last
+  std::size_t payload_bytes_ = 0;   // of the frame whose header is complete
+  FrameKind kind_ = FrameKind::heartbeat;
+  Fault fault_ = Fault::none;
+  std::string complaint_;
+};
+
+// "bad_header", ...: the name under which a fault is counted.
+std::string_view to_text(FrameDecoder::Fault fault);
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,150 @@
+// Bus -> links by exact subscriptions, links -> bus under the peer's name, and the books about both.
+#include "gateway/gateway.hpp"
+
+#include <cassert>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "arkmesh/peers_t.hpp"
+#include "gateway/channel_name.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::gateway {
+
+namespace {
+
+using Now = std::chrono::microseconds;
+constexpr Now publish_period{1'000'000};
+// A peer that names more channels is not one of ours; bounds what it can make us remember.
+constexpr std::size_t most_channels = 256;
+
+// What one peer has sent on one channel.
+struct Received {
+  std::int64_t messages = 0, bytes = 0;
+  bool fresh = false;  // came since the last tick
+  Now last{0};         // the first tick after the newest message
+};
+
+struct Peer {
+  Link* link = nullptr;
+  std::map<std::string, Received, std::less<>> channels;  // by name on this lab's bus
+};
+
+}  // namespace
+
+struct Gateway::State {
+  hal::Bus& bus;
+  std::string lab;
+  std::uint64_t boot_id;
+  std::vector<std::unique_ptr<Link>> links;
+  std::vector<Peer> peers;  // as links
+  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions;
+  hal::Counters counters;
+  bool changed = true;
+  std::optional<Now> published;
+
+  void arrived(Peer& peer, std::string_view channel, std::span<const std::byte> bytes) {
+    if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
+    std::string name = foreign_name(peer.link->peer(), channel);
+    auto received = peer.channels.find(name);
+    if (received == peer.channels.end()) {
+      if (peer.channels.size() == most_channels) return counters.add("received.refused.too_many_channels");
+      received = peer.channels.emplace(name, Received{}).first;
+    }
+    ++received->second.messages;
+    received->second.bytes += static_cast<std::int64_t>(bytes.size());
+    received->second.fresh = true;
+    bus.publish(name, bytes);
+  }
+
+  peer_t describe(const Peer& peer, Now now) const {
+    const LinkStats stats = peer.link->stats();
+    peer_t out;
+    out.lab = peer.link->peer();
+    out.up = stats.up;
+    out.why = stats.why;
+    out.boot_id = static_cast<std::int64_t>(stats.peer_boot_id);
+    for (const auto& [name, received] : peer.channels) {
+      channel_age_t& age = out.channels.emplace_back();
+      age.channel = name;
+      age.age_us = (now - received.last).count();
+      age.messages = received.messages;
+      age.bytes = received.bytes;
+    }
+    out.n_channels = static_cast<std::int32_t>(out.channels.size());
+    hal::Counters all = stats.counters;
+    all.set("received.bytes", stats.received_bytes);
+    all.set("received.messages", stats.received_messages);
+    all.set("sent.bytes", stats.sent_bytes);
+    all.set("sent.messages", stats.sent_messages);
+    out.counters = hal::to_message(all);
+    out.n_counters = static_cast<std::int32_t>(out.counters.size());
+    return out;
+  }
+};
+
+Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
+                 std::vector<std::unique_ptr<Link>> links)
+    : state_(new State{bus, std::move(lab), boot_id, std::move(links), {}, {}, {}, true, {}}) {
+  assert(boot_id != 0 && "0 stands for a peer that was never met");
+  State* state = state_.get();
+  state->peers.resize(state->links.size());
+  for (std::size_t i = 0; i < state->links.size(); ++i) state->peers[i].link = state->links[i].get();
+
+  for (const Rule& rule : exports) {
+    assert(is_exported_name(rule.channel));
+    auto to_all = [state, rule](std::string_view channel, std::span<const std::byte> bytes) {
+      for (const auto& link : state->links) link->offer(rule, channel, bytes);
+    };
+    state->subscriptions.push_back(bus.subscribe(exact_pattern(rule.channel), std::move(to_all)));
+  }
+  for (Peer& peer : state->peers) {
+    Link::Events events;
+    events.arrived = [state, &peer](std::string_view channel, std::span<const std::byte> bytes) {
+      state->arrived(peer, channel, bytes);
+    };
+    events.changed = [state](bool, std::string_view) { state->changed = true; };
+    peer.link->start(std::move(events));
+  }
+}
+
+Gateway::~Gateway() {
+  for (const auto& link : state_->links) link->stop();
+}
+
+bool Gateway::tick(Now now, const hal::Counters& more) {
+  for (Peer& peer : state_->peers)
+    for (auto& [name, received] : peer.channels)
+      if (std::exchange(received.fresh, false)) received.last = now;
+  if (!state_->changed && state_->published && now - *state_->published < publish_period) return false;
+
+  peers_t message;
+  message.lab = state_->lab;
+  message.boot_id = static_cast<std::int64_t>(state_->boot_id);
+  for (const Peer& peer : state_->peers) message.peers.push_back(state_->describe(peer, now));
+  message.n_peers = static_cast<std::int32_t>(message.peers.size());
+  hal::Counters all = state_->counters;
+  all.merge(state_->bus.counters());
+  all.merge(more);
+  message.counters = hal::to_message(all);
+  message.n_counters = static_cast<std::int32_t>(message.counters.size());
+  state_->changed = false;
+  state_->published = now;
+  state_->bus.publish(hal::channel::peers, message);
+  return true;
+}
+
+void Gateway::announce() {
+  state_->changed = true;
+}
+
+const std::vector<std::unique_ptr<Link>>& Gateway::links() const {
+  return state_->links;
+}
+
+const hal::Counters& Gateway::counters() const {
+  return state_->counters;
+}
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,39 @@
+// Exports listed channels of a lab's bus to its peers and republishes theirs under their lab's name. Looks at channel
+// names only; never decodes a payload. Exports no name with '/', so echoes cannot form.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/link.hpp"
+#include "hal/bus.hpp"
+#include "hal/counters.hpp"
+
+namespace arkmesh::gateway {
+
+class Gateway {
+ public:
+  // The bus outlives the gateway. `boot_id` is new at each start (0 is not allowed). Starts the links.
+  Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
+          std::vector<std::unique_ptr<Link>> links);
+  ~Gateway();
+  // Publishes `peers` (arkmesh.peers_t): ages are computed against `now`, any monotonic time that the caller keeps to
+  // (wall time in a gateway process, step time inside `arkmesh run`). Call it once a second; changes of a link are
+  // published at the next call of tick() as well. Returns whether it published. `more`: counters of the process around
+  // the gateway, published with the gateway's own.
+  bool tick(std::chrono::microseconds now, const hal::Counters& more = {});
+  // The next tick() publishes, whatever the time.
+  void announce();
+  // Links in the order given.
+  const std::vector<std::unique_ptr<Link>>& links() const;
+  const hal::Counters& counters() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,133 @@
+// Layout: magic, version, lab | boot id, largest message, channels with fingerprints. Names are one length byte and the
+// text.
+#include "gateway/hello.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/endian/conversion.hpp>
+
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/world_t.hpp"
+#include "gateway/channel_name.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::gateway {
+
+namespace {
+
+constexpr std::string_view magic = "ARKMESH\n";
+
+template <class Integer>
+void put(std::vector<std::byte>& out, Integer value) {
+  const Integer big = boost::endian::native_to_big(value);
+  const auto bytes = std::as_bytes(std::span(&big, 1));
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+void put_name(std::vector<std::byte>& out, std::string_view name) {
+  put(out, static_cast<std::uint8_t>(name.size()));
+  const auto bytes = std::as_bytes(std::span(name));
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+// Takes values from the front; after the first that is not there all are zero and good() is false.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
+
+  template <class Integer>
+  Integer take() {
+    Integer value{};
+    std::ranges::copy(take_bytes(sizeof value), std::as_writable_bytes(std::span(&value, 1)).begin());
+    return boost::endian::big_to_native(value);
+  }
+  std::string_view take_text(std::size_t size) {
+    const auto bytes = take_bytes(size);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
+  std::string take_name() { return std::string(take_text(take<std::uint8_t>())); }
+  bool good() const { return good_; }
+  bool at_end() const { return good_ && rest_.empty(); }
+
+ private:
+  std::span<const std::byte> take_bytes(std::size_t size) {
+    if (!good_ || rest_.size() < size) {
+      good_ = false;
+      return {};
+    }
+    const auto bytes = rest_.first(size);
+    rest_ = rest_.subspan(size);
+    return bytes;
+  }
+
+  std::span<const std::byte> rest_;
+  bool good_ = true;
+};
+
+}  // namespace
+
+std::vector<std::byte> encode_hello(const Hello& hello) {
+  std::vector<std::byte> out;
+  for (char c : magic) out.push_back(static_cast<std::byte>(c));
+  put(out, hello.version);
+  put_name(out, hello.lab);
+  put(out, hello.boot_id);
+  put(out, hello.max_message_bytes);
+  put(out, static_cast<std::uint16_t>(hello.channels.size()));
+  for (const ExportedChannel& channel : hello.channels) {
+    put_name(out, channel.name);
+    put(out, channel.type);
+  }
+  return out;
+}
+
+std::optional<Hello> read_hello(std::span<const std::byte> payload) {
+  Reader in(payload);
+  if (in.take_text(magic.size()) != magic) return {};
+  Hello hello;
+  hello.version = in.take<std::uint16_t>();
+  hello.lab = in.take_name();
+  if (!in.good() || !hal::is_lab_name(hello.lab)) return {};
+  if (hello.version != protocol_version) return hello;
+  hello.boot_id = in.take<std::uint64_t>();
+  hello.max_message_bytes = in.take<std::uint32_t>();
+  const std::size_t channels = in.take<std::uint16_t>();
+  if (channels > most_hello_channels) return {};
+  for (std::size_t i = 0; i < channels && in.good(); ++i) {
+    ExportedChannel channel;
+    channel.name = in.take_name();
+    channel.type = in.take<std::uint64_t>();
+    if (!is_exported_name(channel.name)) return {};
+    if (std::ranges::find(hello.channels, channel.name, &ExportedChannel::name) != hello.channels.end()) return {};
+    hello.channels.push_back(std::move(channel));
+  }
+  if (!in.at_end() || hello.boot_id == 0) return {};
+  return hello;
+}
+
+ExportedChannel exported(std::string_view channel) {
+  ExportedChannel out{std::string(channel), 0};
+  if (channel == hal::channel::world) out.type = static_cast<std::uint64_t>(world_t::getHash());
+  if (channel == hal::channel::status) out.type = static_cast<std::uint64_t>(lab_status_t::getHash());
+  return out;
+}
+
+std::optional<Refusal> why_refused(const Hello& ours, const Hello& theirs) {
+  if (theirs.version != ours.version)
+    return Refusal{"session.refused.version",
+                   fmt::format("lab {} speaks protocol version {}, lab {} version {}; install the same arkmesh in both",
+                               theirs.lab, theirs.version, ours.lab, ours.version)};
+  for (const ExportedChannel& own : ours.channels) {
+    const auto same = std::ranges::find(theirs.channels, own.name, &ExportedChannel::name);
+    if (same == theirs.channels.end() || own.type == 0 || same->type == 0 || own.type == same->type) continue;
+    return Refusal{
+        "session.refused.message_type",
+        fmt::format("messages on channel {} have another type in lab {} ({:016x}) than in lab {} ({:016x}); install "
+                    "the same arkmesh in both",
+                    own.name, theirs.lab, same->type, ours.lab, own.type)};
+  }
+  return {};
+}
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,54 @@
+// One peer over any transport. The gateway talks to links only through this file.
+// Threading: everything happens on the thread that runs the gateway's loop.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "hal/counters.hpp"
+
+namespace arkmesh::gateway {
+
+enum class Delivery {
+  latest,   // a newer message on the same channel replaces a waiting older one
+  ordered,  // all of them, in order, as long as the outbox has room; then the oldest is dropped
+};
+
+// What happens to one exported channel.
+struct Rule {
+  std::string channel;  // exact name on this lab's bus; never contains '/'
+  Delivery delivery = Delivery::latest;
+};
+
+struct LinkStats {
+  bool up = false;
+  std::string why;                                  // reason of the last change, in words
+  std::uint64_t peer_boot_id = 0;                   // 0 until the peer was met
+  std::uint64_t sent_messages = 0, sent_bytes = 0;  // payload bytes
+  std::uint64_t received_messages = 0, received_bytes = 0;
+  hal::Counters counters;  // everything dropped, replaced, refused or failed, by reason
+};
+
+class Link {
+ public:
+  struct Events {
+    std::function<void(std::string_view channel, std::span<const std::byte> bytes)> arrived;
+    std::function<void(bool up, std::string_view why)> changed;
+  };
+  virtual ~Link() = default;
+  // Name of the peer lab.
+  virtual const std::string& peer() const = 0;
+  // Begins to connect (or to accept). Events may come from then on until stop() returns.
+  virtual void start(Events events) = 0;
+  // Takes a copy for sending; never blocks. While the link is down `latest` keeps the newest, `ordered` the newest that
+  // fit.
+  virtual void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) = 0;
+  virtual LinkStats stats() const = 0;
+  // Closes for good; returns at once; no event comes afterwards.
+  virtual void stop() = 0;
+};
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,174 @@
+// The peer's hello is judged here for both sides of a connection.
+#include "gateway/tcp_link.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/address.hpp"
+#include "gateway/tcp_node.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::gateway {
+
+namespace {
+
+// The longest channel name is allowed for, so that both sides compute the same limit whatever the channel.
+std::size_t most_payload_bytes(std::size_t max_message_bytes) {
+  return std::max(most_hello_bytes, max_message_bytes + 1 + hal::max_channel_name);
+}
+std::size_t longest_frame(std::size_t max_message_bytes) {
+  return max_message_bytes + message_overhead_bytes + hal::max_channel_name;
+}
+
+}  // namespace
+
+TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect)
+    : node_(node),
+      peer_(std::move(peer)),
+      connect_(connect),
+      outbox_(node.settings_.outbox_bytes),
+      pause_(node.settings_.times.first_retry) {
+  outbox_.set_longest(longest_frame(node_.settings_.max_message_bytes));
+  stats_.why = connect_ ? "not connected yet" : "has not connected yet";
+  node_.links_.push_back(this);
+}
+
+TcpLink::~TcpLink() {
+  stop();
+  std::erase(node_.links_, this);
+}
+
+void TcpLink::start(Events events) {
+  events_ = std::move(events);
+  started_ = true;
+  next_attempt_ = std::chrono::steady_clock::now();
+}
+
+void TcpLink::stop() {
+  stopped_ = true;
+  events_ = {};
+  if (session_) session_->close(fmt::format("the gateway of lab {} stops", node_.settings_.lab));
+  forget_session();
+  stats_.up = false;
+  stats_.why = "stopped";
+}
+
+void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
+  if (stopped_) return;
+  outbox_.put(rule.delivery, channel, encode_message(channel, bytes));
+  if (session_ && session_->up()) session_->flush_soon();
+}
+
+LinkStats TcpLink::stats() const {
+  LinkStats stats = stats_;
+  if (session_) {
+    stats.sent_messages += session_->sent_messages();
+    stats.sent_bytes += session_->sent_bytes();
+  }
+  stats.counters.merge(outbox_.counters());
+  stats.counters.set("outbox.waiting.messages", outbox_.messages());
+  stats.counters.set("outbox.waiting.bytes", outbox_.bytes());
+  return stats;
+}
+
+void TcpLink::check(TcpSession::Time now) {
+  if (stopped_ || !started_) return;
+  if (session_) {
+    session_->check(now);
+    // A refused peer ends without telling.
+    if (session_ && session_->closed()) forget_session();
+  }
+  if (!session_ && connect_ && now >= next_attempt_) connect();
+}
+
+void TcpLink::connect() {
+  session_ = node_.make_session(TcpSession::Socket(node_.io_));
+  session_->connect(*connect_, *this);
+}
+
+void TcpLink::forget_session() {
+  if (!session_) return;
+  stats_.sent_messages += session_->sent_messages();
+  stats_.sent_bytes += session_->sent_bytes();
+  session_.reset();
+  // Half to whole of the pause by chance, so that many peers of a gateway that comes back do not come all at once.
+  const auto pause = std::chrono::duration_cast<TcpSession::Time::duration>(pause_ * node_.chance_.uniform(0.5, 1.0));
+  next_attempt_ = std::chrono::steady_clock::now() + pause;
+  pause_ = std::min(2 * pause_, node_.settings_.times.longest_retry);
+}
+
+bool TcpLink::take(const std::shared_ptr<TcpSession>& session, const Hello& hello) {
+  if (session_ && hello.version == protocol_version && hello.boot_id < session_->peer().boot_id) {
+    stats_.counters.add("session.refused.older_boot");
+    session->refuse(fmt::format("a gateway of lab {} that started later is connected already", peer_));
+    return false;
+  }
+  if (!judge(*session, hello)) return false;
+  if (session_) {
+    stats_.counters.add("session.replaced");
+    session_->close(fmt::format("a newer connection of lab {} took this one's place", peer_));
+    forget_session();
+    change(false, "replaced by a newer connection");
+  }
+  session_ = session;
+  welcome(*session_, hello);
+  return true;
+}
+
+void TcpLink::welcome(TcpSession& session, const Hello& hello) {
+  const std::uint32_t ours = node_.settings_.max_message_bytes;
+  outbox_.set_longest(longest_frame(std::min(hello.max_message_bytes, ours)));
+  session.accept(*this, outbox_, hello, most_payload_bytes(ours));
+}
+
+void TcpLink::on_hello(TcpSession& session, const Hello& hello) {
+  if (hello.lab != peer_) {
+    const std::string why = fmt::format("at {} there is lab {}, not lab {}", to_text(*connect_), hello.lab, peer_);
+    stats_.counters.add("session.refused.lab_name");
+    change(false, why);
+    return session.refuse(why);
+  }
+  if (judge(session, hello)) welcome(session, hello);
+}
+
+bool TcpLink::judge(TcpSession& session, const Hello& hello) {
+  const auto refusal = why_refused(node_.hello_, hello);
+  if (!refusal) return true;
+  stats_.counters.add(refusal->counter);
+  if (!stats_.up) change(false, refusal->sentence);
+  session.refuse(refusal->sentence);
+  return false;
+}
+
+void TcpLink::on_up(TcpSession& session) {
+  stats_.peer_boot_id = session.peer().boot_id;
+  stats_.counters.add("session.opened");
+  pause_ = node_.settings_.times.first_retry;
+  change(true, "connected");
+}
+
+void TcpLink::on_message(TcpSession& session, const MessageView& message) {
+  const auto& listed = session.peer().channels;
+  if (std::ranges::find(listed, message.channel, &ExportedChannel::name) == listed.end())
+    return stats_.counters.add("received.refused.unlisted_channel");
+  ++stats_.received_messages;
+  stats_.received_bytes += message.bytes.size();
+  if (events_.arrived) events_.arrived(message.channel, message.bytes);
+}
+
+void TcpLink::on_ended(TcpSession&, const TcpSession::End& end) {
+  stats_.counters.add(end.counter);
+  forget_session();
+  change(false, end.why);
+}
+
+void TcpLink::change(bool up, std::string_view why) {
+  if (stopped_ || (stats_.up == up && stats_.why == why)) return;
+  stats_.up = up;
+  stats_.why = why;
+  if (const auto tell = events_.changed) tell(up, why);
+}
+
+}  // namespace arkmesh::gateway

@@ -1,0 +1,62 @@
+// The link to one peer over TCP: keeps one session open, connecting again with growing pauses or waiting to be
+// connected to, and keeps what is to be sent meanwhile. Made by TcpNode::link().
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/link.hpp"
+#include "gateway/outbox.hpp"
+#include "gateway/tcp_session.hpp"
+
+namespace arkmesh::gateway {
+
+class TcpNode;
+
+class TcpLink final : public Link, private TcpSession::Owner {
+ public:
+  TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect);
+  ~TcpLink() override;
+
+  const std::string& peer() const override { return peer_; }
+  void start(Events events) override;
+  void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) override;
+  LinkStats stats() const override;
+  void stop() override;
+
+  // For the node.
+  // Started, and expects the peer to connect.
+  bool accepts() const { return started_ && !stopped_ && !connect_; }
+  // An accepted connection said hello for this peer. False when it was refused.
+  bool take(const std::shared_ptr<TcpSession>& session, const Hello& hello);
+  void check(TcpSession::Time now);
+
+ private:
+  void on_hello(TcpSession& session, const Hello& hello) override;
+  void on_up(TcpSession& session) override;
+  void on_message(TcpSession& session, const MessageView& message) override;
+  void on_ended(TcpSession& session, const TcpSession::End& end) override;
+
+  bool judge(TcpSession& session, const Hello& hello);
+  void welcome(TcpSession& session, const Hello& hello);
+  void change(bool up, std::string_view why);
+  void forget_session();
+  void connect();
+
+  TcpNode& node_;
+  const std::string peer_;
+  const std::optional<boost::asio::ip::tcp::endpoint> connect_;
+  Events events_;
+  bool started_ = false, stopped_ = false;
+  Outbox outbox_;
+  std::shared_ptr<TcpSession> session_;  // shared with the loop's operations
+  TcpTimes::Duration pause_;             // before the next attempt but for chance
+  TcpSession::Time next_attempt_;
+  LinkStats stats_;  // of the sessions that ended, and what is true now
+};
+
+}  // namespace arkmesh::gateway

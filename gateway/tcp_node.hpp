@@ -1,0 +1,84 @@
+// A gateway's place in the network: listens once for all peers, hands each accepted connection to the link of the lab
+// that it says hello for, and makes the links. Speaks to this machine only.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/hello.hpp"
+#include "gateway/link.hpp"
+#include "gateway/tcp_session.hpp"
+#include "hal/counters.hpp"
+#include "hal/random.hpp"
+
+namespace arkmesh::gateway {
+
+struct TcpSettings {
+  std::string lab;                       // who we are
+  std::uint64_t boot_id = 0;             // grows with each start of this lab's gateway; never 0
+  std::vector<ExportedChannel> exports;  // what the peers are told to expect
+  std::string listen;                    // "127.0.0.1:7801"; empty: does not listen
+  std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
+  std::uint32_t max_message_bytes = 1 << 20;
+  std::size_t most_pending = 16;  // connections that have not said hello
+  std::function<void(const std::string&)>
+      notice;  // a sentence about connections that belong to no peer, when it changes
+  TcpTimes times;
+};
+
+class TcpLink;
+
+class TcpNode final : private TcpSession::Owner {
+ public:
+  // `io` outlives the node. Throws hal::ConfigError (no loopback address) and std::runtime_error (port in use), one
+  // sentence.
+  TcpNode(boost::asio::io_context& io, TcpSettings settings);
+  ~TcpNode();
+  TcpNode(const TcpNode&) = delete;
+  TcpNode& operator=(const TcpNode&) = delete;
+
+  // The link to one peer; `connect` empty: it is expected to connect to us. The node outlives its links.
+  // Throws hal::ConfigError when `connect` is no loopback address.
+  std::unique_ptr<Link> link(std::string peer, std::string_view connect = {});
+
+  // Where it listens; port 0 when it does not.
+  boost::asio::ip::tcp::endpoint listening() const;
+  // What happened to connections that belong to no peer.
+  const hal::Counters& counters() const { return counters_; }
+
+ private:
+  friend class TcpLink;
+  void on_hello(TcpSession& session, const Hello& hello) override;
+  void on_up(TcpSession&) override {}                           // never: pending sessions are not accepted here
+  void on_message(TcpSession&, const MessageView&) override {}  // never
+  void on_ended(TcpSession& session, const TcpSession::End& end) override;
+
+  void listen();
+  void accept();
+  void tick();
+  void notice(std::string sentence);
+  std::shared_ptr<TcpSession> make_session(TcpSession::Socket socket) const;
+
+  boost::asio::io_context& io_;
+  TcpSettings settings_;
+  Hello hello_;
+  std::vector<std::byte> hello_frame_;
+  boost::asio::ip::tcp::acceptor acceptor_;
+  bool accepting_ = false;
+  boost::asio::steady_timer timer_;
+  std::vector<std::shared_ptr<TcpSession>> pending_;  // oldest first; shared with the loop's operations
+  std::vector<TcpLink*> links_;
+  hal::RandomStream chance_;  // for the retry times
+  std::string last_notice_;
+  hal::Counters counters_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers hold it weakly
+};
+
+}  // namespace arkmesh::gateway

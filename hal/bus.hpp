@@ -1,0 +1,76 @@
+// A lab's message bus: a thin owner of an LCM handle. The LCM URL picks the transport ("memq://" in one process,
+// "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab). Adds raw handlers that die with their handle, queue sizes that
+// do not lose messages, and counters. Not thread-safe.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/counters.hpp"
+
+namespace arkmesh::hal {
+
+class Bus {
+ public:
+  using Handler = std::function<void(std::string_view channel, std::span<const std::byte> bytes)>;
+
+  // While it lives the handler may be called; when it dies the handler cannot be called any more.
+  class Subscription {
+   public:
+    virtual ~Subscription() = default;
+  };
+
+  // Throws std::runtime_error with one sentence (no multicast route: names the command that makes one).
+  explicit Bus(const std::string& url);
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  // `channel_pattern` is an LCM regular expression, anchored at both ends ("[^/]+/world", ".*").
+  [[nodiscard]] std::unique_ptr<Subscription> subscribe(const std::string& channel_pattern, Handler handler);
+
+  void publish(const std::string& channel, std::span<const std::byte> bytes);
+
+  template <class Message>
+    requires requires(const Message& message) { message.getEncodedSize(); }
+  void publish(const std::string& channel, const Message& message) {
+    scratch_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(scratch_.data(), 0, static_cast<int>(scratch_.size()));
+    publish(channel, std::span<const std::byte>(scratch_));
+  }
+
+  // Delivers everything that has arrived; waits up to `wait` for the first message when there is none.
+  // Returns how many were delivered. A handler may publish and subscribe; what it publishes on memq is delivered too.
+  // A network bus stops after `most` messages, so that a flood cannot keep it from returning; descriptor() stays readable.
+  int drain(std::chrono::milliseconds wait = std::chrono::milliseconds{0}, int most = 10'000);
+
+  // Readable when a message waits; for joining another event loop.
+  int descriptor() const;
+  const std::string& url() const { return url_; }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+  std::string url_;
+  std::vector<std::byte> scratch_;
+  Counters counters_;
+};
+
+// Decodes one message that was made inside this lab or whose sizes were already checked. False when the bytes are not
+// exactly one message of that type. Never throws.
+template <class Message>
+bool decode(std::span<const std::byte> bytes, Message& message) {
+  try {
+    return message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == static_cast<int>(bytes.size());
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,260 @@
+// Reads the log twice: once to learn its robots, frames and length, then along with lab time. Holds one frame at a
+// time, so memory does not grow with the log. Everything in a log is checked: it may come from anywhere.
+#include "hal/log_arena.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cassert>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "hal/arena_config.hpp"
+#include "hal/bus.hpp"
+#include "hal/event_log.hpp"
+#include "hal/messages.hpp"
+#include "hal/newest_frame.hpp"
+#include "hal/silent_link.hpp"
+
+namespace arkmesh::hal {
+
+namespace {
+
+constexpr std::size_t most_robots = std::numeric_limits<RobotId>::max() + std::size_t{1};
+
+// Whether the bytes are as long as the robots that they claim to hold: the generated decoder would ask for memory
+// first.
+bool is_sized_as_claimed(std::span<const std::byte> bytes) {
+  constexpr std::size_t before_robots = 8 + 8 + 4 + 4 + 4 + 4, one_robot = 4 + 3 * 8 + 1 + 4 + 4;
+  if (bytes.size() < before_robots) return false;
+  std::uint32_t robots = 0;
+  for (std::size_t i = before_robots - 4; i < before_robots; ++i)
+    robots = robots << 8 | std::to_integer<std::uint32_t>(bytes[i]);
+  return bytes.size() == before_robots + robots * std::uint64_t{one_robot};
+}
+
+bool is_sane(const pose_frame_t& part) {
+  if (part.stamp_us < 0 || part.number < 0 || part.parts < 1 || part.part < 0 || part.part >= part.parts) return false;
+  for (const robot_pose_t& pose : part.robots) {
+    if (pose.robot < 0 || pose.robot > std::numeric_limits<RobotId>::max()) return false;
+    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !(std::abs(pose.heading_rad) <= std::numbers::pi))
+      return false;
+    if (pose.led > 7 || !(pose.confidence >= 0 && pose.confidence <= 1) || pose.age_us < 0) return false;
+  }
+  return true;
+}
+
+bool is_ascending(const std::vector<Sighting>& robots) {
+  for (std::size_t i = 1; i < robots.size(); ++i)
+    if (robots[i].robot <= robots[i - 1].robot) return false;
+  return true;
+}
+
+// The whole pose frames of a log, in order. Frames that are damaged, incomplete or out of order are left out and
+// counted.
+class FrameReader {
+ public:
+  FrameReader(const std::filesystem::path& file, Counters& counters) : log_(file), counters_(counters) {}
+
+  // Nothing at the end of the log. `info` is filled when the log's `arena` message passes.
+  std::optional<PoseFrame> next() {
+    while (auto event = log_.next()) {
+      if (event->channel == channel::arena) take_info(event->bytes);
+      if (event->channel != channel::poses) continue;
+      if (auto frame = take_part(event->bytes)) return frame;
+    }
+    return {};
+  }
+  bool truncated() const { return log_.truncated(); }
+
+  std::optional<arena_info_t> info;
+
+ private:
+  void take_info(const std::vector<std::byte>& bytes) {
+    arena_info_t message;
+    if (!info && decode(bytes, message)) info = std::move(message);
+  }
+
+  std::optional<PoseFrame> take_part(const std::vector<std::byte>& bytes) {
+    pose_frame_t message;
+    if (!is_sized_as_claimed(bytes) || !decode(bytes, message) || !is_sane(message))
+      return refuse("replay.refused.damaged");
+    PoseFrame part = from_message(message);
+    const bool first = message.part == 0;
+    if (first && !building_.robots.empty() && next_part_ > 0) counters_.add("replay.refused.incomplete");
+    if (first) {
+      building_ = std::move(part);
+      next_part_ = 0;
+    } else if (message.part != next_part_ || part.number != building_.number || part.stamp != building_.stamp) {
+      next_part_ = -1;
+      return refuse("replay.refused.incomplete");
+    } else {
+      building_.robots.insert(building_.robots.end(), part.robots.begin(), part.robots.end());
+    }
+    if (building_.robots.size() > most_robots) {
+      building_ = {};
+      next_part_ = -1;
+      return refuse("replay.refused.damaged");
+    }
+    if (++next_part_ < message.parts) return {};
+    next_part_ = 0;
+
+    // a whole frame
+    PoseFrame frame = std::exchange(building_, {});
+    if (!is_ascending(frame.robots)) return refuse("replay.refused.damaged");
+    if (last_ && (frame.number <= last_->number || frame.stamp <= last_->stamp))
+      return refuse("replay.refused.out_of_order");
+    last_ = Last{frame.number, frame.stamp};
+    return frame;
+  }
+
+  std::optional<PoseFrame> refuse(const char* why) {
+    counters_.add(why);
+    return {};
+  }
+
+  struct Last {
+    std::uint32_t number;
+    LabTime stamp;
+  };
+  EventLogReader log_;
+  Counters& counters_;
+  PoseFrame building_;  // the parts so far
+  int next_part_ = 0;   // -1: none until a frame begins
+  std::optional<Last> last_;
+};
+
+// What a first reading tells.
+struct Survey {
+  std::set<RobotId> robots;
+  std::uint64_t frames = 0;
+  std::uint32_t first_number = 0;
+  LabTime first_stamp{0}, last_stamp{0}, frame_period{0};
+  bool even = true;  // every frame is stamped number * frame_period
+  bool truncated = false;
+  std::optional<arena_info_t> info;
+};
+
+Survey survey(const std::filesystem::path& file) {
+  Survey out;
+  Counters ignored;  // the second reading counts
+  FrameReader reader(file, ignored);
+  while (const auto frame = reader.next()) {
+    if (out.frames++ == 0)
+      out.first_number = frame->number, out.first_stamp = frame->stamp;
+    else if (out.frame_period == LabTime{0})
+      out.frame_period = (frame->stamp - out.first_stamp) / (frame->number - out.first_number);
+    out.even = out.even && frame->stamp == frame->number * out.frame_period;
+    out.last_stamp = frame->stamp;
+    for (const Sighting& sighting : frame->robots) out.robots.insert(sighting.robot);
+  }
+  out.truncated = reader.truncated();
+  out.info = reader.info;
+  return out;
+}
+
+class LogArena final : public Arena {
+ public:
+  // `last`: stamp of the log's last frame.
+  LogArena(const std::filesystem::path& file, ArenaInfo info, LabTime last)
+      : file_(file),
+        info_(std::move(info)),
+        poses_(counters_),
+        link_(info_, counters_),
+        reader_(file, counters_),
+        last_(last) {
+    ahead_ = reader_.next();
+  }
+
+  const ArenaInfo& info() const override { return info_; }
+  const Clock& clock() const override { return clock_; }
+  PoseSource& poses() override { return poses_; }
+  RobotLink& robots() override { return link_; }
+  const Counters& counters() const override { return counters_; }
+
+  void advance_to(LabTime t) override {
+    assert(t >= clock_.now() && "lab time never decreases");
+    while (ahead_ && ahead_->stamp <= t) {
+      newest_ = ahead_->stamp;
+      poses_.put(std::move(*ahead_));
+      ahead_ = reader_.next();
+    }
+    if (!ahead_ && newest_ < last_ && newest_ < t)
+      throw std::runtime_error(fmt::format("the log {} was changed while it was replayed", file_.string()));
+    clock_.set(t);
+  }
+
+ private:
+  std::filesystem::path file_;
+  Counters counters_;
+  ArenaInfo info_;
+  OwnedClock clock_;
+  NewestFrame poses_;
+  SilentLink link_;
+  FrameReader reader_;
+  std::optional<PoseFrame> ahead_;  // read, but its time has not come
+  LabTime last_;                    // stamp of the log's last frame
+  LabTime newest_{-1};              // stamp of the newest frame given out
+};
+
+std::string seconds(LabTime t) {
+  return fmt::format("{} s", std::chrono::duration<double>(t).count());
+}
+
+}  // namespace
+
+std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, LabTime run_length) {
+  const Section replay = arena.section("replay");
+  const std::filesystem::path file = replay.path("log", "");
+  const auto refuse = [&](std::string_view sentence) { replay.refuse("log", sentence); };
+  if (file.empty()) refuse("must name the LCM log whose poses are replayed");
+
+  Survey found;
+  try {
+    found = survey(file);
+  } catch (const std::runtime_error& error) {
+    refuse(error.what());
+  }
+  if (found.truncated)
+    spdlog::warn("the log {} is cut or damaged; its poses are used up to {}", file.string(), seconds(found.last_stamp));
+  if (found.frames == 0) refuse("the log holds no poses");
+  if (found.first_number != 0 || found.first_stamp != LabTime{0})
+    refuse(fmt::format("the log begins with frame {} at {}, not with frame 0; record it from the beginning of a run",
+                       found.first_number, seconds(found.first_stamp)));
+  if (!found.even) refuse("the log's frames are not stamped number times frame period");
+  if (found.last_stamp < run_length)
+    refuse(fmt::format("the log ends at {}, but the run needs {}; shorten the run or take a longer log",
+                       seconds(found.last_stamp), seconds(run_length)));
+
+  // the log's robots and frame period are in force, whatever the keys for other arenas say
+  for (const char* key : {"robots", "frame_period_s", "pace"}) arena.leave_alone(key);
+  ArenaInfo info;
+  info.name = lab;
+  info.platform = "replay";
+  info.robots.assign(found.robots.begin(), found.robots.end());
+  if (found.frame_period > LabTime{0}) info.frame_period = found.frame_period;
+  const auto is_side = [](double side_m) { return side_m > 0 && side_m <= 100; };
+  if (found.info && is_side(found.info->width_m) && is_side(found.info->height_m)) {
+    for (const char* key : {"width_m", "height_m"}) arena.leave_alone(key);
+    info.width_m = found.info->width_m;
+    info.height_m = found.info->height_m;
+  } else {
+    info.width_m = read_side(arena, "width_m");
+    info.height_m = read_side(arena, "height_m");
+  }
+  if (found.info && found.info->max_robot >= 0 && found.info->max_robot <= 65'535 && found.info->kinds >= 0 &&
+      found.info->kinds <= 255 && found.info->values >= 0 && found.info->values <= 65'535) {
+    info.max_robot = static_cast<RobotId>(found.info->max_robot);
+    info.kinds = static_cast<std::uint8_t>(found.info->kinds);
+    info.values = static_cast<std::uint16_t>(found.info->values);
+  }
+  return std::make_unique<LogArena>(file, std::move(info), found.last_stamp);
+}
+
+}  // namespace arkmesh::hal

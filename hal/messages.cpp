@@ -1,0 +1,148 @@
+// Converts lab values to LCM messages and back, field by field. Checks nothing but what a value cannot hold.
+#include "hal/messages.hpp"
+
+#include <algorithm>
+
+namespace arkmesh::hal {
+
+namespace {
+
+constexpr std::size_t robots_per_part = 1000;
+
+robot_pose_t to_message(const Sighting& sighting) {
+  robot_pose_t out;
+  out.robot = sighting.robot;
+  out.x_m = sighting.pose.x_m;
+  out.y_m = sighting.pose.y_m;
+  out.heading_rad = sighting.pose.heading_rad;
+  out.led = static_cast<std::uint8_t>(sighting.led);
+  out.confidence = sighting.confidence;
+  out.age_us = static_cast<std::int32_t>(sighting.age.count());
+  return out;
+}
+
+Sighting from_message(const robot_pose_t& pose) {
+  Sighting out;
+  out.robot = static_cast<RobotId>(pose.robot);
+  out.pose = {pose.x_m, pose.y_m, pose.heading_rad};
+  out.led = static_cast<Led>(pose.led & 7);
+  out.confidence = pose.confidence;
+  out.age = LabTime{pose.age_us};
+  return out;
+}
+
+}  // namespace
+
+bool is_lab_name(std::string_view name) {
+  const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+  return !name.empty() && name.size() <= max_lab_name && std::all_of(name.begin(), name.end(), allowed);
+}
+
+std::vector<pose_frame_t> to_messages(const PoseFrame& frame) {
+  const std::size_t robots = frame.robots.size();
+  const std::size_t parts = std::max<std::size_t>(1, (robots + robots_per_part - 1) / robots_per_part);
+  std::vector<pose_frame_t> out(parts);
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t from = part * robots_per_part, to = std::min(robots, from + robots_per_part);
+    pose_frame_t& message = out[part];
+    message.stamp_us = frame.stamp.count();
+    message.number = static_cast<std::int32_t>(frame.number);
+    message.part = static_cast<std::int32_t>(part);
+    message.parts = static_cast<std::int32_t>(parts);
+    message.n_robots = static_cast<std::int32_t>(to - from);
+    message.robots.reserve(to - from);
+    for (std::size_t i = from; i < to; ++i) message.robots.push_back(to_message(frame.robots[i]));
+  }
+  return out;
+}
+
+PoseFrame from_message(const pose_frame_t& part) {
+  PoseFrame out;
+  out.stamp = LabTime{part.stamp_us};
+  out.number = static_cast<std::uint32_t>(part.number);
+  out.robots.reserve(part.robots.size());
+  for (const robot_pose_t& pose : part.robots) out.robots.push_back(from_message(pose));
+  return out;
+}
+
+to_robots_t to_message(std::span<const ToRobot> messages, LabTime stamp, std::uint32_t frame) {
+  to_robots_t out;
+  out.stamp_us = stamp.count();
+  out.frame = static_cast<std::int32_t>(frame);
+  out.n_messages = static_cast<std::int32_t>(messages.size());
+  out.messages.resize(messages.size());
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    out.messages[i].robot = messages[i].robot;
+    out.messages[i].slot = messages[i].slot;
+    out.messages[i].kind = messages[i].kind;
+    out.messages[i].value = static_cast<std::int16_t>(messages[i].value);
+  }
+  return out;
+}
+
+std::vector<ToRobot> from_message(const to_robots_t& message) {
+  std::vector<ToRobot> out;
+  out.reserve(message.messages.size());
+  for (const to_robot_t& m : message.messages)
+    out.push_back({static_cast<RobotId>(m.robot), m.slot, m.kind, static_cast<std::uint16_t>(m.value)});
+  return out;
+}
+
+from_robots_t to_message(std::span<const FromRobot> messages, LabTime stamp) {
+  from_robots_t out;
+  out.stamp_us = stamp.count();
+  out.n_messages = static_cast<std::int32_t>(messages.size());
+  out.messages.resize(messages.size());
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    out.messages[i].robot = messages[i].robot;
+    out.messages[i].kind = messages[i].kind;
+    out.messages[i].value = messages[i].value;
+  }
+  return out;
+}
+
+fleet_command_t to_message(const FleetCommand& command, LabTime stamp) {
+  fleet_command_t out;
+  out.stamp_us = stamp.count();
+  out.command = static_cast<std::uint8_t>(command.kind);
+  out.type = command.type;
+  std::copy(command.data.begin(), command.data.end(), out.data);
+  return out;
+}
+
+std::optional<FleetCommand> from_message(const fleet_command_t& message) {
+  if (message.command > static_cast<std::uint8_t>(FleetCommand::Kind::broadcast) || message.type > 127) return {};
+  FleetCommand out;
+  out.kind = static_cast<FleetCommand::Kind>(message.command);
+  out.type = message.type;
+  std::copy(message.data, message.data + out.data.size(), out.data.begin());
+  return out;
+}
+
+arena_info_t to_message(const ArenaInfo& info) {
+  arena_info_t out;
+  out.lab = info.name;
+  out.platform = info.platform;
+  out.width_m = info.width_m;
+  out.height_m = info.height_m;
+  out.can_wait = info.can_wait;
+  out.frame_period_us = info.frame_period.count();
+  out.robots = static_cast<std::int32_t>(info.robots.size());
+  out.max_robot = info.max_robot;
+  out.kinds = info.kinds;
+  out.values = info.values;
+  return out;
+}
+
+std::vector<counter_t> to_message(const Counters& counters) {
+  std::vector<counter_t> out;
+  out.reserve(counters.all().size());
+  for (const auto& [name, total] : counters.all()) {
+    counter_t& counter = out.emplace_back();
+    counter.name = name;
+    counter.value = static_cast<std::int64_t>(total);
+  }
+  return out;
+}
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,44 @@
+// Lab values <-> LCM messages, and the channel names of a lab. The only place where the two meet.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "arkmesh/arena_info_t.hpp"
+#include "arkmesh/counter_t.hpp"
+#include "arkmesh/fleet_command_t.hpp"
+#include "arkmesh/from_robots_t.hpp"
+#include "arkmesh/pose_frame_t.hpp"
+#include "arkmesh/to_robots_t.hpp"
+#include "hal/arena.hpp"
+#include "hal/counters.hpp"
+#include "hal/types.hpp"
+
+namespace arkmesh::hal {
+
+// Channel names on a lab's bus. What lab `roark` exports as `world` is `roark/world` elsewhere.
+namespace channel {
+inline const std::string poses = "poses", to_robots = "to_robots", from_robots = "from_robots",
+                         fleet_command = "fleet_command", arena = "arena", world = "world", status = "status",
+                         shared = "shared", peers = "peers";
+}
+inline constexpr std::size_t max_lab_name = 15;      // LCM allows 63 bytes a channel: lab + '/' + channel
+inline constexpr std::size_t max_channel_name = 47;
+// [a-z0-9_-]{1,15}
+bool is_lab_name(std::string_view name);
+
+// One message, or several parts with at most 1000 robots each.
+std::vector<pose_frame_t> to_messages(const PoseFrame& frame);
+PoseFrame from_message(const pose_frame_t& part);
+to_robots_t to_message(std::span<const ToRobot> messages, LabTime stamp, std::uint32_t frame);
+std::vector<ToRobot> from_message(const to_robots_t& message);
+from_robots_t to_message(std::span<const FromRobot> messages, LabTime stamp);
+fleet_command_t to_message(const FleetCommand& command, LabTime stamp);
+// Nothing when the command is none of ours.
+std::optional<FleetCommand> from_message(const fleet_command_t& message);
+arena_info_t to_message(const ArenaInfo& info);
+std::vector<counter_t> to_message(const Counters& counters);
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,14 @@
+// Which known key an unknown one was probably meant to be.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace arkmesh::hal {
+
+// Near: the same key with another unit (width_cm, width_m), or few letters wrong. Keys are dotted.
+std::optional<std::string> near_key(std::string_view unknown, const std::set<std::string, std::less<>>& known);
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,167 @@
+// The LCM log and the tables are files of whole records; all of them stop together when one of them cannot be written.
+#include "hal/recorder.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/statvfs.h>
+
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+
+#include "hal/record_file.hpp"
+
+namespace arkmesh::hal {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
+constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
+
+void put_big_endian(std::byte* to, std::uint64_t value, int bytes) {
+  for (int i = bytes - 1; i >= 0; --i, value >>= 8) to[i] = static_cast<std::byte>(value);
+}
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span<const char>(text.data(), text.size()));
+}
+
+}  // namespace
+
+struct Recorder::State {
+  fs::path directory;
+  std::int64_t start_utime;
+  Options options;
+  Counters& counters;
+  bool recording = true;
+  std::uint64_t events = 0;
+  std::uint64_t unchecked_bytes = check_every_bytes;  // written since free space was last looked at
+  std::unique_ptr<RecordFile> log;
+  std::map<std::string, std::unique_ptr<RecordFile>, std::less<>> tables;
+
+  template <class Each>
+  void for_each_file(Each each) {
+    if (log) each(*log);
+    for (auto& [name, file] : tables) each(*file);
+  }
+
+  void lose(std::uint64_t records, int error) {
+    const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+    counters.add(full ? "recorder.not_recorded.disk_full" : "recorder.not_recorded.write_failed", records);
+  }
+
+  // Keeps what has been recorded so far and records no more.
+  void stop(const std::string& why, int error) {
+    if (!recording) return;
+    recording = false;
+    stopped_by = error;
+    spdlog::warn("recording in {} stopped: {}; the run goes on without it", directory.string(), why);
+    for_each_file([&](RecordFile& file) { lose(file.write_out().lost, error); });
+  }
+
+  void write_out(RecordFile& file) {
+    if (!recording) return;
+    unchecked_bytes += file.waiting_bytes();
+    if (unchecked_bytes >= check_every_bytes) {
+      unchecked_bytes = 0;
+      struct statvfs disk {};
+      if (statvfs(directory.c_str(), &disk) == 0) {
+        const std::uint64_t free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+        if (free_bytes < options.keep_free_bytes) {
+          stop(fmt::format("the disk has {} MB left, less than the {} MB to keep free", free_bytes / 1'000'000,
+                           options.keep_free_bytes / 1'000'000),
+               ENOSPC);
+          return;
+        }
+      }
+    }
+    if (const auto [error, lost] = file.write_out(); error != 0) {
+      lose(lost, error);
+      stop(std::strerror(error), error);
+    }
+  }
+
+  // True when the record may be appended; else it is counted.
+  bool may_record() {
+    if (!recording) lose(1, stopped_by);
+    return recording;
+  }
+
+  void end_record(RecordFile& file) {
+    file.end_record();
+    if (file.waiting_bytes() >= buffer_bytes) write_out(file);
+  }
+
+  int stopped_by = 0;  // errno
+};
+
+Recorder::Recorder(const fs::path& directory, std::int64_t start_utime, Options options)
+    : state_(new State{directory, start_utime, options, counters_}) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  try {
+    if (error) throw std::system_error(error);
+    if (options.log) state_->log = std::make_unique<RecordFile>(directory / "log.lcm");
+  } catch (const std::system_error& cause) {
+    throw std::runtime_error(
+        fmt::format("cannot record in {}: {}; choose another directory", directory.string(), cause.code().message()));
+  }
+}
+
+Recorder::~Recorder() {
+  flush();
+}
+
+void Recorder::record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes) {
+  if (!state_->log || !state_->may_record()) return;
+  std::array<std::byte, 28> header;
+  put_big_endian(header.data(), 0xEDA1DA01, 4);
+  put_big_endian(header.data() + 4, state_->events++, 8);
+  put_big_endian(header.data() + 12, static_cast<std::uint64_t>(state_->start_utime + stamp.count()), 8);
+  put_big_endian(header.data() + 20, channel.size(), 4);
+  put_big_endian(header.data() + 24, bytes.size(), 4);
+  state_->log->append(header);
+  state_->log->append(bytes_of(channel));
+  state_->log->append(bytes);
+  state_->end_record(*state_->log);
+}
+
+void Recorder::row(std::string_view name, std::string_view header, std::string_view values) {
+  assert(name.find('/') == std::string_view::npos && "a table is a file of the run's directory");
+  if (!state_->may_record()) return;
+  auto table = state_->tables.find(name);
+  if (table == state_->tables.end()) {
+    try {
+      auto file = std::make_unique<RecordFile>(state_->directory / fmt::format("{}.csv", name));
+      table = state_->tables.emplace(name, std::move(file)).first;
+    } catch (const std::system_error& error) {
+      state_->stop(error.what(), error.code().value());
+      state_->lose(1, error.code().value());
+      return;
+    }
+    table->second->append(bytes_of(header));
+    table->second->append(bytes_of("\n"));
+  }
+  table->second->append(bytes_of(values));
+  table->second->append(bytes_of("\n"));
+  state_->end_record(*table->second);
+}
+
+void Recorder::flush() {
+  state_->for_each_file([&](RecordFile& file) { state_->write_out(file); });
+}
+
+bool Recorder::recording() const {
+  return state_->recording;
+}
+
+const fs::path& Recorder::directory() const {
+  return state_->directory;
+}
+
+}  // namespace arkmesh::hal

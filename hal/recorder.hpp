@@ -1,0 +1,49 @@
+// Records what passes a lab's private bus as an LCM event log, plus named CSV tables. Event time stamps are start + lab
+// time, so that lcm-logplayer plays a run at life speed. Never ends a run: a full disk stops the recording, is said once and
+// is counted.
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "hal/bus.hpp"
+#include "hal/counters.hpp"
+#include "hal/types.hpp"
+
+namespace arkmesh::hal {
+
+class Recorder {
+ public:
+  struct Options {
+    bool log = true;                          // write the LCM log (tables are always written)
+    std::uint64_t keep_free_bytes = 64 << 20; // stop recording while the disk has less free than this
+  };
+  // Writes `directory`/log.lcm and `directory`/<table>.csv; makes the directory. Throws std::runtime_error when it cannot.
+  // `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the log.
+  Recorder(const std::filesystem::path& directory, std::int64_t start_utime, Options options);
+  ~Recorder();
+
+  // One message at lab time `stamp`.
+  void record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes);
+  // One row of table `name`; the first call of a table gives its header row.
+  void row(std::string_view name, std::string_view header, std::string_view values);
+  // Everything so far reaches the file system: called at each period, so that a killed process leaves whole periods.
+  void flush();
+  // Reasons and amounts of what was not recorded.
+  const Counters& counters() const { return counters_; }
+  // False after the disk ran full.
+  bool recording() const;
+  const std::filesystem::path& directory() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+  Counters counters_;
+};
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,26 @@
+// A RobotLink to robots that do not exist: accepts what a platform could carry, sends nothing, hears nothing.
+#pragma once
+
+#include "hal/arena.hpp"
+#include "hal/counters.hpp"
+
+namespace arkmesh::hal {
+
+// Why an arena refuses a message, as its counter's name; null when it carries it.
+const char* refusal(const ArenaInfo& info, const ToRobot& message);
+
+class SilentLink final : public RobotLink {
+ public:
+  // Both outlive the link.
+  SilentLink(const ArenaInfo& info, Counters& counters) : info_(info), counters_(counters) {}
+  Airtime offer(std::span<const ToRobot> newest) override;
+  void command(const FleetCommand& command) override;
+  std::vector<FromRobot> heard() override { return {}; }
+
+ private:
+  const ArenaInfo& info_;
+  Counters& counters_;
+  Airtime airtime_;
+};
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,73 @@
+// The vocabulary of a lab: time, places, robots, what is said to them and what is seen of them.
+// Plain values only; no behaviour, no library types.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+namespace arkmesh::hal {
+
+// Time since the experiment began. Never wall time.
+using LabTime = std::chrono::microseconds;
+
+using RobotId = std::uint16_t;
+
+// Arena frame: metres, origin at the arena's centre, +x east, +y north; heading from +x, counter-clockwise, (-pi, pi].
+struct Pose {
+  double x_m = 0;
+  double y_m = 0;
+  double heading_rad = 0;
+};
+
+// The eight colours a camera tells apart: bit 0 red, bit 1 green, bit 2 blue.
+enum class Led : std::uint8_t { off = 0, red = 1, green = 2, yellow = 3, blue = 4, magenta = 5, cyan = 6, white = 7 };
+
+struct Sighting {
+  RobotId robot = 0;
+  Pose pose;
+  Led led = Led::off;
+  float confidence = 1;       // 0..1: position and id are right
+  LabTime age{0};             // stamp of the frame minus time of the last true sighting
+};
+
+struct PoseFrame {
+  LabTime stamp{0};
+  std::uint32_t number = 0;   // counts from 0; a gap is a lost frame
+  std::vector<Sighting> robots;  // ascending id, each id at most once
+};
+
+// The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message replaces
+// an unsent older one in the same slot, so kinds that exclude each other share a slot. Limits: ArenaInfo.
+struct ToRobot {
+  RobotId robot = 0;
+  std::uint8_t slot = 0;
+  std::uint8_t kind = 0;
+  std::uint16_t value = 0;
+};
+
+struct FromRobot {
+  RobotId robot = 0;
+  std::uint8_t kind = 0;
+  std::int32_t value = 0;
+};
+
+struct FleetCommand {
+  enum class Kind : std::uint8_t { run, pause, reset, sleep, voltage, charge, broadcast };
+  Kind kind = Kind::run;
+  std::uint8_t type = 0;               // broadcast only: infrared message type 0..127
+  std::array<std::uint8_t, 9> data{};  // broadcast only
+};
+
+// What became of the messages offered to robots, in totals since the arena began.
+struct Airtime {
+  std::uint64_t offered = 0;    // ToRobot values offered
+  std::uint64_t sent = 0;       // went on the air
+  std::uint64_t replaced = 0;   // overwritten by a newer one before they went on the air
+  std::uint64_t refused = 0;    // unknown robot, or outside the limits of ArenaInfo
+  std::uint64_t not_sent = 0;   // accepted by an arena that talks to nobody (null, replay)
+  std::uint64_t waiting = 0;    // not a total: registers that wait for airtime now
+};
+
+}  // namespace arkmesh::hal

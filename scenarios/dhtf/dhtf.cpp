@@ -1,0 +1,191 @@
+#include "scenarios/dhtf/dhtf.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "scenarios/dhtf/sites.hpp"
+#include "scenarios/wall_sensor.hpp"
+
+namespace arkmesh::scenarios::dhtf {
+namespace {
+
+std::string hard_field(const std::string& lab) {
+  return "site_hard." + lab;
+}
+
+std::string completed_header(const Lab& lab) {
+  std::string header = "period,time_s,site,cell,active_since_s";
+  for (const char* what : {"hard", "team"})
+    for (const std::string& each : lab.labs()) header += fmt::format(",{}.{}", what, each);
+  return header;
+}
+
+double seconds(hal::LabTime t) {
+  return static_cast<double>(t.count()) * 1e-6;
+}
+
+}  // namespace
+
+Dhtf::Dhtf(Settings settings)
+    : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0), teller_(settings_.repeat) {}
+
+void Dhtf::begin(Lab& lab) {
+  const auto sites = static_cast<std::size_t>(settings_.sites);
+  constexpr std::int64_t far_um = 1'000'000'000, many = 1'000'000'000;
+  // Decided once, by the owner.
+  lab.declare({.name = "site_cell", .length = sites, .low = 0, .high = 15, .owner_only = true, .initial_only = true});
+  for (const char* axis : {"site_x_um", "site_y_um"})
+    lab.declare(
+        {.name = axis, .length = sites, .low = -far_um, .high = far_um, .owner_only = true, .initial_only = true});
+  for (const std::string& each : lab.labs())
+    lab.declare(
+        {.name = hard_field(each), .length = sites, .low = 0, .high = 1, .owner_only = true, .initial_only = true});
+  // Decided at every boundary, by the owner.
+  lab.declare({.name = "active", .length = sites, .low = 0, .high = 1, .owner_only = true});
+  lab.declare({.name = "executed", .length = sites, .low = 0, .high = many, .owner_only = true});
+  lab.declare({.name = "executed_by", .length = sites * lab.labs().size(), .low = 0, .high = many, .owner_only = true});
+  // Every lab's own.
+  lab.declare({.name = "team", .length = sites, .low = 0, .high = many});
+  lab.publish("team", team_);
+  lab.counts().set("completed", 0);
+  if (lab.is_owner()) decide_sites(lab);
+}
+
+void Dhtf::decide_sites(Lab& lab) {
+  // Places: cells of the owner's arena, in the shared frame.
+  hal::RandomStream& random = lab.random("sites");
+  std::vector<std::int64_t> cells, x_um, y_um;
+  for (int cell : draw_cells(settings_, random)) {
+    const hal::Pose p = cell_in_shared(cell, lab.arena().width_m, lab.arena().height_m, lab.projection());
+    const double nudge_m = cells.empty() ? settings_.nudge_site_m : 0;
+    cells.push_back(cell);
+    x_um.push_back(std::llround((p.x_m + nudge_m) * 1e6));
+    y_um.push_back(std::llround(p.y_m * 1e6));
+  }
+  lab.publish("site_cell", cells);
+  lab.publish("site_x_um", x_um);
+  lab.publish("site_y_um", y_um);
+  // Types, and what they mean for the teams.
+  std::vector<std::vector<std::int64_t>> needed;
+  for (const std::string& each : lab.labs()) {
+    const std::vector<int> hard = draw_hard(settings_, random);
+    lab.publish(hard_field(each), {hard.begin(), hard.end()});
+    const Requirement& requirement = settings_.requirements.find(each)->second;
+    auto& row = needed.emplace_back();
+    for (int h : hard) row.push_back(h ? requirement.hard : requirement.easy);
+  }
+  judge_.emplace(std::move(needed), settings_.respawn);
+  lab.publish("active", judge_->active());
+  lab.publish("executed", judge_->executed());
+  lab.publish("executed_by", judge_->executed_by());
+}
+
+void Dhtf::place_sites(Lab& lab) {
+  const auto sites = static_cast<std::size_t>(settings_.sites);
+  const auto& cells = lab.initial_field(lab.owner(), "site_cell");
+  const auto& x_um = lab.initial_field(lab.owner(), "site_x_um");
+  const auto& y_um = lab.initial_field(lab.owner(), "site_y_um");
+  bool complete = cells.size() == sites && x_um.size() == sites && y_um.size() == sites;
+  for (const std::string& each : lab.labs())
+    complete = complete && lab.initial_field(lab.owner(), hard_field(each)).size() == sites;
+  // An owner that said nothing usable about its sites: there are none.
+  if (!complete) {
+    lab.counts().add("sites.missing");
+    return;
+  }
+  sites_.resize(sites);
+  for (std::size_t i = 0; i < sites; ++i) {
+    Site& site = sites_[i];
+    site.cell = cells[i];
+    site.in_shared = {.x_m = static_cast<double>(x_um[i]) * 1e-6, .y_m = static_cast<double>(y_um[i]) * 1e-6};
+    std::size_t hard = 0;
+    for (const std::string& each : lab.labs()) {
+      site.hard.push_back(lab.initial_field(lab.owner(), hard_field(each))[i]);
+      hard += static_cast<std::size_t>(site.hard.back());
+    }
+    site.timeout_s = timeout_s(settings_, hard, lab.labs().size());
+  }
+}
+
+const Dhtf::Site* Dhtf::site_at(const hal::Pose& p) const {
+  const double reach_m2 = settings_.site_radius_m * settings_.site_radius_m;
+  for (const Site& site : sites_) {
+    const double dx = p.x_m - site.in_shared.x_m, dy = p.y_m - site.in_shared.y_m;
+    if (dx * dx + dy * dy < reach_m2) return &site;
+  }
+  return nullptr;
+}
+
+void Dhtf::on_poses(Lab& lab, const hal::PoseFrame& frame) {
+  if (sites_.empty()) return;
+  std::vector<std::int64_t> team(sites_.size(), 0);
+  for (const hal::Sighting& seen : frame.robots) {
+    const Site* site = site_at(lab.projection().to_shared(seen.pose));
+    // A team is made of robots that show that they dwell. An inactive site has none.
+    if (site && site->active && seen.led == dwelling) ++team[static_cast<std::size_t>(site - sites_.data())];
+    const Place place{
+        .in_site = site != nullptr,
+        .active = site && site->active,
+        .timeout_s = site ? site->timeout_s : 0,
+        .wall_sectors = blocked_sectors(seen.pose, lab.arena().width_m, lab.arena().height_m, settings_.wall_zone_m)};
+    if (const auto message = teller_.next(frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
+  }
+  if (team == team_) return;
+  team_ = team;
+  lab.publish("team", std::move(team));
+}
+
+// Takes over what the owner's merged state says: activity, and executed tasks.
+void Dhtf::take_news(Lab& lab) {
+  const auto& active = lab.field(lab.owner(), "active");
+  const auto& executed = lab.field(lab.owner(), "executed");
+  const auto& executed_by = lab.field(lab.owner(), "executed_by");
+  const std::size_t sites = sites_.size(), labs = lab.labs().size();
+  if (active.size() != sites || executed.size() != sites || executed_by.size() != sites * labs) return;
+  std::int64_t total = 0;
+  for (std::size_t i = 0; i < sites; ++i) {
+    Site& site = sites_[i];
+    // The total heals states that never came; a row is written for the newest execution.
+    if (executed[i] > site.executed) {
+      std::string row = fmt::format("{},{:.6f},{},{},{:.6f}", lab.period(), seconds(lab.now()), i, site.cell,
+                                    seconds(site.active_since));
+      for (std::int64_t hard : site.hard) row += fmt::format(",{}", hard);
+      for (std::size_t l = 0; l < labs; ++l) row += fmt::format(",{}", executed_by[l * sites + i]);
+      lab.row("completed", completed_header(lab), row);
+    }
+    site.executed = executed[i];
+    total += executed[i];
+    if (!site.active && active[i] == 1) site.active_since = lab.now();
+    site.active = active[i] == 1;
+  }
+  lab.counts().set("completed", static_cast<std::uint64_t>(total));
+}
+
+void Dhtf::on_period(Lab& lab) {
+  if (lab.period() == 0) place_sites(lab);
+  if (sites_.empty()) return;
+  take_news(lab);
+  if (!judge_) return;
+  // The owner judges what all labs merged; its decisions are in force from when its next state is merged.
+  std::vector<std::vector<std::int64_t>> teams;
+  heard_.resize(lab.labs().size(), 0);
+  for (std::size_t l = 0; l < heard_.size(); ++l) {
+    const std::string& each = lab.labs()[l];
+    // A lab whose state has not advanced since the last boundary may be cut off: its old team is no evidence.
+    const bool news = lab.state(each).period > heard_[l];
+    teams.push_back(news ? lab.field(each, "team") : std::vector<std::int64_t>{});
+    heard_[l] = lab.state(each).period;
+  }
+  if (!judge_->judge(lab.now(), teams, lab.field(lab.owner(), "active"))) return;
+  lab.publish("active", judge_->active());
+  lab.publish("executed", judge_->executed());
+  lab.publish("executed_by", judge_->executed_by());
+}
+
+bool Dhtf::finished(const Lab&) const {
+  return false;
+}
+
+}  // namespace arkmesh::scenarios::dhtf

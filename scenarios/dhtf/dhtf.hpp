@@ -1,0 +1,49 @@
+// Dynamic heterogeneous team formation: a task is executed when every lab has its team at the task's site at the same
+// time. The owner draws the sites and judges; every lab counts its own teams and tells its own robots. Knows robots by
+// pose and LED only.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenarios/dhtf/robot_teller.hpp"
+#include "scenarios/dhtf/settings.hpp"
+#include "scenarios/dhtf/task_judge.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace arkmesh::scenarios::dhtf {
+
+class Dhtf final : public Scenario {
+ public:
+  explicit Dhtf(Settings settings);
+  void begin(Lab& lab) override;
+  void on_poses(Lab& lab, const hal::PoseFrame& frame) override;
+  void on_period(Lab& lab) override;
+  bool finished(const Lab& lab) const override;
+
+ private:
+  struct Site {
+    hal::Pose in_shared;
+    std::int64_t cell = 0;
+    std::vector<std::int64_t> hard;  // per lab, in lab order
+    int timeout_s = 0;
+    bool active = true;  // in force
+    hal::LabTime active_since{0};
+    std::int64_t executed = 0;  // in force
+  };
+
+  void decide_sites(Lab& lab);
+  void place_sites(Lab& lab);
+  void take_news(Lab& lab);
+  const Site* site_at(const hal::Pose& in_shared) const;
+
+  Settings settings_;
+  std::vector<Site> sites_;         // empty until the first merge
+  std::vector<std::int64_t> team_;  // own, per site, as last published
+  RobotTeller teller_;
+  std::optional<TaskJudge> judge_;    // the owner's
+  std::vector<std::uint32_t> heard_;  // the owner's: period of each lab's state at the last boundary
+};
+
+}  // namespace arkmesh::scenarios::dhtf

@@ -1,0 +1,103 @@
+"""The demo after everything is built: runs the labs, checks that they agree, and shows what came out. See scripts/demo."""
+import argparse
+import datetime
+import json
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, join_hashes, join_results, link_losses
+
+LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
+
+
+class Progress:
+    """How far every lab is: in place on a terminal, else a line every five seconds."""
+
+    def __init__(self, labs):
+        self.labs, self.terminal, self.due = labs, sys.stderr.isatty(), 0
+
+    def show(self):
+        if time.monotonic() < self.due:
+            return
+        self.due = time.monotonic() + (0.3 if self.terminal else 5)
+        parts = [re.sub(r"\s+", " ", line) for _, _, line in self.labs.progress().values()]
+        line = " | ".join(parts) or "the labs are getting ready"
+        if self.terminal:
+            line = "\r\033[K" + line[: shutil.get_terminal_size().columns - 1]
+        print(line, end="" if self.terminal else "\n", file=sys.stderr, flush=True)
+
+    def done(self):
+        if self.terminal:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def number(n):
+    return f"{n:,}".replace(",", " ")
+
+
+def summary(joint, out):
+    """The one-screen result."""
+    walls = {lab: own["wall"] for lab, own in joint["by_lab"].items()}
+    lines = [f"DHTF, seed {joint['seed']}: {joint['duration_s']:g} simulated seconds, {joint['periods']} periods, gate {joint['gate']}", ""]
+    lines += [f"completed tasks      {joint['counts'].get('completed', 0)}"]
+    lines += [f"speed                {joint['wall']['speed']:.0f} simulated seconds per wall second"]
+    for lab, wall in walls.items():
+        per = wall["per_period_ms"]
+        lines += [f"  {lab:<18} {wall['total_s']:.1f} s in all; per period {per['computing']:.2f} ms computing, {per['waiting']:.2f} ms waiting"]
+    lines += ["between the labs"]
+    for lab, own in joint["by_lab"].items():
+        for peer, traffic in own["between_labs"].items():
+            lines += [f"  {peer + ' to ' + lab:<18} {number(traffic['received_messages'])} messages, {number(traffic['received_bytes'])} bytes"]
+    drops = joint["drops"] | {f"{lab}.link.{name}": n for lab, own in joint["by_lab"].items() for name, n in link_losses(own["between_labs"]).items()}
+    lines += ["dropped, replaced, late or refused" + ("" if drops else ": nothing")]
+    lines += [f"  {name:<42} {number(n)}" for name, n in sorted(drops.items(), key=lambda item: -item[1])[:12]]
+    if len(drops) > 12:
+        lines += [f"  ... {len(drops) - 12} more in result.json"]
+    lines += [f"final hash           {joint['final_hash']} (the same in all labs)", f"run folder           {out}",
+              f"picture              {out / 'picture.png'}"]
+    return "\n".join(lines)
+
+
+def run(arguments, files=LABS, program=PROGRAM):
+    out = arguments.out or pathlib.Path("runs") / datetime.datetime.now().strftime("%Y-%m-%d-%H%M%S")
+    if out.exists() and any(out.iterdir()):
+        raise Failed(f"{out} is not empty; give another folder with --out.")
+    out.mkdir(parents=True, exist_ok=True)
+    with LabProcesses(files, out, [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"], program=program) as labs:
+        print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
+        progress = Progress(labs)
+        try:
+            labs.wait(patience_s=max(600, 2 * arguments.seconds), each=progress.show)
+        finally:
+            progress.done()
+    joint = join_results(labs.results())
+    (out / "result.json").write_text(json.dumps(joint, indent=2) + "\n")
+    join_hashes(out, sorted(labs.files))
+    drawn = subprocess.run([ROOT / "scripts/plot", out], capture_output=True, text=True)
+    if drawn.returncode != 0:
+        raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
+    print("\n" + summary(joint, out))
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/demo")
+    parser.add_argument("--seconds", type=float, default=1800)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=pathlib.Path)
+    arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
+    try:
+        run(arguments)
+    except Failed as failure:
+        sys.exit(f"demo: {failure}")
+    except KeyboardInterrupt:
+        sys.exit("\ndemo: stopped; its processes are ended.")
+
+
+if __name__ == "__main__":
+    main()

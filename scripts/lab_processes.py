@@ -1,0 +1,159 @@
+"""Runs labs as a user would: every lab and every gateway is a process of its own, all on this machine.
+
+Used by the demo and the measurements. Nothing is left running: whatever ends the caller ends the processes too.
+"""
+import csv
+import ctypes
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import time
+import tomllib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = ROOT / "build/release/arkmesh"
+PROGRESS = re.compile(r"period (\d+)/(\d+) ")
+
+
+class Failed(Exception):
+    """One sentence that says what went wrong."""
+
+
+def _end_with_parent():
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+class LabProcesses:
+    """`with LabProcesses(files, out) as labs:` starts everything; leaving the block ends what still runs."""
+
+    def __init__(self, files, out, overrides=(), own_overrides=None, program=PROGRAM):
+        self.files = {tomllib.loads(pathlib.Path(f).read_text())["lab"]["name"]: pathlib.Path(f) for f in files}
+        self.out = pathlib.Path(out)
+        # `overrides` ("key=value") go to every lab, own_overrides[lab] to that lab only.
+        self.overrides = {lab: [part for override in [*overrides, *(own_overrides or {}).get(lab, [])] for part in ("--set", override)]
+                          for lab in self.files}
+        self.program = program
+        self.processes = {}  # (what, lab) -> Popen
+
+    def __enter__(self):
+        for lab in self.files:
+            (self.out / lab).mkdir(parents=True, exist_ok=True)
+        try:
+            for lab in self.files:
+                self.start("gateway", lab)
+            for lab in self.files:
+                self.start("lab", lab)
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    def said(self, what, lab):
+        """The file that holds what a process said."""
+        return self.out / lab / f"{what}.txt"
+
+    def start(self, what, lab):
+        command = [self.program, what, self.files[lab], *self.overrides[lab]]
+        if what == "lab":
+            command += ["--out", self.out / lab]
+        with open(self.said(what, lab), "ab") as said:
+            try:
+                self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
+                                                             preexec_fn=_end_with_parent)
+            except OSError as error:
+                raise Failed(f"{self.program} cannot be started ({error.strerror}); run scripts/build first.") from None
+
+    def last_words(self, what, lab):
+        """The last line that a process said, progress aside."""
+        lines = self.said(what, lab).read_text(errors="replace").splitlines()
+        lines = [line.strip() for line in lines if line.strip() and not PROGRESS.search(line)]
+        return lines[-1] if lines else "it said nothing"
+
+    def progress(self):
+        """{lab: (period, periods, line)} of the labs that have said how far they are."""
+        out = {}
+        for lab in self.files:
+            with open(self.said("lab", lab), "rb") as said:
+                said.seek(max(0, said.seek(0, os.SEEK_END) - 2000))
+                lines = said.read().decode(errors="replace").splitlines()
+            for line in reversed(lines):
+                if found := PROGRESS.search(line):
+                    out[lab] = int(found[1]), int(found[2]), line
+                    break
+        return out
+
+    def running(self):
+        """Whether a lab is still at it; raises Failed when a process has ended as it should not."""
+        for (what, lab), process in self.processes.items():
+            code = process.poll()
+            if code is not None and (code != 0 or what == "gateway"):
+                ended = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
+                raise Failed(f"The {what} process of {lab} {ended}: {self.last_words(what, lab)}")
+        return any(process.poll() is None for (what, _), process in self.processes.items() if what == "lab")
+
+    def wait(self, patience_s, each=lambda: None):
+        """Until all labs have finished; calls `each` ten times a second."""
+        end = time.monotonic() + patience_s
+        while self.running():
+            each()
+            if time.monotonic() > end:
+                raise Failed(f"The labs have not finished within {patience_s:.0f} s: {self.progress()}")
+            time.sleep(0.1)
+
+    def stop(self):
+        """Asks what still runs to end, and ends what does not listen."""
+        left = [process for process in self.processes.values() if process.poll() is None]
+        for process in left:
+            process.terminate()
+        end = time.monotonic() + 5
+        for process in left:
+            try:
+                process.wait(max(0.1, end - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def results(self):
+        """{lab: result.json}"""
+        return {lab: json.loads((self.out / lab / "result.json").read_text()) for lab in self.files}
+
+
+def join_results(results):
+    """One result of labs that ran together, as `arkmesh run` writes it: what is common once, the rest by lab."""
+    hashes = {lab: result["final_hash"] for lab, result in results.items()}
+    strict = all(result["gate"] == "strict" for result in results.values())  # a free gate promises no equal view
+    if strict and len(set(hashes.values())) != 1:
+        raise Failed(f"The labs do not agree on the final hash: {hashes}; hash.csv of each shows the first period that differs.")
+    first = next(iter(results.values()))
+    common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts")
+    joint = {key: first[key] for key in common}
+    joint["drops"] = {f"{lab}.{name}": n for lab, result in results.items() for name, n in result["drops"].items()}
+    joint["by_lab"] = {lab: {key: result[key] for key in ("counts", "counters", "wall", "between_labs")} for lab, result in results.items()}
+    walls = [result["wall"] for result in results.values()]
+    joint["wall"] = {"total_s": max(wall["total_s"] for wall in walls), "speed": min(wall["speed"] for wall in walls)}
+    return joint
+
+
+def link_losses(between_labs):
+    """{peer.counter: n} of the links' counters that tell of something lost, replaced or refused."""
+    fine = re.compile(r"(sent|received)[._](messages|bytes)|outbox\.waiting\..*|session\.opened")
+    return {f"{peer}.{name}": n for peer, traffic in between_labs.items() for name, n in traffic.items() if n and not fine.fullmatch(name)}
+
+
+def join_hashes(out, labs):
+    """out/hash.csv: a row per period with every lab's hash, from out/<lab>/hash.csv."""
+    tables = []
+    for lab in labs:
+        with open(out / lab / "hash.csv", newline="") as table:
+            tables.append(list(csv.reader(table)))
+    with open(out / "hash.csv", "w", newline="") as joint:
+        writer = csv.writer(joint, lineterminator="\n")
+        writer.writerow(["period", *labs])
+        for rows in zip(*(table[1:] for table in tables)):
+            writer.writerow([rows[0][0], *(row[1] for row in rows)])

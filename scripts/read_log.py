@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+"""Reads an LCM event log, also one that was cut off, and decodes our messages.
+
+    scripts/read_log.py runs/demo/shark/log.lcm            channels, how many messages each, first and last time
+    scripts/read_log.py runs/demo/shark/log.lcm poses      every message of one channel, decoded
+
+From another program: `for seconds, channel, data in events(log)`, then `decode(data)`. Debian has no LCM for Python, so the
+file is read directly; the message types are the Python code that scripts/build generates.
+"""
+import importlib
+import os
+import pathlib
+import pkgutil
+import struct
+import sys
+
+SYNC = 0xEDA1DA01
+TYPES_DIR = pathlib.Path(__file__).resolve().parent.parent / "build/release/lcmtypes/python"
+
+
+def events(path):
+    """Every whole event as (seconds since 1970, channel, bytes); stops at the first one that is cut or damaged."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as log:
+        while len(head := log.read(28)) == 28:
+            sync, _number, utime, channel_length, length = struct.unpack(">IqqII", head)
+            if sync != SYNC or channel_length > 63 or log.tell() + channel_length + length > size:
+                return
+            yield utime / 1e6, log.read(channel_length).decode("ascii", "replace"), log.read(length)
+
+
+def types():
+    """Our message classes by fingerprint, the 8 bytes that every message begins with."""
+    if not types.known:
+        if not TYPES_DIR.is_dir():
+            raise SystemExit(f"The message types are not in {TYPES_DIR}: run scripts/build first.")
+        sys.path.insert(0, str(TYPES_DIR))
+        package = importlib.import_module("arkmesh")
+        for module in pkgutil.iter_modules(package.__path__):
+            cls = getattr(importlib.import_module("arkmesh." + module.name), module.name)
+            types.known[cls._get_packed_fingerprint()] = cls
+    return types.known
+
+
+types.known = {}
+
+
+def decode(data):
+    """The message in these bytes, or None when it is none of ours."""
+    cls = types().get(data[:8])
+    return cls.decode(data) if cls else None
+
+
+def text(message, indent=""):
+    """A message as indented lines, nested ones too."""
+    lines = []
+    for name in message.__slots__:
+        value = getattr(message, name)
+        if isinstance(value, list) and value and hasattr(value[0], "__slots__"):
+            for i, item in enumerate(value):
+                lines += [f"{indent}{name}[{i}]"] + text(item, indent + "  ")
+        else:
+            lines.append(f"{indent}{name} = {value}")
+    return lines
+
+
+def main(arguments):
+    if not 1 <= len(arguments) <= 2 or arguments[0].startswith("-"):
+        raise SystemExit(__doc__.strip())
+    log, wanted = arguments[0], arguments[1] if len(arguments) > 1 else None
+    if not os.path.isfile(log):
+        raise SystemExit(f"{log} is not a file; a run folder holds log.lcm in each lab's folder.")
+    seen = {}
+    for seconds, channel, data in events(log):
+        first, _, count, size = seen.get(channel, (seconds, 0, 0, 0))
+        seen[channel] = (first, seconds, count + 1, size + len(data))
+        if channel == wanted:
+            message = decode(data)
+            print(f"--- {seconds:.6f} {channel}")
+            print("\n".join(text(message)) if message else f"{len(data)} bytes of a type that is not ours")
+    if wanted is None:
+        print(f"{'channel':<24}{'messages':>10}{'bytes':>12}{'seconds':>10}")
+        for channel, (first, last, count, size) in sorted(seen.items()):
+            print(f"{channel:<24}{count:>10}{size:>12}{last - first:>10.1f}")
+    elif wanted not in seen:
+        raise SystemExit(f"No channel {wanted} in {log}; it holds: {', '.join(sorted(seen)) or 'no whole message'}.")
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except BrokenPipeError:  # the reader, such as `head`, has had enough
+        os._exit(0)

@@ -1,0 +1,198 @@
+// Times are microseconds of lab time. Light needs none: all robots in range hear a sender at once.
+#include "sim_ode/infrared_medium.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace arkmesh::sim_ode {
+namespace {
+
+constexpr std::int64_t message_us = 4371;         // 130 slots of 269 cycles at 8 MHz
+constexpr std::int64_t sense_until_us = 67;       // a sender that has begun by then is sensed
+constexpr std::int64_t overhead_repeat_us = 10'409;  // the controller repeats its message until the next packet
+constexpr double grid_slack_m = 0.005;
+
+// Nearly normal, mean 0, s.d. 1, at most 3.47: four uniform numbers from one draw.
+double about_normal(std::uint64_t bits) {
+  const auto sum = static_cast<double>((bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48));
+  return (sum / 65536.0 - 2) * 1.7320508075688772;
+}
+
+}  // namespace
+
+InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed)
+    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m / 2)), chance_(seed, lab + "/ode/infrared"),
+      pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
+      // two parts, each at most 3.47 s.d., that together are longest when even
+      longest_reach_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {
+  energy_until_us_.assign(index(robots), 0);
+  sends_until_us_.assign(index(robots), 0);
+  retry_us_.assign(index(robots), -1);
+  decoding_.assign(index(robots), -1);
+}
+
+// How far `from` is heard by `to`: differs from pair to pair and by direction, always the same for the same two.
+double InfraredMedium::reach_m(int from, int to) const {
+  if (settings_.ir_range_spread_m == 0) return settings_.ir_range_m;
+  const auto normal = [this](int a, int b, std::uint64_t kind) {
+    const auto pair = static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint64_t>(b);
+    return about_normal(hal::mix64(hal::mix64(pair_key_ + kind) ^ hal::mix64(pair)));
+  };
+  const double both = normal(std::min(from, to), std::max(from, to), 0), own = normal(from, to, 1);
+  return settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(1 - settings_.ir_asymmetry) * both + std::sqrt(settings_.ir_asymmetry) * own);
+}
+
+void InfraredMedium::overhead_sends(std::int64_t start_us) {
+  overhead_us_.push_back(start_us);
+  if (overhead_us_.size() > 16) overhead_us_.pop_front();
+}
+
+bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) const {
+  for (std::size_t k = overhead_us_.size(); k-- > 0;) {
+    const std::int64_t begin = overhead_us_[k];
+    // repeats until the next packet, or until the controller is stopped
+    const std::int64_t end = std::min(k + 1 < overhead_us_.size() ? overhead_us_[k + 1] : INT64_MAX, begin + settings_.composite.count());
+    if (end <= from_us) return false;
+    if (begin >= to_us) continue;
+    const std::int64_t since = std::max<std::int64_t>(0, from_us - begin);
+    const std::int64_t in_period = since % overhead_repeat_us;
+    if (in_period < message_us || since - in_period + overhead_repeat_us < std::min(to_us, end) - begin) return true;
+  }
+  return false;
+}
+
+void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard) {
+  const std::int64_t start_us = number * tick_us, end_us = start_us + tick_us;
+  // attempts of this tick: put off ones at their own time, the others at the robots' timers
+  attempts_.clear();
+  std::erase_if(retrying_, [&](int robot) {
+    if (retry_us_[index(robot)] >= end_us) return false;
+    attempts_.push_back({retry_us_[index(robot)], robot});
+    return true;
+  });
+  for (int robot : host.due())
+    if (retry_us_[index(robot)] < 0) attempts_.push_back({start_us + host.timer_us(robot), robot});
+  std::make_heap(attempts_.begin(), attempts_.end());
+
+  if (!attempts_.empty() && (grid_path_m_ < 0 || world.longest_path_m() - grid_path_m_ > grid_slack_m)) {
+    grid_.build(world.x(), world.y());
+    grid_path_m_ = world.longest_path_m();
+  }
+
+  unsorted_.clear();
+  for (;;) {
+    const bool ends = !on_air_.empty() && on_air_.front().end_us < end_us;
+    if (ends && (attempts_.empty() || on_air_.front().end_us <= attempts_.front().at_us)) {
+      finish(on_air_.front(), start_us, world, host, unsorted_);
+      spare_.push_back(std::move(on_air_.front()));
+      on_air_.pop_front();
+      ++first_number_;
+    } else if (!attempts_.empty()) {
+      std::pop_heap(attempts_.begin(), attempts_.end());
+      const Attempt next = attempts_.back();
+      attempts_.pop_back();
+      attempt(next, world, host);
+      // backed off, but to a moment of this tick
+      const std::int64_t again = retry_us_[index(next.robot)];
+      if (again >= 0 && again < end_us) {
+        attempts_.push_back({again, next.robot});
+        std::push_heap(attempts_.begin(), attempts_.end());
+      } else if (again >= 0) {
+        retrying_.push_back(next.robot);
+      }
+    } else {
+      break;
+    }
+  }
+
+  // by robot; times are in order already
+  first_of_.assign(decoding_.size() + 1, 0);
+  for (const Reception& reception : unsorted_) ++first_of_[index(reception.robot) + 1];
+  for (std::size_t i = 1; i < first_of_.size(); ++i) first_of_[i] += first_of_[i - 1];
+  heard.resize(unsorted_.size());
+  for (const Reception& reception : unsorted_) heard[first_of_[index(reception.robot)]++] = reception;
+}
+
+void InfraredMedium::attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host) {
+  const std::size_t i = index(attempt.robot);
+  retry_us_[i] = -1;
+  // a robot that receives something puts sending off to its next tick
+  if (decoding_[i] >= 0 || overhead_on_air(attempt.at_us, attempt.at_us + 1)) return;
+  // light that it could not decode is sensed after its own first pulse
+  const bool senses = energy_until_us_[i] > attempt.at_us + sense_until_us;
+  const std::optional<Message> message = host.ask(attempt.robot, !senses);
+  if (!message) return;
+  if (senses) {
+    ++totals_.backed_off;
+    retry_us_[i] = attempt.at_us + 1 + host.back_off(attempt.robot);
+  } else {
+    start(attempt.robot, attempt.at_us, *message, world);
+  }
+}
+
+void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world) {
+  ++totals_.sent;
+  const std::int64_t number = first_number_ + static_cast<std::int64_t>(on_air_.size()), end_us = at_us + message_us;
+  Sending sending;
+  if (!spare_.empty()) {
+    sending = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  sending.robot = robot;
+  sending.start_us = at_us;
+  sending.end_us = end_us;
+  sending.message = message;
+  sending.good_crc = message.crc == message_crc(message);
+  sending.listeners.clear();
+  if (!sending.good_crc) ++totals_.bad_crc;
+  sends_until_us_[index(robot)] = end_us;
+
+  const double x = world.x()[index(robot)], y = world.y()[index(robot)], range = longest_reach_m_;
+  grid_.visit_near(x, y, range + world.longest_path_m() - grid_path_m_, [&](int listener) {
+    const std::size_t k = index(listener);
+    const double dx = world.x()[k] - x, dy = world.y()[k] - y;
+    if (dx * dx + dy * dy > range * range || listener == robot) return;
+    if (settings_.ir_range_spread_m > 0 && std::hypot(dx, dy) > reach_m(robot, listener)) return;
+    const bool free = energy_until_us_[k] <= at_us && sends_until_us_[k] <= at_us;
+    if (!free && decoding_[k] >= 0) {
+      ++totals_.spoiled;
+      decoding_[k] = -1;
+    }
+    energy_until_us_[k] = std::max(energy_until_us_[k], end_us);
+    if (!free) return;  // deaf while it sends, or two at once
+    decoding_[k] = number;
+    sending.listeners.push_back(listener);
+  });
+  on_air_.push_back(std::move(sending));
+}
+
+void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, const RobotHost& host,
+                            std::vector<Reception>& heard) {
+  const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
+  for (int listener : sending.listeners) {
+    const std::size_t k = index(listener);
+    if (decoding_[k] != first_number_) continue;  // spoiled
+    decoding_[k] = -1;
+    if (talked_over) {
+      ++totals_.spoiled;
+      continue;
+    }
+    if (!sending.good_crc) continue;
+    const double dx = world.x()[k] - world.x()[index(sending.robot)], dy = world.y()[k] - world.y()[index(sending.robot)];
+    double distance = std::sqrt(dx * dx + dy * dy);
+    const double loss = settings_.ir_loss + settings_.ir_loss_per_m * distance;
+    if (loss > 0 && chance_.uniform() < loss) {
+      ++totals_.lost;
+      continue;
+    }
+    if (settings_.ir_noise_m > 0) distance += settings_.ir_noise_m * about_normal(chance_.next());
+    Reception& reception = heard.emplace_back();
+    reception.robot = listener;
+    reception.at_us = static_cast<std::uint32_t>(sending.end_us - tick_start_us);
+    reception.message = sending.message;
+    host.set_readings(listener, distance, reception);
+    ++totals_.received;
+  }
+}
+
+}  // namespace arkmesh::sim_ode

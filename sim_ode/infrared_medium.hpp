@@ -1,0 +1,87 @@
+// Robots' infrared: who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the message
+// timing, carrier sense and back-off of the robots' firmware.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/random.hpp"
+#include "sim_ode/contact_world.hpp"
+#include "sim_ode/message.hpp"
+#include "sim_ode/neighbour_grid.hpp"
+#include "sim_ode/robot_host.hpp"
+#include "sim_ode/settings.hpp"
+
+namespace arkmesh::sim_ode {
+
+class InfraredMedium {
+ public:
+  InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed);
+
+  // The overhead controller sends from `start_us` on, over everything; it senses nothing.
+  void overhead_sends(std::int64_t start_us);
+
+  // Tick `number`: asks the robots that are due for messages, sends them, and adds to `heard` what robots receive by the
+  // tick's end. May throw ProgramFault.
+  void run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard);
+
+  // Whether a message arrives at a robot at this time, at or after the end of the last tick that ran.
+  bool receiving(int robot, std::int64_t at_us) const {
+    return (decoding_[index(robot)] >= 0 && energy_until_us_[index(robot)] > at_us) || overhead_on_air(at_us, at_us + 1);
+  }
+
+  struct Totals {
+    std::uint64_t sent = 0, received = 0;
+    std::uint64_t bad_crc = 0;    // messages sent with a wrong checksum: nobody hears them
+    std::uint64_t spoiled = 0;    // receptions lost to another sender
+    std::uint64_t lost = 0;       // receptions lost by chance
+    std::uint64_t backed_off = 0; // attempts put off because somebody else's light was sensed
+  };
+  const Totals& totals() const { return totals_; }
+
+ private:
+  struct Sending {
+    int robot;
+    std::int64_t start_us, end_us;
+    bool good_crc;
+    Message message;
+    std::vector<int> listeners;   // that began to decode it
+  };
+  struct Attempt {
+    std::int64_t at_us;
+    int robot;
+    // earliest on top of a standard heap; robots in order at equal times
+    bool operator<(const Attempt& other) const { return at_us != other.at_us ? at_us > other.at_us : robot > other.robot; }
+  };
+  static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
+  bool overhead_on_air(std::int64_t from_us, std::int64_t to_us) const;
+  void attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host);
+  void start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world);
+  double reach_m(int from, int to) const;
+  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, const RobotHost& host, std::vector<Reception>& heard);
+
+  Settings settings_;
+  NeighbourGrid grid_;
+  double grid_path_m_ = -1;                   // ContactWorld::longest_path_m() when the grid was built
+  hal::RandomStream chance_;
+  std::uint64_t pair_key_;
+  double longest_reach_m_;                    // of any pair
+  std::vector<std::int64_t> energy_until_us_; // light of any sender in range
+  std::vector<std::int64_t> sends_until_us_;
+  std::vector<std::int64_t> retry_us_;        // of a robot that backed off; -1
+  std::vector<std::int64_t> decoding_;        // number of the sending that a robot decodes, -1
+  std::deque<Sending> on_air_;                // in order of start, which is order of end
+  std::int64_t first_number_ = 0;             // of on_air_.front()
+  std::vector<Sending> spare_;                // keeps listeners' memory
+  std::vector<Attempt> attempts_;
+  std::vector<int> retrying_;
+  std::deque<std::int64_t> overhead_us_;      // starts of the controller's latest packets
+  std::vector<Reception> unsorted_;
+  std::vector<std::uint32_t> first_of_;
+  Totals totals_;
+};
+
+}  // namespace arkmesh::sim_ode

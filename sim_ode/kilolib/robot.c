@@ -1,0 +1,276 @@
+/* The robot's side of the library: linked into each program. All of a robot's state here lies in section .robot_host, which
+   is exchanged together with the program's own data when the turn passes from robot to robot. Own rand, printf, exit and
+   strtok, because those of the host's C library would be shared by all robots. */
+#include "kilolib.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "robot_abi.h"
+
+#define ROBOT __attribute__((section(".robot_host")))
+#define HIDDEN __attribute__((visibility("hidden")))
+/* Stands in for the C library's unless the program has its own. */
+#define STAND_IN __attribute__((visibility("hidden"), weak))
+
+#undef kilo_ticks
+#undef printf
+
+static void no_rx(message_t *message, distance_measurement_t *distance) {
+  (void)message;
+  (void)distance;
+}
+static message_t *no_tx(void) { return 0; }
+static void no_success(void) {}
+
+ROBOT volatile uint32_t arkmesh_ticks = 0;
+ROBOT uint32_t arkmesh_reads = 0;
+ROBOT static uint32_t blocks = 0;
+ROBOT message_rx_t kilo_message_rx = no_rx;
+ROBOT message_tx_t kilo_message_tx = no_tx;
+ROBOT message_tx_success_t kilo_message_tx_success = no_success;
+ROBOT static void (*user_setup)(void) = 0;
+ROBOT static void (*user_loop)(void) = 0;
+ROBOT static char *strtok_rest = 0;
+ROBOT static int32_t rand_state = 1;
+ROBOT uint16_t kilo_uid = 0;
+ROBOT volatile uint16_t kilo_tx_period = 3906;
+ROBOT uint8_t kilo_turn_left = 0;
+ROBOT uint8_t kilo_turn_right = 0;
+ROBOT uint8_t kilo_straight_left = 0;
+ROBOT uint8_t kilo_straight_right = 0;
+ROBOT static uint8_t soft_state = 0xAA;
+ROBOT static uint8_t soft_count = 0;
+ROBOT static message_t rx_message = {{0}};
+ROBOT static distance_measurement_t rx_distance = {0};
+ROBOT uint16_t kilo_irhigh[14] = {0};
+ROBOT uint16_t kilo_irlow[14] = {0};
+
+/* Outside the robot's memory. */
+__attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {0};
+
+/* ---- time ---- */
+
+void arkmesh_wait_us(uint32_t us) { host.wait_us(us); }
+void delay(uint16_t ms) { host.wait_us((uint32_t)ms * 1000); }
+void arkmesh_busy(void) {
+  arkmesh_reads = 0;
+  host.wait_for_tick();
+}
+
+/* A sensor takes about as long as it takes the clock to be read often. */
+static void spend_reading(void) {
+  if (++arkmesh_reads >= 400) arkmesh_busy();
+}
+
+/* Programs with volatile variables are compiled so that they call this in each block of their code: waiting for a flag that
+   a callback sets takes time then, as on the robot. 50000 blocks are about what a robot gets done in a tick. */
+__attribute__((visibility("hidden"), no_sanitize_coverage)) void __sanitizer_cov_trace_pc(void) {
+  if (++blocks < 50000) return;
+  blocks = 0;
+  host.busy_at((const char *)__builtin_return_address(0) - 1);
+}
+
+/* ---- body ---- */
+
+void set_motors(uint8_t left, uint8_t right) { host.motors(left, right); }
+void set_color(uint8_t color) { host.colour(color); }
+void spinup_motors() {
+  set_motors(255, 255);
+  delay(15);
+}
+
+int16_t get_ambientlight() {
+  spend_reading();
+  return host.light();
+}
+int16_t get_voltage() {
+  spend_reading();
+  return host.voltage();
+}
+int16_t get_temperature() {
+  spend_reading();
+  return host.temperature();
+}
+
+/* ---- chance ---- */
+
+uint8_t rand_hard() { return host.random_byte(); }
+uint8_t rand_soft() {
+  soft_state ^= soft_state << 3;
+  soft_state ^= soft_state >> 5;
+  soft_state ^= soft_count++ >> 2;
+  return soft_state;
+}
+void rand_seed(uint8_t seed) { soft_state = seed; }
+
+/* Park and Miller's generator, cut to 15 bits, as in the robot's C library. */
+STAND_IN int rand(void) {
+  int64_t x = rand_state == 0 ? 123459876 : rand_state;
+  x = x * 16807 % 0x7FFFFFFF;
+  rand_state = (int32_t)x;
+  return (int)(x % 0x8000);
+}
+STAND_IN void srand(unsigned seed) { rand_state = (uint16_t)seed; }
+
+/* ---- messages ---- */
+
+uint16_t message_crc(const message_t *msg) {
+  const uint8_t *byte = (const uint8_t *)msg;
+  uint16_t crc = 0xFFFF;
+  uint8_t i, bit;
+  for (i = 0; i < 10; i++) {
+    crc ^= byte[i];
+    for (bit = 0; bit < 8; bit++) crc = crc & 1 ? crc >> 1 ^ 0x8408 : crc >> 1;
+  }
+  return crc;
+}
+
+/* Gap in mm for a reading, on the straight line through table entries k-1 and k (k * 5 mm), truncated. */
+static int gap_mm(const uint16_t *table, int k, int reading) {
+  const int slope = 2 * ((int)table[k] - (int)table[k - 1]);
+  return slope == 0 ? 255 : (10 * (reading - (int)table[k]) + 5 * slope * k) / slope;
+}
+/* The first entry that the reading exceeds, 14 when there is none. */
+static int entry_below(const uint16_t *table, int reading) {
+  int k;
+  for (k = 0; k < 14 && reading <= (int)table[k]; k++) continue;
+  return k;
+}
+
+uint8_t estimate_distance(const distance_measurement_t *dist) {
+  const int high = dist->high_gain, low = dist->low_gain;
+  uint8_t near_mm = 0, far_mm = 0;
+  if (high < 900) { /* high gain not saturated */
+    const int k = entry_below(kilo_irhigh, high);
+    if (k > 0) far_mm = (uint8_t)gap_mm(kilo_irhigh, k < 14 ? k : 13, high);
+  }
+  if (high > 700) { /* near enough for the low gain */
+    const int k = entry_below(kilo_irlow, low);
+    if (k > 0) near_mm = k < 14 ? (uint8_t)gap_mm(kilo_irlow, k, low) : 90;
+  }
+  if (high >= 900) return 33 + near_mm;
+  if (high <= 700) return 33 + far_mm;
+  return (uint8_t)(33 + (far_mm * (900.0 - high) + near_mm * (high - 700.0)) / 200.0);
+}
+
+/* ---- start and end ---- */
+
+void kilo_init() {}
+void kilo_start(void (*setup)(void), void (*loop)(void)) {
+  user_setup = setup;
+  user_loop = loop;
+  host.started();
+}
+
+/* The call itself, before the address to return to. */
+#define CALLER ((const char *)__builtin_return_address(0) - 1)
+
+STAND_IN __attribute__((noreturn)) void exit(int status) {
+  (void)status;
+  host.ended("called exit()", CALLER);
+  __builtin_unreachable();
+}
+STAND_IN __attribute__((noreturn)) void _exit(int status) {
+  (void)status;
+  host.ended("called _exit()", CALLER);
+  __builtin_unreachable();
+}
+STAND_IN __attribute__((noreturn)) void abort(void) {
+  host.ended("called abort()", CALLER);
+  __builtin_unreachable();
+}
+STAND_IN __attribute__((noreturn)) void __assert_fail(const char *what, const char *file, unsigned line, const char *function) {
+  char why[160];
+  (void)function;
+  snprintf(why, sizeof why, "failed the assertion %s at %s:%u", what, file, line);
+  host.ended(why, CALLER);
+  __builtin_unreachable();
+}
+
+/* ---- text ---- */
+
+STAND_IN int vprintf(const char *format, va_list values) {
+  char line[256];
+  int size;
+  if (!host.text) return 0;
+  size = vsnprintf(line, sizeof line, format, values);
+  if (size > 0) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
+  return size;
+}
+STAND_IN int printf(const char *format, ...) {
+  va_list values;
+  int size;
+  va_start(values, format);
+  size = vprintf(format, values);
+  va_end(values);
+  return size;
+}
+STAND_IN int puts(const char *text) { return printf("%s\n", text); }
+STAND_IN int putchar(int c) {
+  printf("%c", c);
+  return c;
+}
+/* A robot has one place for text only, whatever the stream. */
+STAND_IN int vfprintf(FILE *stream, const char *format, va_list values) {
+  (void)stream;
+  return vprintf(format, values);
+}
+STAND_IN int fprintf(FILE *stream, const char *format, ...) {
+  va_list values;
+  int size;
+  (void)stream;
+  va_start(values, format);
+  size = vprintf(format, values);
+  va_end(values);
+  return size;
+}
+STAND_IN int fputs(const char *text, FILE *stream) { return fprintf(stream, "%s", text); }
+STAND_IN int fputc(int c, FILE *stream) {
+  (void)stream;
+  return putchar(c);
+}
+STAND_IN int putc(int c, FILE *stream) { return fputc(c, stream); }
+STAND_IN size_t fwrite(const void *from, size_t size, size_t count, FILE *stream) {
+  fprintf(stream, "%.*s", (int)(size * count), (const char *)from);
+  return count;
+}
+STAND_IN int fflush(FILE *stream) {
+  (void)stream;
+  return 0;
+}
+STAND_IN char *strtok(char *text, const char *separators) { return strtok_r(text, separators, &strtok_rest); }
+
+/* ---- what the simulator sees ---- */
+
+extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN;
+extern int main();
+
+__attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
+    .begin = arkmesh_begin,
+    .end = arkmesh_end,
+    .host = &host,
+    .main = (int (*)(void))main,
+    .setup = &user_setup,
+    .loop = &user_loop,
+    .rx = (void (**)(void *, void *))&kilo_message_rx,
+    .tx = (void *(**)(void))&kilo_message_tx,
+    .no_tx = (void *(*)(void))no_tx,
+    .tx_success = &kilo_message_tx_success,
+    .rx_message = &rx_message,
+    .rx_distance = (int16_t *)&rx_distance,
+    .ticks = &arkmesh_ticks,
+    .reads = &arkmesh_reads,
+    .blocks = &blocks,
+    .uid = &kilo_uid,
+    .tx_period = &kilo_tx_period,
+    .turn_left = &kilo_turn_left,
+    .turn_right = &kilo_turn_right,
+    .straight_left = &kilo_straight_left,
+    .straight_right = &kilo_straight_right,
+    .irhigh = kilo_irhigh,
+    .irlow = kilo_irlow,
+    .rand = rand,
+    .crc = (uint16_t (*)(const void *))message_crc,
+};

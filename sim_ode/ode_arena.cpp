@@ -1,0 +1,201 @@
+// Puts the parts together in time order: robot ticks at n x 32.768 ms, composites at n x composite_s, frames at
+// n x frame_period; at equal times in this order. Nothing here depends on how calls of advance_to slice the time.
+#include "sim_ode/ode_arena.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hal/arena_config.hpp"
+#include "hal/newest_frame.hpp"
+#include "hal/pacer.hpp"
+#include "sim_ode/contact_world.hpp"
+#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/led_lights.hpp"
+#include "sim_ode/light_field.hpp"
+#include "sim_ode/motors.hpp"
+#include "sim_ode/overhead_controller.hpp"
+#include "sim_ode/robot_host.hpp"
+#include "sim_ode/settings.hpp"
+#include "sim_ode/start_places.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+class OdeArena final : public hal::Arena {
+ public:
+  OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
+           const std::string& lab, std::uint64_t seed)
+      : settings_(settings), info_(make_info(config, lab)), poses_(counters_), overhead_(info_, counters_), motors_(settings, config.robots, lab, seed),
+        leds_(config.robots), world_(config.width_m, config.height_m, settings.friction, seed, start),
+        light_(settings, config.robots, lab, seed), host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread),
+        infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed), overhead_chance_(seed, lab + "/ode/overhead_loss") {
+    if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
+  }
+
+  const hal::ArenaInfo& info() const override { return info_; }
+  const hal::Clock& clock() const override { return clock_; }
+  hal::PoseSource& poses() override { return poses_; }
+  hal::RobotLink& robots() override { return overhead_; }
+
+  void advance_to(hal::LabTime t) override {
+    assert(t >= clock_.now() && "lab time never decreases");
+    if (pacer_ && t > clock_.now()) pacer_->wait_until(t);
+    if (!lost_.empty()) throw std::runtime_error(lost_);
+    std::optional<FaultGuard::Watch> watch;
+    for (;;) {
+      const hal::LabTime tick{ticks_ * tick_us + tick_us}, composite = (composites_ + 1) * settings_.composite, frame = frames_ * info_.frame_period;
+      const hal::LabTime next = std::min({tick, composite, frame});
+      if (next > t) break;
+      clock_.set(next);
+      if (tick == next) {
+        if (!watch) watch.emplace(host_.guard());
+        run_tick();
+      } else if (composite == next) {
+        send_composite();
+      } else {
+        make_frame();
+      }
+    }
+    clock_.set(t);
+  }
+
+  const hal::Counters& counters() const override {
+    const InfraredMedium::Totals& air = infrared_.totals();
+    const ContactWorld::Totals& world = world_.totals();
+    counters_.set("infrared.sent", air.sent);
+    counters_.set("infrared.received", air.received);
+    counters_.set("infrared.refused.crc", air.bad_crc);
+    counters_.set("infrared.lost.spoiled", air.spoiled);
+    counters_.set("infrared.lost.chance", air.lost);
+    counters_.set("infrared.backed_off", air.backed_off);
+    counters_.set("contacts.robot_ticks", world.touching);
+    counters_.set("contacts.deeper_than_1mm", world.deep);
+    return counters_;
+  }
+
+ private:
+  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const std::string& lab) {
+    hal::ArenaInfo info;
+    info.name = lab;
+    info.platform = "ode";
+    info.width_m = config.width_m;
+    info.height_m = config.height_m;
+    info.can_wait = config.pace == 0;
+    info.frame_period = config.frame_period;
+    for (int i = 0; i < config.robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
+    return info;
+  }
+
+  RobotHost::Sensors sensors() {
+    return {.light = [this](int robot) {
+              const auto i = static_cast<std::size_t>(robot);
+              return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
+            },
+            .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); }};
+  }
+
+  // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that motion.
+  void run_tick() {
+    ++ticks_;
+    try {
+      leds_.end_tick();
+      host_.tick(ticks_, inbox_);
+      inbox_.overhead.clear();
+      infrared_.run_tick(ticks_, world_, host_, inbox_.infrared);
+    } catch (const ProgramFault& fault) {
+      lost_ = fault.what();
+      throw;
+    }
+    for (const Motors::Change& change : motors_.end_tick()) world_.set_velocity(change.robot, change.velocity);
+    world_.step();
+  }
+
+  void send_composite() {
+    ++composites_;
+    const std::optional<Message> message = overhead_.next();
+    if (!message) return;
+    infrared_.overhead_sends(clock_.now().count());
+    Inbox::Overhead& heard = inbox_.overhead.emplace_back();
+    heard.at_us = static_cast<std::uint32_t>(clock_.now().count() - ticks_ * tick_us);
+    heard.message = *message;
+    // fleet commands are repeated until everybody has heard them
+    if (settings_.overhead_loss == 0 || message->type > 127) return;
+    for (std::size_t i = 0; i < info_.robots.size(); ++i) {
+      const bool missed = overhead_chance_.uniform() < settings_.overhead_loss;
+      heard.missed.push_back(missed);
+      if (missed) counters_.add("to_robots.lost.overhead");
+    }
+  }
+
+  void make_frame() {
+    hal::PoseFrame frame;
+    frame.stamp = clock_.now();
+    frame.number = static_cast<std::uint32_t>(frames_++);
+    // before the first tick robots stand; after it the last step leads from the latest tick to the next one
+    const std::int64_t since_us = clock_.now().count() - ticks_ * tick_us;
+    const double share = static_cast<double>(since_us) / tick_us;
+    if (!settings_.blank_leds) leds_.look(since_us, seen_);
+    frame.robots.resize(info_.robots.size());
+    for (std::size_t i = 0; i < info_.robots.size(); ++i) {
+      hal::Sighting& sighting = frame.robots[i];
+      sighting.robot = info_.robots[i];
+      sighting.pose = world_.pose(static_cast<int>(i), share);
+      if (!settings_.blank_leds) sighting.led = seen_[i];
+    }
+    poses_.put(std::move(frame));
+  }
+
+  Settings settings_;
+  mutable hal::Counters counters_;   // some are brought up to date when somebody looks
+  hal::ArenaInfo info_;
+  hal::OwnedClock clock_;
+  hal::NewestFrame poses_;
+  OverheadController overhead_;
+  Motors motors_;
+  LedLights leds_;
+  ContactWorld world_;
+  LightField light_;
+  RobotHost host_;
+  InfraredMedium infrared_;
+  hal::RandomStream overhead_chance_;
+  std::optional<hal::Pacer> pacer_;  // none: can wait
+  Inbox inbox_;                      // for the next tick
+  std::vector<hal::Led> seen_;
+  std::int64_t ticks_ = 0, composites_ = 0, frames_ = 0;  // so far; frames also the next one's number
+  std::string lost_;                 // why the arena is lost for good
+};
+
+}  // namespace
+
+std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {
+  const hal::ArenaConfig config = hal::read_arena_config(arena);
+  const Settings settings = read_settings(arena);
+
+  const double within_x = settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot_radius_m;
+  const double within_y = settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot_radius_m;
+  std::vector<hal::Pose> start = settings.start_poses;
+  if (!start.empty()) {
+    if (static_cast<int>(start.size()) != config.robots)
+      arena.section("ode").refuse("start_poses", fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
+    if (const std::string trouble = trouble_with(start, config.width_m, config.height_m); !trouble.empty())
+      arena.section("ode").refuse("start_poses", trouble);
+  } else {
+    start = start_places(config.robots, within_x, within_y, lab, seed);
+  }
+  if (static_cast<int>(start.size()) < config.robots) arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
+
+  try {
+    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed);
+  } catch (const ProgramError& error) {
+    arena.section("ode").refuse("controller", error.what());
+  } catch (const ProgramFault& fault) {
+    arena.section("ode").refuse("controller", fault.what());
+  }
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,19 @@
+// The simulated arena: robots with real contacts, run by unmodified Kilobot C programs, reached through an overhead controller's
+// airtime. Seeded and bit-repeatable.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "hal/arena.hpp"
+#include "hal/config.hpp"
+
+namespace arkmesh::sim_ode {
+
+// Reads the common [arena] keys and [arena.ode]. `seed` and `lab` name its random streams ("<lab>/ode/...").
+// With arena.pace = 1 it keeps real time and cannot wait. Compiles the controller (arena.ode.controller, a kilolib C file);
+// throws ConfigError with the compiler's first error when that fails.
+std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed);
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,49 @@
+// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for three robots.
+// Registers per robot and slot hold the newest message; fleet commands go first.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/counters.hpp"
+#include "sim_ode/message.hpp"
+
+namespace arkmesh::sim_ode {
+
+class OverheadController final : public hal::RobotLink {
+ public:
+  // Both outlive the controller.
+  OverheadController(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
+
+  hal::Airtime offer(std::span<const hal::ToRobot> newest) override;
+  void command(const hal::FleetCommand& command) override;
+  std::vector<hal::FromRobot> heard() override { return {}; }
+
+  // The message that goes on the air now; nothing when nothing waits.
+  std::optional<Message> next();
+
+ private:
+  struct Register {
+    std::uint8_t kind;
+    std::uint16_t value;
+  };
+  struct Waiting {
+    std::map<std::uint8_t, Register> by_slot;
+    std::uint8_t next_slot = 0;   // where this robot's round goes on
+  };
+
+  const hal::ArenaInfo& info_;
+  hal::Counters& counters_;
+  std::deque<Message> commands_;
+  std::map<hal::RobotId, Waiting> waiting_;  // robots with something waiting
+  hal::RobotId next_robot_ = 0;              // where the round over robots goes on
+  hal::Airtime airtime_;
+};
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,159 @@
+// Compiles into a directory that is gone before load() returns: also a killed process leaves nothing behind.
+#include "sim_ode/robot_program.hpp"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include "sim_ode/subprocess.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A directory of our own below the system's temporary one; removed with everything in it.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::error_code error;
+    fs::path base = fs::temp_directory_path(error);
+    if (error) base = "/tmp";
+    std::string name = (base / "arkmesh-controller-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw ProgramError(fmt::format("no directory can be made in {} to compile in; free some space or set TMPDIR", base.string()));
+    path_ = name;
+  }
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// Where kilolib.h lies: beside the sources, or beside an installed program.
+fs::path kilolib_folder() {
+  std::error_code ignored;
+  const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib";
+  if (fs::exists(source / "robot.c", ignored)) return source;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  const fs::path installed = program.parent_path().parent_path() / "share" / "arkmesh" / "kilolib";
+  if (fs::exists(installed / "robot.c", ignored)) return installed;
+  throw ProgramError(fmt::format("the Kilobot library is neither in {} nor in {}; install arkmesh again", source.string(), installed.string()));
+}
+
+std::string read_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  if (!fs::is_regular_file(file) || !in || !(text << in.rdbuf()))
+    throw ProgramError(fmt::format("{} cannot be read; name a C file", file.string()));
+  return text.str();
+}
+
+// The line that says what is wrong; otherwise the compiler's first one. Without the path of our own folder.
+std::string first_error(std::string output, const fs::path& folder) {
+  const std::string ours = folder.string() + "/";
+  for (std::size_t at; (at = output.find(ours)) != std::string::npos;) output.erase(at, ours.size());
+  std::string first;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    if (first.empty()) first = line;
+    for (const char* mark : {"error:", "undefined reference", "multiple definition"})
+      if (line.find(mark) != std::string::npos) return line;
+  }
+  return first.empty() ? "the compiler said nothing" : first;
+}
+
+std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
+  static std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>> programs;
+  return programs;
+}
+
+}  // namespace
+
+std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
+  const std::string text = read_text(source);
+  std::erase_if(loaded_programs(), [](const auto& entry) { return entry.second.expired(); });
+  const auto key = std::pair(fs::absolute(source).string(), text);
+  if (const auto found = loaded_programs().find(key); found != loaded_programs().end())
+    if (auto program = found->second.lock()) return program;
+
+  std::shared_ptr<RobotProgram> program(new RobotProgram);
+  program->source_ = source;
+  const fs::path folder = fs::absolute(source).parent_path();
+  const fs::path kilolib = kilolib_folder();
+
+  // A copy in an empty folder: a quoted include then finds our headers before old ones beside the program.
+  const TemporaryDirectory work;
+  const fs::path copy = work.path() / (source.extension() == ".c" ? source.filename() : fs::path("program.c")), object = work.path() / "program.so";
+  if (!(std::ofstream(copy, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
+    throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy.string()));
+
+  // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols keep a
+  // program's `send` or `time` from being taken for the C library's.
+  std::vector<std::string> command =
+      {"cc", "-std=gnu11", "-O2", "-g", "-w", "-fPIC", "-fvisibility=hidden", "-fcommon", "-funsigned-char", "-funsigned-bitfields",
+       "-fshort-enums", "-fpack-struct", "-fwrapv", "-fno-strict-aliasing", "-fno-builtin-printf", "-ffp-contract=off",
+       "-fno-diagnostics-show-caret", "-fno-stack-protector", "-fstack-clash-protection", "-D__NO_INLINE__", "-iquote", kilolib.string(), "-iquote", folder.string(), "-I",
+       kilolib.string(), "-I", folder.string(), "-include", (kilolib / "kilolib.h").string(), "-shared", "-nostartfiles",
+       "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib / "robot.ld").string(), copy.string(), (kilolib / "robot.c").string(),
+       "-lm", "-o", object.string()};
+  // It may wait for a variable that a callback changes: its code is then counted, so that waiting takes time.
+  if (text.find("volatile") != std::string::npos) command.push_back("-fsanitize-coverage=trace-pc");
+  const Finished compiled = run_to_end(command);
+  if (compiled.status == 127 || (compiled.status == -1 && compiled.output.empty()))
+    throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+  if (compiled.status != 0) throw ProgramError("does not compile: " + first_error(compiled.output, work.path()));
+
+  program->file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
+  program->handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!program->handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));
+  program->abi_ = static_cast<const arkmesh_program*>(dlsym(program->handle_, "arkmesh_program"));
+  if (!program->abi_) throw ProgramError("does not load: it lacks the simulator's part");
+
+  // behind a robot's memory: a page to read, then one to be caught at
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  char* const end = program->abi_->end;
+  if (reinterpret_cast<std::uintptr_t>(end) % page != 0 || mprotect(end, page, PROT_READ) != 0 || mprotect(end + page, page, PROT_NONE) != 0)
+    throw ProgramError("does not load: its memory cannot be fenced");
+
+  const auto* begin = reinterpret_cast<const std::byte*>(program->abi_->begin);
+  program->first_.assign(begin, begin + (end - program->abi_->begin));
+  loaded_programs()[key] = program;
+  return program;
+}
+
+RobotProgram::~RobotProgram() {
+  if (handle_) dlclose(handle_);
+  if (file_ >= 0) close(file_);
+}
+
+std::string RobotProgram::place_of(const void* instruction) const {
+  Dl_info where{};
+  if (file_ < 0 || !dladdr(instruction, &where) || !where.dli_fbase) return {};
+  Dl_info ours{};
+  dladdr(abi_, &ours);
+  if (where.dli_fbase != ours.dli_fbase) return {};
+  const auto offset = reinterpret_cast<std::uintptr_t>(instruction) - reinterpret_cast<std::uintptr_t>(where.dli_fbase);
+  const Finished found = run_to_end({"addr2line", "-f", "-s", "-e", fmt::format("/proc/{}/fd/{}", getpid(), file_), fmt::format("{:#x}", offset)});
+  std::istringstream lines(found.output);
+  std::string function, line;
+  if (found.status != 0 || !std::getline(lines, function) || !std::getline(lines, line) || line.starts_with("??")) return {};
+  if (const auto extra = line.find(" (disc"); extra != std::string::npos) line.resize(extra);
+  return fmt::format(" in {} ({})", function, line);
+}
+
+}  // namespace arkmesh::sim_ode

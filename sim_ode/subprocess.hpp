@@ -1,0 +1,17 @@
+// Runs another program to its end and collects what it printed. For compilers and symbol tools; never inside a run's time.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace arkmesh::sim_ode {
+
+struct Finished {
+  int status = -1;      // exit status; -1: it could not be started or was killed
+  std::string output;   // standard output and error together, at most 64 KiB
+};
+
+// Looks `command[0]` up in PATH. Standard input is empty.
+Finished run_to_end(const std::vector<std::string>& command);
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,160 @@
+// Speed of the simulated arena beside a bare reference and a textbook ODE world, alternating in one process. Prints robot-seconds
+// per second of processor time. All robots walk at random and send; contacts have friction 0.3.
+//   bench_simulator [--benchmark_filter=...] [--benchmark_repetitions=5]
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/config.hpp"
+#include "sim_ode/contact_world.hpp"
+#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/ode_arena.hpp"
+#include "sim_ode/start_places.hpp"
+#include "tests/bench/bare_swarm.hpp"
+#include "tests/bench/textbook_swarm.hpp"
+
+namespace arkmesh::bench {
+namespace {
+
+struct Size {
+  int robots;
+  int per_m2;
+  double side_m() const { return std::sqrt(static_cast<double>(robots) / per_m2); }
+  std::string name() const { return fmt::format("{}_at_{}", robots, per_m2); }
+};
+constexpr Size sizes[] = {{100, 48}, {1000, 48}, {10000, 48}, {1000, 400}};
+const std::string program = std::string(ARKMESH_SOURCE_DIR) + "/tests/bench/controllers/walk_and_talk.c";
+constexpr double warm_up_s = 20;
+
+// Steps until the benchmark ends; about `step_s` x robots each.
+template <class Step>
+void measure(benchmark::State& state, const Size& size, double step_s, Step&& step) {
+  std::uint64_t steps = 0;
+  for (auto _ : state) {
+    step();
+    ++steps;
+  }
+  state.counters["robot_s_per_cpu_s"] = benchmark::Counter(static_cast<double>(steps) * step_s * size.robots, benchmark::Counter::kIsRate);
+}
+
+void bare(benchmark::State& state, Size size) {
+  static std::map<std::string, std::unique_ptr<BareSwarm>> kept;
+  auto& swarm = kept[size.name()];
+  if (!swarm) swarm = std::make_unique<BareSwarm>(size.robots, static_cast<float>(size.side_m()));
+  measure(state, size, 1.0 / 32, [&] { swarm->step(); });
+}
+
+void textbook(benchmark::State& state, Size size) {
+  static std::map<std::string, std::unique_ptr<TextbookSwarm>> kept;
+  auto& swarm = kept[size.name()];
+  if (!swarm) swarm = std::make_unique<TextbookSwarm>(size.robots, size.side_m());
+  measure(state, size, 1.0 / 60, [&] { swarm->step(); });
+}
+
+// What a lab uses, frames and all.
+void ours(benchmark::State& state, Size size) {
+  struct Kept {
+    std::unique_ptr<hal::Arena> arena;
+    hal::LabTime at{0};
+  };
+  static std::map<std::string, Kept> kept;
+  Kept& k = kept[size.name()];
+  if (!k.arena) {
+    const auto config = hal::Config::from_text(
+        fmt::format("[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n[arena.ode]\ncontroller = \"{2}\"\n", size.side_m(), size.robots, program), "bench");
+    k.arena = sim_ode::make_ode_arena(config.root().section("arena"), "bench", 1);
+    k.arena->robots().command({.kind = hal::FleetCommand::Kind::run});
+    k.arena->advance_to(k.at = hal::LabTime{static_cast<std::int64_t>(warm_up_s * 1e6)});
+  }
+  measure(state, size, 0.1, [&] {
+    k.arena->advance_to(k.at += hal::LabTime{100'000});
+    benchmark::DoNotOptimize(k.arena->poses().latest());
+  });
+}
+
+// The same parts put together by hand, to see what each one takes and how true the contacts are.
+void parts(benchmark::State& state, Size size) {
+  using namespace sim_ode;
+  struct Kept {
+    Kept(const Size& s)
+        : motors(settings, s.robots, "bench", 1), leds(s.robots),
+          world(s.side_m(), s.side_m(), settings.friction, 1,
+                start_places(s.robots, s.side_m() / 2 - 0.0165, s.side_m() / 2 - 0.0165, "bench", 1)),
+          host(RobotProgram::load(program), s.robots, motors, leds, {}, "bench", 1), medium(settings, s.side_m(), s.side_m(), s.robots, "bench", 1) {
+      Message run;
+      run.type = type_run;
+      inbox.overhead.push_back({0, run, {}});
+    }
+    Settings settings;
+    Motors motors;
+    LedLights leds;
+    ContactWorld world;
+    RobotHost host;
+    InfraredMedium medium;
+    Inbox inbox;
+    std::int64_t tick = 0;
+    double programs_s = 0, infrared_s = 0, motion_s = 0;
+  };
+  static std::map<std::string, std::unique_ptr<Kept>> kept;
+  auto& k = kept[size.name()];
+  using Clock = std::chrono::steady_clock;
+  const auto step = [&] {
+    const auto t0 = Clock::now();
+    k->host.tick(++k->tick, k->inbox);
+    k->inbox.overhead.clear();
+    const auto t1 = Clock::now();
+    k->medium.run_tick(k->tick, k->world, k->host, k->inbox.infrared);
+    const auto t2 = Clock::now();
+    for (const Motors::Change& change : k->motors.end_tick()) k->world.set_velocity(change.robot, change.velocity);
+    k->leds.end_tick();
+    k->world.step();
+    const auto t3 = Clock::now();
+    k->programs_s += std::chrono::duration<double>(t1 - t0).count();
+    k->infrared_s += std::chrono::duration<double>(t2 - t1).count();
+    k->motion_s += std::chrono::duration<double>(t3 - t2).count();
+  };
+  if (!k) {
+    k = std::make_unique<Kept>(size);
+    while (k->tick * tick_us < warm_up_s * 1e6) step();
+  }
+  k->programs_s = k->infrared_s = k->motion_s = 0;
+  const std::int64_t first = k->tick;
+  measure(state, size, tick_us * 1e-6, step);
+  const double robot_s = static_cast<double>(k->tick - first) * tick_us * 1e-6 * size.robots;
+  state.counters["programs_us"] = k->programs_s / robot_s * 1e6;
+  state.counters["infrared_us"] = k->infrared_s / robot_s * 1e6;
+  state.counters["motion_us"] = k->motion_s / robot_s * 1e6;
+  const ContactWorld::Totals& totals = k->world.totals();
+  state.counters["deepest_mm"] = totals.deepest_m * 1000;
+  state.counters["deep_share"] = totals.contacts ? static_cast<double>(totals.deep) / static_cast<double>(totals.contacts) : 0;
+  state.counters["touching_share"] = static_cast<double>(totals.touching) / static_cast<double>(totals.steps) / size.robots;
+}
+
+}  // namespace
+}  // namespace arkmesh::bench
+
+int main(int argc, char** argv) {
+  using namespace arkmesh::bench;
+  for (const Size& size : sizes) {
+    benchmark::RegisterBenchmark(("bare/" + size.name()).c_str(), bare, size);
+    benchmark::RegisterBenchmark(("textbook/" + size.name()).c_str(), textbook, size);
+    benchmark::RegisterBenchmark(("ours/" + size.name()).c_str(), ours, size);
+    benchmark::RegisterBenchmark(("parts/" + size.name()).c_str(), parts, size);
+  }
+  // alternating, so that all see the same load of the machine
+  std::vector<std::string> arguments = {argv[0], "--benchmark_enable_random_interleaving=true", "--benchmark_repetitions=5",
+                                        "--benchmark_report_aggregates_only=true"};
+  arguments.insert(arguments.end(), argv + 1, argv + argc);
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  int count = static_cast<int>(pointers.size());
+  benchmark::Initialize(&count, pointers.data());
+  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+}

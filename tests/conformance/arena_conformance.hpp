@@ -1,0 +1,316 @@
+// What hal/arena.hpp promises, as checks for any arena. Each takes a row of the table in arena_test.cpp. A new platform
+// is done when its row passes.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/random.hpp"
+
+namespace arkmesh::tests {
+
+using namespace hal;
+
+struct ArenaRow {
+  std::string name;
+  // A new arena in its initial state; equal ones each time. It must carry at least 1 s of lab time.
+  std::function<std::unique_ptr<Arena>()> make;
+};
+
+inline bool same_bits(double a, double b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+inline bool same(const PoseFrame& a, const PoseFrame& b) {
+  return a.stamp == b.stamp && a.number == b.number &&
+         std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(),
+                    [](const Sighting& p, const Sighting& q) {
+                      return p.robot == q.robot && same_bits(p.pose.x_m, q.pose.x_m) &&
+                             same_bits(p.pose.y_m, q.pose.y_m) && same_bits(p.pose.heading_rad, q.pose.heading_rad) &&
+                             p.led == q.led && p.confidence == q.confidence && p.age == q.age;
+                    });
+}
+
+inline std::uint64_t total(const Counters& counters) {
+  std::uint64_t out = 0;
+  for (const auto& [name, value] : counters.all()) out += value;
+  return out;
+}
+
+// Every message offered is in exactly one place.
+inline void check_airtime(const Airtime& airtime) {
+  CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.refused + airtime.not_sent + airtime.waiting);
+}
+
+inline ToRobot message_to(const ArenaInfo& info, std::size_t robot, std::uint8_t slot = 0, std::uint64_t content = 0) {
+  return {info.robots.at(robot), slot, static_cast<std::uint8_t>(content % info.kinds),
+          static_cast<std::uint16_t>(content % info.values)};
+}
+
+// The info is whole and in order.
+inline void check_info(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  CHECK(!info.name.empty());
+  CHECK(!info.platform.empty());
+  CHECK(info.width_m > 0);
+  CHECK(info.height_m > 0);
+  CHECK(info.frame_period > LabTime{0});
+  CHECK(info.kinds > 0);
+  CHECK(info.values > 0);
+  REQUIRE_MESSAGE(!info.robots.empty(), "a row needs robots to check anything");
+  for (std::size_t i = 1; i < info.robots.size(); ++i) CHECK(info.robots[i - 1] < info.robots[i]);
+  CHECK(arena->clock().now() == LabTime{0});
+}
+
+// Frame 0 is there after advance_to(0); asking twice, or advancing to the same time again, gives nothing new.
+inline void check_frame_zero(const ArenaRow& row) {
+  const auto arena = row.make();
+  arena->advance_to(LabTime{0});
+  const auto frame = arena->poses().latest();
+  REQUIRE(frame);
+  CHECK(frame->number == 0);
+  CHECK(frame->stamp == LabTime{0});
+  CHECK(!arena->poses().latest());
+  arena->advance_to(LabTime{0});
+  CHECK(!arena->poses().latest());
+
+  // what is said before lab time passes moves nobody
+  const auto other = row.make();
+  other->robots().offer(std::vector<ToRobot>{message_to(other->info(), 0, 0, 1)});
+  other->robots().command({FleetCommand::Kind::run});
+  other->advance_to(LabTime{0});
+  const auto other_frame = other->poses().latest();
+  REQUIRE(other_frame);
+  CHECK(same(*frame, *other_frame));
+}
+
+// Each frame comes at its time with its number, its robots ascending, inside the arena and in range.
+inline void check_frames(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  for (std::uint32_t n = 0; n <= 5; ++n) {
+    CAPTURE(n);
+    const LabTime t = n * info.frame_period;
+    arena->advance_to(t);
+    CHECK(arena->clock().now() == t);
+    const auto frame = arena->poses().latest();
+    REQUIRE(frame);
+    CHECK(frame->number == n);
+    CHECK(frame->stamp == t);
+    for (std::size_t i = 0; i < frame->robots.size(); ++i) {
+      const Sighting& seen = frame->robots[i];
+      if (i > 0) CHECK(frame->robots[i - 1].robot < seen.robot);
+      CHECK(std::binary_search(info.robots.begin(), info.robots.end(), seen.robot));
+      CHECK(std::abs(seen.pose.x_m) <= info.width_m / 2);
+      CHECK(std::abs(seen.pose.y_m) <= info.height_m / 2);
+      CHECK(seen.pose.heading_rad > -std::numbers::pi);
+      CHECK(seen.pose.heading_rad <= std::numbers::pi);
+      CHECK(static_cast<int>(seen.led) <= 7);
+      CHECK(seen.confidence >= 0);
+      CHECK(seen.confidence <= 1);
+      CHECK(seen.age >= LabTime{0});
+    }
+    CHECK(!arena->poses().latest());
+  }
+}
+
+// Between two frames there is none; of several frames at once the newest is given and the others are counted.
+inline void check_latest(const ArenaRow& row) {
+  const auto arena = row.make();
+  const LabTime period = arena->info().frame_period;
+  arena->advance_to(LabTime{0});
+  REQUIRE(arena->poses().latest());
+  arena->advance_to(period - LabTime{1});
+  CHECK(!arena->poses().latest());
+  arena->advance_to(period);
+  REQUIRE(arena->poses().latest());
+  const std::uint64_t skipped_before = arena->counters()["poses.skipped"];
+  arena->advance_to(4 * period + period / 2);
+  const auto frame = arena->poses().latest();
+  REQUIRE(frame);
+  CHECK(frame->number == 4);
+  CHECK(frame->stamp == 4 * period);
+  CHECK(arena->clock().now() == 4 * period + period / 2);
+  CHECK(arena->counters()["poses.skipped"] - skipped_before == 2);
+  CHECK(!arena->poses().latest());
+}
+
+// What the platform cannot carry is refused and counted; the rest is accepted.
+inline void check_limits(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  arena->advance_to(LabTime{0});
+  const auto offer_one = [&](const ToRobot& message) {
+    const std::uint64_t counted_before = total(arena->counters());
+    const Airtime before = arena->robots().offer({});
+    const Airtime after = arena->robots().offer(std::vector<ToRobot>{message});
+    check_airtime(after);
+    CHECK(after.offered == before.offered + 1);
+    const bool refused = after.refused == before.refused + 1;
+    if (refused) CHECK(total(arena->counters()) > counted_before);
+    return refused;
+  };
+  CHECK_FALSE(offer_one(message_to(info, 0)));
+  ToRobot largest = message_to(info, info.robots.size() - 1);
+  largest.kind = static_cast<std::uint8_t>(info.kinds - 1);
+  largest.value = static_cast<std::uint16_t>(info.values - 1);
+  CHECK_FALSE(offer_one(largest));
+
+  for (int robot = 0; robot <= 65'535; ++robot)
+    if (!std::binary_search(info.robots.begin(), info.robots.end(), robot)) {
+      ToRobot unknown = message_to(info, 0);
+      unknown.robot = static_cast<RobotId>(robot);
+      CHECK(offer_one(unknown));
+      break;
+    }
+  ToRobot kind = message_to(info, 0), value = message_to(info, 0);
+  kind.kind = info.kinds;
+  CHECK(offer_one(kind));
+  value.value = info.values;
+  CHECK(offer_one(value));
+}
+
+// One register per (robot, slot): the newest wins, other slots and robots are left alone, and each offer is settled
+// once.
+inline void check_registers(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  arena->advance_to(LabTime{0});
+  const Airtime first = arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 0, 1)});
+  check_airtime(first);
+  CHECK(first.offered == 1);
+  CHECK(first.replaced == 0);
+  const Airtime second = arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 0, 2)});
+  check_airtime(second);
+  CHECK(second.offered == 2);
+  if (first.waiting == 1) {
+    CHECK(second.replaced == 1);
+    CHECK(second.waiting == 1);
+  }
+  const Airtime third = arena->robots().offer(
+      std::vector<ToRobot>{message_to(info, 0, 1, 3), message_to(info, info.robots.size() - 1, 0, 4)});
+  check_airtime(third);
+  CHECK(third.offered == 4);
+  if (info.robots.size() > 1) CHECK(third.replaced == second.replaced);
+
+  // the same register twice in one offer
+  const Airtime fourth =
+      arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 2, 5), message_to(info, 0, 2, 6)});
+  check_airtime(fourth);
+  CHECK(fourth.offered == 6);
+  CHECK(fourth.waiting <= third.waiting + 1);
+
+  // with time nothing waits any more, and what was refused or replaced stays what it was
+  for (int n = 1; n <= 8; ++n) arena->advance_to(n * info.frame_period);
+  const Airtime settled = arena->robots().offer({});
+  check_airtime(settled);
+  CHECK(settled.offered == 6);
+  CHECK(settled.waiting == 0);
+  CHECK(settled.refused == 0);
+  CHECK(settled.replaced == fourth.replaced);
+}
+
+// All commands are taken at any time, and what is heard comes from known robots.
+inline void check_commands(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  arena->advance_to(LabTime{0});
+  for (int kind = 0; kind <= static_cast<int>(FleetCommand::Kind::broadcast); ++kind) {
+    FleetCommand command;
+    command.kind = static_cast<FleetCommand::Kind>(kind);
+    command.type = 120;
+    command.data = {1, 2, 3};
+    arena->robots().command(command);
+    arena->advance_to((kind + 1) * info.frame_period / 2);
+    for (const FromRobot& said : arena->robots().heard())
+      CHECK(std::binary_search(info.robots.begin(), info.robots.end(), said.robot));
+  }
+  const auto frame = arena->poses().latest();
+  REQUIRE(frame);
+  CHECK(frame->number == 3);
+}
+
+// Everything that an experiment sees of one run: frames, airtime at each of them, counters at the end.
+struct Seen {
+  std::vector<PoseFrame> frames;
+  std::vector<Airtime> airtime;
+  std::map<std::string, std::uint64_t, std::less<>> counters;
+};
+
+// Runs `frames` frames, advancing by steps that `next_step` makes up, and talks to robots at each frame.
+inline Seen run(Arena& arena, int frames, const std::function<LabTime()>& next_step) {
+  Seen out;
+  const ArenaInfo& info = arena.info();
+  LabTime now{0};
+  arena.robots().command({FleetCommand::Kind::run});
+  for (int n = 0; n <= frames; ++n) {
+    const LabTime frame_at = n * info.frame_period;
+    while (now < frame_at) arena.advance_to(now = std::min(frame_at, now + next_step()));
+    arena.advance_to(frame_at);
+    auto frame = arena.poses().latest();
+    REQUIRE(frame);
+    std::vector<ToRobot> said;
+    for (std::size_t i = 0; i < info.robots.size(); i += 2)
+      said.push_back(message_to(info, i, static_cast<std::uint8_t>(n % 2), static_cast<std::uint64_t>(n) * 31 + i));
+    out.airtime.push_back(arena.robots().offer(said));
+    check_airtime(out.airtime.back());
+    out.frames.push_back(std::move(*frame));
+  }
+  out.counters = arena.counters().all();
+  return out;
+}
+
+// An arena that can wait gives the same bits again, however its lab time is sliced.
+inline void check_repeatable(const ArenaRow& row) {
+  const auto once = row.make(), again = row.make(), sliced = row.make();
+  if (!once->info().can_wait) return;
+  const int frames = static_cast<int>(LabTime{1'000'000} / once->info().frame_period);
+  const LabTime period = once->info().frame_period;
+  const Seen a = run(*once, frames, [&] { return period; }), b = run(*again, frames, [&] { return period; });
+  RandomStream random(7, "slices");
+  const Seen c = run(*sliced, frames, [&] {
+    return LabTime{1 + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(period.count())))};
+  });
+  for (const Seen* other : {&b, &c}) {
+    REQUIRE(other->frames.size() == a.frames.size());
+    for (std::size_t i = 0; i < a.frames.size(); ++i) {
+      CAPTURE(i);
+      CHECK(same(a.frames[i], other->frames[i]));
+      CHECK(a.airtime[i].sent == other->airtime[i].sent);
+      CHECK(a.airtime[i].replaced == other->airtime[i].replaced);
+      CHECK(a.airtime[i].not_sent == other->airtime[i].not_sent);
+    }
+    CHECK(a.counters == other->counters);
+  }
+}
+
+// An arena that cannot wait keeps to the wall clock from its first call with t > 0 on, however long that came after
+// frame 0.
+inline void check_pace(const ArenaRow& row) {
+  const auto arena = row.make();
+  if (arena->info().can_wait) return;
+  using Monotonic = std::chrono::steady_clock;
+  arena->advance_to(LabTime{0});
+  const auto start = Monotonic::now();
+  for (LabTime t : {LabTime{50'000}, LabTime{120'000}, LabTime{121'000}, LabTime{300'000}}) {
+    arena->advance_to(t);
+    CHECK(arena->clock().now() == t);
+    CHECK(Monotonic::now() - start >= t);
+  }
+  // only a bound against hanging: the machine may be busy
+  CHECK(Monotonic::now() - start < std::chrono::seconds{10});
+}
+
+}  // namespace arkmesh::tests

@@ -1,0 +1,114 @@
+// Every arena runs the same checks. A new platform adds its line to rows().
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "hal/log_arena.hpp"
+#include "hal/messages.hpp"
+#include "hal/null_arena.hpp"
+#include "hal/recorder.hpp"
+#include "sim_ode/ode_arena.hpp"
+#include "tests/conformance/arena_conformance.hpp"
+#include "tests/hal/temporary_directory.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+namespace {
+
+// The [arena] section of a configuration with these keys.
+Section arena_section(const std::string& keys) {
+  return Config::from_text("[arena]\nrobots = 6\nwidth_m = 0.6\n" + keys, "conformance.toml").root().section("arena");
+}
+
+// Two seconds of robots that walk in circles, as a log.
+std::filesystem::path recorded_log() {
+  static const TemporaryDirectory directory;
+  Recorder recorder(directory.path(), 0, {});
+  for (std::uint32_t n = 0; n <= 20; ++n) {
+    PoseFrame frame;
+    frame.number = n;
+    frame.stamp = n * LabTime{100'000};
+    for (int i = 0; i < 6; ++i)
+      frame.robots.push_back(
+          {static_cast<RobotId>(3 * i), {0.2 * std::cos(n + i), 0.2 * std::sin(n + i), 0.1 * i}, Led::cyan, 1, {}});
+    for (const pose_frame_t& part : to_messages(frame)) {
+      std::vector<std::byte> bytes(static_cast<std::size_t>(part.getEncodedSize()));
+      part.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+      recorder.record(frame.stamp, channel::poses, bytes);
+    }
+  }
+  return directory.path() / "log.lcm";
+}
+
+// Simulated robots that run the program of the DHTF experiment.
+const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n";
+
+const std::vector<ArenaRow>& rows() {
+  static const std::string log = recorded_log().string();
+  static const std::vector<ArenaRow> table{
+      {"null", [] { return make_null_arena(arena_section(""), "lab"); }},
+      {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab"); }},
+      {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }},
+      {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }},
+      {"replay",
+       [] { return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", LabTime{2'000'000}); }},
+  };
+  return table;
+}
+
+void for_each_arena(void (*check)(const ArenaRow&)) {
+  for (const ArenaRow& row : rows()) {
+    CAPTURE(row.name);
+    check(row);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("arena: info") {
+  // The info of every arena is whole, its robots ascend, its clock begins at 0.
+  for_each_arena(check_info);
+}
+
+TEST_CASE("arena: frame 0") {
+  // Every arena has frame 0 after advance_to(0), once, and robots stand still until a later time.
+  for_each_arena(check_frame_zero);
+}
+
+TEST_CASE("arena: frames") {
+  // Frames of every arena come at multiples of the frame period, numbered, sorted and in range.
+  for_each_arena(check_frames);
+}
+
+TEST_CASE("arena: latest") {
+  // latest() never repeats, never blocks, and gives the newest frame at or before lab time.
+  for_each_arena(check_latest);
+}
+
+TEST_CASE("arena: limits") {
+  // Unknown robots and values outside the info are refused and counted by every arena.
+  for_each_arena(check_limits);
+}
+
+TEST_CASE("arena: registers") {
+  // The newest message of a register wins, and the totals of every arena always add up.
+  for_each_arena(check_registers);
+}
+
+TEST_CASE("arena: commands") {
+  // Every arena takes every command at any time.
+  for_each_arena(check_commands);
+}
+
+TEST_CASE("arena: repeatable") {
+  // An arena that can wait repeats itself bit for bit, however its lab time is sliced.
+  for_each_arena(check_repeatable);
+}
+
+TEST_CASE("arena: pace") {
+  // An arena that cannot wait keeps real time.
+  for_each_arena(check_pace);
+}

@@ -1,0 +1,131 @@
+// Every link runs the same checks. A new transport adds its line to rows().
+#include <doctest/doctest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gateway/loopback.hpp"
+#include "gateway/tcp_node.hpp"
+#include "tests/conformance/link_conformance.hpp"
+#include "tests/support/impairment_proxy.hpp"
+#include "tests/support/tcp_bench.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+namespace {
+
+std::string other(const std::string& lab) {
+  return lab == "left" ? "right" : "left";
+}
+
+class LoopbackWorld final : public LinkWorld {
+ public:
+  explicit LoopbackWorld(LoopbackImpairment impairment = {}) { network_.impair("left", "right", impairment); }
+  std::unique_ptr<Link> end(const std::string& lab) override { return network_.end(lab, other(lab)); }
+  void cut(bool is_cut) override { network_.set_up("left", "right", !is_cut); }
+  void step() override { network_.step(); }
+
+ private:
+  LoopbackNetwork network_{1};
+};
+
+// "left" listens, "right" connects through a proxy.
+class TcpWorld final : public LinkWorld {
+ public:
+  explicit TcpWorld(const Impairment& impairment = {}) {
+    make_node("left", "127.0.0.1:0");
+    proxy_ = std::make_unique<ImpairmentProxy>(nodes_.at("left")->listening().port());
+    proxy_->set(impairment);
+  }
+  std::unique_ptr<Link> end(const std::string& lab) override {
+    if (lab == "left") return nodes_.at("left")->link("right");
+    make_node("right", "");
+    return nodes_.at("right")->link("left", "127.0.0.1:" + std::to_string(proxy_->port()));
+  }
+  void cut(bool is_cut) override { proxy_->refuse(is_cut); }
+  void step() override {
+    io_.restart();
+    io_.run_one_for(std::chrono::milliseconds(5));
+    io_.poll();
+  }
+
+ private:
+  void make_node(const std::string& lab, const std::string& listen) {
+    TcpSettings settings = tcp_settings(lab, ++boot_id_);
+    settings.listen = listen;
+    nodes_[lab] = std::make_unique<TcpNode>(io_, std::move(settings));
+  }
+
+  std::uint64_t boot_id_ = 0;
+  boost::asio::io_context io_;
+  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
+  std::unique_ptr<ImpairmentProxy> proxy_;
+};
+
+const std::vector<LinkRow>& rows() {
+  using std::chrono::microseconds;
+  static const std::vector<LinkRow> table{
+      {"loopback", [] { return std::make_unique<LoopbackWorld>(); }},
+      {"loopback, late",
+       [] { return std::make_unique<LoopbackWorld>(LoopbackImpairment{.delay_steps = 5, .jitter_steps = 7}); }},
+      {"tcp", [] { return std::make_unique<TcpWorld>(); }},
+      {"tcp, late",
+       [] {
+         return std::make_unique<TcpWorld>(Impairment{.delay = microseconds(20'000), .jitter = microseconds(10'000)});
+       }},
+      {"tcp, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}); }},
+  };
+  return table;
+}
+
+void for_each_link(void (*check)(const LinkRow&)) {
+  for (const LinkRow& row : rows()) {
+    CAPTURE(row.name);
+    check(row);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("links come up and go down") {
+  // Both ends of every link learn each change once, and why.
+  for_each_link(check_up_and_down);
+}
+
+TEST_CASE("links keep order and content") {
+  // Messages from 0 to 5000 bytes arrive unchanged and in order, and the totals of both ends agree.
+  for_each_link(check_order);
+}
+
+TEST_CASE("links carry large messages") {
+  // The largest message that the default configuration allows arrives unchanged.
+  for_each_link(check_large);
+}
+
+TEST_CASE("links survive an outage") {
+  // After an outage the newest of `latest` and all of `ordered` arrive, and what was replaced is counted.
+  for_each_link(check_outage);
+}
+
+TEST_CASE("links are bounded while down") {
+  // 6.4 MiB offered to a link that is down cost the oldest ordered messages, each counted, and never the newest
+  // `latest`.
+  for_each_link(check_overflow);
+}
+
+TEST_CASE("stopped links are silent") {
+  // No event comes after stop(), whatever is under way.
+  for_each_link(check_stop);
+}
+
+TEST_CASE("links may be stopped by what they tell") {
+  // A handler may end its own link.
+  for_each_link(check_stop_inside);
+}
+
+TEST_CASE("links meet a restarted peer") {
+  // A peer that starts again is met again, without help from the other side.
+  for_each_link(check_restart);
+}

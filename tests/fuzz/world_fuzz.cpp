@@ -1,0 +1,32 @@
+// Arbitrary bytes as a peer's `world`: check, decode, and a gate that hears it. Nothing may crash, hang or take much memory.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "scenarios/period_gate.hpp"
+#include "scenarios/wire_check.hpp"
+#include "scenarios/world_message.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace arkmesh::scenarios;
+  const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
+  (void)check_status(bytes);
+  (void)check_peers(bytes);
+  (void)check_fleet_command(bytes);
+  WorldMessage message;
+  if (!decode_world(bytes, message).empty()) return 0;
+  PeriodGate gate({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1});
+  LabState own;
+  own.settings["run.seed"] = "1";
+  gate.publish(own);
+  gate.hear("b", message);
+  // The same once more as a peer that means us.
+  message.lab = "b";
+  message.nonce = 2;
+  message.acks["a"] = {1, -1};
+  if (!message.window.empty() && message.window.front().period == 0) message.window.front().settings = own.settings;
+  gate.hear("b", message);
+  if (gate.may_merge(0)) gate.merge(0);
+  (void)to_message(gate.message()).getEncodedSize();
+  return 0;
+}

@@ -1,0 +1,136 @@
+// The keys of [gateway]: defaults, every rule that a file can break, and addresses.
+#include "gateway/config.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "gateway/address.hpp"
+
+namespace arkmesh::gateway {
+namespace {
+
+const std::vector<std::string> labs = {"roark", "shark"};
+
+GatewayConfig read(const std::string& keys, const std::vector<std::string>& shared_labs = labs) {
+  const hal::Config config = hal::Config::from_text(keys, "shark.toml");
+  GatewayConfig gateway = read_gateway_config(config.root().section("gateway"), "shark", shared_labs);
+  config.refuse_unknown("gateway");
+  return gateway;
+}
+
+TEST_CASE("defaults") {
+  // A lab without [gateway] exports world and status, the newest each, and serves nobody.
+  const GatewayConfig config = read("");
+  REQUIRE(config.exports.size() == 2);
+  CHECK(config.exports[0].channel == "world");
+  CHECK(config.exports[0].delivery == Delivery::latest);
+  CHECK(config.exports[1].channel == "status");
+  CHECK(config.outbox_bytes == 4 << 20);
+  CHECK(config.max_message_bytes == 1 << 20);
+  CHECK(config.peers.empty());
+  CHECK(config.listen.empty());
+}
+
+TEST_CASE("every key is read") {
+  // Channels keep their delivery, peers their order; a peer outside shared.labs is left out and named.
+  const GatewayConfig config = read(R"(
+    [gateway]
+    listen = "127.0.0.1:7801"
+    exports = ["world"]
+    ordered = ["events", "log"]
+    outbox_bytes = 2000000
+    max_message_bytes = 100000
+    [[gateway.peers]]
+    lab = "roark"
+    [[gateway.peers]]
+    lab = "lynx"
+    connect = "[::1]:7803"
+    [[gateway.peers]]
+    lab = "mole"
+  )",
+                                    {"lynx", "roark", "shark"});
+  CHECK(config.listen == "127.0.0.1:7801");
+  REQUIRE(config.exports.size() == 3);
+  CHECK(config.exports[1].channel == "events");
+  CHECK(config.exports[1].delivery == Delivery::ordered);
+  CHECK(config.outbox_bytes == 2'000'000);
+  CHECK(config.max_message_bytes == 100'000);
+  REQUIRE(config.peers.size() == 2);
+  CHECK(config.peers[0].lab == "roark");
+  CHECK(config.peers[0].connect.empty());
+  CHECK(config.peers[1].connect == "[::1]:7803");
+  CHECK(config.ignored == std::vector<std::string>{"mole"});
+}
+
+TEST_CASE("it listens only when somebody is to be accepted") {
+  // The address is checked in any case, and used when a peer that takes part does not listen itself.
+  const std::string listen = "[gateway]\nlisten = \"127.0.0.1:7802\"\n";
+  CHECK(read(listen +
+             "[[gateway.peers]]\nlab = \"roark\"\nconnect = \"127.0.0.1:7801\"\n[[gateway.peers]]\nlab = \"lynx\"")
+            .listen.empty());
+  CHECK_FALSE(read(listen + "[[gateway.peers]]\nlab = \"roark\"").listen.empty());
+}
+
+TEST_CASE("what a file may not say") {
+  // One wrong file per rule; each error names file, line and key, and says what to do.
+  const std::string peer = "[[gateway.peers]]\n";
+  const std::pair<std::string, std::string> table[] = {
+      {"gateway.listen = \"0.0.0.0:7801\"", "shark.toml:1: gateway.listen = \"0.0.0.0:7801\": is not on this machine"},
+      {"gateway.listen = \"7801\"", "must be HOST:PORT"},
+      {"gateway.listen = 7801", "must be a text"},
+      {"gateway.exports = [\"roark/world\"]", "'roark/world' is no channel that can be exported"},
+      {"gateway.exports = [\"" + std::string(48, 'c') + "\"]", "a name has 1 to 47 printable characters"},
+      {"gateway.exports = [\"world\", \"world\"]", "channel 'world' is listed twice"},
+      {"gateway.ordered = [\"world\"]",
+       "gateway.ordered = [\"world\"]: channel 'world' is listed twice in gateway.exports and gateway.ordered"},
+      {"gateway.max_message_bytes = 100", "must be between 1024 and 67108864"},
+      {"gateway.outbox_bytes = 1000000", "must be at least gateway.max_message_bytes = 1048576 and 16544 more"},
+      {"gateway.lisen = \"127.0.0.1:7801\"", "unknown key 'gateway.lisen'; did you mean 'gateway.listen'?"},
+      {peer + "lab = \"Roark\"", "gateway.peers[0].lab = \"Roark\": is no lab name"},
+      {peer + "lab = \"shark\"", "is this lab itself"},
+      {peer + "lab = \"lynx\"\n" + peer + "lab = \"lynx\"", "gateway.peers[1].lab = \"lynx\": is listed twice"},
+      {peer + "lab = \"roark\"", "has no `connect`, so gateway.listen must say where its connection is accepted"},
+      {peer + "connect = \"127.0.0.1:7801\"", "gateway.peers[0].lab is missing"},
+      {peer + "lab = \"roark\"\nconnect = \"10.0.0.2:7801\"",
+       "shark.toml:3: gateway.peers[0].connect = \"10.0.0.2:7801\": is not on this machine"},
+      {peer + "lab = \"lynx\"\nport = 7801", "unknown key 'gateway.peers[0].port'"},
+  };
+  for (const auto& [text, sentence] : table) {
+    CAPTURE(text);
+    std::string said;
+    try {
+      read(text);
+    } catch (const hal::ConfigError& error) {
+      said = error.what();
+    }
+    CAPTURE(said);
+    CHECK(said.starts_with("shark.toml:"));
+    CHECK(said.find(sentence) != std::string::npos);
+  }
+}
+
+TEST_CASE("addresses of this machine and all others") {
+  // The whole 127 network, ::1 and localhost with a port; nothing else, whatever it resolves to.
+  for (const char* good : {"127.0.0.1:7801", "127.255.0.3:1", "localhost:7801", "[::1]:65535", "127.0.0.1:0"}) {
+    CAPTURE(good);
+    CHECK(why_not_loopback(good).empty());
+  }
+  CHECK(to_text(loopback_endpoint("localhost:7801")) == "127.0.0.1:7801");
+  CHECK(to_text(loopback_endpoint("[::1]:7801")) == "[::1]:7801");
+  for (const char* elsewhere : {"0.0.0.0:1", "10.1.2.3:7801", "128.0.0.1:80", "[::]:1", "[fe80::1]:1",
+                                "shark.example.org:7801", "localhost.example.org:1", "[::ffff:10.0.0.1]:1"}) {
+    CAPTURE(elsewhere);
+    CHECK(why_not_loopback(elsewhere).find("is not on this machine") == 0);
+  }
+  for (const char* wrong : {"", ":", "7801", "127.0.0.1", "127.0.0.1:", ":7801", "127.0.0.1:65536", "127.0.0.1:-1",
+                            "127.0.0.1:78x", "127.0.0.1: 80", "::1:7801", "[127.0.0.1]:80", "[]:80", "[::1:80"}) {
+    CAPTURE(wrong);
+    CHECK_FALSE(why_not_loopback(wrong).empty());
+  }
+  CHECK_THROWS_AS((void)loopback_endpoint("10.1.2.3:7801"), hal::ConfigError);
+}
+
+}  // namespace
+}  // namespace arkmesh::gateway

@@ -1,0 +1,152 @@
+// The gateway between two labs of one process: names, echoes, ages and counters, over loopback links.
+#include "gateway/gateway.hpp"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "arkmesh/peers_t.hpp"
+#include "gateway/channel_name.hpp"
+#include "gateway/loopback.hpp"
+
+namespace arkmesh::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+// A lab's bus with everything that was heard on it.
+struct LabBus {
+  hal::Bus bus{"memq://"};
+  std::multimap<std::string, std::string> heard;
+  peers_t peers;
+  std::unique_ptr<hal::Bus::Subscription> all = bus.subscribe(".*", [this](std::string_view channel, auto bytes) {
+    if (channel == "peers") {
+      REQUIRE(hal::decode(bytes, peers));
+      return;
+    }
+    heard.emplace(channel, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  });
+};
+
+struct TwoLabs {
+  LabBus shark, roark;
+  LoopbackNetwork network{1};
+  std::unique_ptr<Gateway> of_shark, of_roark;
+
+  explicit TwoLabs(std::vector<Rule> exports = {{"world", Delivery::latest}, {"status", Delivery::latest}}) {
+    std::vector<std::unique_ptr<Link>> links;
+    links.push_back(network.end("shark", "roark"));
+    of_shark = std::make_unique<Gateway>(shark.bus, "shark", 11, exports, std::move(links));
+    links.clear();
+    links.push_back(network.end("roark", "shark"));
+    of_roark = std::make_unique<Gateway>(roark.bus, "roark", 22, exports, std::move(links));
+    network.step();
+  }
+  void settle() {
+    do {
+      shark.bus.drain();
+      roark.bus.drain();
+    } while (network.busy() && network.step() >= 0);
+    shark.bus.drain();
+    roark.bus.drain();
+  }
+};
+
+TEST_CASE("exported channels arrive under the sender's name") {
+  // What a lab publishes on an exported channel comes to the other once, under its lab's name, and nothing comes back.
+  TwoLabs labs;
+  labs.shark.bus.publish("world", bytes_of("period 7"));
+  labs.settle();
+  CHECK(labs.roark.heard.size() == 1);
+  CHECK(labs.roark.heard.find("shark/world")->second == "period 7");
+  CHECK(labs.shark.heard.size() == 1);  // its own
+}
+
+TEST_CASE("other channels stay at home") {
+  // Only exact names of the export list are exported: no prefix, no foreign name, no pattern character is taken as one.
+  TwoLabs labs({{"world", Delivery::latest}, {"a.c", Delivery::latest}});
+  for (const char* channel : {"poses", "worlds", "aworld", "lynx/world", "roark/world", "abc", "status"})
+    labs.shark.bus.publish(channel, bytes_of("x"));
+  labs.settle();
+  CHECK(labs.roark.heard.empty());
+  labs.shark.bus.publish("a.c", bytes_of("x"));
+  labs.settle();
+  CHECK(labs.roark.heard.count("shark/a.c") == 1);
+}
+
+TEST_CASE("peers tells link, ages and counters") {
+  // `peers` is published at each change and once a second, with ages against the caller's time and counts of what came.
+  TwoLabs labs;
+  CHECK(labs.of_roark->tick(0s));  // the link has come up
+  labs.settle();
+  REQUIRE(labs.roark.peers.n_peers == 1);
+  CHECK(labs.roark.peers.lab == "roark");
+  CHECK(labs.roark.peers.boot_id == 22);
+  CHECK(labs.roark.peers.peers[0].lab == "shark");
+  CHECK(labs.roark.peers.peers[0].up == 1);
+  CHECK(labs.roark.peers.peers[0].n_channels == 0);
+
+  labs.shark.bus.publish("world", bytes_of("12345"));
+  labs.shark.bus.publish("world", bytes_of("67890"));
+  labs.settle();
+  CHECK_FALSE(labs.of_roark->tick(500ms));
+  CHECK(labs.of_roark->tick(1s));
+  labs.settle();
+  REQUIRE(labs.roark.peers.peers[0].n_channels == 1);
+  const channel_age_t& age = labs.roark.peers.peers[0].channels[0];
+  CHECK(age.channel == "shark/world");
+  CHECK(age.messages == 2);
+  CHECK(age.bytes == 10);
+  CHECK(age.age_us == 500'000);
+
+  labs.network.set_up("shark", "roark", false);
+  CHECK(labs.of_roark->tick(1100ms));
+  CHECK_FALSE(labs.of_roark->tick(1200ms));
+  labs.of_roark->announce();
+  hal::Counters more;
+  more.add("process.something", 3);
+  CHECK(labs.of_roark->tick(1300ms, more));
+  labs.settle();
+  CHECK(labs.roark.peers.peers[0].up == 0);
+  CHECK(labs.roark.peers.peers[0].why == "link down");
+  bool found = false;
+  for (const counter_t& counter : labs.roark.peers.counters)
+    found |= counter.name == "process.something" && counter.value == 3;
+  CHECK(found);
+}
+
+TEST_CASE("no event after the gateway is gone") {
+  // A destroyed gateway neither hears its bus nor its links.
+  TwoLabs labs;
+  labs.of_roark.reset();
+  labs.shark.bus.publish("world", bytes_of("x"));
+  labs.roark.bus.publish("world", bytes_of("x"));
+  labs.settle();
+  labs.network.step();
+  labs.settle();
+  CHECK(labs.roark.heard.size() == 1);  // its own
+  CHECK(labs.shark.heard.size() == 1);
+  CHECK_FALSE(labs.of_shark->links()[0]->stats().up);
+}
+
+TEST_CASE("names that may cross") {
+  // The table of channel names: what is legal abroad, what it is called there, which pattern matches it alone.
+  for (const char* good : {"world", "a", "a.b-c_d", "WORLD", "x[1]"}) CHECK(is_exported_name(good));
+  for (const char* bad : {"", "roark/world", "/", "two words", "tab\t", "umlaut\xc3\xa4"})
+    CHECK_FALSE(is_exported_name(bad));
+  CHECK(is_exported_name(std::string(47, 'c')));
+  CHECK_FALSE(is_exported_name(std::string(48, 'c')));
+  CHECK(foreign_name("roark", "world") == "roark/world");
+  CHECK(exact_pattern("world_2") == "world_2");
+  CHECK(exact_pattern("a.b") == "a\\.b");
+}
+
+}  // namespace
+}  // namespace arkmesh::gateway

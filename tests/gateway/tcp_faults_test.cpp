@@ -1,0 +1,332 @@
+// Two whole gateways, each on its lab's bus, with every fault of a network between them.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/gateway.hpp"
+#include "gateway/tcp_node.hpp"
+#include "tests/support/impairment_proxy.hpp"
+#include "tests/support/raw_peer.hpp"
+#include "tests/support/tcp_bench.hpp"
+
+namespace arkmesh::gateway {
+namespace {
+
+using namespace tests;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+const std::vector<Rule> exports = {{"world", Delivery::latest}, {"events", Delivery::ordered}};
+
+// One lab: its bus, what was heard on it, its gateway.
+struct TcpLab {
+  hal::Bus bus{"memq://"};
+  std::vector<std::pair<std::string, std::string>> heard;
+  std::unique_ptr<hal::Bus::Subscription> foreign =
+      bus.subscribe("[^/]+/.*", [this](std::string_view channel, auto bytes) {
+        heard.emplace_back(channel, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+      });
+  std::unique_ptr<TcpNode> node;
+  std::unique_ptr<Gateway> gateway;
+
+  void publish(const std::string& channel, std::string_view text) {
+    bus.publish(channel, std::as_bytes(std::span(text)));
+  }
+  const Link& link() const { return *gateway->links().front(); }
+  bool up() const { return link().stats().up; }
+  std::uint64_t count(std::string_view name) const { return link().stats().counters[name]; }
+  bool heard_last(const std::string& channel, const std::string& text) const {
+    return !heard.empty() && heard.back() == std::pair(channel, text);
+  }
+};
+
+// shark listens, roark connects through the proxy.
+struct TwoLabs {
+  boost::asio::io_context io;
+  TcpLab shark, roark;
+  std::unique_ptr<ImpairmentProxy> proxy;
+  std::uint64_t boots = 100;
+
+  explicit TwoLabs(const Impairment& impairment = {}) {
+    start_shark("127.0.0.1:0");
+    proxy = std::make_unique<ImpairmentProxy>(shark.node->listening().port());
+    proxy->set(impairment);
+    start_roark();
+  }
+  void start_shark(const std::string& listen) {
+    TcpSettings settings = tcp_settings("shark", ++boots);
+    settings.listen = listen;
+    start(shark, std::move(settings), "roark", "");
+  }
+  void start_roark() {
+    start(roark, tcp_settings("roark", ++boots), "shark", "127.0.0.1:" + std::to_string(proxy->port()));
+  }
+  void start(TcpLab& lab, TcpSettings settings, const std::string& peer, const std::string& connect) {
+    lab.gateway.reset();
+    lab.node.reset();
+    const std::string name = settings.lab;
+    const std::uint64_t boot = settings.boot_id;
+    lab.node = std::make_unique<TcpNode>(io, std::move(settings));
+    std::vector<std::unique_ptr<Link>> links;
+    links.push_back(lab.node->link(peer, connect));
+    lab.gateway = std::make_unique<Gateway>(lab.bus, name, boot, exports, std::move(links));
+  }
+  template <class Condition>
+  bool until(Condition condition) {
+    return run_until(io, [&] {
+      shark.bus.drain();
+      roark.bus.drain();
+      return condition();
+    });
+  }
+  bool both(bool up) {
+    return until([&] { return shark.up() == up && roark.up() == up; });
+  }
+  // A message each way arrives.
+  void check_passage(const std::string& text = "through") {
+    REQUIRE(both(true));
+    shark.publish("world", text);
+    roark.publish("world", text);
+    CHECK(until([&] { return shark.heard_last("roark/world", text) && roark.heard_last("shark/world", text); }));
+  }
+};
+
+TEST_CASE("a reset connection comes back by itself") {
+  // RST in the middle of traffic, ten times: both sides notice, reconnect within a second and go on.
+  TwoLabs labs;
+  for (int i = 0; i < 10; ++i) {
+    labs.check_passage(std::to_string(i));
+    labs.proxy->reset();
+    const auto cut = Clock::now();
+    REQUIRE(labs.until([&] { return labs.roark.count("session.opened") == static_cast<std::uint64_t>(i) + 2; }));
+    CHECK(Clock::now() - cut < 1s);
+  }
+  labs.check_passage("at last");
+  CHECK(labs.proxy->counts().resets == 10);
+  CHECK(labs.roark.count("session.closed.connection_lost") + labs.roark.count("session.closed.by_peer") == 10);
+}
+
+TEST_CASE("a black hole is noticed by both sides") {
+  // Everything is swallowed, nothing is closed: heartbeats fail to come, and both links go down in the time allowed for
+  // it.
+  TwoLabs labs;
+  labs.check_passage();
+  labs.proxy->set({.swallow_to_target = true, .swallow_to_client = true});
+  const auto begun = Clock::now();
+  REQUIRE(labs.both(false));
+  CHECK(Clock::now() - begun < short_times().silence + 1s);
+  CHECK(labs.shark.link().stats().why == "nothing heard for 0.7 s");
+  CHECK(labs.shark.count("session.closed.silent") == 1);
+  CHECK(labs.proxy->counts().swallowed > 0);
+  labs.shark.publish("world", "meanwhile 1");
+  labs.shark.publish("world", "meanwhile 2");
+  labs.proxy->set({});
+  // Through the hole the proxy still accepts: those attempts end by the time for a hello.
+  REQUIRE(labs.both(true));
+  CHECK(labs.until([&] { return labs.roark.heard_last("shark/world", "meanwhile 2"); }));
+}
+
+TEST_CASE("a half-open connection is noticed by both sides") {
+  // Only one direction is dead: the side that hears nothing closes, and the other learns it or notices by itself.
+  for (const bool towards_shark : {true, false}) {
+    CAPTURE(towards_shark);
+    TwoLabs labs;
+    labs.check_passage();
+    labs.proxy->set({.swallow_to_target = towards_shark, .swallow_to_client = !towards_shark});
+    REQUIRE(labs.both(false));
+    CHECK((towards_shark ? labs.shark : labs.roark).count("session.closed.silent") >= 1);
+    labs.proxy->set({});
+    labs.check_passage("mended");
+  }
+}
+
+TEST_CASE("damaged bytes never become messages") {
+  // With a bit flipped in each 3000th byte each way, what arrives is unchanged; damaged sessions are closed, counted,
+  // replaced.
+  TwoLabs labs({.corrupt_every = 3000});
+  std::vector<std::string> sent;
+  REQUIRE(labs.until([&] {
+    if (sent.size() < 200000 && labs.shark.up() && labs.shark.count("outbox.waiting.messages") < 3) {
+      sent.push_back(std::to_string(sent.size()) + std::string(200 + sent.size() % 300, 'x'));
+      labs.shark.publish("events", sent.back());
+    }
+    return labs.proxy->counts().corrupted >= 30 && labs.roark.heard.size() >= 100;
+  }));
+  std::size_t at = 0;
+  for (const auto& [channel, text] : labs.roark.heard) {
+    CHECK(channel == "shark/events");
+    // In order; some are lost with the sessions.
+    while (at < sent.size() && sent[at] != text) ++at;
+    REQUIRE(at < sent.size());
+    ++at;
+  }
+  const auto bad = [](const TcpLab& lab) {
+    return lab.count("session.closed.bad_header") + lab.count("session.closed.bad_checksum") +
+           lab.node->counters()["session.closed.bad_header"] + lab.node->counters()["session.closed.bad_checksum"];
+  };
+  CHECK(bad(labs.roark) >= 10);
+  CHECK(labs.roark.count("session.opened") >= 10);
+  labs.proxy->set({});
+  labs.check_passage("clean again");
+}
+
+TEST_CASE("late, slow and sliced links carry everything") {
+  // Delay, jitter, a rate limit and single-byte segments change when messages arrive, not what arrives.
+  for (const Impairment& impairment :
+       {Impairment{.delay = 20ms, .jitter = 10ms}, Impairment{.slice_bytes = 1}, Impairment{.bytes_per_s = 100'000},
+        Impairment{.delay = 5ms, .bytes_per_s = 300'000, .slice_bytes = 3}}) {
+    TwoLabs labs(impairment);
+    REQUIRE(labs.both(true));
+    for (int i = 0; i < 50; ++i) labs.shark.publish("events", std::to_string(i) + std::string(500, 'x'));
+    REQUIRE(labs.until([&] { return labs.roark.heard.size() == 50; }));
+    for (int i = 0; i < 50; ++i)
+      CHECK(labs.roark.heard[static_cast<std::size_t>(i)].second == std::to_string(i) + std::string(500, 'x'));
+    CHECK(labs.roark.count("session.opened") == 1);
+    if (impairment.slice_bytes > 0) CHECK(labs.proxy->counts().writes >= 25'000 / impairment.slice_bytes);
+  }
+}
+
+TEST_CASE("on a slow link the newest goes first") {
+  // A link of 50 kB/s is offered 5 MB/s of `latest`: the peer gets fewer, in order, and the last one, without the link
+  // going down.
+  TwoLabs labs({.bytes_per_s = 50'000});
+  REQUIRE(labs.both(true));
+  for (int i = 0; i < 1000; ++i) {
+    labs.shark.publish("world", std::to_string(i) + std::string(5000, 'x'));
+    labs.shark.bus.drain();
+    if (i % 50 == 0) labs.until([once = 0]() mutable { return once++ > 0; });
+  }
+  labs.shark.publish("world", "the last");
+  REQUIRE(labs.until([&] { return labs.roark.heard_last("shark/world", "the last"); }));
+  CHECK(labs.roark.heard.size() < 200);
+  CHECK(labs.shark.count("outbox.replaced.world") + labs.roark.heard.size() == 1001);
+  CHECK(labs.shark.count("session.opened") == 1);
+}
+
+TEST_CASE("a refusing peer is tried with growing pauses, and told of once") {
+  // While nobody listens the attempts become rarer and the reason is reported once; the first chance is taken within a
+  // second.
+  TwoLabs labs;
+  REQUIRE(labs.both(true));
+  labs.proxy->refuse(true);
+  REQUIRE(labs.both(false));
+  const std::uint64_t before = labs.roark.count("session.failed.connect");
+  const auto begun = Clock::now();
+  REQUIRE(labs.until([&] { return Clock::now() - begun > 1500ms; }));
+  const std::uint64_t attempts = labs.roark.count("session.failed.connect") - before;
+  CHECK(attempts >= 5);   // pauses are at most 200 ms in this test
+  CHECK(attempts <= 25);  // and not shorter than 50 ms, grown by then
+  CHECK(labs.roark.link().stats().why.find("Connection refused") != std::string::npos);
+  labs.proxy->refuse(false);
+  const auto mended = Clock::now();
+  REQUIRE(labs.both(true));
+  CHECK(Clock::now() - mended < 1s);
+}
+
+TEST_CASE("either gateway may be killed and started again") {
+  // A new gateway with a newer boot id finds the other again, whichever side it is.
+  TwoLabs labs;
+  labs.check_passage("first");
+  labs.start_roark();
+  REQUIRE(labs.until([&] { return labs.shark.up() && labs.shark.link().stats().peer_boot_id == labs.boots; }));
+  labs.check_passage("second");
+  const std::string here = "127.0.0.1:" + std::to_string(labs.shark.node->listening().port());
+  labs.start_shark(here);
+  REQUIRE(labs.until([&] { return labs.roark.up() && labs.roark.link().stats().peer_boot_id == labs.boots; }));
+  labs.check_passage("third");
+}
+
+// Resident memory of this process.
+std::size_t resident_bytes() {
+  std::size_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool counts_memory = false;  // freed memory is kept in quarantine
+#else
+constexpr bool counts_memory = true;
+#endif
+
+TEST_CASE("a stalled peer costs no more than its outbox") {
+  // A peer that never reads is offered 200 MB: memory stays below the cap, everything dropped is counted, another peer
+  // gets all of its messages, the stalled one is given up after its time, and stopping takes no time.
+  for (const std::size_t size : {100u, 10'000u, 500'000u}) {
+    CAPTURE(size);
+    boost::asio::io_context io;
+    TcpSettings settings = tcp_settings("shark", 100);
+    settings.listen = "127.0.0.1:0";
+    auto node = std::make_unique<TcpNode>(io, settings);
+    auto stalled = node->link("roark"), healthy = node->link("lynx");
+    for (Link* link : {stalled.get(), healthy.get()})
+      link->start({.arrived = [](auto, auto) {}, .changed = [](auto, auto) {}});
+    RawPeer roark(io, node->listening().port()), lynx(io, node->listening().port());
+    Hello hello;
+    hello.boot_id = 7;
+    hello.max_message_bytes = 1 << 20;
+    hello.lab = "roark";
+    roark.say(hello);
+    hello.lab = "lynx";
+    lynx.say(hello);
+    lynx.listen();
+    for (RawPeer* peer : {&roark, &lynx}) peer->say(FrameKind::heartbeat);
+    REQUIRE(run_until(io, [&] { return stalled->stats().up && healthy->stats().up; }));
+
+    const std::vector<std::byte> message(size, std::byte{1});
+    const std::size_t before = resident_bytes();
+    std::size_t most = 0;
+    std::uint64_t offered = 0, to_lynx = 0;
+    auto beat = Clock::now();
+    const std::size_t offers = 200'000'000 / (size + 1000);
+    REQUIRE(run_until(io, [&] {
+      for (int i = 0; i < 200 && offered < offers; ++i, ++offered)
+        stalled->offer({"events", Delivery::ordered}, "events", message);
+      if (lynx.messages.size() == to_lynx && to_lynx < 50) {
+        healthy->offer({"events", Delivery::ordered}, "events", std::vector<std::byte>(10));
+        ++to_lynx;
+      }
+      lynx.messages.resize(std::min<std::size_t>(lynx.messages.size(), 50));
+      if (Clock::now() - beat > 100ms) {
+        roark.say(FrameKind::heartbeat);  // it lives, it only does not read
+        lynx.say(FrameKind::heartbeat);
+        beat = Clock::now();
+      }
+      most = std::max(most, resident_bytes());
+      return offered == offers && lynx.messages.size() == 50;
+    }));
+    const LinkStats stats = stalled->stats();
+    CHECK(stats.counters["outbox.waiting.bytes"] <= settings.outbox_bytes);
+    // Small messages fill it to the brim, the largest to within one message.
+    CHECK(stats.counters["outbox.waiting.bytes"] > settings.outbox_bytes - size - 2 * Outbox::overhead_bytes);
+    CHECK(stats.counters["outbox.dropped.full.events"] + stats.counters["outbox.waiting.messages"] +
+              stats.sent_messages ==
+          offered);
+    if (counts_memory) CHECK(most - std::min(before, most) < settings.outbox_bytes * 11 / 10 + 2'000'000);
+
+    REQUIRE(run_until(io, [&] {
+      if (Clock::now() - beat > 100ms) {
+        roark.say(FrameKind::heartbeat);
+        lynx.say(FrameKind::heartbeat);
+        beat = Clock::now();
+      }
+      return !stalled->stats().up;
+    }));
+    CHECK(stalled->stats().why == "the peer reads nothing for 1.5 s");
+    CHECK(stalled->stats().counters["session.closed.does_not_read"] == 1);
+    CHECK(healthy->stats().up);
+    const auto begun = Clock::now();
+    stalled.reset();
+    healthy.reset();
+    node.reset();
+    CHECK(Clock::now() - begun < 500ms);
+  }
+}
+
+}  // namespace
+}  // namespace arkmesh::gateway

@@ -1,0 +1,247 @@
+// Recording: what comes back, what LCM's own reader says of it, and what a full disk costs.
+#include "hal/recorder.hpp"
+
+#include <doctest/doctest.h>
+#include <lcm/eventlog.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "hal/event_log.hpp"
+#include "tests/hal/temporary_directory.hpp"
+
+using namespace arkmesh::hal;
+using arkmesh::tests::read_file;
+using arkmesh::tests::TemporaryDirectory;
+
+namespace {
+
+std::vector<LogEvent> events_of(const std::filesystem::path& file, bool& truncated) {
+  std::vector<LogEvent> out;
+  EventLogReader reader(file);
+  while (auto event = reader.next()) out.push_back(std::move(*event));
+  truncated = reader.truncated();
+  return out;
+}
+
+std::vector<std::byte> payload(std::size_t size) {
+  std::vector<std::byte> out(size);
+  for (std::size_t i = 0; i < size; ++i) out[i] = static_cast<std::byte>(i * 7);
+  return out;
+}
+
+// What spdlog says while this lives.
+class Warnings {
+ public:
+  Warnings() : before_(spdlog::default_logger()) {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_st>(text_)));
+  }
+  ~Warnings() { spdlog::set_default_logger(before_); }
+  std::string text() const { return text_.str(); }
+  int lines() const {
+    const std::string all = text_.str();
+    return static_cast<int>(std::count(all.begin(), all.end(), '\n'));
+  }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_;
+};
+
+// Files of this process cannot grow beyond `bytes` while this lives: writes fail as on a full disk, in the middle of a
+// record.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("what was recorded comes back, in our reader and in LCM's") {
+  // Channels, bytes and time stamps (start + lab time) of empty, small and large events.
+  TemporaryDirectory directory;
+  const std::int64_t start = 1'700'000'000'000'000;
+  const std::vector<std::size_t> sizes{0, 1, 5000, 300'000};
+  {
+    Recorder recorder(directory.path() / "run/shark", start, {});
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+      recorder.record(LabTime{100'000 * static_cast<std::int64_t>(i)}, "channel" + std::to_string(i),
+                      payload(sizes[i]));
+  }
+  const auto file = directory.path() / "run/shark/log.lcm";
+  bool truncated = true;
+  const auto events = events_of(file, truncated);
+  CHECK(!truncated);
+  REQUIRE(events.size() == sizes.size());
+  lcm_eventlog_t* log = lcm_eventlog_create(file.c_str(), "r");
+  REQUIRE(log);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    CAPTURE(i);
+    CHECK(events[i].number == static_cast<std::int64_t>(i));
+    CHECK(events[i].utime == start + 100'000 * static_cast<std::int64_t>(i));
+    CHECK(events[i].channel == "channel" + std::to_string(i));
+    CHECK(events[i].bytes == payload(sizes[i]));
+    lcm_eventlog_event_t* theirs = lcm_eventlog_read_next_event(log);
+    REQUIRE(theirs);
+    CHECK(theirs->eventnum == events[i].number);
+    CHECK(theirs->timestamp == events[i].utime);
+    CHECK(std::string(theirs->channel, static_cast<std::size_t>(theirs->channellen)) == events[i].channel);
+    CHECK(theirs->datalen == static_cast<int>(sizes[i]));
+    CHECK(std::equal(events[i].bytes.begin(), events[i].bytes.end(), static_cast<const std::byte*>(theirs->data)));
+    lcm_eventlog_free_event(theirs);
+  }
+  CHECK(lcm_eventlog_read_next_event(log) == nullptr);
+  lcm_eventlog_destroy(log);
+}
+
+TEST_CASE("after flush everything so far can be read while recording goes on") {
+  // As after a SIGKILL: the files are read while the recorder still lives.
+  TemporaryDirectory directory;
+  Recorder recorder(directory.path(), 0, {});
+  recorder.record(LabTime{1}, "a", payload(10));
+  recorder.row("hash", "period,hash", "0,abc");
+  recorder.flush();
+  recorder.record(LabTime{2}, "b", payload(10));
+  recorder.row("hash", "period,hash", "1,def");
+  bool truncated = true;
+  CHECK(events_of(directory.path() / "log.lcm", truncated).size() == 1);
+  CHECK(!truncated);
+  CHECK(read_file(directory.path() / "hash.csv") == "period,hash\n0,abc\n");
+  recorder.flush();
+  CHECK(events_of(directory.path() / "log.lcm", truncated).size() == 2);
+  CHECK(read_file(directory.path() / "hash.csv") == "period,hash\n0,abc\n1,def\n");
+}
+
+TEST_CASE("without a log the tables are still written") {
+  // Batches record no messages; that is no loss and counts nothing.
+  TemporaryDirectory directory;
+  {
+    Recorder recorder(directory.path(), 0, {.log = false});
+    recorder.record(LabTime{1}, "a", payload(10));
+    recorder.row("t", "x", "1");
+  }
+  CHECK(!std::filesystem::exists(directory.path() / "log.lcm"));
+  CHECK(read_file(directory.path() / "t.csv") == "x\n1\n");
+}
+
+TEST_CASE("a failing write stops the recording at the last whole record and nothing else") {
+  // The file may grow to 1 MiB, which is inside an event: the log ends with the event before, the rest is counted, the
+  // warning comes once, and the calls go on without error.
+  TemporaryDirectory directory;
+  Warnings warnings;
+  const std::size_t event_bytes = 28 + 5 + 3000;
+  const std::uint64_t events = 1000, fit = (1 << 20) / event_bytes;
+  {
+    FileSizeLimit limit(1 << 20);
+    Recorder recorder(directory.path(), 0, {});
+    for (std::uint64_t i = 0; i < events; ++i) {
+      recorder.record(LabTime{static_cast<std::int64_t>(i)}, "poses", payload(3000));
+      recorder.row("hash", "period,hash", std::to_string(i));
+      if (i % 50 == 0) recorder.flush();
+    }
+    CHECK(!recorder.recording());
+    recorder.flush();
+    // events and rows: 1000 + 1000 were offered
+    bool truncated = true;
+    const auto kept = events_of(directory.path() / "log.lcm", truncated);
+    CHECK(!truncated);
+    CHECK(kept.size() == fit);
+    CHECK(std::filesystem::file_size(directory.path() / "log.lcm") == fit * event_bytes);
+    const std::string rows = read_file(directory.path() / "hash.csv");
+    CHECK(rows.ends_with("\n"));
+    const auto kept_rows = static_cast<std::uint64_t>(std::count(rows.begin(), rows.end(), '\n')) - 1;
+    CHECK(recorder.counters()["recorder.not_recorded.disk_full"] == events - kept.size() + events - kept_rows);
+  }
+  CHECK(warnings.lines() == 1);
+  CHECK(warnings.text().find("the run goes on without it") != std::string::npos);
+}
+
+TEST_CASE("recording stops before the disk is full") {
+  // With more to keep free than any disk has, what waits is written and the rest is counted.
+  TemporaryDirectory directory;
+  Warnings warnings;
+  Recorder recorder(directory.path(), 0, {.keep_free_bytes = std::uint64_t{1} << 62});
+  recorder.record(LabTime{1}, "a", payload(10));
+  CHECK(recorder.recording());
+  recorder.flush();
+  CHECK(!recorder.recording());
+  recorder.record(LabTime{2}, "b", payload(10));
+  recorder.row("t", "x", "1");
+  CHECK(recorder.counters()["recorder.not_recorded.disk_full"] == 2);
+  bool truncated = true;
+  CHECK(events_of(directory.path() / "log.lcm", truncated).size() == 1);
+  CHECK(warnings.lines() == 1);
+}
+
+TEST_CASE("a directory that cannot be made is refused in one sentence") {
+  // A file stands where the directory should be.
+  TemporaryDirectory directory;
+  const auto file = directory.write("taken", "");
+  CHECK_THROWS_WITH_AS(Recorder(file / "run", 0, {}), doctest::Contains("choose another directory"),
+                       std::runtime_error);
+}
+
+TEST_CASE("a damaged log is read up to its last whole event") {
+  // Cut at every byte, and with every byte of the second event's header damaged.
+  TemporaryDirectory directory;
+  {
+    Recorder recorder(directory.path(), 0, {});
+    for (int i = 0; i < 3; ++i) recorder.record(LabTime{i}, "abc", payload(9));
+  }
+  const std::string whole = read_file(directory.path() / "log.lcm");
+  const std::size_t one = 28 + 3 + 9;
+  REQUIRE(whole.size() == 3 * one);
+  bool truncated = false;
+  for (std::size_t length = 4; length <= whole.size(); ++length) {
+    CAPTURE(length);
+    const auto events = events_of(directory.write("cut.lcm", whole.substr(0, length)), truncated);
+    CHECK(events.size() == length / one);
+    CHECK(truncated == (length % one != 0));
+  }
+  for (std::size_t at : {0, 1, 2, 3, 20, 21, 24}) {
+    CAPTURE(at);
+    std::string damaged = whole;
+    damaged[one + at] = static_cast<char>(damaged[one + at] ^ 0xff);
+    CHECK(events_of(directory.write("damaged.lcm", damaged), truncated).size() == 1);
+    CHECK(truncated);
+  }
+}
+
+TEST_CASE("what is no log is refused in one sentence") {
+  // Absent, a directory, empty, a text, a device.
+  TemporaryDirectory directory;
+  const auto complaint = [](const std::filesystem::path& file) {
+    try {
+      EventLogReader reader(file);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string at = directory.path().string();
+  CHECK(complaint(at + "/none") == "there is no file " + at + "/none");
+  CHECK(complaint(at) == at + " is no file");
+  CHECK(complaint(directory.write("empty", "")) == at + "/empty is empty");
+  CHECK(complaint(directory.write("text", "hello there")) == at + "/text is no LCM log");
+  CHECK(complaint(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
+  CHECK(complaint("/dev/zero") == "/dev/zero is no file");
+}

@@ -1,0 +1,94 @@
+// The small scenario of the documentation: by itself, and the whole way with simulated labs.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "cli/joint_run.hpp"
+#include "tests/labs/light_up_scenario.hpp"
+#include "tests/support/lab_double.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::scenarios;
+using hal::Led;
+
+TEST_CASE("light up: the projection decides who is near") {
+  // Lab b is seen at scale 2: a robot 4 cm from its arena's centre is 8 cm from a robot at the shared centre and is
+  // lit, one at 6 cm is 12 cm away and stays dark; lab a, the owner, tells its robots nothing.
+  WorldDouble world({{"a", 1.0, {}}, {"b", 0.5, {.scale = 2}}}, "a");
+  world.begin([](const std::string&) { return std::make_unique<labs::LightUp>(0.10); });
+  const auto frame = [&](Led led) {
+    return hal::PoseFrame{.stamp = world.now() + hal::LabTime(100'000),
+                          .number = 1,
+                          .robots = {{.robot = 1, .pose = {0.04, 0, 0}, .led = led},
+                                     {.robot = 2, .pose = {0, 0.06, 0}, .led = Led::off}}};
+  };
+  world["a"].frame(
+      {.stamp = hal::LabTime(100'000), .number = 1, .robots = {{.robot = 0, .pose = {}, .led = Led::off}}});
+  world.boundary();
+  world["b"].frame(frame(Led::off));
+  REQUIRE(world["b"].said.size() == 1);
+  CHECK(world["b"].said[0].robot == 1);
+  CHECK(world["b"].said[0].kind == labs::LightUp::lit);
+  CHECK(world["a"].said.empty());
+  // Once it shows, no more is said; when lab a's robot is gone it is told to be dark.
+  world["b"].said.clear();
+  world["b"].frame(frame(Led::white));
+  CHECK(world["b"].said.empty());
+  world["a"].frame({.stamp = world.now() + hal::LabTime(100'000), .number = 2, .robots = {}});
+  world.boundary();
+  world["b"].frame(frame(Led::white));
+  REQUIRE(world["b"].said.size() == 1);
+  CHECK(world["b"].said[0].kind == labs::LightUp::dark);
+  CHECK(world["a"].lab.counts()["lit_periods"] == 1);
+}
+
+TEST_CASE("light up: simulated labs") {
+  // Over two minutes of two simulated labs, robots of b that are well within reach of a robot of a glow, and those well
+  // out of reach are dark, as both labs see it in their merged states; and the reverse never happens to lab a.
+  if (std::none_of(catalogue().begin(), catalogue().end(),
+                   [](const CatalogueEntry& e) { return e.name == "light_up"; }))
+    catalogue().push_back(labs::light_up());
+  const auto lab = [](const std::string& name, double side_m) {
+    return hal::Config::from_text(
+        fmt::format("[lab]\nname = \"{0}\"\n[run]\nscenario = \"light_up\"\nduration_s = 120\n[gate]\nperiod_s = 0.2\n"
+                    "[shared]\nlabs = [\"a\", \"b\"]\nowner = \"a\"\n[shared.projection.b]\nscale = 2\n"
+                    "[recorder]\nlog = false\n[arena]\nrobots = 12\nwidth_m = {1}\nheight_m = {1}\n"
+                    "[arena.ode]\ncontroller = \"{2}/tests/labs/light_up.c\"\n",
+                    name, side_m, ARKMESH_SOURCE_DIR),
+        name + ".toml");
+  };
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("arkmesh-light-up-{}", ::getpid());
+  std::vector<hal::Config> configs;
+  configs.push_back(lab("a", 1.0));
+  configs.push_back(lab("b", 0.5));
+  cli::JointRun run(std::move(configs), folder);
+  const Lab& a = run.lab("a").run().lab();
+  int near = 0, near_lit = 0, far = 0, far_lit = 0;
+  std::uint32_t period = 0;
+  while (run.step()) {
+    // After each merge, past the first seconds: what both labs showed at that boundary. Within the second that a
+    // message may take, robots of a and b come 3 cm nearer at most, and pushed ones a little more.
+    if (a.period() == period || a.period() < 20) continue;
+    period = a.period();
+    for (const SharedRobot& robot : a.state("a").robots) CHECK(robot.led == Led::off);
+    for (const SharedRobot& robot : a.state("b").robots) {
+      double nearest_m = 10;
+      for (const SharedRobot& other : a.state("a").robots)
+        nearest_m = std::min(nearest_m, std::hypot(robot.in_shared.x_m - other.in_shared.x_m,
+                                                   robot.in_shared.y_m - other.in_shared.y_m));
+      if (nearest_m < 0.06) ++near, near_lit += robot.led == Led::white;
+      if (nearest_m > 0.14) ++far, far_lit += robot.led == Led::white;
+    }
+  }
+  CHECK(run.finished());
+  MESSAGE(near, " sightings near, ", far, " far");
+  CHECK(near > 100);
+  CHECK(far > 100);
+  CHECK(near_lit == near);
+  CHECK(far_lit == 0);
+  std::filesystem::remove_all(folder);
+}

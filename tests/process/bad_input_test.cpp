@@ -1,0 +1,178 @@
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/lab_processes.hpp"
+#include "tests/support/process.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+
+namespace {
+
+struct Said {
+  int code = -1;
+  std::string text;
+};
+
+// Runs the program to its end and gives what it said.
+Said say(const std::vector<std::string>& arguments) {
+  const tests::TemporaryFolder folder;
+  tests::Process process(ARKMESH_PROGRAM, arguments, folder.path() / "said.txt");
+  const auto code = process.wait(60s);
+  return {code.value_or(-1), process.output()};
+}
+
+std::string lab_file(const char* lab) { return (tests::experiments() / "dhtf" / (std::string(lab) + ".toml")).string(); }
+
+// `arkmesh run` of shark alone with one override.
+Said run_with(const std::string& set, const std::vector<std::string>& more = {}) {
+  const tests::TemporaryFolder folder;
+  std::vector<std::string> arguments = {"run", lab_file("shark"), "--out", (folder.path() / "out").string(), "--set", "run.duration_s=20", "--set", set};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return say(arguments);
+}
+
+bool one_sentence(const std::string& text) {
+  return text.starts_with("arkmesh: ") && text.find('\n') == text.size() - 1;
+}
+
+}  // namespace
+
+TEST_CASE("wrong configuration is said in one sentence that names the key, with exit code 2") {
+  // Proves that every rule of a lab's configuration fails early and plainly.
+  struct Case {
+    const char* set;
+    std::vector<std::string> expected;
+  };
+  const std::vector<Case> cases = {
+      {"arena.widht_m=1.0", {"arena.widht_m", "did you mean", "arena.width_m"}},
+      {"arena.width_cm=100.0", {"arena.width_cm", "arena.width_m"}},
+      {"arena.width_m=\"wide\"", {"arena.width_m"}},
+      {"arena.width_m=-1.0", {"arena.width_m"}},
+      {"arena.robots=3.5", {"arena.robots"}},
+      {"arena.robots=5000", {"arena.robots", "too many"}},
+      {"run.duration_s=3.0", {"run.duration_s", "whole number of periods"}},
+      {"run.scenario=\"chess\"", {"run.scenario", "dhtf"}},
+      {"arena.use=\"moon\"", {"arena.use", "ode"}},
+      {"gate.slack=9", {"gate.slack", "8"}},
+      {"shared.owner=\"nobody\"", {"shared.owner"}},
+      {"lab.name=\"Not A Name\"", {"lab.name"}},
+      {"scenario.dhtf.cells=\"some\"", {"scenario.dhtf.cells", "no_corners"}},
+      {"preset=\"imagined\"", {"preset", "original", "paper"}},
+      {"run.duration_s", {"--set"}},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.set);
+    const Said said = run_with(c.set);
+    CAPTURE(said.text);
+    CHECK(said.code == 2);
+    CHECK(one_sentence(said.text));
+    for (const std::string& part : c.expected) CHECK(said.text.find(part) != std::string::npos);
+  }
+}
+
+TEST_CASE("a wrong key in a file is named with file and line") {
+  // Proves that the sentence says where to look.
+  const tests::TemporaryFolder folder;
+  const auto file = folder.path() / "lab.toml";
+  std::ofstream(file) << "[lab]\nname = \"shark\"\n[run]\nscenario = \"dhtf\"\n[arena]\nrobotz = 3\n";
+  const Said said = say({"run", file.string(), "--out", (folder.path() / "out").string(), "--set", "scenario.dhtf.requirements.shark=[1,2]", "--set", "arena.use=null"});
+  CAPTURE(said.text);
+  CHECK(said.code == 2);
+  CHECK(said.text.find("lab.toml:6") != std::string::npos);
+  CHECK(said.text.find("arena.robotz") != std::string::npos);
+}
+
+TEST_CASE("a controller that does not compile is said with file, line and the compiler's words") {
+  // Proves that a user sees the error of the program, not of ours.
+  const tests::TemporaryFolder folder;
+  const auto program = folder.path() / "broken.c";
+  std::ofstream(program) << "#include <kilolib.h>\nvoid setup() {}\nvoid loop() { no_such_function_anywhere }\nint main() { return 0; }\n";
+  const Said said = run_with(fmt::format("arena.ode.controller=\"{}\"", program.string()));
+  CAPTURE(said.text);
+  CHECK(said.code == 2);
+  CHECK(said.text.find("broken.c:3") != std::string::npos);
+  CHECK(said.text.find("no_such_function_anywhere") != std::string::npos);
+  const Said missing = run_with("arena.ode.controller=\"/nowhere/at/all.c\"");
+  CAPTURE(missing.text);
+  CHECK(missing.code == 2);
+  CHECK(missing.text.find("/nowhere/at/all.c") != std::string::npos);
+}
+
+TEST_CASE("a log that is missing, foreign, empty or too short for the run is refused by name; a cut one is played as far as it goes") {
+  // Proves that a replay never invents poses.
+  const tests::TemporaryFolder folder;
+  const auto out = folder.path() / "recorded";
+  REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=20", "--out", out.string()}).code == 0);
+  const std::string log = (out / "shark" / "log.lcm").string();
+  const auto replay = [&](const std::string& file, const std::string& duration = "20") {
+    return run_with("arena.use=replay", {"--set", fmt::format("arena.replay.log=\"{}\"", file), "--set", "run.duration_s=" + duration});
+  };
+  CHECK(replay(log).code == 0);
+  const auto refused = [&](const Said& said, const std::string& name) {
+    CAPTURE(said.text);
+    CHECK(said.code == 2);
+    CHECK(said.text.find("arkmesh: ") != std::string::npos);
+    CHECK(said.text.find(name) != std::string::npos);
+  };
+  refused(replay("/nowhere/log.lcm"), "/nowhere/log.lcm");
+  refused(replay(lab_file("shark")), "shark.toml");
+  std::ofstream(folder.path() / "empty.lcm");
+  refused(replay((folder.path() / "empty.lcm").string()), "empty.lcm");
+  refused(replay(log, "40"), "log.lcm");
+  const std::string bytes = tests::read_file(log);
+  std::ofstream(folder.path() / "cut.lcm", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  refused(replay((folder.path() / "cut.lcm").string()), "cut.lcm");
+  CHECK(replay((folder.path() / "cut.lcm").string(), "4").code == 0);
+}
+
+TEST_CASE("a full disk stops the recording, is said, and the run goes on to the same hash") {
+  // Proves that a run is worth more than its recording.
+  const std::string expected = [] {
+    const tests::TemporaryFolder folder;
+    REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=40", "--out", folder.path().string()}).code == 0);
+    const std::string json = tests::read_file(folder.path() / "result.json");
+    return json.substr(json.find("\"final_hash\""), 36);
+  }();
+  const tests::TemporaryFolder folder;
+  // A file size limit of 200 kB in the child stands for the full disk: the write fails the same way.
+  ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{200'000, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const Said said = say({"run", lab_file("shark"), "--set", "run.duration_s=40", "--out", folder.path().string()});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ::signal(SIGXFSZ, SIG_DFL);
+  CAPTURE(said.text);
+  CHECK(said.code == 0);
+  CHECK(said.text.find("stopped") != std::string::npos);
+  const std::string json = tests::read_file(folder.path() / "result.json");
+  CHECK(json.find(expected) != std::string::npos);
+  CHECK(json.find("recorder.not_recorded") != std::string::npos);
+}
+
+TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
+  // Proves that scripts can tell wrong use from failure.
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{}, {"dance"}, {"run"}, {"run", "/nowhere.toml"}, {"lab"}, {"gateway"}, {"run", lab_file("shark"), "--seeds", "5..1"},
+        {"run", lab_file("shark"), "--jobs", "0"}, {"run", lab_file("shark"), lab_file("shark")}}) {
+    const Said said = say(arguments);
+    CAPTURE(said.text);
+    CHECK(said.code == 2);
+    CHECK_FALSE(said.text.empty());
+  }
+  for (const char* command : {"run", "lab", "gateway", "doctor"}) {
+    const Said said = say({command, "--help"});
+    CHECK(said.code == 0);
+    CHECK(said.text.find("Example") != std::string::npos);
+  }
+}

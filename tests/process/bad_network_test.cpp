@@ -1,0 +1,100 @@
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "cli/result_file.hpp"
+#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/impairment_proxy.hpp"
+#include "tests/support/lab_processes.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using tests::Impairment;
+using tests::ImpairmentProxy;
+using tests::LabProcesses;
+
+namespace {
+
+// shark listens on 7921; roark reaches it through the proxy.
+struct Proxied {
+  ImpairmentProxy proxy{7921};
+  LabProcesses labs;
+  explicit Proxied(const std::string& duration)
+      : labs({.overrides = {"run.duration_s=" + duration}, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7920}) {
+    labs.start();
+  }
+  void check(const std::string& duration) {
+    REQUIRE(labs.ended(180s));
+    CAPTURE(labs.lab_output("shark"));
+    CAPTURE(labs.gateway_output("shark"));
+    CAPTURE(labs.gateway_output("roark"));
+    const std::string expected = cli::hash_text(tests::run_labs({.overrides = {"run.duration_s=" + duration}}).hash);
+    CHECK(labs.result("shark", "final_hash") == expected);
+    CHECK(labs.result("roark", "final_hash") == expected);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a delay of 20 ms from mid-run on changes nothing but the time it takes") {
+  // Proves independence of latency with real processes.
+  Proxied p("300");
+  REQUIRE(p.labs.reached("shark", 30, 60s));
+  p.proxy.set({.delay = 20ms});
+  const std::int64_t at = p.labs.period("shark");
+  REQUIRE(at < 150);
+  const auto begun = std::chrono::steady_clock::now();
+  REQUIRE(p.labs.reached("shark", at + 10, 60s));
+  CHECK(std::chrono::steady_clock::now() - begun > 100ms);  // each period waits for a message, at least one way
+  p.check("300");
+}
+
+TEST_CASE("slices of one byte from mid-run on change nothing") {
+  // Proves that nothing depends on how TCP cuts the stream.
+  Proxied p("300");
+  REQUIRE(p.labs.reached("shark", 30, 60s));
+  const auto before = p.proxy.counts();
+  p.proxy.set({.slice_bytes = 1});
+  REQUIRE(p.labs.period("shark") < 150);
+  p.check("300");
+  const auto after = p.proxy.counts();
+  // From then on about one write for each byte.
+  CHECK(after.writes - before.writes > (after.bytes_to_target - before.bytes_to_target) / 2);
+}
+
+TEST_CASE("corrupted bytes in mid-run close sessions, are counted, and change nothing") {
+  // Proves that a damaged frame is never taken for a state.
+  Proxied p("600");
+  REQUIRE(p.labs.reached("shark", 30, 60s));
+  p.proxy.set({.corrupt_every = 3000});
+  REQUIRE(p.labs.period("shark") < 300);
+  REQUIRE(p.labs.reached("shark", 60, 120s));
+  p.proxy.set({});
+  CHECK(p.proxy.counts().corrupted > 0);
+  CHECK(p.proxy.counts().connections > 1);  // sessions were closed and made anew
+  p.check("600");
+}
+
+TEST_CASE("a link that is cut, reset, stalled or half open in mid-run changes nothing once it heals") {
+  // Proves that labs wait out every kind of broken link.
+  for (const char* kind : {"cut", "reset", "black hole", "half open", "stall"}) {
+    CAPTURE(kind);
+    Proxied p("600");
+    REQUIRE(p.labs.reached("shark", 30, 60s));
+    const std::string k = kind;
+    if (k == "cut") p.proxy.refuse(true);
+    if (k == "reset") p.proxy.reset();
+    if (k == "black hole") p.proxy.set({.swallow_to_target = true, .swallow_to_client = true});
+    if (k == "half open") p.proxy.set({.swallow_to_client = true});
+    if (k == "stall") p.proxy.set({.stall = true});
+    const std::int64_t at = p.labs.period("shark", 100ms);
+    REQUIRE(at < 300);
+    for (const auto until = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < until;) p.labs.period("shark", 50ms);
+    if (k != "reset") CHECK(p.labs.period("shark") <= at + 1);
+    p.proxy.refuse(false);
+    p.proxy.set({});
+    p.check("600");
+  }
+}

@@ -1,0 +1,225 @@
+// `arkmesh gateway` as a user starts it: real processes on real LCM ports.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/peers_t.hpp"
+#include "hal/bus.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/raw_peer.hpp"
+
+namespace {
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+using namespace std::chrono_literals;
+
+constexpr int shark_port = 7846, roark_port = 7847, free_port = 7848;
+
+std::string url(int port) {
+  return fmt::format("udpm://239.255.76.67:{}?ttl=0&recv_buf_size=4194304", port);
+}
+
+// Two labs' configuration files; shark listens.
+struct Files {
+  TemporaryFolder folder;
+
+  std::string write(const std::string& lab, int lcm_port, const std::string& gateway) const {
+    const auto file = folder.path() / (lab + ".toml");
+    std::ofstream(file) << fmt::format(
+        "[lab]\nname = \"{}\"\n[bus]\nurl = \"{}\"\n[shared]\nlabs = [\"roark\", \"shark\"]\n[gateway]\n{}\n"
+        "[arena]\nuse = \"what only the lab knows\"\n",
+        lab, url(lcm_port), gateway);
+    return file.string();
+  }
+  const std::string shark =
+      write("shark", shark_port, fmt::format("listen = \"127.0.0.1:{}\"\npeers = [{{lab = \"roark\"}}]", shark_port));
+  const std::string roark =
+      write("roark", roark_port, fmt::format("peers = [{{lab = \"shark\", connect = \"127.0.0.1:{}\"}}]", shark_port));
+
+  Process start(const std::string& file, const std::string& name, const std::vector<std::string>& sets = {}) const {
+    std::vector<std::string> arguments = {"gateway", file};
+    for (const std::string& set : sets) arguments.insert(arguments.end(), {"--set", set});
+    return Process(ARKMESH_PROGRAM, arguments, folder.path() / (name + ".txt"));
+  }
+};
+
+bool says(Process& process, const std::string& text, std::chrono::seconds deadline = 20s) {
+  return eventually(deadline, [&] { return process.output().find(text) != std::string::npos || !process.running(); }) &&
+         process.output().find(text) != std::string::npos;
+}
+
+TEST_CASE("two gateway processes join two labs") {
+  // Messages cross both ways under the sender's name, the processes say what they do, and SIGTERM and SIGINT end them
+  // with 0.
+  const Files files;
+  Process shark = files.start(files.shark, "shark"), roark = files.start(files.roark, "roark");
+  REQUIRE(says(shark, "gateway of shark: listening on 127.0.0.1:7846\n"));
+  REQUIRE(says(roark, "gateway of roark: connecting to shark at 127.0.0.1:7846\n"));
+  REQUIRE(says(shark, "gateway of shark: roark connected\n"));
+  REQUIRE(says(roark, "gateway of roark: shark connected\n"));
+
+  hal::Bus at_shark(url(shark_port)), at_roark(url(roark_port));
+  std::string heard;
+  peers_t peers;
+  const auto world = at_roark.subscribe("shark/world", [&](std::string_view, auto bytes) {
+    heard.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  });
+  const auto status = at_roark.subscribe("peers", [&](std::string_view, auto bytes) { hal::decode(bytes, peers); });
+  at_shark.publish("world", std::as_bytes(std::span("some state")));
+  CHECK(eventually(20s, [&] {
+    at_roark.drain(50ms);
+    return heard == std::string("some state", 11);
+  }));
+  CHECK(eventually(20s, [&] {
+    at_roark.drain(50ms);
+    return peers.lab == "roark" && peers.peers.size() == 1 && peers.peers[0].up && peers.peers[0].channels.size() == 1;
+  }));
+  CHECK(peers.peers[0].channels[0].channel == "shark/world");
+  CHECK(peers.peers[0].channels[0].messages == 1);
+  CHECK(peers.peers[0].channels[0].bytes == 11);
+
+  shark.signal(SIGTERM);
+  CHECK(shark.wait(5s) == 0);
+  CHECK(says(roark, "gateway of roark: shark not connected: "));
+  roark.signal(SIGINT);
+  CHECK(roark.wait(5s) == 0);
+}
+
+TEST_CASE("a gateway killed with SIGKILL comes back") {
+  // Started again it is not confused by its own leftovers: it is back within three seconds, on a busy machine too.
+  const Files files;
+  Process roark = files.start(files.roark, "roark");
+  for (int start = 0; start < 3; ++start) {
+    const auto begun = std::chrono::steady_clock::now();
+    Process shark = files.start(files.shark, "shark" + std::to_string(start));
+    REQUIRE(says(shark, "roark connected"));
+    if (start > 0) CHECK(std::chrono::steady_clock::now() - begun < 3s);
+    shark.kill();
+  }
+}
+
+TEST_CASE("a second gateway of a lab gives way") {
+  // Only the newcomer ends, with 2 and a sentence; the first one goes on undisturbed.
+  const Files files;
+  Process shark = files.start(files.shark, "shark"), roark = files.start(files.roark, "roark");
+  REQUIRE(says(shark, "roark connected"));
+  Process second = files.start(files.roark, "second");
+  CHECK(second.wait(10s) == 2);
+  CHECK(second.output() ==
+        fmt::format("arkmesh: bus {}: another gateway of lab roark runs already; stop it first\n", url(roark_port)));
+  CHECK(shark.running());
+  CHECK(roark.running());
+  CHECK(shark.output().find("not connected") == std::string::npos);
+}
+
+TEST_CASE("another lab on our LCM port is refused") {
+  // A lab process, or another lab's gateway, that was there before is named, with what to do.
+  const Files files;
+  const std::string sentence =
+      fmt::format("arkmesh: bus {}: lab roark uses this LCM port, too; give each lab a port of its own in bus.url\n",
+                  url(roark_port));
+  SUBCASE("its lab process") {
+    hal::Bus bus(url(roark_port));
+    lab_status_t status{};
+    status.lab = "roark";
+    Process shark = files.start(files.shark, "shark", {"bus.url=\"" + url(roark_port) + "\""});
+    REQUIRE(eventually(20s, [&] {
+      bus.publish("status", status);
+      return shark.wait(100ms).has_value();
+    }));
+    CHECK(shark.wait(0ms) == 2);
+    CHECK(shark.output().ends_with(sentence));
+  }
+  SUBCASE("its gateway") {
+    Process roark = files.start(files.roark, "roark");
+    REQUIRE(says(roark, "connecting"));
+    Process shark = files.start(files.shark, "shark", {"bus.url=\"" + url(roark_port) + "\""});
+    CHECK(shark.wait(10s) == 2);
+    CHECK(shark.output() == sentence);
+    CHECK(roark.running());
+  }
+}
+
+TEST_CASE("a port in use is named") {
+  // A TCP port that another program holds ends the gateway with 1 and one sentence.
+  const Files files;
+  boost::asio::io_context io;
+  boost::asio::ip::tcp::acceptor taken(io, {boost::asio::ip::address_v4::loopback(), free_port});
+  Process shark = files.start(files.shark, "shark", {fmt::format("gateway.listen=\"127.0.0.1:{}\"", free_port)});
+  CHECK(shark.wait(10s) == 1);
+  CHECK(
+      shark.output() ==
+      fmt::format("arkmesh: TCP port {} of 127.0.0.1 is in use by another program; stop it (ss -ltnp shows it) or give "
+                  "gateway.listen another port\n",
+                  free_port));
+}
+
+TEST_CASE("wrong configurations end with one sentence") {
+  // Each ends with 2 and names the place; keys of the lab's own tables are none of the gateway's business.
+  const std::pair<std::string, std::string> table[] = {
+      {"gateway.listen=\"0.0.0.0:7846\"", "gateway.listen = \"0.0.0.0:7846\": is not on this machine"},
+      {"gateway.lisen=\"127.0.0.1:1\"", "unknown key 'gateway.lisen'; did you mean 'gateway.listen'?"},
+      {"lab.name=lynx", "shared.labs = [\"roark\", \"shark\"]: does not name this lab, 'lynx'"},
+      {"lab.name=\"Not a name\"", "lab.name = \"Not a name\": must have 1 to 15 of a-z, 0-9, '_' and '-'"},
+      {"bus.url=memq://", "bus.url = \"memq://\": must be udpm://ADDRESS:PORT?ttl=0"},
+      {"shared.labs=[\"lynx\", \"roark\", \"shark\"]",
+       "gateway.peers: has no entry for lab lynx, which shared.labs names; add one"},
+  };
+  for (const auto& [set, sentence] : table) {
+    CAPTURE(set);
+    const Files files;
+    Process shark = files.start(files.shark, "shark", {set});
+    CHECK(shark.wait(10s) == 2);
+    const std::string said = shark.output();
+    CAPTURE(said);
+    CHECK(said.starts_with("arkmesh: "));
+    CHECK(said.find(sentence) != std::string::npos);
+    CHECK(std::count(said.begin(), said.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("SIGTERM ends a gateway at once, also with a stalled peer") {
+  // A peer that reads nothing, with a full outbox, does not delay the end beyond a second; no line is printed per
+  // message.
+  const Files files;
+  Process shark = files.start(files.shark, "shark");
+  REQUIRE(says(shark, "listening"));
+  boost::asio::io_context io;
+  RawPeer roark(io, shark_port);
+  gateway::Hello hello;
+  hello.lab = "roark";
+  hello.boot_id = 1;
+  hello.max_message_bytes = 1 << 20;
+  hello.channels = {gateway::exported("world")};
+  roark.say(hello);
+  roark.say(gateway::FrameKind::heartbeat);
+  REQUIRE(says(shark, "roark connected"));
+  hal::Bus bus(url(shark_port));
+  peers_t peers;
+  const auto subscription = bus.subscribe("peers", [&](std::string_view, auto bytes) { hal::decode(bytes, peers); });
+  // Until messages are replaced because the kernel takes no more.
+  REQUIRE(eventually(20s, [&] {
+    for (int i = 0; i < 20; ++i) bus.publish("world", std::vector<std::byte>(50'000));
+    roark.say(gateway::FrameKind::heartbeat);
+    bus.drain(20ms);
+    if (!peers.peers.empty())
+      for (const counter_t& counter : peers.peers[0].counters)
+        if (counter.name == "outbox.replaced.world" && counter.value > 100) return true;
+    return false;
+  }));
+  const auto begun = std::chrono::steady_clock::now();
+  shark.signal(SIGTERM);
+  CHECK(shark.wait(5s) == 0);
+  CHECK(std::chrono::steady_clock::now() - begun < 1s);
+  const std::string output = shark.output();
+  CHECK(std::count(output.begin(), output.end(), '\n') <= 4);
+}
+
+}  // namespace

@@ -1,0 +1,85 @@
+#include <chrono>
+#include <csignal>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "arkmesh/world_t.hpp"
+#include "hal/event_log.hpp"
+#include "scenarios/world_message.hpp"
+#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/lab_processes.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using tests::LabProcesses;
+
+TEST_CASE("a killed lab ends the others within ten seconds, by name, and its recording is readable") {
+  // Proves rule 8's deadline and that nothing recorded is lost.
+  LabProcesses labs({});
+  labs.start();
+  REQUIRE(labs.reached("roark", 20, 60s));
+  labs.lab("roark").kill();
+  const auto killed = std::chrono::steady_clock::now();
+  const std::int64_t at = labs.period("roark");
+  REQUIRE(labs.lab("shark").wait(15s).has_value());
+  CHECK(std::chrono::steady_clock::now() - killed < 10s);
+  CHECK(labs.lab("shark").wait(0ms) == 1);
+  CHECK(labs.lab_output("shark").find("roark is gone at period") != std::string::npos);
+  CHECK(labs.result("shark", "ended").find("roark is gone at period") != std::string::npos);
+
+  // The dead lab's folder holds every period that it had merged.
+  for (const char* lab : {"roark", "shark"}) {
+    hal::EventLogReader log(labs.directory(lab) / "log.lcm");
+    std::int64_t period = -1;
+    while (const auto event = log.next()) {
+      scenarios::WorldMessage message;
+      if (event->channel != "world") continue;
+      REQUIRE(scenarios::decode_world(event->bytes, message) == "");
+      period = message.window.back().period;
+    }
+    CHECK(period >= at - 1);
+    CHECK(tests::read_file(labs.directory(lab) / "hash.csv").find("\n19,") != std::string::npos);
+    CHECK_FALSE(tests::read_file(labs.directory(lab) / "config.toml").empty());
+  }
+}
+
+TEST_CASE("a lab that is started again in mid-run ends the run by name") {
+  // Proves rule 6: a strict run never goes on with a lab that has forgotten the past.
+  LabProcesses labs({});
+  labs.start();
+  REQUIRE(labs.reached("roark", 10, 60s));
+  labs.lab("roark").kill();
+  labs.start_lab("roark");
+  REQUIRE(labs.lab("shark").wait(15s) == 1);
+  const std::string said = labs.lab_output("shark");
+  CAPTURE(said);
+  CHECK((said.find("roark was restarted at period") != std::string::npos || said.find("roark is gone at period") != std::string::npos));
+}
+
+TEST_CASE("a second lab on a lab's LCM port refuses to start and says why") {
+  // Proves that two labs on one port never mix their messages silently.
+  LabProcesses labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.patience_s=60"}});
+  labs.start_gateway("shark");
+  labs.start_lab("shark");
+  REQUIRE(labs.reached("shark", 0, 20s));
+  const tests::TemporaryFolder folder;
+  tests::Process other(ARKMESH_PROGRAM,
+                       {"lab", (tests::experiments() / "dhtf" / "roark.toml").string(), "--set", "bus.url=\"" + labs.bus_url("shark") + "\"", "--out",
+                        (folder.path() / "out").string()},
+                       folder.path() / "other.txt");
+  CHECK(other.wait(20s) == 2);
+  CHECK(other.output().find("another lab process ('shark') is on this LCM port") != std::string::npos);
+}
+
+TEST_CASE("the operator's interrupt ends a lab with its results written") {
+  // Proves that Ctrl-C loses nothing.
+  LabProcesses labs({});
+  labs.start();
+  REQUIRE(labs.reached("shark", 5, 60s));
+  labs.lab("shark").signal(SIGINT);
+  CHECK(labs.lab("shark").wait(5s) == 1);
+  CHECK(labs.result("shark", "ended") == "stopped by the operator");
+  CHECK(labs.lab("roark").wait(15s) == 1);
+  CHECK(labs.lab_output("roark").find("shark is gone at period") != std::string::npos);
+}

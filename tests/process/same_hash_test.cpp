@@ -1,0 +1,95 @@
+#include <csignal>
+#include <string>
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include "cli/result_file.hpp"
+#include "hal/event_log.hpp"
+#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/impairment_proxy.hpp"
+#include "tests/support/lab_processes.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using tests::LabProcesses;
+
+namespace {
+
+// One process, the same seed: what every run of processes must give. 600 simulated seconds, 300 periods.
+const std::string& reference() {
+  static const std::string hash = cli::hash_text(tests::run_labs({.overrides = {"run.duration_s=600"}}).hash);
+  return hash;
+}
+
+const std::vector<std::string> shortened = {"run.duration_s=600"};
+
+void check_same(LabProcesses& labs) {
+  for (const char* lab : {"shark", "roark"}) {
+    CAPTURE(labs.lab_output(lab));
+    CAPTURE(labs.gateway_output(lab));
+    REQUIRE(labs.lab(lab).wait(0ms) == 0);
+    CHECK(labs.result(lab, "final_hash") == reference());
+    CHECK(labs.result(lab, "ended") == "finished");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("four processes over TCP have the hash of one process") {
+  // Proves that a lab's result is independent of how the labs are joined.
+  LabProcesses labs({.overrides = shortened});
+  labs.start();
+  REQUIRE(labs.ended(120s));
+  check_same(labs);
+}
+
+TEST_CASE("six processes of three labs have the hash of one process") {
+  // Proves the same with a link for every pair.
+  const std::string expected = cli::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
+  LabProcesses labs({.labs = {"shark", "roark", "lynx"}, .overrides = shortened});
+  labs.start();
+  REQUIRE(labs.ended(120s));
+  for (const char* lab : {"shark", "roark", "lynx"}) {
+    CAPTURE(labs.lab_output(lab));
+    CHECK(labs.result(lab, "final_hash") == expected);
+  }
+}
+
+TEST_CASE("a gateway killed in mid-run and started again changes nothing") {
+  // Proves that gateways hold nothing that a result needs, and come back by themselves.
+  for (const char* killed : {"roark", "shark"}) {
+    LabProcesses labs({.overrides = shortened});
+    labs.start();
+    REQUIRE(labs.reached("shark", 30, 60s));
+    labs.gateway(killed).kill();
+    const std::int64_t at = labs.period("shark", 200ms);
+    REQUIRE(at < 300);  // in mid-run
+    // Both labs stop at most one period later, and stay there.
+    for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+    CHECK(labs.period("shark") <= at + 1);
+    CHECK(std::abs(labs.period("shark") - labs.period("roark")) <= 1);
+    labs.start_gateway(killed);
+    REQUIRE(labs.ended(120s));
+    check_same(labs);
+  }
+}
+
+TEST_CASE("both gateways killed stop all labs; started again they finish the run") {
+  // Proves that the labs share nothing but what goes through their gateways.
+  LabProcesses labs({.overrides = shortened});
+  labs.start();
+  REQUIRE(labs.reached("roark", 30, 60s));
+  labs.gateway("roark").kill();
+  labs.gateway("shark").kill();
+  for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+  const std::int64_t shark = labs.period("shark"), roark = labs.period("roark");
+  REQUIRE(shark < 300);
+  CHECK(std::abs(shark - roark) <= 1);
+  for (const auto until = std::chrono::steady_clock::now() + 1s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+  CHECK(labs.period("shark") == shark);
+  labs.start_gateway("roark");
+  labs.start_gateway("shark");
+  REQUIRE(labs.ended(120s));
+  check_same(labs);
+}

@@ -1,0 +1,157 @@
+// `arkmesh controller` as a user meets it: exit codes, the sentence of each failure, tables and pictures.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/programs/program_run.hpp"
+#include "tests/support/process.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+namespace {
+
+struct Ended {
+  int code = -1;
+  std::string output;  // standard output and error
+};
+
+Ended controller(std::vector<std::string> arguments, const std::filesystem::path& folder) {
+  static int number = 0;
+  arguments.insert(arguments.begin(), "controller");
+  Process process(ARKMESH_PROGRAM, arguments, folder / fmt::format("output-{}.txt", ++number));
+  const auto code = process.wait(std::chrono::seconds(60));
+  return {code.value_or(-1), process.output()};
+}
+
+bool says(const Ended& ended, const std::string& part) { return ended.output.find(part) != std::string::npos; }
+
+std::string file(const std::string& name) { return program_file(name).string(); }
+
+}  // namespace
+
+TEST_CASE("controller run tells what the swarm did and leaves a table") {
+  // Ten seconds of nine robots: 101 frames of nine rows and a header; a summary with each of its parts; exit code 0.
+  const TemporaryFolder folder;
+  const auto csv = folder.path() / "poses.csv";
+  const Ended ended = controller({"run", file("naming_vote"), "--robots", "9", "--seconds", "10", "--arena", "0.3x0.4", "--csv", csv.string()}, folder.path());
+  INFO(ended.output);
+  CHECK(ended.code == 0);
+  for (const char* part : {"9 robots", "10.0 s simulated", "colours", "paths", "nearest", "messages", " sent", " heard"})
+    CHECK_MESSAGE(says(ended, part), std::string(part));
+  std::ifstream table(csv);
+  std::string line;
+  std::getline(table, line);
+  CHECK(line == "time_s,robot,x_m,y_m,heading_rad,led");
+  int rows = 0;
+  for (; std::getline(table, line); ++rows) {
+    std::istringstream fields(line);
+    double time_s = -1, robot = -1, x_m = 9, y_m = 9;
+    char comma = 0;
+    fields >> time_s >> comma >> robot >> comma >> x_m >> comma >> y_m;
+    CHECK(robot == rows % 9);
+    CHECK(time_s == doctest::Approx(rows / 9 * 0.1));
+    CHECK(std::abs(x_m) < 0.15);
+    CHECK(std::abs(y_m) < 0.2);
+  }
+  CHECK(rows == 9 * 101);
+}
+
+TEST_CASE("controller run says in one sentence what is wrong with a program") {
+  // Does not compile, crashes, never returns: exit code 1, and the last line names file and line or robot and time.
+  const TemporaryFolder folder;
+  const std::pair<const char*, std::vector<std::string>> cases[] = {
+      {"refused_syntax", {"refused_syntax.c:7", "error"}}, {"refused_no_start", {"never calls kilo_start"}},
+      {"crash_null", {"robot 3", "bad pointer", "crash_null.c:10"}}, {"hang_loop", {"never returns", "hang_loop.c:9"}}};
+  for (const auto& [program, parts] : cases) {
+    const Ended ended = controller({"run", file(program), "--seconds", "10"}, folder.path());
+    INFO(ended.output);
+    CHECK(ended.code == 1);
+    for (const std::string& part : parts) CHECK_MESSAGE(says(ended, part), part);
+    const auto begin = ended.output.find("arkmesh: ");
+    REQUIRE(begin != std::string::npos);
+    CHECK(ended.output.find('\n', begin) == ended.output.size() - 1);
+  }
+}
+
+TEST_CASE("controller refuses wrong use with exit code 2") {
+  // A missing file, no file, nonsense for sizes and places, and more robots than fit.
+  const TemporaryFolder folder;
+  const std::vector<std::vector<std::string>> wrong = {{},
+                                                       {"run"},
+                                                       {"run", "no_such_file.c"},
+                                                       {"run", file("labs_blink"), "--arena", "1m"},
+                                                       {"run", file("labs_blink"), "--arena", "1x1x1"},
+                                                       {"run", file("labs_blink"), "--light", "here"},
+                                                       {"run", file("labs_blink"), "--seconds", "-1"},
+                                                       {"run", file("labs_blink"), "--robots", "0"},
+                                                       {"run", file("labs_blink"), "--arena", "0.05x0.05"},
+                                                       {"run", file("labs_blink"), "--csv", "/no/such/folder/poses.csv"},
+                                                       {"check", "no_such_file.c"}};
+  for (const auto& arguments : wrong) {
+    const Ended ended = controller(arguments, folder.path());
+    INFO(ended.output);
+    CHECK(ended.code == 2);
+    CHECK_FALSE(ended.output.empty());
+  }
+}
+
+TEST_CASE("controller check says what a program needs and what may go wrong with an int of 16 bits") {
+  // A program within the limits, one with too much memory, one with constants that do not fit, one that does not build.
+  if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) {
+    MESSAGE("avr-gcc is not installed: the build for the robot is not checked");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string frame = "\nvoid setup() {{}}\nvoid loop() {{ {} }}\nint main() {{ kilo_init(); kilo_start(setup, loop); }}\n";
+  const auto write = [&](const std::string& name, const std::string& text) {
+    const auto path = folder.path() / name;
+    std::ofstream(path) << text;
+    return path.string();
+  };
+  const Ended good = controller({"check", file("gradient_hops")}, folder.path());
+  CHECK(good.code == 0);
+  CHECK_MESSAGE(says(good, "of 28160 bytes"), good.output);
+  CHECK_FALSE(says(good, "warning"));
+
+  const Ended large = controller({"check", write("large.c", "#include <kilolib.h>\nchar room[2000];" + fmt::format(fmt::runtime(frame), "room[kilo_uid] = 1;"))}, folder.path());
+  CHECK(large.code == 1);
+  CHECK_MESSAGE(says(large, "does not fit"), large.output);
+
+  const Ended wide = controller({"check", write("wide.c", "#include <kilolib.h>\n" + fmt::format(fmt::runtime(frame), "if (kilo_uid * 2 > 3) delay(60 * 1000);"))}, folder.path());
+  CHECK(wide.code == 0);
+  CHECK_MESSAGE(says(wide, "warning: integer overflow"), wide.output);
+
+  const Ended broken = controller({"check", file("refused_syntax")}, folder.path());
+  CHECK(broken.code == 1);
+  CHECK_MESSAGE(says(broken, "refused_syntax.c:7"), broken.output);
+}
+
+TEST_CASE("pictures and videos of a run, or a sentence that says what is missing") {
+  // Where matplotlib and ffmpeg are there, files are written; where one is not, exit code 1 and the package to install.
+  const TemporaryFolder folder;
+  const auto png = folder.path() / "end.png", mp4 = folder.path() / "run.mp4";
+  const Ended picture = controller({"run", file("labs_move"), "--seconds", "5", "--png", png.string()}, folder.path());
+  INFO(picture.output);
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' > /dev/null 2>&1") != 0) {
+    CHECK(picture.code == 1);
+    CHECK(says(picture, "matplotlib for /usr/bin/python3 is missing"));
+    return;
+  }
+  CHECK(picture.code == 0);
+  CHECK(read_file(png).starts_with("\x89PNG"));
+  const Ended video = controller({"run", file("labs_move"), "--seconds", "5", "--video", mp4.string()}, folder.path());
+  INFO(video.output);
+  if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) {
+    CHECK(video.code == 1);
+    CHECK(says(video, "ffmpeg, which writes videos, is missing; apt-get install ffmpeg"));
+    return;
+  }
+  CHECK(video.code == 0);
+  CHECK(read_file(mp4).substr(4, 4) == "ftyp");
+}

@@ -1,0 +1,16 @@
+/* Everybody drives straight on for ever. */
+#include <kilolib.h>
+
+void setup() {
+    spinup_motors();
+    set_motors(kilo_straight_left, kilo_straight_right);
+    set_color(RGB(0, 0, 3));
+}
+
+void loop() {}
+
+int main() {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}

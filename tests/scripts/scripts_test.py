@@ -1,0 +1,87 @@
+"""The scripts that read run folders: on whole folders, and on folders of runs that were killed or whose disk ran full."""
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import run_folder
+from run_folder import read_log
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+
+
+def script(name, *arguments):
+    return subprocess.run([SCRIPTS / name, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+class Scripts(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.run_dir = pathlib.Path(self.temporary.name) / "run"
+        run_folder.make(self.run_dir)
+        self.log = self.run_dir / "shark/log.lcm"
+
+    def test_every_cut_log_is_read_up_to_its_last_whole_event(self):
+        """A log cut at any byte gives exactly the events that are whole, and nothing else."""
+        whole = self.log.read_bytes()
+        ends, at = [], 0
+        for _, channel, data in read_log.events(self.log):
+            at += 28 + len(channel) + len(data)
+            ends.append(at)
+        self.assertEqual((ends[-1], len(ends)), (len(whole), 11))
+        cut = self.run_dir / "cut.lcm"
+        for size in list(range(0, ends[2] + 30)) + [len(whole) - 1]:
+            cut.write_bytes(whole[:size])
+            self.assertEqual(len(list(read_log.events(cut))), sum(end <= size for end in ends), f"cut at {size}")
+
+    def test_forged_length_asks_for_no_memory(self):
+        """An event that claims 4 GiB ends the log there."""
+        damaged = bytearray(self.log.read_bytes())
+        damaged[24:28] = b"\xff\xff\xff\xff"
+        self.log.write_bytes(damaged)
+        self.assertEqual(list(read_log.events(self.log)), [])
+
+    def test_reader_decodes(self):
+        """read_log.py lists channels with counts, and shows the fields of our messages."""
+        listing = script("read_log.py", self.log)
+        self.assertRegex(listing.stdout, r"shared +5 ")
+        shown = script("read_log.py", self.log, "shared").stdout
+        self.assertIn("  robots[47]", shown)
+        self.assertIn("    name = team", shown)
+        self.assertIn("a type that is not ours", script("read_log.py", self.log, "foreign").stdout)
+        missing = script("read_log.py", self.log, "nowhere")
+        self.assertEqual((missing.returncode, "it holds: arena, foreign, shared" in missing.stderr), (1, True))
+
+    def test_plot_draws_both_arenas(self):
+        """A run folder gives a picture; another moment gives another picture; one lab's folder will do."""
+        self.assertEqual(script("plot", self.run_dir).returncode, 0)
+        first = (self.run_dir / "picture.png").read_bytes()
+        self.assertEqual(first[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(script("plot", self.run_dir, "--at", 2).returncode, 0)
+        self.assertNotEqual((self.run_dir / "picture.png").read_bytes(), first)
+        self.assertEqual(script("plot", self.run_dir / "roark").returncode, 0)
+        self.assertTrue((self.run_dir / "roark/picture.png").is_file())
+
+    def test_plot_of_a_killed_run(self):
+        """Logs and tables cut in mid-record are drawn up to the last whole period; a log without one gives a sentence."""
+        whole = self.log.read_bytes()
+        table = self.run_dir / "shark/completed.csv"
+        table.write_bytes(table.read_bytes()[:-3])
+        self.log.write_bytes(whole[: len(whole) // 2])
+        drawn = script("plot", self.run_dir)
+        self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+        self.log.write_bytes(whole[:100])
+        refused = script("plot", self.run_dir)
+        self.assertEqual((refused.returncode, "holds no whole period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))
+
+    def test_plot_of_another_scenario(self):
+        """Without sites and tasks the robots are drawn alone."""
+        for lab in run_folder.LABS:
+            (self.run_dir / lab / "config.toml").unlink()
+            (self.run_dir / lab / "completed.csv").unlink()
+        self.assertEqual(script("plot", self.run_dir).returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,141 @@
+// Programs that do not compile, crash, hang or give up end an arena with one sentence, and nothing else.
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/sim_ode/arena_builder.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+std::string config_error(const std::string& program) {
+  try {
+    TestArena{.program = program}.make();
+  } catch (const hal::ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// The sentence with which a run ends; empty when it lasts 10 s.
+std::string run_error(const std::string& program, int robots = 4) {
+  auto arena = TestArena{.program = program, .robots = robots}.make_running();
+  std::string first;
+  try {
+    for (int k = 0; k <= 100; ++k) {
+      arena->advance_to(seconds(0.1 * k));
+      if (k == 10) arena->robots().command(broadcast(1, {0}));
+    }
+  } catch (const std::runtime_error& error) {
+    first = error.what();
+  }
+  if (first.empty()) return first;
+  // the arena stays lost, with the same words
+  try {
+    arena->advance_to(seconds(20));
+    FAIL("a lost arena went on");
+  } catch (const std::runtime_error& error) {
+    CHECK(error.what() == first);
+  }
+  return first;
+}
+
+bool says(const std::string& sentence, std::initializer_list<const char*> words) {
+  CAPTURE(sentence);
+  for (const char* word : words)
+    if (sentence.find(word) == std::string::npos) {
+      MESSAGE("missing: " << word << " in: " << sentence);
+      return false;
+    }
+  return true;
+}
+
+int entries_of(const std::filesystem::path& directory, const std::string& beginning) {
+  int n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) n += entry.path().filename().string().starts_with(beginning);
+  return n;
+}
+
+int open_files() { return entries_of("/proc/self/fd", ""); }
+
+int mappings() {
+  std::ifstream in("/proc/self/maps");
+  int n = 0;
+  for (std::string line; std::getline(in, line);) n += line.find("program.so") != std::string::npos;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("does not compile") {
+  // A ConfigError names the key, the program's own file and line, and what the compiler says.
+  CHECK(says(config_error("does_not_compile.c"), {"arena.ode.controller", "does_not_compile.c:3", "nonsense"}));
+  CHECK(says(config_error("not_there.c"), {"not_there.c", "cannot be read"}));
+  CHECK(says(config_error("no_start.c"), {"never calls kilo_start"}));
+}
+
+TEST_CASE("crashes") {
+  // A crash names robot, kind, function, line and time, wherever it happens.
+  CHECK(says(run_error("crash_null.c"), {"robot 2", "bad pointer", "loop", "crash_null.c:9", " at 1.", " s ("}));
+  CHECK(says(run_error("crash_zero.c"), {"robot 0", "division by zero", "rx", "crash_zero.c:5"}));
+  CHECK(says(run_error("crash_stack.c"), {"robot 0", "stack overflow"}));
+  CHECK(says(run_error("crash_call.c"), {"robot 0", "bad pointer", "in loop", "crash_call.c:9"}));
+  CHECK(says(run_error("crash_beyond.c"), {"robot 0", "bad pointer", "crash_beyond.c"}));
+}
+
+TEST_CASE("hangs and giving up") {
+  // An endless loop, also one of delay(0), is ended with its place; exit() ends the run, not the process.
+  CHECK(says(run_error("endless.c"), {"robot 0", "never returns", "in loop", "endless.c:7", "at 8."}));
+  CHECK(says(run_error("endless_delay.c"), {"robot 0", "never returns"}));
+  CHECK(says(run_error("gives_up.c"), {"robot 0", "called exit()", "gives_up.c:"}));
+}
+
+TEST_CASE("waiting for a flag") {
+  // A loop that only waits for a variable which a callback sets goes on as on a robot, the same way in each run.
+  const TestArena scene{.program = "wait_for_flag.c", .robots = 2, .ode = "start_poses = [0, 0, 0, 0.05, 0, 0]"};
+  auto arena = scene.make_running(), again = scene.make_running();
+  const hal::PoseFrame frame = frame_at(*arena, seconds(6)), same = frame_at(*again, seconds(6));
+  for (std::size_t i = 0; i < 2; ++i) CHECK(frame.robots[i].led == hal::Led::green);
+  CHECK(same.robots[0].led == frame.robots[0].led);
+  CHECK(arena->counters()["infrared.received"] == again->counters()["infrared.received"]);
+}
+
+TEST_CASE("other arenas go on") {
+  // After a crash in one arena another one in the same process still runs, and new ones start.
+  auto good = TestArena{.program = "all_ahead.c", .robots = 3}.make_running();
+  const hal::Pose start = frame_at(*good, hal::LabTime{0}).robots[1].pose;
+  CHECK_FALSE(run_error("crash_stack.c").empty());
+  CHECK(frame_at(*good, seconds(5)).robots[1].pose.x_m != start.x_m);
+  CHECK(run_error("all_ahead.c").empty());
+}
+
+TEST_CASE("nothing is left behind") {
+  // Arenas made and destroyed, failed ones too, leave no directories, open files or loaded programs.
+  // a temporary folder of our own, where nobody else compiles
+  std::string own = (std::filesystem::temp_directory_path() / "arkmesh-test-XXXXXX").string();
+  REQUIRE(mkdtemp(own.data()));
+  const char* const before = std::getenv("TMPDIR");
+  const std::string usual = before ? before : "";
+  setenv("TMPDIR", own.c_str(), 1);
+  const std::filesystem::path temporary = own;
+  { auto warm_up = TestArena{.program = "wander.c"}.make(); }
+  const int folders = entries_of(temporary, "arkmesh-controller-"), files = open_files(), programs = mappings();
+  for (int k = 0; k < 5; ++k) {
+    auto a = TestArena{.program = "wander.c"}.make_running(), b = TestArena{.program = "wander.c", .seed = 2}.make_running();
+    auto c = TestArena{.program = "rounds.c", .robots = 5}.make_running();
+    c->advance_to(seconds(1));
+    CHECK(mappings() > programs);
+    config_error("does_not_compile.c");
+  }
+  run_error("crash_null.c");
+  CHECK(entries_of(temporary, "arkmesh-controller-") == folders);
+  CHECK(open_files() == files);
+  CHECK(mappings() == programs);
+  if (before) setenv("TMPDIR", usual.c_str(), 1);
+  else unsetenv("TMPDIR");
+  std::filesystem::remove_all(own);
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,200 @@
+// Messages between robots: period, reach, checksum, distance, collisions.
+#include <cmath>
+
+#include "sim_ode/contact_world.hpp"
+#include "sim_ode/infrared_medium.hpp"
+#include "tests/sim_ode/arena_builder.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+// Standing robots that all send all the time, with every part within reach.
+struct Standing {
+  Standing(const std::vector<hal::Pose>& places, Settings with = {}, std::uint64_t seed = 1, const char* program = "chatter.c")
+      : settings(with), motors(settings, static_cast<int>(places.size()), "shark", seed), leds(static_cast<int>(places.size())),
+        world(2, 2, 0.3, seed, places), host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds, {}, "shark", seed, settings.clock_spread),
+        medium(settings, 2, 2, static_cast<int>(places.size()), "shark", seed), heard_by(places.size() * places.size()) {
+    Message run;
+    run.type = type_run;
+    inbox.overhead.push_back({0, run, {}});
+  }
+  void step() {
+    host.tick(++tick, inbox);
+    inbox.overhead.clear();
+    medium.run_tick(tick, world, host, inbox.infrared);
+    for (const Reception& reception : inbox.infrared) ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
+  }
+  std::size_t leds_count() const { return world.x().size(); }
+  // Messages of `sender` that `listener` has heard.
+  int heard(std::size_t listener, std::size_t sender) const { return heard_by[listener * leds_count() + sender]; }
+
+  Settings settings;
+  Motors motors;
+  LedLights leds;
+  ContactWorld world;
+  RobotHost host;
+  InfraredMedium medium;
+  Inbox inbox;
+  std::vector<int> heard_by;
+  std::int64_t tick = 0;
+};
+
+}  // namespace
+
+TEST_CASE("period") {
+  // A robot alone sends each 16 ticks, for the first time 1 to 16 ticks after RUN: 300 messages in 4800 ticks.
+  Standing one({{0, 0, 0}});
+  std::uint64_t first = 0, last = 0, before = 0;
+  for (std::uint64_t k = 1; k <= 4800; ++k) {
+    one.step();
+    if (one.medium.totals().sent == before) continue;
+    before = one.medium.totals().sent;
+    if (first == 0) first = k;
+    else CHECK(k - last == 16);
+    last = k;
+  }
+  CHECK(first >= 1);
+  CHECK(first <= 17);
+  CHECK(before == 300);
+}
+
+TEST_CASE("reach") {
+  // Robots within the range hear nearly everything, others nothing.
+  Standing pair({{0, 0, 0}, {0.099, 0, 0}, {-0.101, 0, 0}});
+  for (int k = 0; k < 1600; ++k) pair.step();
+  CHECK(pair.heard(1, 0) >= 95);
+  CHECK(pair.heard(0, 1) >= 95);
+  CHECK(pair.heard(2, 0) == 0);
+  CHECK(pair.heard(0, 2) == 0);
+}
+
+TEST_CASE("a crowd of senders") {
+  // 25 robots 5 cm apart, all sending for 4800 ticks (157 s), send 298 +- 5 messages each, as logged from robots.
+  std::vector<hal::Pose> grid;
+  for (int i = 0; i < 25; ++i) grid.push_back({0.05 * (i % 5), 0.05 * (i / 5), 0});
+  Settings far;
+  far.ir_range_m = 0.2;
+  Standing crowd(grid, far);
+  for (int k = 0; k < 4800; ++k) crowd.step();
+  const double each = static_cast<double>(crowd.medium.totals().sent) / 25;
+  CHECK(each >= 293);
+  CHECK(each <= 303);
+  CHECK(crowd.heard(6, 7) > 240);
+  MESSAGE("sent each: " << each << ", heard of a neighbour: " << crowd.heard(6, 7) << ", spoiled: " << crowd.medium.totals().spoiled);
+}
+
+TEST_CASE("hidden senders") {
+  // Two senders that do not hear each other spoil each other's messages between them when they overlap: the middle one loses some.
+  Settings close;
+  int spoiled_runs = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Standing line({{-0.09, 0, 0}, {0, 0, 0}, {0.09, 0, 0}}, close, seed);
+    for (int k = 0; k < 200; ++k) line.step();
+    CHECK(line.heard(0, 2) == 0);
+    spoiled_runs += line.heard(1, 0) < 8 && line.heard(1, 2) < 8;
+  }
+  // timers within 4.4 ms of each other in one of 32 x 16 cases each way: some seed may have them
+  CHECK(spoiled_runs < 10);
+}
+
+TEST_CASE("the controller talks over robots") {
+  // While the overhead controller repeats its message, robots get few messages through.
+  Standing quiet({{0, 0, 0}, {0.05, 0, 0}}), loud({{0, 0, 0}, {0.05, 0, 0}});
+  std::int64_t composite_us = 0;
+  for (int k = 1; k <= 1600; ++k) {
+    quiet.step();
+    for (; composite_us < (k + 1) * tick_us; composite_us += 55'000) loud.medium.overhead_sends(composite_us);
+    loud.step();
+  }
+  CHECK(quiet.heard(1, 0) >= 95);
+  CHECK(loud.heard(1, 0) < 60);
+}
+
+TEST_CASE("reception against distance") {
+  // With the settings for the logged 5 x 5 grid, reception falls with distance as in the logs: even up to 16 cm, half at 20 cm, little
+  // beyond. Each pair hears nearly all or nearly nothing, and not always both ways.
+  const double logged[][2] = {{5.0, 0.971}, {7.1, 0.965}, {10.0, 0.960}, {11.2, 0.958}, {14.1, 0.954}, {15.0, 0.945},
+                              {15.8, 0.946}, {18.0, 0.932}, {20.0, 0.511}, {22.4, 0.136}, {28.3, 0.034}};
+  std::vector<hal::Pose> grid;
+  for (int i = 0; i < 25; ++i) grid.push_back({0.05 * (i % 5) - 0.1, 0.05 * (i / 5) - 0.1, 0});
+  Settings room;
+  room.ir_range_m = 0.202;
+  room.ir_range_spread_m = 0.017;
+  room.ir_loss_per_m = 0.1;
+  room.clock_spread = 0.005;
+  double heard[11] = {}, pairs[11] = {};
+  int between = 0, far_pairs = 0, one_way = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Standing crowd(grid, room, seed);
+    for (int k = 0; k < 1600; ++k) crowd.step();
+    for (std::size_t a = 0; a < 25; ++a)
+      for (std::size_t b = 0; b < 25; ++b) {
+        const double cm = 100 * std::hypot(grid[a].x_m - grid[b].x_m, grid[a].y_m - grid[b].y_m), share = crowd.heard(a, b) / 100.0;
+        for (std::size_t k = 0; k < 11; ++k)
+          if (std::abs(cm - logged[k][0]) < 0.06) heard[k] += share, ++pairs[k];
+        if (cm > 17) {
+          ++far_pairs;
+          between += share > 0.15 && share < 0.75;
+          one_way += share > 0.5 && crowd.heard(b, a) == 0;
+        }
+      }
+  }
+  std::string table;
+  for (std::size_t k = 0; k < 11; ++k) {
+    table += fmt::format("{} cm: {:.3f} (logs {:.3f})\n", logged[k][0], heard[k] / pairs[k], logged[k][1]);
+    CHECK(std::abs(heard[k] / pairs[k] - logged[k][1]) < (logged[k][0] < 16 ? 0.05 : 0.12));
+  }
+  MESSAGE(table);
+  CHECK(between < far_pairs / 20);
+  CHECK(one_way > 0);
+}
+
+TEST_CASE("unequal clocks") {
+  // Clocks differ by up to the set share and no more, evenly; without it they are equal. Sending keeps to each robot's own clock.
+  std::vector<hal::Pose> apart;
+  for (int i = 0; i < 49; ++i) apart.push_back({0.25 * (i % 7) - 0.75, 0.25 * (i / 7) - 0.75, 0});
+  Settings settings;
+  settings.clock_spread = 0.02;
+  Standing different(apart, settings), equal(apart);
+  for (int k = 0; k < 3000; ++k) different.step(), equal.step();
+  double least = 2, most = 0;
+  for (int i = 0; i < 49; ++i) {
+    CHECK(equal.host.ticks(i) - 3000 < 16);
+    const double rate = different.host.ticks(i) / static_cast<double>(equal.host.ticks(i));
+    least = std::min(least, rate);
+    most = std::max(most, rate);
+  }
+  CHECK(least > 0.979);
+  CHECK(least < 0.985);
+  CHECK(most < 1.0205);
+  CHECK(most > 1.015);
+  CHECK(static_cast<double>(different.medium.totals().sent) == doctest::Approx(static_cast<double>(equal.medium.totals().sent)).epsilon(0.01));
+}
+
+TEST_CASE("checksum") {
+  // Messages with a wrong checksum reach nobody and are counted.
+  auto arena = TestArena{.program = "bad_crc.c", .robots = 6, .side_m = 0.13}.make_running();
+  const hal::PoseFrame frame = frame_at(*arena, seconds(20));
+  for (const hal::Sighting& robot : frame.robots) CHECK(robot.led == hal::Led::green);
+  CHECK(arena->counters()["infrared.refused.crc"] > 50);
+}
+
+TEST_CASE("distances") {
+  // estimate_distance gives the true distance between centres of two robots, to a millimetre, from touching to 98 mm.
+  Settings exact;
+  exact.ir_noise_m = 0;
+  for (int mm = 34; mm <= 98; mm += 8) {
+    CAPTURE(mm);
+    Standing pair({{0, 0, 0}, {mm * 0.001, 0, 0}}, exact, 1, "distance.c");
+    Message expected;
+    expected.type = 2;
+    expected.data[0] = static_cast<std::uint8_t>(mm);
+    pair.inbox.overhead.push_back({1, expected, {}});
+    for (int k = 0; k < 100; ++k) pair.step();
+    std::vector<hal::Led> seen;
+    pair.leds.look(0, seen);
+    CHECK(seen == std::vector<hal::Led>(2, hal::Led::green));
+  }
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,50 @@
+// TCP gateways of one test in one loop, with short time limits so that tests are quick.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "gateway/tcp_node.hpp"
+
+namespace arkmesh::tests {
+
+// A fifth of the real limits, and below.
+inline gateway::TcpTimes short_times() {
+  using std::chrono::milliseconds;
+  gateway::TcpTimes times;
+  times.heartbeat = milliseconds(200);
+  times.silence = milliseconds(700);
+  times.stall = milliseconds(1500);
+  times.hello = milliseconds(600);
+  times.goodbye = milliseconds(300);
+  times.longest_retry = milliseconds(200);
+  return times;
+}
+
+inline gateway::TcpSettings tcp_settings(const std::string& lab, std::uint64_t boot_id) {
+  gateway::TcpSettings settings;
+  settings.lab = lab;
+  settings.boot_id = boot_id;
+  for (const char* channel : {"world", "status", "events"}) settings.exports.push_back(gateway::exported(channel));
+  settings.times = short_times();
+  return settings;
+}
+
+// Lets the loop turn until the condition holds; false when the deadline passed first.
+template <class Condition>
+bool run_until(boost::asio::io_context& io, Condition condition,
+               std::chrono::seconds deadline = std::chrono::seconds(20)) {
+  const auto end = std::chrono::steady_clock::now() + deadline;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    io.restart();
+    io.run_one_for(std::chrono::milliseconds(5));
+    io.poll();
+  }
+  return true;
+}
+
+}  // namespace arkmesh::tests
