@@ -12,7 +12,7 @@ namespace arkmesh::hal {
 // Time since the experiment began. Never wall time.
 using LabTime = std::chrono::microseconds;
 
-using RobotId = std::uint16_t;
+using RobotId = std::uint32_t;
 
 // Arena frame: metres, origin at the arena's centre, +x east, +y north; heading from +x, counter-clockwise, (-pi, pi].
 struct Pose {

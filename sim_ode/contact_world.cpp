@@ -10,7 +10,7 @@
 
 #include "hal/arena_config.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/message.hpp"
+#include "sim_ode/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/message.hpp"
+#include "sim_ode/reception.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"

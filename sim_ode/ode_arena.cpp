@@ -18,7 +18,7 @@
 #include "sim_ode/led_lights.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/motors.hpp"
-#include "sim_ode/overhead_controller.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/start_places.hpp"
@@ -30,7 +30,7 @@ class OdeArena final : public hal::Arena {
  public:
   OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
            const std::string& lab, std::uint64_t seed)
-      : settings_(settings), info_(make_info(config, lab)), poses_(counters_), overhead_(info_, counters_), motors_(settings, config.robots, lab, seed),
+      : settings_(settings), info_(make_info(config, lab)), poses_(counters_), board_(info_, counters_), motors_(settings, config.robots, lab, seed),
         leds_(config.robots), world_(config.width_m, config.height_m, settings.friction, seed, start),
         light_(settings, config.robots, lab, seed), host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed), overhead_chance_(seed, lab + "/ode/overhead_loss") {
@@ -40,7 +40,7 @@ class OdeArena final : public hal::Arena {
   const hal::ArenaInfo& info() const override { return info_; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return poses_; }
-  hal::RobotLink& robots() override { return overhead_; }
+  hal::RobotLink& robots() override { return board_; }
 
   void advance_to(hal::LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
@@ -117,7 +117,7 @@ class OdeArena final : public hal::Arena {
 
   void send_composite() {
     ++composites_;
-    const std::optional<Message> message = overhead_.next();
+    const std::optional<Message> message = board_.next();
     if (!message) return;
     infrared_.overhead_sends(clock_.now().count());
     Inbox::Overhead& heard = inbox_.overhead.emplace_back();
@@ -155,7 +155,7 @@ class OdeArena final : public hal::Arena {
   hal::ArenaInfo info_;
   hal::OwnedClock clock_;
   hal::NewestFrame poses_;
-  OverheadController overhead_;
+  hal::kilobot::MessageBoard board_;
   Motors motors_;
   LedLights leds_;
   ContactWorld world_;

@@ -15,7 +15,7 @@
 #include "hal/random.hpp"
 #include "sim_ode/fault_guard.hpp"
 #include "sim_ode/led_lights.hpp"
-#include "sim_ode/message.hpp"
+#include "sim_ode/reception.hpp"
 #include "sim_ode/motors.hpp"
 #include "sim_ode/robot_program.hpp"
 #include "sim_ode/worker_stacks.hpp"

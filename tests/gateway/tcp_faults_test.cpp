@@ -172,7 +172,15 @@ TEST_CASE("damaged bytes never become messages") {
   CHECK(bad(labs.roark) >= 10);
   CHECK(labs.roark.count("session.opened") >= 10);
   labs.proxy->set({});
-  labs.check_passage("clean again");
+  // Damage that is still on its way may end one more session, and what it carried: said until it is heard.
+  int turn = 0;
+  CHECK(labs.until([&] {
+    if (turn++ % 100 == 0) {
+      labs.shark.publish("world", "clean again");
+      labs.roark.publish("world", "clean again");
+    }
+    return labs.shark.heard_last("roark/world", "clean again") && labs.roark.heard_last("shark/world", "clean again");
+  }));
 }
 
 TEST_CASE("late, slow and sliced links carry everything") {

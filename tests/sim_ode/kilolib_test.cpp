@@ -9,7 +9,7 @@ static void shows_green(const std::string& program, double after_s, int robots =
   auto arena = scene.make_running();
   const hal::PoseFrame frame = frame_at(*arena, seconds(after_s));
   for (const hal::Sighting& robot : frame.robots)
-    if (robot.robot >= first) CHECK(robot.led == hal::Led::green);
+    if (static_cast<int>(robot.robot) >= first) CHECK(robot.led == hal::Led::green);
 }
 
 TEST_CASE("library values") {

@@ -1,9 +1,9 @@
 // Packs what waits into composites: 10 bits robot, 4 bits kind, 10 bits value, big endian, three times.
-#include "sim_ode/overhead_controller.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
 
 #include "hal/silent_link.hpp"
 
-namespace arkmesh::sim_ode {
+namespace arkmesh::hal::kilobot {
 namespace {
 
 constexpr std::size_t most_commands = 256;  // waiting; a flood is refused, not stored
@@ -30,7 +30,7 @@ std::uint8_t type_of(hal::FleetCommand::Kind kind) {
 
 }  // namespace
 
-hal::Airtime OverheadController::offer(std::span<const hal::ToRobot> newest) {
+hal::Airtime MessageBoard::offer(std::span<const hal::ToRobot> newest) {
   for (const hal::ToRobot& message : newest) {
     ++airtime_.offered;
     if (const char* reason = hal::refusal(info_, message)) {
@@ -46,7 +46,7 @@ hal::Airtime OverheadController::offer(std::span<const hal::ToRobot> newest) {
   return airtime_;
 }
 
-void OverheadController::command(const hal::FleetCommand& command) {
+void MessageBoard::command(const hal::FleetCommand& command) {
   if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127)
     return counters_.add("fleet_command.refused.type");
   if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
@@ -59,7 +59,7 @@ void OverheadController::command(const hal::FleetCommand& command) {
   commands_.push_back(with_crc(message));
 }
 
-std::optional<Message> OverheadController::next() {
+std::optional<Message> MessageBoard::next() {
   if (!commands_.empty()) {
     const Message message = commands_.front();
     commands_.pop_front();
@@ -93,4 +93,4 @@ std::optional<Message> OverheadController::next() {
   return with_crc(message);
 }
 
-}  // namespace arkmesh::sim_ode
+}  // namespace arkmesh::hal::kilobot

@@ -12,14 +12,14 @@
 
 #include "hal/arena.hpp"
 #include "hal/counters.hpp"
-#include "sim_ode/message.hpp"
+#include "hal/platforms/kilobot/message.hpp"
 
-namespace arkmesh::sim_ode {
+namespace arkmesh::hal::kilobot {
 
-class OverheadController final : public hal::RobotLink {
+class MessageBoard final : public hal::RobotLink {
  public:
   // Both outlive the controller.
-  OverheadController(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
+  MessageBoard(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
 
   hal::Airtime offer(std::span<const hal::ToRobot> newest) override;
   void command(const hal::FleetCommand& command) override;
@@ -46,4 +46,4 @@ class OverheadController final : public hal::RobotLink {
   hal::Airtime airtime_;
 };
 
-}  // namespace arkmesh::sim_ode
+}  // namespace arkmesh::hal::kilobot

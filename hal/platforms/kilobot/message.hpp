@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-namespace arkmesh::sim_ode {
+namespace arkmesh::hal::kilobot {
 
 struct Message {
   std::array<std::uint8_t, 9> data{};
@@ -39,15 +39,4 @@ constexpr std::uint16_t message_crc(const Message& message) {
 // the checksum of "123456789" and a zero byte is known
 static_assert(message_crc({.data = {'1', '2', '3', '4', '5', '6', '7', '8', '9'}}) == (0x6F91 >> 8 ^ crc_table[0x91]));
 
-// A message that a robot receives, with the readings of its strength.
-struct Reception {
-  int robot = 0;
-  std::uint32_t at_us = 0;    // its end, after the start of the tick it was sent in
-  std::int16_t low_gain = 0, high_gain = 0;
-  Message message;
-};
-
-// One robot tick: 256 x 1024 cycles at 8 MHz.
-inline constexpr std::int64_t tick_us = 32'768;
-
-}  // namespace arkmesh::sim_ode
+}  // namespace arkmesh::hal::kilobot

@@ -1,9 +1,12 @@
 // The overhead controller: packing, order, airtime.
-#include "sim_ode/overhead_controller.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
+#include "sim_ode/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
+
+using hal::kilobot::MessageBoard;
 
 hal::ArenaInfo info_of(int robots) {
   hal::ArenaInfo info;
@@ -35,7 +38,7 @@ TEST_CASE("bytes of a composite") {
   // Robots (5, 1, 300) and (1000, 14, 1023) and a filler are the bytes of the published example, with its checksum.
   const hal::ArenaInfo info = info_of(1001);
   hal::Counters counters;
-  OverheadController controller(info, counters);
+  MessageBoard controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{5, 0, 1, 300}, {1000, 0, 14, 1023}});
   const auto message = controller.next();
   REQUIRE(message);
@@ -49,7 +52,7 @@ TEST_CASE("newest wins, in a fair round") {
   // A newer value replaces an unsent one without losing its turn; every robot has its turn before any has a second one.
   const hal::ArenaInfo info = info_of(7);
   hal::Counters counters;
-  OverheadController controller(info, counters);
+  MessageBoard controller(info, counters);
   std::vector<hal::ToRobot> all;
   for (hal::RobotId id = 0; id < 7; ++id) all.push_back({id, 0, 1, 10});
   CHECK(controller.offer(all).waiting == 7);
@@ -68,7 +71,7 @@ TEST_CASE("slots") {
   // Slots of one robot are registers of their own, take turns, and never share a composite.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  OverheadController controller(info, counters);
+  MessageBoard controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{0, 3, 1, 30}, {0, 1, 1, 10}, {0, 200, 1, 200}});
   CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, filler, filler});
   controller.offer(std::vector<hal::ToRobot>{{0, 1, 1, 11}});
@@ -81,7 +84,7 @@ TEST_CASE("limits") {
   // What no Kilobot could be told is refused and counted by reason; a flood of commands is refused, not stored.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  OverheadController controller(info, counters);
+  MessageBoard controller(info, counters);
   const hal::Airtime air = controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
   CHECK(air.refused == 3);
   CHECK(air.waiting == 1);
@@ -99,7 +102,7 @@ TEST_CASE("fleet commands go first") {
   // Commands overtake all registers, in their own order, with the types of the robots' library.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  OverheadController controller(info, counters);
+  MessageBoard controller(info, counters);
   using Kind = hal::FleetCommand::Kind;
   controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
   for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge}) controller.command({.kind = kind});
