@@ -1,0 +1,24 @@
+// One robot followed through the frames of a table, whoever it is. Made by the associator; named by the identifier.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::tracker {
+
+using TrackNumber = std::uint32_t;  // from 0, never used twice in a run
+
+struct Track {
+  TrackNumber number = 0;
+  hal::Pose in_arena;                      // heading is the driving direction
+  hal::Led led = hal::Led::off;            // as last seen with certainty
+  bool led_seen = false;                   // in this very frame
+  float confidence = 0;                    // 0..1 that a robot is there
+  hal::LabTime age{0};                     // since it was last truly seen
+  std::optional<hal::RobotId> robot;       // who it is, once known
+  bool doubtful = false;                   // may have been swapped with another or be somebody else: nobody acts on `robot`
+};
+
+}  // namespace arkmesh::tracker
