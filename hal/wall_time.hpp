@@ -1,0 +1,22 @@
+// The time that rooms and devices live by. Usually the machine's monotonic clock; a virtual room that is computed faster than life
+// brings its own, so that the same code runs in it. None of it reaches a result of an arena that can wait.
+#pragma once
+
+#include <chrono>
+
+namespace arkmesh::hal {
+
+class WallTime {
+ public:
+  using Moment = std::chrono::steady_clock::time_point;
+
+  virtual ~WallTime() = default;
+  virtual Moment now() = 0;
+  // Returns at `then`, or at once when that is past. In a virtual room, this is where the room's time passes.
+  virtual void wait_until(Moment then) = 0;
+};
+
+// The machine's own. Lives as long as the process.
+WallTime& machine_time();
+
+}  // namespace arkmesh::hal
