@@ -86,6 +86,7 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
   for (std::vector<double>* zeros : {&ahead_, &left_, &turn_sin_, &turn_, &dx_, &dy_, &dturn_}) zeros->assign(n, 0);
   turn_cos_.assign(n, 1);
   touched_.assign(n, 0);
+  on_table_.assign(n, 1);
   parent_.assign(n, -1);
   cluster_size_.assign(n, 0);
   cluster_at_.assign(n, 0);
@@ -103,6 +104,24 @@ void ContactWorld::set_velocity(int robot, const Velocity& velocity) {
   turn_[i] = turn;
   turn_cos_[i] = std::cos(turn);
   turn_sin_[i] = std::sin(turn);
+}
+
+void ContactWorld::place(int robot, const hal::Pose& pose) {
+  const std::size_t i = index(robot);
+  longest_path_m_ += std::hypot(pose.x_m - x_[i], pose.y_m - y_[i]);
+  slack_m_ = -1;  // pairs are listed anew
+  x_[i] = x0_[i] = pose.x_m;
+  y_[i] = y0_[i] = pose.y_m;
+  cos_[i] = cos0_[i] = std::cos(pose.heading_rad);
+  sin_[i] = sin0_[i] = std::sin(pose.heading_rad);
+  on_table_[i] = 1;
+}
+
+void ContactWorld::take_off(int robot) {
+  // beyond anybody's reach, each on a shelf of its own
+  const std::size_t i = index(robot);
+  place(robot, {10 * width_m_ + 10 + robot, 10 * height_m_ + 10, std::atan2(sin_[i], cos_[i])});
+  on_table_[i] = 0;
 }
 
 void ContactWorld::step() {
@@ -204,7 +223,7 @@ void ContactWorld::find_contacts() {
   for (int a = 0; a < robots(); ++a) {
     const std::size_t i = index(a);
     const double gap_x = free_x - std::abs(x_[i]), gap_y = free_y - std::abs(y_[i]);
-    if (gap_x >= reach_m && gap_y >= reach_m) continue;
+    if ((gap_x >= reach_m && gap_y >= reach_m) || !on_table_[i]) continue;
     if (gap_x < reach_m) {
       const double side = x_[i] < 0 ? -1 : 1;
       add({a, -1, side, 0, gap_x, false, 0, 0, 0}, dx_[i] * side);

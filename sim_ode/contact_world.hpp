@@ -25,6 +25,10 @@ class ContactWorld {
   void set_velocity(int robot, const Velocity& velocity);
   // One robot tick.
   void step();
+  // A hand moves a robot. Off the table it stands where nobody can meet it.
+  void place(int robot, const hal::Pose& pose);
+  void take_off(int robot);
+  bool on_table(int robot) const { return on_table_[index(robot)] != 0; }
 
   int robots() const { return static_cast<int>(x_.size()); }
   const std::vector<double>& x() const { return x_; }
@@ -76,6 +80,7 @@ class ContactWorld {
   std::vector<double> turn_cos_, turn_sin_, turn_;     // per step
   std::vector<double> dx_, dy_, dturn_;                // this step's motion, arena frame
   std::vector<std::uint8_t> touched_;                  // this step
+  std::vector<std::uint8_t> on_table_;
   std::vector<std::pair<int, int>> pairs_;             // that may touch before the next rebuild
   double slack_m_ = 0;                                 // motion left until pairs_ must be rebuilt
   double longest_path_m_ = 0;

@@ -48,6 +48,7 @@ void InfraredMedium::overhead_sends(std::int64_t start_us) {
 }
 
 bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) const {
+  if (source_) return source_->on_air(from_us, to_us);
   for (std::size_t k = overhead_us_.size(); k-- > 0;) {
     const std::int64_t begin = overhead_us_[k];
     // repeats until the next packet, or until the controller is stopped

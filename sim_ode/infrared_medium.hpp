@@ -14,6 +14,7 @@
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
+#include "sim_ode/table.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -23,6 +24,8 @@ class InfraredMedium {
 
   // The overhead controller sends from `start_us` on, over everything; it senses nothing.
   void overhead_sends(std::int64_t start_us);
+  // From now on that source says when the overhead controller's light shines. It outlives the medium.
+  void listen_to(const OverheadSource* source) { source_ = source; }
 
   // Tick `number`: asks the robots that are due for messages, sends them, and adds to `heard` what robots receive by the
   // tick's end. May throw ProgramFault.
@@ -78,6 +81,7 @@ class InfraredMedium {
   std::vector<Sending> spare_;                // keeps listeners' memory
   std::vector<Attempt> attempts_;
   std::vector<int> retrying_;
+  const OverheadSource* source_ = nullptr;    // none: the arena's own composites
   std::deque<std::int64_t> overhead_us_;      // starts of the controller's latest packets
   std::vector<Reception> unsorted_;
   std::vector<std::uint32_t> first_of_;

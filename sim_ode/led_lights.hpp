@@ -1,6 +1,8 @@
 // The LEDs of all robots over time, within a tick too.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -21,6 +23,25 @@ class LedLights {
   void end_tick() {
     for (const Change& change : changes_) colours_[static_cast<std::size_t>(change.robot)] = change.colour;
     changes_.clear();
+  }
+  // Mean light from `from_us` to `to_us` of the present tick, red, green and blue of 0..3; the colour at `to_us` when both are one.
+  void gather(std::int64_t from_us, std::int64_t to_us, std::vector<std::array<float, 3>>& out) const {
+    out.resize(colours_.size());
+    const auto parts = [](std::uint8_t colour) {
+      return std::array<float, 3>{static_cast<float>(colour & 3), static_cast<float>(colour >> 2 & 3), static_cast<float>(colour >> 4 & 3)};
+    };
+    for (std::size_t i = 0; i < colours_.size(); ++i) out[i] = parts(colours_[i]);
+    // each change holds from its moment on: move the mean by what is left of the span
+    std::vector<std::uint8_t> last;
+    if (!changes_.empty()) last = colours_;
+    for (const Change& change : changes_) {
+      if (change.us > to_us) continue;
+      const auto i = static_cast<std::size_t>(change.robot);
+      const float share = to_us > from_us ? static_cast<float>(to_us - std::max(from_us, change.us)) / static_cast<float>(to_us - from_us) : 1;
+      const std::array<float, 3> before = parts(last[i]), after = parts(change.colour);
+      for (std::size_t c = 0; c < 3; ++c) out[i][c] += share * (after[c] - before[c]);
+      last[i] = change.colour;
+    }
   }
   // What a camera sees `us` after the start of the present tick: one of eight colours per robot.
   void look(std::int64_t us, std::vector<hal::Led>& out) const {

@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -22,19 +24,25 @@
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/start_places.hpp"
+#include "sim_ode/table.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-class OdeArena final : public hal::Arena {
+class OdeArena final : public Table {
  public:
   OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
-           const std::string& lab, std::uint64_t seed)
+           const std::string& lab, std::uint64_t seed, const TableOptions& table)
       : settings_(settings), info_(make_info(config, lab)), poses_(counters_), board_(info_, counters_), motors_(settings, config.robots, lab, seed),
         leds_(config.robots), world_(config.width_m, config.height_m, settings.friction, seed, start),
-        light_(settings, config.robots, lab, seed), host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread),
-        infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed), overhead_chance_(seed, lab + "/ode/overhead_loss") {
+        light_(settings, config.robots, lab, seed),
+        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread, table.ids),
+        infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
+        overhead_chance_(seed, lab + "/ode/overhead_loss"), overhead_(table.overhead) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
+    if (!overhead_) return;
+    host_.nothing_is_repeated();
+    infrared_.listen_to(overhead_);
   }
 
   const hal::ArenaInfo& info() const override { return info_; }
@@ -63,6 +71,45 @@ class OdeArena final : public hal::Arena {
     }
     clock_.set(t);
   }
+
+  void look(hal::LabTime exposure, std::vector<Seen>& out) const override {
+    const std::int64_t since_us = clock_.now().count() - ticks_ * tick_us;
+    leds_.gather(std::max<std::int64_t>(0, since_us - exposure.count()), since_us, light_of_);
+    out.resize(info_.robots.size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const auto robot = static_cast<int>(i);
+      out[i].pose = world_.pose(robot, static_cast<double>(since_us) / tick_us);
+      out[i].red = light_of_[i][0] / 3;
+      out[i].green = light_of_[i][1] / 3;
+      out[i].blue = light_of_[i][2] / 3;
+      out[i].on_table = world_.on_table(robot);
+      out[i].powered = host_.powered(robot);
+    }
+  }
+
+  void take_off(int robot) override {
+    if (!world_.on_table(robot)) return;
+    world_.take_off(robot);
+    ++off_table_;
+  }
+
+  std::string put(int robot, const hal::Pose& pose) override {
+    for (int i = 0; i < world_.robots(); ++i)
+      if (i != robot && world_.on_table(i)) {
+        const hal::Pose other = world_.pose(i, 1);
+        if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot_radius_m)
+          return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m, pose.y_m, i);
+      }
+    if (!std::isfinite(pose.heading_rad) || !trouble_with({pose}, info_.width_m, info_.height_m).empty() || !std::isfinite(pose.x_m + pose.y_m))
+      return fmt::format("{}, {} is not wholly inside the walls", pose.x_m, pose.y_m);
+    if (!world_.on_table(robot)) --off_table_;
+    world_.place(robot, pose);
+    return {};
+  }
+
+  void set_power(int robot, bool on) override { host_.set_power(robot, on); }
+  std::uint16_t id_of(int robot) const override { return host_.id_of(robot); }
+  std::uint64_t pages_written(int robot) const override { return host_.loader(robot).pages_written(); }
 
   const hal::Counters& counters() const override {
     const InfraredMedium::Totals& air = infrared_.totals();
@@ -104,6 +151,7 @@ class OdeArena final : public hal::Arena {
     ++ticks_;
     try {
       leds_.end_tick();
+      if (overhead_) hear_overhead();
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
       infrared_.run_tick(ticks_, world_, host_, inbox_.infrared);
@@ -117,6 +165,7 @@ class OdeArena final : public hal::Arena {
 
   void send_composite() {
     ++composites_;
+    if (overhead_) return;
     const std::optional<Message> message = board_.next();
     if (!message) return;
     infrared_.overhead_sends(clock_.now().count());
@@ -125,10 +174,36 @@ class OdeArena final : public hal::Arena {
     heard.message = *message;
     // fleet commands are repeated until everybody has heard them
     if (settings_.overhead_loss == 0 || message->type > 127) return;
+    draw_missed(heard);
+  }
+
+  void draw_missed(Inbox::Overhead& heard) {
     for (std::size_t i = 0; i < info_.robots.size(); ++i) {
       const bool missed = overhead_chance_.uniform() < settings_.overhead_loss;
       heard.missed.push_back(missed);
       if (missed) counters_.add("to_robots.lost.overhead");
+    }
+  }
+
+  // What a controller outside has sent since the last tick: every copy by itself, nothing assumed of repetition.
+  void hear_overhead() {
+    sent_.clear();
+    overhead_->sent_until(clock_.now().count(), sent_);
+    const std::int64_t since_us = clock_.now().count() - tick_us;
+    for (const Transmission& sent : sent_) {
+      if (!sent.clean || sent.message.crc != message_crc(sent.message)) {
+        counters_.add(sent.clean ? "overhead.refused.crc" : "overhead.distorted");
+        continue;
+      }
+      counters_.add("overhead.heard");
+      Inbox::Overhead& heard = inbox_.overhead.emplace_back();
+      heard.at_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(sent.end_us - since_us, 0, tick_us - 1));
+      heard.message = sent.message;
+      if (settings_.overhead_loss > 0) draw_missed(heard);
+      if (off_table_ == 0) continue;
+      heard.missed.resize(info_.robots.size());
+      for (std::size_t i = 0; i < heard.missed.size(); ++i)
+        if (!world_.on_table(static_cast<int>(i))) heard.missed[i] = 1;
     }
   }
 
@@ -163,6 +238,10 @@ class OdeArena final : public hal::Arena {
   RobotHost host_;
   InfraredMedium infrared_;
   hal::RandomStream overhead_chance_;
+  OverheadSource* overhead_;         // none: own composites
+  int off_table_ = 0;                // robots
+  std::vector<Transmission> sent_;   // since the last tick
+  mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
   Inbox inbox_;                      // for the next tick
   std::vector<hal::Led> seen_;
@@ -170,9 +249,7 @@ class OdeArena final : public hal::Arena {
   std::string lost_;                 // why the arena is lost for good
 };
 
-}  // namespace
-
-std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {
+std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed, const TableOptions& table) {
   const hal::ArenaConfig config = hal::read_arena_config(arena);
   const Settings settings = read_settings(arena);
 
@@ -190,12 +267,23 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
   if (static_cast<int>(start.size()) < config.robots) arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
 
   try {
-    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed);
+    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed, table);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
     arena.section("ode").refuse("controller", fault.what());
   }
+}
+
+}  // namespace
+
+std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {
+  return make(arena, lab, seed, {});
+}
+
+std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed, const TableOptions& options) {
+  if (arena.number("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
+  return make(arena, lab, seed, options);
 }
 
 }  // namespace arkmesh::sim_ode

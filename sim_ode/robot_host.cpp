@@ -60,7 +60,7 @@ struct RobotServices {
 };
 
 RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds, Sensors sensors,
-                     const std::string& lab, std::uint64_t seed, double clock_spread)
+                     const std::string& lab, std::uint64_t seed, double clock_spread, const std::vector<std::uint16_t>& ids)
     : program_(std::move(program)), abi_(program_->abi()), bytes_(program_->memory_bytes()), count_(robots), motors_(motors), leds_(leds),
       sensors_(std::move(sensors)), guard_(FaultGuard::acquire()), clocks_differ_(clock_spread > 0) {
   using Services = RobotServices;
@@ -73,7 +73,8 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
     return static_cast<std::int16_t>(nominal - spread + static_cast<int>(sensing.below(static_cast<std::uint64_t>(2 * spread + 1))));
   };
   for (int i = 0; i < robots; ++i) {
-    uid_.push_back(static_cast<std::uint16_t>(i));
+    uid_.push_back(ids.empty() ? static_cast<std::uint16_t>(i) : ids.at(index(i)));
+    loaders_.emplace_back();
     clocks_.push_back({.at_us = static_cast<std::int64_t>(timer_at.below(tick_us)), .late_us = static_cast<std::int64_t>(clock.uniform(-clock_spread, clock_spread) * tick_us)});
     voltage_.push_back(around(nominal_voltage, voltage_spread));
     temperature_.push_back(around(nominal_temperature, temperature_spread));
@@ -127,6 +128,27 @@ void RobotHost::power_up(int robot) {
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
   if (!*abi_.loop || !*abi_.setup) throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
   copy_out(robot);
+}
+
+void RobotHost::set_power(int robot, bool on) {
+  if (powered(robot) == on) return;
+  if (on) {
+    loaders_[index(robot)] = {};
+    return power_up(robot);
+  }
+  forget_program(cells_[index(robot)]);
+  cells_[index(robot)] = {.state = State::off, .shown = State::off};
+  motors_.connect(robot, false, 0);
+  motors_.set(robot, 0, 0, 0);
+  leds_.set(robot, 0, 0);
+}
+
+// Whatever its program was doing.
+void RobotHost::forget_program(Cell& cell) {
+  if (!cell.context) return;
+  stacks_.give(cell.stack);
+  --waiting_;
+  cell.context = nullptr;
 }
 
 void RobotHost::report(const Fault& fault) {
@@ -276,6 +298,7 @@ void RobotHost::run_clock() {
 // False when the robot's clock stands still in this tick.
 bool RobotHost::enter() {
   Cell& cell = cells_[index(robot_)];
+  if (cell.state == State::off) return false;
   cursor_us_ = 0;
   next_overhead_ = 0;
   if (clocks_differ_) run_clock();
@@ -285,8 +308,9 @@ bool RobotHost::enter() {
 
   if (cell.state == State::sleeping && !cell.context) {
     // deep sleep but for moments; what the controller says is repeated until somebody wakes to hear it
+    if (!repeats_) cell.heard_asleep = 0;
     for (const Inbox::Overhead& heard : inbox_->overhead)
-      if (heard.message.type > 127) cell.heard_asleep = heard.message.type;
+      if (heard.message.type > 127 && (repeats_ || heard.missed.empty() || !heard.missed[index(robot_)])) cell.heard_asleep = heard.message.type;
     if (cell.heard_asleep == 0 || (tick_ - cell.slept_at) % sleep_ticks != 0) return false;
     copy_in(robot_);
     Message command;
@@ -424,12 +448,17 @@ void RobotHost::resume() {
 void RobotHost::take_command(const Message& message) {
   Cell& cell = cells_[index(robot_)];
   if (cell.state == State::loader) {
-    // leaves the boot loader for any message that is not a page
-    if (message.type != type_boot && message.type != type_boot_page && message.type != type_boot_size) cell.reset = true;
+    cell.reset = loaders_[index(robot_)].hear(message);
+    leds_.set(robot_, loaders_[index(robot_)].colour(), cursor_us_);
+    if (!cell.reset) return;
   }
   if (message.type != type_run && message.type != type_read_uid && message.type != type_calibrate) motors_.connect(robot_, false, cursor_us_);
   switch (message.type) {
-    case type_boot: change_state(State::loader); break;
+    case type_boot:
+      if (cell.reset) break;
+      loaders_[index(robot_)].start();
+      change_state(State::loader);
+      break;
     case type_reset: cell.reset = true; break;
     case type_sleep: change_state(State::sleeping); break;
     case type_wakeup: change_state(State::idle); break;
@@ -478,12 +507,8 @@ void RobotHost::take_command(const Message& message) {
     motors_.set(robot_, left, right, cursor_us_);
   }
   if (cell.reset) {
-    // whatever its program was doing is forgotten; main() runs after all robots' turns
-    if (cell.context) {
-      stacks_.give(cell.stack);
-      --waiting_;
-      cell.context = nullptr;
-    }
+    // main() runs after all robots' turns
+    forget_program(cell);
     resets_.push_back(robot_);
   }
 }
@@ -511,6 +536,7 @@ void RobotHost::show_state() {
 
 std::optional<Message> RobotHost::ask(int robot, bool channel_is_free) {
   asked_.reset();
+  if (!powered(robot)) return asked_;
   channel_is_free_ = channel_is_free;
   robot_ = robot;
   running = this;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/random.hpp"
+#include "sim_ode/boot_loader.hpp"
 #include "sim_ode/fault_guard.hpp"
 #include "sim_ode/led_lights.hpp"
 #include "sim_ode/reception.hpp"
@@ -48,9 +49,10 @@ class RobotHost {
     std::function<bool(int robot, std::int64_t at_us)> receiving;
   };
 
-  // Powers all robots up: main() runs until kilo_start(). `motors` and `leds` outlive the host. Throws ProgramFault.
+  // Powers all robots up: main() runs until kilo_start(). `motors` and `leds` outlive the host. Robots' ids are 0, 1, 2, ... unless `ids`
+  // holds others. Throws ProgramFault.
   RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds, Sensors sensors,
-            const std::string& lab, std::uint64_t seed, double clock_spread = 0);
+            const std::string& lab, std::uint64_t seed, double clock_spread = 0, const std::vector<std::uint16_t>& ids = {});
   ~RobotHost();
   RobotHost(const RobotHost&) = delete;
   RobotHost& operator=(const RobotHost&) = delete;
@@ -68,6 +70,16 @@ class RobotHost {
   // The channel was busy. Counts the additional timer interrupt and returns after how many microseconds it comes.
   std::uint32_t back_off(int robot);
 
+  // Off: dark, deaf and still. On again: as after power-up; only between ticks. Throws ProgramFault.
+  void set_power(int robot, bool on);
+  bool powered(int robot) const { return cells_[index(robot)].state != State::off; }
+  // From now on a robot in deep sleep hears only what is on the air when it wakes. Else a fleet command is taken to be repeated
+  // until everybody has heard it.
+  void nothing_is_repeated() { repeats_ = false; }
+  // As in the robot's EEPROM.
+  std::uint16_t id_of(int robot) const { return uid_[index(robot)]; }
+  const BootLoader& loader(int robot) const { return loaders_[index(robot)]; }
+
   FaultGuard& guard() { return *guard_; }
   // Readings of `robot`'s receiver for a message from a given distance between centres, by its own calibration table.
   void set_readings(int robot, double distance_m, Reception& reception) const;
@@ -78,7 +90,7 @@ class RobotHost {
 
  private:
   friend struct RobotServices;
-  enum class State : std::uint8_t { idle, running, sleeping, battery, charging, moving, loader };
+  enum class State : std::uint8_t { idle, running, sleeping, battery, charging, moving, loader, off };
   enum class Phase : std::uint8_t { enter, messages, tick, run, leave };
   struct Cell {
     void* context = nullptr;                       // of a program that waits; null: none does
@@ -104,6 +116,7 @@ class RobotHost {
   void copy_in(int robot);
   void copy_out(int robot);
   void power_up(int robot);
+  void forget_program(Cell& cell);
   void run_clock();
   void run_guarded(void (*work)(void*), int robot_if_known);
   [[noreturn]] void report(const Fault& fault);
@@ -135,6 +148,8 @@ class RobotHost {
   std::vector<Cell> cells_;
   std::vector<std::uint16_t> send_clock_;          // timer counts since the last message, as on the robot: wraps
   std::vector<std::uint16_t> uid_;
+  std::vector<BootLoader> loaders_;
+  bool repeats_ = true;
   std::vector<std::int16_t> voltage_, temperature_; // by robot
   std::vector<std::uint8_t> boot_phase_;           // ticks that a robot was on before lab time 0
   std::vector<hal::RandomStream> hard_random_;
