@@ -10,6 +10,7 @@ struct Message {
   std::array<std::uint8_t, 9> data{};
   std::uint8_t type = 0;      // 0..127 for programs, above for the library
   std::uint16_t crc = 0;
+  bool operator==(const Message&) const = default;
 };
 static_assert(sizeof(Message) == 12);
 

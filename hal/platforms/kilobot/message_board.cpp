@@ -30,6 +30,16 @@ std::uint8_t type_of(hal::FleetCommand::Kind kind) {
 
 }  // namespace
 
+Message fleet_message(const hal::FleetCommand& command) {
+  Message message;
+  message.type = type_of(command.kind);
+  if (command.kind == hal::FleetCommand::Kind::broadcast) {
+    message.type = command.type;
+    message.data = command.data;
+  }
+  return with_crc(message);
+}
+
 hal::Airtime MessageBoard::offer(std::span<const hal::ToRobot> newest) {
   for (const hal::ToRobot& message : newest) {
     ++airtime_.offered;
@@ -50,13 +60,7 @@ void MessageBoard::command(const hal::FleetCommand& command) {
   if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127)
     return counters_.add("fleet_command.refused.type");
   if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
-  Message message;
-  message.type = type_of(command.kind);
-  if (command.kind == hal::FleetCommand::Kind::broadcast) {
-    message.type = command.type;
-    message.data = command.data;
-  }
-  commands_.push_back(with_crc(message));
+  commands_.push_back(fleet_message(command));
 }
 
 std::optional<Message> MessageBoard::next() {
@@ -91,6 +95,30 @@ std::optional<Message> MessageBoard::next() {
   }
   std::erase_if(waiting_, [](const auto& entry) { return entry.second.by_slot.empty(); });
   return with_crc(message);
+}
+
+std::uint64_t MessageBoard::drop(hal::RobotId robot) {
+  const auto at = waiting_.find(robot);
+  if (at == waiting_.end()) return 0;
+  const std::uint64_t messages = at->second.by_slot.size();
+  waiting_.erase(at);
+  return give_up(messages);
+}
+
+std::uint64_t MessageBoard::drop_all() {
+  waiting_.clear();
+  return give_up(airtime_.waiting);
+}
+
+void MessageBoard::decline() {
+  ++airtime_.offered;
+  ++airtime_.not_sent;
+}
+
+std::uint64_t MessageBoard::give_up(std::uint64_t messages) {
+  airtime_.waiting -= messages;
+  airtime_.not_sent += messages;
+  return messages;
 }
 
 }  // namespace arkmesh::hal::kilobot

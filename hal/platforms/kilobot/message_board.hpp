@@ -6,7 +6,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -16,9 +15,12 @@
 
 namespace arkmesh::hal::kilobot {
 
+// The infrared message of a fleet command, its checksum included. For a broadcast, `type` must be at most 127.
+Message fleet_message(const hal::FleetCommand& command);
+
 class MessageBoard final : public hal::RobotLink {
  public:
-  // Both outlive the controller.
+  // Both outlive the board.
   MessageBoard(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
 
   hal::Airtime offer(std::span<const hal::ToRobot> newest) override;
@@ -27,8 +29,17 @@ class MessageBoard final : public hal::RobotLink {
 
   // The message that goes on the air now; nothing when nothing waits.
   std::optional<Message> next();
+  bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
+
+  // For controllers that know better than to send: take back what waits for one robot or for all, and account for a message
+  // that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller counts why.
+  std::uint64_t drop(hal::RobotId robot);
+  std::uint64_t drop_all();
+  void decline();
 
  private:
+  std::uint64_t give_up(std::uint64_t messages);
+
   struct Register {
     std::uint8_t kind;
     std::uint16_t value;

@@ -1,0 +1,166 @@
+#include "hal/platforms/kilobot/overhead_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+using std::chrono::microseconds;
+
+constexpr std::size_t most_commands = 64;  // waiting; a flood is refused, not stored
+constexpr std::uint32_t nobody = 1023;
+
+// Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
+int blank(Message& composite, std::span<const RobotId> robots) {
+  int blanked = 0;
+  for (std::size_t at = 0; at < composite.data.size(); at += 3) {
+    const auto robot = static_cast<RobotId>(composite.data[at] << 2 | composite.data[at + 1] >> 6);
+    if (robot == nobody || !std::ranges::binary_search(robots, robot)) continue;
+    composite.data[at] = nobody >> 2;
+    composite.data[at + 1] = (nobody & 3) << 6;
+    composite.data[at + 2] = 0;
+    ++blanked;
+  }
+  composite.crc = message_crc(composite);
+  return blanked;
+}
+
+microseconds read_seconds(const Section& section, std::string_view key, microseconds otherwise, double low, double high) {
+  const double seconds = section.number(key, static_cast<double>(otherwise.count()) * 1e-6, {low, high});
+  return microseconds{std::llround(seconds * 1e6)};
+}
+
+}  // namespace
+
+OverheadSettings read_overhead_settings(const Section& kilobot) {
+  OverheadSettings out;
+  out.once = kilobot.flag("once", out.once);
+  out.spacing = read_seconds(kilobot, "spacing_s", out.spacing, 0.04, 10);
+  if (!out.once && out.spacing < microseconds{50'000})
+    kilobot.refuse("spacing_s", "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with once = true");
+  out.command_for = read_seconds(kilobot, "command_s", out.command_for, 0.05, 60);
+  out.broadcast_for = read_seconds(kilobot, "broadcast_s", out.broadcast_for, 0.05, 60);
+  out.waking_for = read_seconds(kilobot, "waking_s", out.waking_for, 0.05, 60);
+  out.expire_after = read_seconds(kilobot, "expire_s", out.expire_after, 0, 3600);
+  out.settle = read_seconds(kilobot, "settle_s", out.settle, 0, 60);
+  return out;
+}
+
+Airtime OverheadController::offer(std::span<const ToRobot> newest) {
+  if (withheld_.empty()) return board_.offer(newest);
+  for (const ToRobot& message : newest) {
+    if (std::ranges::binary_search(withheld_, message.robot)) {
+      board_.decline();
+      counters_.add("to_robots.withheld.doubtful");
+    } else {
+      board_.offer({&message, 1});
+    }
+  }
+  return board_.offer({});
+}
+
+void OverheadController::command(const FleetCommand& command) {
+  using Kind = FleetCommand::Kind;
+  const bool broadcast = command.kind == Kind::broadcast;
+  if (broadcast && command.type > 127) return counters_.add("fleet_command.refused.type");
+  if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
+  const microseconds awake = broadcast ? settings_.broadcast_for : settings_.command_for;
+  commands_.push_back({fleet_message(command), asleep_ ? std::max(awake, settings_.waking_for) : awake, {}});
+  if (!broadcast) asleep_ = command.kind == Kind::sleep;
+}
+
+void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
+  withheld_.assign(robots.begin(), robots.end());
+  for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", board_.drop(robot));
+  if (composite_) counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
+  if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0) sender_.cut_short(now);
+}
+
+void OverheadController::tend(Moment now) {
+  sender_.tend(now);
+  note_loss();
+  for (Command& command : commands_)
+    if (!command.since) command.since = now;
+  expire(now);
+  if (!sender_.is_ready(now)) return;
+  on_air_command_.reset();
+  if (send_command(now)) return;
+  // the question and the composites take turns; a question that stands alone is repeated by the controller itself
+  const bool wants_composite = composite_ || board_.has_waiting();
+  if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
+  if (wants_composite && send_composite(now)) return;
+  if (!question_ && sender_.is_repeating() && sender_.send(stop_packet(), stop_spacing, now)) asked_.reset(), on_air_composite_.reset();
+}
+
+// A line that was lost took with it what the controller was repeating.
+void OverheadController::note_loss() {
+  const bool lost = !sender_.is_up() || sender_.openings() != openings_;
+  openings_ = sender_.openings();
+  if (!lost) return;
+  asked_.reset();
+  on_air_composite_.reset();
+  if (!on_air_command_) return;
+  commands_.push_front(*std::exchange(on_air_command_, std::nullopt));
+  counters_.add("fleet_command.repeated_after_loss");
+}
+
+void OverheadController::expire(Moment now) {
+  if (sender_.is_up()) return down_since_.reset();
+  if (!down_since_) down_since_ = now;
+  while (!commands_.empty() && now - std::max(*commands_.front().since, *down_since_) > settings_.expire_after) {
+    commands_.pop_front();
+    counters_.add("fleet_command.expired");
+  }
+  if (now - *down_since_ <= settings_.expire_after) return;
+  counters_.add("to_robots.expired", board_.drop_all());
+  if (composite_) counters_.add("overhead.composite_dropped");
+  composite_.reset();
+}
+
+bool OverheadController::send_command(Moment now) {
+  if (commands_.empty()) return false;
+  // true even if a stop had to go first: nothing may overtake
+  if (!sender_.send(forward_packet(commands_.front().message), commands_.front().repeat_for, now)) return true;
+  counters_.add("fleet_command.sent");
+  on_air_command_ = std::move(commands_.front());
+  commands_.pop_front();
+  asked_.reset();
+  on_air_composite_.reset();
+  return true;
+}
+
+bool OverheadController::send_question(Moment now) {
+  if (asked_ == question_) return true;  // the controller repeats it
+  if (!sender_.send(forward_packet(*question_), settings_.spacing, now)) return true;
+  counters_.add("overhead.questions");
+  asked_ = question_;
+  on_air_composite_.reset();
+  return true;
+}
+
+bool OverheadController::send_composite(Moment now) {
+  if (!composite_) composite_ = board_.next();
+  if (!composite_) return false;
+  const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
+  if (!sender_.send(packet, settings_.spacing, now)) return true;
+  on_air_composite_ = std::exchange(composite_, std::nullopt);
+  asked_.reset();
+  return true;
+}
+
+void OverheadController::fall_silent() {
+  counters_.add("fleet_command.expired", commands_.size());
+  counters_.add("to_robots.expired", board_.drop_all());
+  commands_.clear();
+  if (composite_) counters_.add("overhead.composite_dropped");
+  composite_.reset();
+  question_.reset();
+}
+
+bool OverheadController::is_silent(Moment now) const {
+  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && sender_.is_ready(now));
+}
+
+}  // namespace arkmesh::hal::kilobot
