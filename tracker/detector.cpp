@@ -1,0 +1,241 @@
+// See detector.hpp.
+#include "tracker/detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <stdexcept>
+
+#include "tracker/led_spot.hpp"
+#include "tracker/rim.hpp"
+#include "tracker/round_votes.hpp"
+
+namespace arkmesh::tracker {
+namespace {
+
+// A rim and how much it looks like a robot's.
+struct Suspect {
+  Rim rim;
+  double weber = 0;     // step over the rim, as a part of the brighter side
+  double evidence = 0;  // 0..1
+};
+
+double ramp(double value, double none, double all) { return std::clamp((value - none) / (all - none), 0.0, 1.0); }
+
+Suspect suspect(const Rim& rim) {
+  const double outside = (rim.rings[11] + rim.rings[12]) / 2, within = rim.rings[8];
+  Suspect one{rim, rim.contrast / std::max({outside, within, 25.0}), 0};
+  one.evidence = ramp(rim.support, 0.4, 0.8) * ramp(one.weber, 0.03, 0.2) * ramp(rim.inside, 0.3, 0.6);
+  return one;
+}
+
+double apart(const Circle& a, const Circle& b) { return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px); }
+
+bool stronger(const Suspect& a, const Suspect& b) {
+  if (a.evidence != b.evidence) return a.evidence > b.evidence;
+  return a.rim.circle.y_px != b.rim.circle.y_px ? a.rim.circle.y_px < b.rim.circle.y_px : a.rim.circle.x_px < b.rim.circle.x_px;
+}
+
+// Suspects by place, so that neighbours are found without looking at all of them.
+class Places {
+ public:
+  Places(double cell_px, int width_px, int height_px)
+      : cell_px_(std::max(cell_px, 1.0)), wide_(static_cast<int>(width_px / cell_px_) + 3), high_(static_cast<int>(height_px / cell_px_) + 3),
+        cells_(static_cast<std::size_t>(wide_) * static_cast<std::size_t>(high_)) {}
+  void add(const Circle& circle) { cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle); }
+  // Whether a circle already added lies nearer than `least_px`, at most the size of a cell.
+  bool taken(const Circle& circle, double least_px) const {
+    const int x = column(circle.x_px), y = line(circle.y_px);
+    for (int cy = std::max(0, y - 1); cy <= std::min(high_ - 1, y + 1); ++cy)
+      for (int cx = std::max(0, x - 1); cx <= std::min(wide_ - 1, x + 1); ++cx)
+        for (const Circle& other : cells_[cell(cx, cy)])
+          if (apart(other, circle) < least_px) return true;
+    return false;
+  }
+
+ private:
+  int column(double x_px) const { return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1); }
+  int line(double y_px) const { return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1); }
+  std::size_t cell(int x, int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x); }
+  double cell_px_;
+  int wide_, high_;
+  std::vector<std::vector<Circle>> cells_;
+};
+
+}  // namespace
+
+class Detector::Search {
+ public:
+  explicit Search(const DetectorSettings& settings) : settings_(settings), diameter_px_(settings.diameter_px) {}
+
+  std::vector<Detection> search(const cv::Mat& bgr) {
+    if (!diameter_px_) diameter_px_ = find_diameter(bgr);
+    if (!diameter_px_) return {};
+    return at_diameter(bgr, *diameter_px_);
+  }
+
+  std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
+    std::vector<std::optional<Detection>> seen(where.size());
+    std::vector<Claim> claims;
+    for (std::size_t i = 0; i < where.size(); ++i)
+      if (const auto one = near(bgr, where[i]))
+        claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i, *one});
+    // Nearest first: two places that see the same robot do not both get it.
+    std::sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) { return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place; });
+    double largest_r_px = 1;
+    for (const Claim& claim : claims) largest_r_px = std::max(largest_r_px, claim.suspect.rim.circle.r_px);
+    Places places(1.5 * largest_r_px, bgr.cols, bgr.rows);
+    for (const Claim& claim : claims) {
+      const Circle& circle = claim.suspect.rim.circle;
+      if (places.taken(circle, 1.5 * circle.r_px)) continue;
+      places.add(circle);
+      seen[claim.place] = detection(bgr, claim.suspect);
+    }
+    return seen;
+  }
+
+  std::optional<double> diameter_px() const { return diameter_px_; }
+
+ private:
+  struct Claim {
+    double off_px;
+    std::size_t place;
+    Suspect suspect;
+  };
+
+  // The robot nearest to an expected place, if one is within its reach.
+  std::optional<Suspect> near(const cv::Mat& bgr, const Expected& place) {
+    const double r_px = place.r_px, far_px = place.reach_px + 1.25 * r_px;
+    // written so that not-a-number is refused, too
+    if (!(r_px >= 2 && r_px < 10000 && place.reach_px >= 0 && far_px < 20000)) return {};
+    if (!(place.x_px > -far_px && place.y_px > -far_px && place.x_px < bgr.cols + far_px && place.y_px < bgr.rows + far_px)) return {};
+    const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
+    picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px), static_cast<int>(place.x_px + far_px) + 2,
+                  static_cast<int>(place.y_px + far_px) + 2, block);
+    votes_.look_at(picture_, 4);
+    std::optional<Suspect> best;
+    double best_off_px = place.reach_px;
+    for (const bool darker : {true, false}) {
+      candidates_.clear();
+      votes_.find(r_px * 0.92 / block, r_px * 1.08 / block, darker, 0.5, candidates_);
+      if (candidates_.size() > 6) candidates_.resize(6);
+      for (const RoundCandidate& candidate : candidates_) {
+        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), r_px};
+        if (std::hypot(guess.x_px - place.x_px, guess.y_px - place.y_px) > best_off_px + 0.3 * r_px) continue;
+        const auto rim = rims_.fit(bgr, guess, darker, 3);
+        if (!rim || std::abs(rim->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
+        const Suspect one = suspect(*rim);
+        const double off_px = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px);
+        if (one.evidence < settings_.least_confidence || off_px > best_off_px) continue;
+        best = one;
+        best_off_px = off_px;
+      }
+      if (best) break;
+    }
+    return best;
+  }
+
+  // Candidates of radii [least, most] px in a picture shrunk by `block`, each looked at closely.
+  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, std::size_t most, std::vector<Suspect>& suspects) {
+    for (const bool darker : {true, false}) {
+      candidates_.clear();
+      votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, 0.3, candidates_);
+      if (candidates_.size() > most) candidates_.resize(most);
+      for (const RoundCandidate& candidate : candidates_) {
+        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
+        const auto rim = rims_.fit(bgr, guess, darker, 3);
+        if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
+        if (const Suspect one = suspect(*rim); one.evidence > 0) suspects.push_back(one);
+      }
+    }
+  }
+
+  std::optional<double> find_diameter(const cv::Mat& bgr) {
+    std::vector<Suspect> suspects;
+    for (int block = 1; block <= 64; block *= 2) {
+      // radii from 5 to 10 shrunk pixels
+      if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
+      if (5.0 * block > settings_.largest_diameter_px / 2) break;
+      picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
+      votes_.look_at(picture_, 4);
+      look(bgr, 5.0 * block, 7.1 * block, 1000, suspects);
+      look(bgr, 7.1 * block, 10.0 * block, 1000, suspects);
+    }
+    std::erase_if(suspects, [&](const Suspect& one) {
+      return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px || 2 * one.rim.circle.r_px > settings_.largest_diameter_px;
+    });
+    std::sort(suspects.begin(), suspects.end(), stronger);
+    double best = 0, best_r_px = 0;
+    // Only strong suspects can name the size.
+    for (std::size_t i = 0; i < std::min<std::size_t>(suspects.size(), 200); ++i) {
+      const double r_px = suspects[i].rim.circle.r_px;
+      Places places(1.5 * r_px, bgr.cols, bgr.rows);
+      double sum = 0;
+      std::vector<double> radii;
+      for (const Suspect& one : suspects) {
+        if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, 1.5 * r_px)) continue;
+        places.add(one.rim.circle);
+        sum += one.evidence * one.evidence * one.evidence * std::min(1.0, r_px / 10);
+        if (one.evidence > 0.5) radii.push_back(one.rim.circle.r_px);
+      }
+      if (sum <= best || radii.empty()) continue;
+      std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+      best = sum;
+      best_r_px = radii[radii.size() / 2];
+    }
+    if (best <= 0) return {};
+    return 2 * best_r_px;
+  }
+
+  std::vector<Detection> at_diameter(const cv::Mat& bgr, double diameter_px) {
+    const double r_px = diameter_px / 2;
+    const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
+    picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
+    votes_.look_at(picture_, 4);
+    std::vector<Suspect> suspects;
+    look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 6000, suspects);
+    std::sort(suspects.begin(), suspects.end(), stronger);
+    std::vector<Detection> found;
+    Places places(1.5 * r_px, bgr.cols, bgr.rows);
+    for (const Suspect& one : suspects) {
+      const Circle& circle = one.rim.circle;
+      if (std::abs(circle.r_px / r_px - 1) > settings_.diameter_tolerance || one.evidence < settings_.least_confidence) continue;
+      if (places.taken(circle, 1.5 * r_px)) continue;
+      places.add(circle);
+      found.push_back(detection(bgr, one));
+    }
+    return found;
+  }
+
+  static Detection detection(const cv::Mat& bgr, const Suspect& one) {
+    const Circle& circle = one.rim.circle;
+    const LedSpot led = find_led(bgr, circle);
+    return {circle.x_px, circle.y_px, circle.r_px, static_cast<float>(one.evidence), led.led, led.confidence, led.x_px, led.y_px};
+  }
+
+  DetectorSettings settings_;
+  std::optional<double> diameter_px_;
+  ShrunkPicture picture_;
+  RoundVotes votes_;
+  RimFinder rims_;
+  std::vector<RoundCandidate> candidates_;
+};
+
+Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}
+Detector::~Detector() = default;
+Detector::Detector(Detector&&) noexcept = default;
+Detector& Detector::operator=(Detector&&) noexcept = default;
+
+std::vector<Detection> Detector::search(const cv::Mat& bgr) {
+  if (bgr.empty() || bgr.type() != CV_8UC3) throw std::invalid_argument("the detector wants 8-bit BGR pictures");
+  return search_->search(bgr);
+}
+
+std::vector<std::optional<Detection>> Detector::follow(const cv::Mat& bgr, std::span<const Expected> where) {
+  if (bgr.empty() || bgr.type() != CV_8UC3) throw std::invalid_argument("the detector wants 8-bit BGR pictures");
+  return search_->follow(bgr, where);
+}
+
+std::optional<double> Detector::diameter_px() const { return search_->diameter_px(); }
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,156 @@
+// See led_spot.hpp.
+#include "tracker/led_spot.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+
+#include "tracker/led_colour.hpp"
+
+namespace arkmesh::tracker {
+namespace {
+
+constexpr int directions = 48, rings = 8;
+constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
+constexpr double tau = 6.283185307179586;
+constexpr double unlit = 1.30, lit = 1.75;         // of the spot's brightness, see below
+
+struct Directions {
+  std::array<double, directions> x{}, y{};
+  Directions() {
+    for (std::size_t i = 0; i < directions; ++i) x[i] = std::cos(tau * static_cast<double>(i) / directions), y[i] = std::sin(tau * static_cast<double>(i) / directions);
+  }
+};
+
+// The picture in rings round the robot: colour and brightest channel of ring d in direction a.
+struct Rings {
+  std::array<std::array<std::array<std::uint8_t, 3>, directions>, rings> colour;
+  std::array<std::array<int, directions>, rings> value;
+  std::array<int, rings> usual;  // median of value in each ring
+};
+
+const std::uint8_t* pixel(const cv::Mat& bgr, double x, double y) {
+  const int column = std::clamp(static_cast<int>(x + 0.5), 0, bgr.cols - 1), row = std::clamp(static_cast<int>(y + 0.5), 0, bgr.rows - 1);
+  return bgr.ptr<std::uint8_t>(row) + 3 * column;
+}
+
+int brightest(const std::uint8_t* bgr) { return std::max({bgr[0], bgr[1], bgr[2]}); }
+
+int median(std::array<int, directions> values) {
+  std::nth_element(values.begin(), values.begin() + directions / 2, values.end());
+  return values[directions / 2];
+}
+
+// What the board looks like without the LED's light: the mean of its darkest third.
+Light dark_board(const Rings& seen) {
+  std::array<int, 256> count{};
+  for (std::size_t d = 2; d < 7; ++d)
+    for (const int value : seen.value[d]) ++count[static_cast<std::size_t>(value)];
+  int limit = 0;
+  for (int sum = 0; limit < 255; ++limit)
+    if ((sum += count[static_cast<std::size_t>(limit)]) >= 5 * directions / 3) break;
+  Light mean;
+  int pixels = 0;
+  for (std::size_t d = 2; d < 7; ++d)
+    for (std::size_t a = 0; a < directions; ++a) {
+      if (seen.value[d][a] > limit) continue;
+      mean.blue += seen.colour[d][a][0], mean.green += seen.colour[d][a][1], mean.red += seen.colour[d][a][2];
+      ++pixels;
+    }
+  return {mean.blue / pixels, mean.green / pixels, mean.red / pixels};
+}
+
+}  // namespace
+
+LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
+  static const Directions towards;
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const double r_px = board.r_px;
+  LedSpot spot{.x_px = none, .y_px = none};
+  if (!(r_px >= 2)) return spot;
+
+  Rings seen;
+  std::array<int, directions> table{};
+  for (std::size_t d = 0; d < rings; ++d) {
+    const double far = (nearest + ring_step * static_cast<double>(d)) * r_px;
+    for (std::size_t a = 0; a < directions; ++a) {
+      const std::uint8_t* at = pixel(bgr, board.x_px + far * towards.x[a], board.y_px + far * towards.y[a]);
+      seen.colour[d][a] = {at[0], at[1], at[2]};
+      seen.value[d][a] = brightest(at);
+    }
+    seen.usual[d] = median(seen.value[d]);
+  }
+  for (std::size_t a = 0; a < directions; ++a)
+    table[a] = brightest(pixel(bgr, board.x_px + 1.2 * r_px * towards.x[a], board.y_px + 1.2 * r_px * towards.y[a]));
+
+  // The spot: 3 x 3 samples that stand out most from the rest of their rings.
+  int most = -1, spot_value = 0;
+  std::size_t spot_ring = 0, spot_direction = 0;
+  for (std::size_t d = 1; d + 1 < rings; ++d)
+    for (std::size_t a = 0; a < directions; ++a) {
+      int excess = 0, value = 0;
+      for (const std::size_t side : {(a + directions - 1) % directions, a, (a + 1) % directions})
+        for (std::size_t e = d - 1; e <= d + 1; ++e) excess += seen.value[e][side] - seen.usual[e], value += seen.value[e][side];
+      if (excess > most) most = excess, spot_value = value, spot_ring = d, spot_direction = a;
+    }
+  const double peak = spot_value / 9.0, excess = most / 9.0;
+  const double far = (nearest + ring_step * static_cast<double>(spot_ring)) * r_px;
+  double x = board.x_px + far * towards.x[spot_direction], y = board.y_px + far * towards.y[spot_direction];
+
+  // How bright a white thing is here: the table, or on a dark table what the coin cell lets guess.
+  int coin = 0;
+  for (std::size_t a = 0; a < directions; a += 4)
+    coin += brightest(pixel(bgr, board.x_px + 0.35 * r_px * towards.x[a], board.y_px + 0.35 * r_px * towards.y[a]));
+  const double white = std::max({static_cast<double>(median(table)), 1.6 * coin / (directions / 4), 20.0});
+
+  // Core and halo, pixel by pixel.
+  const Light dark = dark_board(seen);
+  const double core_level = peak - 0.4 * excess, reach = 0.5 * r_px;
+  double core_x = 0, core_y = 0, core_weight = 0, weights = 0, colours = 0, brights = 0;
+  Light added;
+  const int from_x = std::max(0, static_cast<int>(x - reach)), to_x = std::min(bgr.cols - 1, static_cast<int>(x + reach) + 1);
+  const int from_y = std::max(0, static_cast<int>(y - reach)), to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
+  const double halo_px = 0.3 * r_px;
+  for (int row = from_y; row <= to_y; ++row) {
+    const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
+    for (int column = from_x; column <= to_x; ++column) {
+      const std::uint8_t* at = line + 3 * column;
+      const double dx = column - x, dy = row - y, squared = dx * dx + dy * dy;
+      if (squared > reach * reach) continue;
+      const int value = brightest(at);
+      if (value > core_level && squared < 0.1 * r_px * r_px) {
+        const double weight = value - core_level;
+        core_x += weight * dx, core_y += weight * dy, core_weight += weight;
+      }
+      const double out_x = column - board.x_px, out_y = row - board.y_px;
+      if (std::min({at[0], at[1], at[2]}) >= 240 || out_x * out_x + out_y * out_y > r_px * r_px) continue;
+      const double blue = at[0] - dark.blue, green = at[1] - dark.green, red = at[2] - dark.red;
+      const double bright = std::max({blue, green, red});
+      if (bright < 8) continue;
+      const double colour = bright - std::min({blue, green, red});
+      const double nearness = std::max(0.0, 1 - squared / (4 * halo_px * halo_px)), near = nearness * nearness * nearness;
+      const double weight = colour * colour * near;
+      added.blue += weight * blue, added.green += weight * green, added.red += weight * red;
+      weights += near, colours += near * colour, brights += near * bright;
+    }
+  }
+  // A lit spot outshines a white table and stands out from its ring; glints on unlit robots do neither much. Coloured light counts more.
+  const double tint = weights > 0 ? colours / weights / white : 0;
+  const double brightness = peak / white + excess / white + std::min(0.3, tint);
+  (void)brights;
+  const auto sure = static_cast<float>(std::clamp(std::abs(brightness - (unlit + lit) / 2) / ((lit - unlit) / 2), 0.0, 1.0));
+  if (brightness < (unlit + lit) / 2) {
+    spot.confidence = sure;
+    return spot;
+  }
+  const LedColour colour = led_colour(added);
+  spot.led = colour.led;
+  spot.confidence = std::min(sure, colour.confidence);
+  if (core_weight > 0) x += core_x / core_weight, y += core_y / core_weight;
+  spot.x_px = x, spot.y_px = y;
+  return spot;
+}
+
+}  // namespace arkmesh::tracker

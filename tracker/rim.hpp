@@ -1,0 +1,50 @@
+// The outer edge of one robot to a fraction of a pixel: edges along rays from a first guess, and the circle that most of them agree on.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "tracker/circle.hpp"
+#include "tracker/shrunk_picture.hpp"
+
+namespace arkmesh::tracker {
+
+struct Rim {
+  Circle circle;
+  bool darker = true;      // than what surrounds it
+  float support = 0;       // part of the rays inside the picture whose edge lies on the circle
+  float inside = 0;        // part of the rays whose edge would lie inside the picture
+  float contrast = 0;      // median step over the edge, in grey levels
+  float scatter = 0;       // of the edges round the circle, as a part of its radius (median deviation)
+  // Mean grey level in rings round the centre; ring i reaches from 0.1 i to 0.1 (i + 1) of the radius.
+  std::array<float, 13> rings{};
+};
+
+// Keeps its working memory from call to call.
+class RimFinder {
+ public:
+  // `guess` may be off by a third of its radius in place and in size. `least_step` is the weakest edge worth following, in grey levels.
+  // Empty when too few edges agree on any circle.
+  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, bool darker, double least_step);
+
+ private:
+  static constexpr int rays = 64, samples = 40;
+  struct Fitted {
+    double x = 0, y = 0, r = 0;  // relative to the origin of the rays, in pixels of the patch
+    bool good = false;
+  };
+  void sample(double x, double y, double r, int every);
+  Fitted fit_circle(double r, bool darker, double least_step, int every, const double* windows, int turns);
+  void judge(double x, double y, const Fitted& fitted, bool darker, double least_step, Rim& rim);
+
+  ShrunkPicture patch_;
+  std::array<std::array<float, samples>, rays> along_{};  // grey levels along each ray
+  std::array<std::array<float, samples>, rays> step_{};   // rise of the grey level outwards
+  std::array<int, rays> known_{};                         // samples of the ray that lie inside the picture
+  std::array<double, rays> edge_{};                       // distance of the chosen edge; negative when there is none
+  std::array<float, rays> strength_{};
+  double first_ = 0, spacing_ = 0;                        // of the samples along a ray, in pixels of the patch
+};
+
+}  // namespace arkmesh::tracker
