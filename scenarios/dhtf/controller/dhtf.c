@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include <kilolib.h>
+#include <arkmesh_id.h>
 
 #include "dhtf_messages.h"
 

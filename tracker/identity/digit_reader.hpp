@@ -1,0 +1,68 @@
+// Reads ids from LEDs while an audience of robots spells them: one digit after the other, all robots at once, so that the time it
+// takes does not depend on their number. Knows tracks and colours only, not who is expected.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hal/counters.hpp"
+#include "tracker/identity/id_code.hpp"
+#include "tracker/track.hpp"
+
+namespace arkmesh::tracker {
+
+struct ReadingTimes {
+  // From a change of the question until pictures show the answer: two copies on the air (0.12 s), a robot's tick (0.03 s), the
+  // camera's latency (0.2 s).
+  hal::LabTime settle{350'000};
+  int pictures = 3;   // looked at per digit
+};
+
+class DigitReader {
+ public:
+  explicit DigitReader(ReadingTimes times, hal::Counters& counters) : times_(times), counters_(counters) {}
+
+  // Begins to ask. What was read before stays, for tracks that were not read to the end: forget() what no longer holds.
+  void ask(const Audience& audience, int digits);
+  // The track may be another robot from now on.
+  void forget(TrackNumber track) { votes_.erase(track); }
+  void forget_all() { votes_.clear(); }
+
+  // One picture of the table; `now` is when it came, never decreasing.
+  void on_frame(hal::LabTime now, std::span<const Track> tracks);
+
+  bool asking() const { return position_ < order_.size(); }
+  const Audience& audience() const { return audience_; }
+  // The digit in question and how many there are, for people who wait.
+  int position() const { return static_cast<int>(position_); }
+  int digits() const { return static_cast<int>(order_.size()); }
+  // Meaningful while asking.
+  hal::kilobot::Message question() const { return digit_question(audience_, order_[position_]); }
+
+  struct Reading {
+    TrackNumber track = 0;
+    hal::RobotId robot = 0;
+    float confidence = 0;   // share of pictures that agree, of the digit that fewest agree on
+  };
+  // Tracks that spelled an id without doubt, once asking is over. Forgets them. Others stay for the next time, except those
+  // whose check word was wrong: these start anew.
+  std::vector<Reading> take_readings();
+
+ private:
+  using Votes = std::array<std::array<std::uint16_t, 3>, most_id_digits + check_digits>;  // by number of digit and digit
+
+  ReadingTimes times_;
+  hal::Counters& counters_;
+  Audience audience_;
+  std::span<const std::uint8_t> order_;
+  std::size_t position_ = 0;
+  std::optional<hal::LabTime> asked_at_;  // the digit in question
+  int pictures_ = 0;                      // looked at for it
+  std::map<TrackNumber, Votes> votes_;
+};
+
+}  // namespace arkmesh::tracker
