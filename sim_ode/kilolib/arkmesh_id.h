@@ -102,7 +102,7 @@ static inline void arkmesh_id_end(void) {
 static inline void arkmesh_id_on_message(message_t *message, distance_measurement_t *distance) {
   const uint8_t answer = arkmesh_id_answer(message);
   if (answer == arkmesh_id_no_question) {
-    arkmesh_id_program_rx(message, distance);
+    if (arkmesh_id_program_rx) arkmesh_id_program_rx(message, distance);
     return;
   }
   if (answer == arkmesh_id_not_me) {

@@ -36,7 +36,7 @@ void IdentityKeeper::on_frame(hal::LabTime now, std::span<const Track> tracks) {
       // of the others LEDs say what their programs do
       std::vector<Track> in_question;
       for (const Track& track : tracks)
-        if (!book_.at(track.number).robot) in_question.push_back(track);
+        if (!book_.at(track.number).sure()) in_question.push_back(track);
       reader_.on_frame(now, in_question);
     }
     if (reader_.asking()) return;
@@ -52,12 +52,21 @@ void IdentityKeeper::update_book(hal::LabTime now, std::span<const Track> tracks
   for (const Track& track : tracks) {
     const auto before = book_.find(track.number);
     Entry entry = before == book_.end() ? Entry{} : before->second;
-    const char* doubt = track.doubtful ? "identity.doubted.swapped" : track.age > settings_.blind ? "identity.doubted.hidden" : nullptr;
-    if (doubt && entry.robot) {
-      counters_.add(doubt);
-      entry.robot.reset();
+    if (track.age > settings_.blind) {
+      if (entry.sure()) counters_.add("identity.doubted.hidden");
+      entry.unname();
+      reader_.forget(track.number);
+    } else if (track.doubtful) {
+      if (entry.sure()) {
+        counters_.add("identity.doubted.swapped");
+        entry.doubted = true;
+        entry.seen_since.reset();  // the doubt may pass by itself
+        reader_.forget(track.number);
+      }
+    } else if (entry.doubted) {
+      if (track.robot == entry.robot) entry.doubted = false;
+      else entry.unname();
     }
-    if (doubt && (track.age > settings_.blind || before == book_.end() || before->second.robot)) reader_.forget(track.number);
     entry.seen = track.age <= glimpse;
     if (!entry.seen) entry.seen_since.reset();
     else if (!entry.seen_since) entry.seen_since = now;
@@ -66,7 +75,7 @@ void IdentityKeeper::update_book(hal::LabTime now, std::span<const Track> tracks
   for (const auto& [number, entry] : book_) {
     if (book.contains(number)) continue;
     reader_.forget(number);
-    if (entry.robot) counters_.add("identity.doubted.lost");
+    if (entry.sure()) counters_.add("identity.doubted.lost");
   }
   book_ = std::move(book);
 }
@@ -74,7 +83,7 @@ void IdentityKeeper::update_book(hal::LabTime now, std::span<const Track> tracks
 void IdentityKeeper::update_unaccounted() {
   std::set<hal::RobotId> named;
   for (const auto& [number, entry] : book_)
-    if (entry.robot) named.insert(*entry.robot);
+    if (entry.sure()) named.insert(*entry.robot);
   unaccounted_.clear();
   for (hal::RobotId robot : known_)
     if (!named.contains(robot)) unaccounted_.push_back(robot);
@@ -86,7 +95,7 @@ bool IdentityKeeper::worth_asking(hal::LabTime now) const {
   if ((began_ || !settings_.expected.empty()) && unaccounted_.empty()) return false;
   bool calm = false, restless = false;
   for (const auto& [number, entry] : book_) {
-    if (entry.robot || !entry.seen) continue;
+    if (entry.sure() || !entry.seen) continue;
     const hal::LabTime seen = now - *entry.seen_since;
     if (seen < settings_.calm) restless = true;
     else calm = true;
@@ -111,7 +120,6 @@ void IdentityKeeper::ask() {
     audience = audience_for(unaccounted_, named, turn_);
     turn_ += audience.robots.size();
   }
-  duplicates_.clear();
   reader_.ask(audience, digits_needed());
   asked_ = true;
   tell_end_until_.reset();
@@ -121,6 +129,7 @@ void IdentityKeeper::ask() {
 void IdentityKeeper::use_readings(hal::LabTime now) {
   const std::vector<DigitReader::Reading> readings = reader_.take_readings();
   std::map<hal::RobotId, int> spelled_by;
+  duplicates_.clear();
   for (const auto& reading : readings) ++spelled_by[reading.robot];
 
   int named = 0;
@@ -128,11 +137,11 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
     const auto at = book_.find(reading.track);
     if (at == book_.end()) continue;
     Entry& entry = at->second;
-    if (entry.robot == reading.robot && spelled_by[reading.robot] == 1) continue;
+    if (entry.sure() && entry.robot == reading.robot && spelled_by[reading.robot] == 1) continue;
     // whatever it was called, it says something else, or another one says the same
-    if (entry.robot) {
+    if (entry.sure()) {
       counters_.add("identity.doubted.contradiction");
-      entry.robot.reset();
+      entry.unname();
       continue;
     }
     if (spelled_by[reading.robot] > 1) {
@@ -149,13 +158,14 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
       counters_.add("identity.refused.not_asked");
       continue;
     }
-    const auto holder = std::find_if(book_.begin(), book_.end(), [&](const auto& other) { return other.second.robot == reading.robot; });
+    const auto holder = std::find_if(book_.begin(), book_.end(), [&](const auto& other) { return other.second.sure() && other.second.robot == reading.robot; });
     if (holder != book_.end()) {
       counters_.add("identity.doubted.contradiction");
-      holder->second.robot.reset();
+      holder->second.unname();
       continue;
     }
     entry.robot = reading.robot;
+    entry.doubted = false;
     insert(known_, reading.robot);
     namings_.push_back({reading.track, reading.robot, reading.confidence});
     ++named;
@@ -164,7 +174,7 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
 
   barren_passes_ = named > 0 ? 0 : barren_passes_ + 1;
   update_unaccounted();
-  const bool all = std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.robot || !entry.second.seen; });
+  const bool all = std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure() || !entry.second.seen; });
   if ((settings_.expected.empty() ? all : unaccounted_.empty()) || barren_passes_ >= first_rounds) began_ = true;
   if (barren_passes_ > 0 && began_) {
     hal::LabTime pause = first_pause;
@@ -182,12 +192,12 @@ std::optional<hal::kilobot::Message> IdentityKeeper::question() const {
 
 std::optional<hal::RobotId> IdentityKeeper::robot_of(TrackNumber track) const {
   const auto at = book_.find(track);
-  return at == book_.end() ? std::nullopt : at->second.robot;
+  return at == book_.end() || at->second.doubted ? std::nullopt : at->second.robot;
 }
 
 bool IdentityKeeper::everybody_named() const {
   if (!settings_.expected.empty()) return unaccounted_.empty();
-  return began_ && !book_.empty() && std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.robot.has_value(); });
+  return began_ && !book_.empty() && std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure(); });
 }
 
 bool IdentityKeeper::led_is_answer(TrackNumber track) const {
@@ -208,7 +218,7 @@ IdentityKeeper::Progress IdentityKeeper::progress() const {
     out.digit = reader_.position() + 1;
     out.digits = reader_.digits();
   }
-  for (const auto& [number, entry] : book_) out.named += entry.robot.has_value();
+  for (const auto& [number, entry] : book_) out.named += entry.sure();
   return out;
 }
 

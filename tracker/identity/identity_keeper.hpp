@@ -36,8 +36,8 @@ class IdentityKeeper {
   explicit IdentityKeeper(IdentitySettings settings);
 
   // One picture of the table: all tracks, those predicted but not seen too (Track::age says so). A track that is not there any more
-  // is gone. `doubtful` of a track takes its name away; whoever sets it clears it when take_namings() names the track anew.
-  // `now` never decreases.
+  // is gone. A `doubtful` track has no name for now; whoever sets it clears it when take_namings() names the track anew, or earlier,
+  // `robot` unchanged, when the doubt turned out to be none. `now` never decreases.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
 
   // The broadcast that robots should hear now, over and over; nothing when there is no question.
@@ -71,9 +71,12 @@ class IdentityKeeper {
 
  private:
   struct Entry {
-    std::optional<hal::RobotId> robot;   // surely
+    std::optional<hal::RobotId> robot;
+    bool doubted = false;                // `robot` may turn out right
     bool seen = false;                   // in this picture
     std::optional<hal::LabTime> seen_since;
+    bool sure() const { return robot && !doubted; }
+    void unname() { robot.reset(), doubted = false; }
   };
 
   void update_book(hal::LabTime now, std::span<const Track> tracks);
