@@ -1,0 +1,257 @@
+// Plain sockets that never block. All pictures in flight are shared: a client holds a reference to one of them at most.
+#include "hal/mjpeg_server.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <list>
+#include <map>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+namespace arkmesh::hal {
+namespace {
+
+using Monotonic = std::chrono::steady_clock;
+using Bytes = std::shared_ptr<const std::string>;
+
+constexpr std::size_t most_request_bytes = 4096;
+constexpr std::chrono::seconds request_within{5}, progress_within{10};
+constexpr std::string_view boundary = "arkmeshpicture";
+
+class Socket {
+ public:
+  explicit Socket(int handle) : handle_(handle) {}
+  Socket(Socket&& other) noexcept : handle_(std::exchange(other.handle_, -1)) {}
+  Socket& operator=(Socket&&) = delete;
+  ~Socket() {
+    if (handle_ >= 0) ::close(handle_);
+  }
+  int get() const { return handle_; }
+
+ private:
+  int handle_;
+};
+
+void no_waiting(int handle) {
+  ::fcntl(handle, F_SETFL, ::fcntl(handle, F_GETFL) | O_NONBLOCK);
+  ::fcntl(handle, F_SETFD, FD_CLOEXEC);
+}
+
+Socket listen_on(const std::string& address, std::uint16_t port) {
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
+  const std::string numeric = address == "localhost" ? "127.0.0.1" : address;
+  if (::getaddrinfo(numeric.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
+    throw std::runtime_error(fmt::format("'{}' is no address to show pictures on; give an IP address of this machine, such as 127.0.0.1", address));
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
+  Socket out(::socket(found->ai_family, SOCK_STREAM, 0));
+  const int yes = 1;
+  ::setsockopt(out.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (out.get() < 0 || ::bind(out.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(out.get(), 16) != 0) {
+    const int why = errno;
+    if (why == EADDRINUSE)
+      throw std::runtime_error(
+          fmt::format("TCP port {} of {} is in use by another program; stop it (ss -ltnp shows it) or give the pictures another port", port, address));
+    if (why == EACCES) throw std::runtime_error(fmt::format("TCP port {} is not allowed to ordinary users; take one above 1023", port));
+    throw std::runtime_error(fmt::format("cannot show pictures on {} port {}: {}", address, port, std::strerror(why)));
+  }
+  no_waiting(out.get());
+  return out;
+}
+
+std::uint16_t port_of(int handle) {
+  sockaddr_storage name{};
+  socklen_t size = sizeof name;
+  if (::getsockname(handle, reinterpret_cast<sockaddr*>(&name), &size) != 0) return 0;
+  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port : reinterpret_cast<const sockaddr_in&>(name).sin_port);
+}
+
+std::string response(std::string_view status, std::string_view type, std::string_view body) {
+  return fmt::format("HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}", status, type,
+                     body.size(), body);
+}
+
+}  // namespace
+
+struct MjpegServer::State {
+  enum class Stage { asking, watching, leaving };  // leaving: as soon as everything is sent
+  struct Client {
+    Socket socket;
+    Stage stage = Stage::asking;
+    std::string request, stream;
+    Bytes out;                   // in flight
+    std::size_t sent = 0;
+    Monotonic::time_point since; // of the stage, or of the last byte that it took
+  };
+
+  State(const std::string& address, std::uint16_t wanted) : listener(listen_on(address, wanted)), port(port_of(listener.get())) {}
+
+  void accept() {
+    for (std::size_t k = 0; k < most_clients; ++k) {
+      Socket socket(::accept(listener.get(), nullptr, nullptr));
+      if (socket.get() < 0) return;
+      if (clients.size() >= most_clients) {
+        counters.add("mjpeg.refused.too_many");
+        continue;
+      }
+      no_waiting(socket.get());
+      const int yes = 1;
+      ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+      clients.push_back({.socket = std::move(socket), .since = Monotonic::now()});
+      counters.add("mjpeg.clients");
+    }
+  }
+
+  // False: the client has gone.
+  bool read(Client& client) {
+    std::array<char, 2048> some;
+    for (int k = 0; k < 4; ++k) {
+      const ssize_t n = ::recv(client.socket.get(), some.data(), some.size(), 0);
+      if (n == 0) return client.stage == Stage::leaving && client.out;  // it says no more, but may still listen
+      if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+      if (client.stage != Stage::asking) continue;  // whatever it says now is of no interest
+      client.request.append(some.data(), static_cast<std::size_t>(n));
+      if (client.request.find("\r\n\r\n") != std::string::npos || client.request.find("\n\n") != std::string::npos) answer(client);
+      else if (client.request.size() > most_request_bytes) {
+        counters.add("mjpeg.refused.request_too_long");
+        leave_with(client, response("431 Request Header Fields Too Large", "text/plain", "request too long\n"));
+      }
+    }
+    return true;
+  }
+
+  void leave_with(Client& client, std::string bytes) {
+    client.stage = Stage::leaving;
+    client.out = std::make_shared<const std::string>(std::move(bytes));
+    client.sent = 0;
+    client.since = Monotonic::now();
+  }
+
+  void answer(Client& client) {
+    const std::string_view line = std::string_view(client.request).substr(0, client.request.find_first_of("\r\n"));
+    const std::size_t first = line.find(' '), second = line.find(' ', first + 1);
+    if (first == std::string_view::npos || !line.starts_with("GET ")) {
+      counters.add("mjpeg.refused.request");
+      return leave_with(client, response("405 Method Not Allowed", "text/plain", "only GET\n"));
+    }
+    std::string_view path = line.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
+    path = path.substr(0, path.find('?'));
+    if (path == "/") return leave_with(client, response("200 OK", "text/html; charset=utf-8", page()));
+    std::string name(path.substr(std::min<std::size_t>(1, path.size())));
+    const bool single = name.ends_with(".jpg") && !streams.contains(name);
+    if (single) name.resize(name.size() - 4);
+    const auto stream = streams.find(name);
+    if (stream == streams.end()) {
+      counters.add("mjpeg.refused.no_such_stream");
+      return leave_with(client, response("404 Not Found", "text/plain", "no such stream; / lists them\n"));
+    }
+    if (single) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
+    client.stage = Stage::watching;
+    client.stream = name;
+    client.since = Monotonic::now();
+    client.out = std::make_shared<const std::string>(
+        fmt::format("HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
+                    "--{0}\r\n{1}",
+                    boundary, *stream->second.part));
+    client.sent = 0;
+  }
+
+  std::string page() const {
+    std::string out = "<!DOCTYPE html><title>arkmesh</title>\n";
+    for (const auto& [name, stream] : streams) {
+      std::string text;
+      for (char c : name) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+      out += fmt::format("<p><a href=\"/{0}\">{0}</a><br><img src=\"/{0}\" style=\"max-width:100%\"></p>\n", text);
+    }
+    return streams.empty() ? out + "<p>No pictures yet.</p>\n" : out;
+  }
+
+  // False: the client has gone, or is done.
+  bool write(Client& client) {
+    while (client.out) {
+      const ssize_t n = ::send(client.socket.get(), client.out->data() + client.sent, client.out->size() - client.sent, MSG_NOSIGNAL);
+      if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+      client.since = Monotonic::now();
+      client.sent += static_cast<std::size_t>(n);
+      if (client.sent < client.out->size()) return true;
+      client.out.reset();
+    }
+    return client.stage != Stage::leaving;
+  }
+
+  bool too_slow(const Client& client, Monotonic::time_point now) {
+    if (client.stage == Stage::asking && now - client.since > request_within) counters.add("mjpeg.sent_away.no_request");
+    else if (client.out && now - client.since > progress_within) counters.add("mjpeg.sent_away.takes_nothing");
+    else return false;
+    return true;
+  }
+
+  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next.
+  struct Stream {
+    Bytes jpeg, part;
+  };
+
+  Socket listener;
+  std::uint16_t port;
+  std::list<Client> clients;
+  std::map<std::string, Stream> streams;
+  Counters counters;
+};
+
+MjpegServer::MjpegServer(const std::string& address, std::uint16_t port) : state_(std::make_unique<State>(address, port)) {}
+MjpegServer::~MjpegServer() = default;
+
+std::uint16_t MjpegServer::port() const { return state_->port; }
+const Counters& MjpegServer::counters() const { return state_->counters; }
+
+void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpeg) {
+  const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+  State::Stream& entry = state_->streams[stream];
+  entry.jpeg = std::make_shared<const std::string>(bytes);
+  entry.part = std::make_shared<const std::string>(
+      fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(), bytes, boundary));
+  for (State::Client& client : state_->clients) {
+    if (client.stage != State::Stage::watching || client.stream != stream) continue;
+    if (client.out) {
+      state_->counters.add("mjpeg.skipped");
+      continue;
+    }
+    client.out = entry.part;
+    client.sent = 0;
+    client.since = Monotonic::now();
+  }
+  serve();
+}
+
+void MjpegServer::close(const std::string& stream) {
+  if (state_->streams.erase(stream) == 0) return;
+  std::erase_if(state_->clients, [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; });
+}
+
+std::size_t MjpegServer::watchers(const std::string& stream) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      state_->clients, [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; }));
+}
+
+void MjpegServer::serve() {
+  state_->accept();
+  const Monotonic::time_point now = Monotonic::now();
+  std::erase_if(state_->clients, [&](State::Client& client) {
+    return !state_->read(client) || !state_->write(client) || state_->too_slow(client, now);
+  });
+}
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,44 @@
+// Pictures as a camera on the network serves them: motion JPEG over HTTP, which browsers and OpenCV open by URL. Takes pictures that are
+// encoded already. One thread: everything happens inside serve() and show(); nothing here blocks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "hal/counters.hpp"
+
+namespace arkmesh::hal {
+
+// GET /NAME streams, GET /NAME.jpg is the newest picture by itself, GET / a page with all. What clients can make it hold is bounded: in
+// number, in the length of their requests, in one picture each; who sends no request or takes nothing for long is sent away.
+class MjpegServer {
+ public:
+  static constexpr std::size_t most_clients = 32;
+
+  // Listens on `address` (127.0.0.1 unless told otherwise) and `port`; 0 takes any free one.
+  // Throws std::runtime_error with one sentence when the port is taken or not allowed.
+  MjpegServer(const std::string& address, std::uint16_t port);
+  ~MjpegServer();
+  MjpegServer(const MjpegServer&) = delete;
+  MjpegServer& operator=(const MjpegServer&) = delete;
+  std::uint16_t port() const;
+  // The stream's newest picture. Streams are paths: "camera0" is http://ADDRESS:PORT/camera0; "/" lists them.
+  // A client that is still busy with an earlier picture misses this one, which is counted (`mjpeg.skipped`).
+  void show(const std::string& stream, std::span<const std::byte> jpeg);
+  // The stream is no more: its clients are sent away, and whoever asks for it is told that there is none, until the next show().
+  void close(const std::string& stream);
+  // How many clients watch that stream now: nobody needs pictures encoded that nobody watches.
+  std::size_t watchers(const std::string& stream) const;
+  // Takes connections, reads requests, sends what the sockets take. Call it often: at least every few milliseconds.
+  void serve();
+  const Counters& counters() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace arkmesh::hal
