@@ -76,7 +76,7 @@ int first_look(const std::string& path) {
   struct stat about {};
   if (::stat(path.c_str(), &about) != 0) return errno;
   if (!S_ISCHR(about.st_mode)) return ENOTTY;
-  return ::access(path.c_str(), R_OK | W_OK) == 0 ? 0 : errno;
+  return ::faccessat(AT_FDCWD, path.c_str(), R_OK | W_OK, AT_EACCESS) == 0 ? 0 : errno;
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ Wire::State DeviceWire::check() {
       return State::closed;
     }
     std::array<std::uint8_t, 4096> ignored;
-    if (sp_nonblocking_read(port_, ignored.data(), ignored.size()) < 0) {
+    if (sp_nonblocking_read(port_, ignored.data(), ignored.size()) < 0 && sp_last_error_code() != EAGAIN) {
       lose(fmt::format("{} was unplugged", path_));
       return State::closed;
     }
@@ -138,7 +138,9 @@ std::size_t DeviceWire::write(std::span<const std::uint8_t> bytes) {
   if (!port_ || bytes.empty()) return 0;
   const sp_return written = sp_nonblocking_write(port_, bytes.data(), bytes.size());
   if (written >= 0) return static_cast<std::size_t>(written);
+  // libserialport 0.1.1 calls a full buffer an error
   const int code = sp_last_error_code();
+  if (code == EAGAIN || code == EINTR) return 0;
   lose(fmt::format("{} was unplugged ({})", path_, std::strerror(code)));
   return 0;
 }

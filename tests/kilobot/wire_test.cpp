@@ -1,0 +1,263 @@
+// Real bytes through the real libserialport into a pseudo-terminal, and through a socket.
+#include "hal/platforms/kilobot/wire.hpp"
+
+#include <arpa/inet.h>
+#include <doctest/doctest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "hal/platforms/kilobot/serial_line.hpp"
+#include "tests/support/packet_ear.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/pseudo_terminal.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::hal::kilobot;
+using namespace arkmesh::tests;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::chrono::milliseconds deadline = 10s;
+
+Moment now() { return std::chrono::steady_clock::now(); }
+
+// A packet whose bytes differ from their neighbours, so that a lost or doubled byte shows; without header bytes, so that packets may
+// follow each other directly.
+Packet telling_packet(int number) {
+  const auto page = static_cast<std::uint8_t>(number % 64);
+  std::array<std::uint8_t, page_bytes> bytes;
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 37 + page) | 2;
+  return boot_page_packet(page, bytes);
+}
+
+// Sends packets 0..count-1 through the line while `read` takes bytes at the other end, and wants them there whole and in order.
+template <class Read>
+void check_delivery(SerialLine& line, int count, Read read) {
+  PacketEar ear;
+  std::vector<Packet> heard;
+  int sent = 0;
+  CHECK(eventually(deadline, [&] {
+    line.tend(now());
+    if (sent < count && line.is_free()) line.send(telling_packet(sent++), now());
+    for (const auto& packet : ear.hear(read())) heard.push_back(packet);
+    return static_cast<int>(heard.size()) >= count;
+  }));
+  REQUIRE(static_cast<int>(heard.size()) == count);
+  for (int i = 0; i < count; ++i) CHECK(heard[static_cast<std::size_t>(i)] == telling_packet(i));
+}
+
+std::string trouble_with(const std::string& port) {
+  const auto wire = make_wire(port);
+  wire->open();
+  CHECK(wire->check() == Wire::State::closed);
+  return wire->trouble();
+}
+
+void check_holds(const std::string& text, const std::string& part) {
+  CAPTURE(text);
+  CAPTURE(part);
+  CHECK(text.find(part) != std::string::npos);
+}
+
+// A TCP port on loopback that takes one connection at a time.
+class Listener {
+ public:
+  Listener() {
+    const int on = 1;
+    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    listen_on(0);
+  }
+  ~Listener() { stop(), ::close(fd_); }
+  std::string port() const { return "tcp://127.0.0.1:" + std::to_string(number_); }
+  std::vector<std::uint8_t> read() {
+    if (client_ < 0) client_ = ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    std::vector<std::uint8_t> out(4096);
+    const ssize_t got = client_ < 0 ? 0 : ::recv(client_, out.data(), out.size(), 0);
+    out.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return out;
+  }
+  void hang_up() {
+    if (client_ >= 0) ::close(client_);
+    client_ = -1;
+  }
+  // Nobody listens any more, until listen_again().
+  void stop() { hang_up(), ::close(fd_), fd_ = -1; }
+  void listen_again() {
+    fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    const int on = 1;
+    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    listen_on(number_);
+  }
+
+ private:
+  void listen_on(std::uint16_t number) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(number);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    REQUIRE(::listen(fd_, 1) == 0);
+    socklen_t length = sizeof address;
+    ::getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &length);
+    number_ = ntohs(address.sin_port);
+  }
+  int fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0), client_ = -1;
+  std::uint16_t number_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("serial device: settings and bytes") {
+  // The device is set to 38400 baud, 8N1, raw, without flow control, and every byte value arrives as it was sent.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  SerialLine line(make_wire(terminal.port()), counters);
+  line.tend(now());
+  REQUIRE(line.is_open());
+  CHECK(line.trouble().empty());
+  const termios settings = terminal.settings();
+  CHECK(::cfgetospeed(&settings) == B38400);
+  CHECK((settings.c_cflag & CSIZE) == CS8);
+  CHECK((settings.c_cflag & (PARENB | CSTOPB | CRTSCTS)) == 0);
+  CHECK((settings.c_iflag & (IXON | IXOFF)) == 0);
+  CHECK((settings.c_oflag & OPOST) == 0);
+  check_delivery(line, 20, [&] { return terminal.read(); });
+}
+
+TEST_CASE("serial device: partial writes") {
+  // A device that takes bytes slowly gets whole packets in the end, and nothing blocks meanwhile.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  SerialLine line(make_wire(terminal.port()), counters);
+  line.tend(now());
+  // until it takes no more: the last packet is cut somewhere
+  int sent = 0;
+  while (line.is_free()) {
+    REQUIRE(sent < 10'000);
+    line.send(telling_packet(sent++), now());
+    line.tend(now());
+  }
+  CHECK(sent > 1);
+  PacketEar ear;
+  int heard = 0;
+  CHECK(eventually(deadline, [&] {
+    line.tend(now());
+    for (const Packet& packet : ear.hear(terminal.read(77))) CHECK(packet == telling_packet(heard++));
+    return heard == sent;
+  }));
+  CHECK(heard == sent);
+  CHECK(line.is_free());
+}
+
+TEST_CASE("serial device: unplugged and plugged in again") {
+  // A device that goes away is noticed and named, and opened again by its name when it is back.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  SerialLine line(make_wire(terminal.port()), counters);
+  line.tend(now());
+  check_delivery(line, 3, [&] { return terminal.read(); });
+  for (int times = 1; times <= 2; ++times) {
+    terminal.unplug();
+    CHECK(eventually(deadline, [&] { return line.tend(now()), !line.is_open(); }));
+    CHECK_FALSE(line.is_free());
+    check_holds(line.trouble(), "was unplugged");
+    CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+    terminal.plug();
+    CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
+    check_delivery(line, 3, [&] { return terminal.read(); });
+    CHECK(counters["overhead.line_lost"] == static_cast<std::uint64_t>(times));
+    CHECK(counters["overhead.line_opened"] == static_cast<std::uint64_t>(times + 1));
+  }
+}
+
+TEST_CASE("serial device: a device that talks") {
+  // What comes from the device is thrown away, so that nothing piles up in the system.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  SerialLine line(make_wire(terminal.port()), counters);
+  line.tend(now());
+  for (int i = 0; i < 50; ++i) {
+    terminal.say(std::string(1000, 'x'));
+    line.tend(now());
+  }
+  check_delivery(line, 3, [&] { return terminal.read(); });
+}
+
+TEST_CASE("serial device: for one program alone") {
+  // A second user of the same device is told that it is in use.
+  PseudoTerminal terminal;
+  const auto first = make_wire(terminal.port());
+  first->open();
+  REQUIRE(first->check() == Wire::State::open);
+  check_holds(trouble_with(terminal.port()), "in use by another program");
+}
+
+TEST_CASE("serial device: what is no device") {
+  // A port that does not exist, a file and a folder are named with what they are.
+  check_holds(trouble_with("/dev/ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(trouble_with("ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(trouble_with("/etc/passwd"), "/etc/passwd is not a serial port");
+  check_holds(trouble_with("/dev"), "is not a serial port");
+  check_holds(trouble_with("/dev/null"), "is not a serial port");
+  CHECK_THROWS_AS(make_wire(""), PortError);
+  CHECK_THROWS_AS(make_wire("udp://here:1"), PortError);
+}
+
+TEST_CASE("serial device: no permission") {
+  // Without the right to the device the group that has it and the command that joins it are named.
+  PseudoTerminal terminal;
+  const std::string device = std::filesystem::canonical(terminal.port()).string();
+  REQUIRE(::chmod(device.c_str(), 0) == 0);
+  if (::geteuid() == 0) {
+    // root may open everything, so the question is asked as nobody
+    REQUIRE(::seteuid(65534) == 0);
+    const std::string said = trouble_with(device);
+    REQUIRE(::seteuid(0) == 0);
+    check_holds(said, "no permission to open " + device + ": it belongs to group ");
+    check_holds(said, "sudo usermod -aG ");
+  } else {
+    check_holds(trouble_with(device), "sudo usermod -aG ");
+  }
+}
+
+TEST_CASE("tcp: bytes") {
+  // Packets arrive whole and in order at a TCP port, and its answers are thrown away.
+  Listener listener;
+  hal::Counters counters;
+  SerialLine line(make_wire(listener.port()), counters);
+  check_delivery(line, 30, [&] { return listener.read(); });
+}
+
+TEST_CASE("tcp: a connection that ends") {
+  // A connection that was closed, and a port where nobody listens for a while, are named, and found again.
+  Listener listener;
+  hal::Counters counters;
+  SerialLine line(make_wire(listener.port()), counters);
+  check_delivery(line, 3, [&] { return listener.read(); });
+  listener.hang_up();
+  CHECK(eventually(deadline, [&] { return line.tend(now()), counters["overhead.line_lost"] == 1; }));
+  CHECK(line.trouble() == listener.port() + ": the connection ended");
+  check_delivery(line, 3, [&] { return listener.read(); });
+  listener.stop();
+  CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
+  listener.listen_again();
+  check_delivery(line, 3, [&] { return listener.read(); });
+  CHECK(counters["overhead.line_opened"] == 3);
+}
+
+TEST_CASE("tcp: addresses") {
+  // An address without a port, with a wrong one, or of an unknown host is refused with what is expected.
+  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536", "tcp://host:12x", "tcp://host:99999999999"}) {
+    CAPTURE(port);
+    CHECK_THROWS_AS(make_wire(port), PortError);
+  }
+  CHECK_THROWS_AS(make_wire("tcp://no-such-host.invalid:3001"), PortError);
+  CHECK_NOTHROW(make_wire("tcp://[::1]:3001"));
+}
