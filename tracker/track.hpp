@@ -16,6 +16,7 @@ struct Track {
   hal::Led led = hal::Led::off;            // as last seen with certainty
   bool led_seen = false;                   // in this very frame
   float confidence = 0;                    // 0..1 that a robot is there
+  float heading_sigma_rad = 3.1415927f;    // standard deviation of the heading; pi when it is not known at all
   hal::LabTime age{0};                     // since it was last truly seen
   std::optional<hal::RobotId> robot;       // who it is, once known
   bool doubtful = false;                   // may have been swapped with another or be somebody else: nobody acts on `robot`
