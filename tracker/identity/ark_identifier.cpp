@@ -7,7 +7,7 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr hal::LabTime blind{800'000};
-constexpr int most_answers = 3;   // by then it is blue for reasons of its own
+constexpr int too_many_answers = 3;  // it is blue for reasons of its own
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void ArkIdentifier::drop_unsure(std::span<const Track> tracks) {
     return at == tracks.end() || at->doubtful || at->age > blind;
   };
   counters_.add("identity.doubted.lost", std::erase_if(claims_, unsure));
-  std::erase_if(answered_, unsure);
+  std::erase_if(answers_, unsure);
   std::erase_if(counts_, unsure);
 }
 
@@ -55,17 +55,20 @@ void ArkIdentifier::conclude(hal::LabTime now) {
   for (const auto& [track, count] : counts_) {
     const int all = count.blue + count.other;
     if (count.blue < 2 || 3 * count.blue < 2 * all) continue;
-    if (++answered_[track] <= most_answers) blue.push_back({track, robot, static_cast<float>(count.blue) / static_cast<float>(all)});
-    else counters_.add("identity.ignored.always_blue");
+    ++answers_[track];
+    if (answers_[track] > too_many_answers) counters_.add("identity.ignored.always_blue");
+    else blue.push_back({track, robot, static_cast<float>(count.blue) / static_cast<float>(all)});
   }
   if (blue.size() > 1) {
     counters_.add("identity.refused.duplicate");
     duplicates_.push_back(robot);
   } else if (blue.size() == 1) {
     // a track that answers to two ids answers to none of them for now
-    if (claims_.erase(blue[0].track) > 0) counters_.add("identity.refused.two_ids");
-    else claims_[blue[0].track] = {robot, blue[0].confidence};
+    if (answers_[blue[0].track] == 1) claims_[blue[0].track] = {robot, blue[0].confidence};
+    else counters_.add("identity.refused.two_ids");
   }
+  for (const Naming& naming : blue)
+    if (answers_[naming.track] > 1) claims_.erase(naming.track);
   next_id(now);
 }
 
@@ -84,6 +87,7 @@ void ArkIdentifier::next_id(hal::LabTime now) {
       if (std::none_of(claims_.begin(), claims_.end(), [robot](const auto& claim) { return claim.second.robot == robot; })) to_call_.push_back(robot);
     position_ = 0;
     duplicates_.clear();
+    std::erase_if(answers_, [](const auto& entry) { return entry.second < too_many_answers; });
     return;
   }
   for (const auto& [track, claim] : claims_) namings_.push_back({track, claim.robot, claim.confidence});

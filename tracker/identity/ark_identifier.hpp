@@ -68,7 +68,7 @@ class ArkIdentifier {
   int pictures_ = 0;
   std::size_t tracks_ = 0;               // in the newest picture
   std::map<TrackNumber, Count> counts_;  // for the id that is called
-  std::map<TrackNumber, int> answered_;  // to how many ids; a track that answers to many does not listen
+  std::map<TrackNumber, int> answers_;   // of this round; of those who answer to many, all
   std::map<TrackNumber, Claim> claims_;
   std::vector<Naming> namings_;
   std::vector<hal::RobotId> duplicates_;
