@@ -7,63 +7,10 @@
 #include <stdexcept>
 
 #include "tracker/led_spot.hpp"
-#include "tracker/rim.hpp"
 #include "tracker/round_votes.hpp"
+#include "tracker/suspect.hpp"
 
 namespace arkmesh::tracker {
-namespace {
-
-// A rim and how much it looks like a robot's.
-struct Suspect {
-  Rim rim;
-  double weber = 0;     // step over the rim, as a part of the brighter side
-  double evidence = 0;  // 0..1
-};
-
-double ramp(double value, double none, double all) { return std::clamp((value - none) / (all - none), 0.0, 1.0); }
-
-Suspect suspect(const Rim& rim) {
-  const double outside = (rim.rings[11] + rim.rings[12]) / 2, within = rim.rings[8];
-  Suspect one{rim, rim.contrast / std::max({outside, within, 25.0}), 0};
-  one.evidence = ramp(rim.support, 0.4, 0.8) * ramp(one.weber, 0.03, 0.2) * ramp(rim.inside, 0.3, 0.6);
-  return one;
-}
-
-double apart(const Circle& a, const Circle& b) { return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px); }
-
-bool stronger(const Suspect& a, const Suspect& b) {
-  if (a.evidence != b.evidence) return a.evidence > b.evidence;
-  return a.rim.circle.y_px != b.rim.circle.y_px ? a.rim.circle.y_px < b.rim.circle.y_px : a.rim.circle.x_px < b.rim.circle.x_px;
-}
-
-// Suspects by place, so that neighbours are found without looking at all of them.
-class Places {
- public:
-  Places(double cell_px, int width_px, int height_px)
-      : cell_px_(std::max(cell_px, 1.0)), wide_(static_cast<int>(width_px / cell_px_) + 3), high_(static_cast<int>(height_px / cell_px_) + 3),
-        cells_(static_cast<std::size_t>(wide_) * static_cast<std::size_t>(high_)) {}
-  void add(const Circle& circle) { cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle); }
-  // Whether a circle already added lies nearer than `least_px`, at most the size of a cell.
-  bool taken(const Circle& circle, double least_px) const {
-    const int x = column(circle.x_px), y = line(circle.y_px);
-    for (int cy = std::max(0, y - 1); cy <= std::min(high_ - 1, y + 1); ++cy)
-      for (int cx = std::max(0, x - 1); cx <= std::min(wide_ - 1, x + 1); ++cx)
-        for (const Circle& other : cells_[cell(cx, cy)])
-          if (apart(other, circle) < least_px) return true;
-    return false;
-  }
-
- private:
-  int column(double x_px) const { return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1); }
-  int line(double y_px) const { return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1); }
-  std::size_t cell(int x, int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x); }
-  double cell_px_;
-  int wide_, high_;
-  std::vector<std::vector<Circle>> cells_;
-};
-
-}  // namespace
-
 class Detector::Search {
  public:
   explicit Search(const DetectorSettings& settings) : settings_(settings), diameter_px_(settings.diameter_px) {}
@@ -164,27 +111,9 @@ class Detector::Search {
     std::erase_if(suspects, [&](const Suspect& one) {
       return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px || 2 * one.rim.circle.r_px > settings_.largest_diameter_px;
     });
-    std::sort(suspects.begin(), suspects.end(), stronger);
-    double best = 0, best_r_px = 0;
-    // Only strong suspects can name the size.
-    for (std::size_t i = 0; i < std::min<std::size_t>(suspects.size(), 200); ++i) {
-      const double r_px = suspects[i].rim.circle.r_px;
-      Places places(1.5 * r_px, bgr.cols, bgr.rows);
-      double sum = 0;
-      std::vector<double> radii;
-      for (const Suspect& one : suspects) {
-        if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, 1.5 * r_px)) continue;
-        places.add(one.rim.circle);
-        sum += one.evidence * one.evidence * one.evidence * std::min(1.0, r_px / 10);
-        if (one.evidence > 0.5) radii.push_back(one.rim.circle.r_px);
-      }
-      if (sum <= best || radii.empty()) continue;
-      std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-      best = sum;
-      best_r_px = radii[radii.size() / 2];
-    }
-    if (best <= 0) return {};
-    return 2 * best_r_px;
+    const auto r_px = common_radius_px(std::move(suspects), bgr.cols, bgr.rows);
+    if (!r_px) return {};
+    return 2 * *r_px;
   }
 
   std::vector<Detection> at_diameter(const cv::Mat& bgr, double diameter_px) {
@@ -194,14 +123,16 @@ class Detector::Search {
     votes_.look_at(picture_, 4);
     std::vector<Suspect> suspects;
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 6000, suspects);
-    std::sort(suspects.begin(), suspects.end(), stronger);
+    const double tolerance = settings_.diameter_tolerance;
+    const Likeness common = likeness(suspects, r_px, tolerance);
+    for (Suspect& one : suspects) one.evidence = confidence(one, common, tolerance);
+    std::sort(suspects.begin(), suspects.end());
     std::vector<Detection> found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
     for (const Suspect& one : suspects) {
-      const Circle& circle = one.rim.circle;
-      if (std::abs(circle.r_px / r_px - 1) > settings_.diameter_tolerance || one.evidence < settings_.least_confidence) continue;
-      if (places.taken(circle, 1.5 * r_px)) continue;
-      places.add(circle);
+      if (one.evidence < settings_.least_confidence) break;
+      if (places.taken(one.rim.circle, 1.5 * r_px)) continue;
+      places.add(one.rim.circle);
       found.push_back(detection(bgr, one));
     }
     return found;

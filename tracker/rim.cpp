@@ -136,17 +136,27 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   int inside = 0, on = 0;
   std::array<float, rays> steps{}, offs{};
   int offs_count = 0;
+  std::array<int, 8> eighth_inside{}, eighth_on{};
   for (int i = 0; i < rays; ++i) {
     const auto ray = static_cast<std::size_t>(i);
     const double expected = fitted.r + fitted.x * directions().x[ray] + fitted.y * directions().y[ray];
     const int at = static_cast<int>(std::lround((expected - first_) / spacing_));
     if (at + reach + 1 >= known_[ray] || at < reach) continue;
+    ++eighth_inside[ray / 8];
     steps[static_cast<std::size_t>(inside++)] = sign * step_[ray][static_cast<std::size_t>(at)];
     if (edge_[ray] < 0) continue;
     const double off = std::abs(edge_[ray] - expected);
     offs[static_cast<std::size_t>(offs_count++)] = static_cast<float>(off);
-    if (off <= near && strength_[ray] >= static_cast<float>(least_step)) ++on;
+    if (off <= near && strength_[ray] >= static_cast<float>(least_step)) ++on, ++eighth_on[ray / 8];
   }
+  std::array<float, 8> eighths;
+  eighths.fill(2);  // those outside the picture come last
+  std::size_t eighths_seen = 0;
+  for (std::size_t i = 0; i < 8; ++i)
+    if (eighth_inside[i] >= 4) eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
+  std::partial_sort(eighths.begin(), eighths.begin() + 3, eighths.end());
+  const std::size_t least = std::max<std::size_t>(1, eighths_seen * 3 / 8);
+  for (std::size_t i = 0; i < least; ++i) rim.closed += std::min(eighths[i], 1.0F) / static_cast<float>(least);
   rim.inside = static_cast<float>(inside) / rays;
   rim.support = inside ? static_cast<float>(on) / static_cast<float>(inside) : 0;
   if (inside) {
@@ -159,6 +169,8 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   }
   // Grey level of rings round the centre, each looked at in 16 directions.
   const float most_x = static_cast<float>(patch_.width) - 1.001F, most_y = static_cast<float>(patch_.height) - 1.001F;
+  std::array<float, 9 * 16> within{};
+  std::size_t within_count = 0;
   for (std::size_t ring = 0; ring < rim.rings.size(); ++ring) {
     const double far = (0.1 * static_cast<double>(ring) + 0.05) * fitted.r;
     float sum = 0;
@@ -166,11 +178,18 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     for (std::size_t ray = ring % 2 ? 2 : 0; ray < static_cast<std::size_t>(rays); ray += 4) {
       const auto px = static_cast<float>(x + fitted.x + far * directions().x[ray]), py = static_cast<float>(y + fitted.y + far * directions().y[ray]);
       if (!(px >= 0 && py >= 0 && px <= most_x && py <= most_y)) continue;
-      sum += between(patch_, px, py);
+      const float value = between(patch_, px, py);
+      if (ring < 9) within[within_count++] = value;
+      sum += value;
       ++count;
     }
     rim.rings[ring] = count ? sum / static_cast<float>(count) : 0;
   }
+  if (within_count == 0) return;
+  float mean = 0, deviation = 0;
+  for (std::size_t i = 0; i < within_count; ++i) mean += within[i] / static_cast<float>(within_count);
+  for (std::size_t i = 0; i < within_count; ++i) deviation += std::abs(within[i] - mean);
+  rim.activity = deviation / static_cast<float>(within_count);
 }
 
 std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, bool darker, double least_step) {

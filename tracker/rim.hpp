@@ -14,9 +14,11 @@ struct Rim {
   Circle circle;
   bool darker = true;      // than what surrounds it
   float support = 0;       // part of the rays inside the picture whose edge lies on the circle
+  float closed = 0;        // the same in the three eighths of the turn where it is least: low for cables and corners
   float inside = 0;        // part of the rays whose edge would lie inside the picture
   float contrast = 0;      // median step over the edge, in grey levels
   float scatter = 0;       // of the edges round the circle, as a part of its radius (median deviation)
+  float activity = 0;      // mean deviation of the grey level within 0.9 of the radius, in grey levels
   // Mean grey level in rings round the centre; ring i reaches from 0.1 i to 0.1 (i + 1) of the radius.
   std::array<float, 13> rings{};
 };
