@@ -29,7 +29,7 @@ double within_pi(double angle) {
 }  // namespace
 
 ContactWorld::ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed, const std::vector<hal::Pose>& start)
-    : width_m_(width_m), height_m_(height_m), grid_(width_m, height_m, 2 * radius_m + skin_m), solver_(friction, seed) {
+    : width_m_(width_m), height_m_(height_m), grid_(width_m, height_m, 2 * radius_m + skin_m, static_cast<int>(start.size())), solver_(friction, seed) {
   const std::size_t n = start.size();
   for (const hal::Pose& pose : start) {
     now_.x.push_back(pose.x_m);
@@ -109,14 +109,9 @@ void ContactWorld::find_pairs() {
   grid_.build(now_.x, now_.y);
   pairs_.clear();
   walls_.clear();
-  constexpr double near_m = 2 * radius_m + skin_m;
+  grid_.visit_pairs(2 * radius_m + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
   for (int i = 0; i < robots(); ++i) {
     const double x = now_.x[index(i)], y = now_.y[index(i)];
-    grid_.visit_near(x, y, near_m, [&](int j) {
-      if (j <= i) return;
-      const double dx = now_.x[index(j)] - x, dy = now_.y[index(j)] - y;
-      if (dx * dx + dy * dy < near_m * near_m) pairs_.push_back({i, j, 0, 0});
-    });
     if (!on_table_[index(i)]) continue;
     if (width_m_ / 2 - radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
     if (height_m_ / 2 - radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});

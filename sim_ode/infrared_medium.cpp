@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -21,14 +22,11 @@ double about_normal(std::uint64_t bits) {
 }  // namespace
 
 InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed)
-    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m / 2)), chance_(seed, lab + "/ode/infrared"),
+    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m / 2), robots), chance_(seed, lab + "/ode/infrared"),
       pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
       // two parts, each at most 3.47 s.d., that together are longest when even
       longest_reach_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {
-  energy_until_us_.assign(index(robots), 0);
-  sends_until_us_.assign(index(robots), 0);
-  retry_us_.assign(index(robots), -1);
-  decoding_.assign(index(robots), -1);
+  ears_.resize(index(robots));
 }
 
 // How far `from` is heard by `to`: differs from pair to pair and by direction, always the same for the same two.
@@ -62,18 +60,49 @@ bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) c
   return false;
 }
 
+// Few or many, they are nearly sorted by counting them into equal spans of time; what is left is put right by insertion.
+void InfraredMedium::sort_attempts(std::int64_t start_us) {
+  const std::size_t count = attempts_.size();
+  const auto span = [&](const Attempt& attempt) {
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us, 0, tick_us - 1)) * count / tick_us;
+  };
+  counting_.assign(count + 1, 0);
+  for (const Attempt& attempt : attempts_) ++counting_[span(attempt) + 1];
+  for (std::size_t k = 1; k <= count; ++k) counting_[k] += counting_[k - 1];
+  sorting_.resize(count);
+  for (const Attempt& attempt : attempts_) sorting_[counting_[span(attempt)]++] = attempt;
+  for (std::size_t k = 1; k < count; ++k) {
+    const Attempt attempt = sorting_[k];
+    std::size_t at = k;
+    for (; at > 0 && sorting_[at - 1] > attempt; --at) sorting_[at] = sorting_[at - 1];
+    sorting_[at] = attempt;
+  }
+  attempts_.swap(sorting_);
+}
+
+void InfraredMedium::forget_ended() {
+  if (ended_ == 0) return;
+  const std::size_t listeners = ended_ < on_air_.size() ? on_air_[ended_].first_listener : listeners_.size();
+  on_air_.erase(on_air_.begin(), on_air_.begin() + static_cast<std::ptrdiff_t>(ended_));
+  listeners_.erase(listeners_.begin(), listeners_.begin() + static_cast<std::ptrdiff_t>(listeners));
+  for (Sending& sending : on_air_) sending.first_listener -= listeners;
+  first_number_ += static_cast<std::int64_t>(ended_);
+  ended_ = 0;
+}
+
 void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard) {
   const std::int64_t start_us = number * tick_us, end_us = start_us + tick_us;
+  forget_ended();
   // attempts of this tick: put off ones at their own time, the others at the robots' timers
   attempts_.clear();
   std::erase_if(retrying_, [&](int robot) {
-    if (retry_us_[index(robot)] >= end_us) return false;
-    attempts_.push_back({retry_us_[index(robot)], robot});
+    if (ears_[index(robot)].retry_us >= end_us) return false;
+    attempts_.push_back({ears_[index(robot)].retry_us, robot});
     return true;
   });
   for (int robot : host.due())
-    if (retry_us_[index(robot)] < 0) attempts_.push_back({start_us + host.timer_us(robot), robot});
-  std::make_heap(attempts_.begin(), attempts_.end());
+    if (ears_[index(robot)].retry_us < 0) attempts_.push_back({start_us + host.timer_us(robot), robot});
+  sort_attempts(start_us);
 
   if (!attempts_.empty() && (grid_path_m_ < 0 || world.longest_path_m() - grid_path_m_ > grid_slack_m)) {
     grid_.build(world.x(), world.y());
@@ -81,51 +110,54 @@ void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, Ro
   }
 
   unsorted_.clear();
-  for (;;) {
-    const bool ends = !on_air_.empty() && on_air_.front().end_us < end_us;
-    if (ends && (attempts_.empty() || on_air_.front().end_us <= attempts_.front().at_us)) {
-      finish(on_air_.front(), start_us, world, host, unsorted_);
-      spare_.push_back(std::move(on_air_.front()));
-      on_air_.pop_front();
-      ++first_number_;
-    } else if (!attempts_.empty()) {
-      std::pop_heap(attempts_.begin(), attempts_.end());
-      const Attempt next = attempts_.back();
-      attempts_.pop_back();
-      attempt(next, world, host);
-      // backed off, but to a moment of this tick
-      const std::int64_t again = retry_us_[index(next.robot)];
-      if (again >= 0 && again < end_us) {
-        attempts_.push_back({again, next.robot});
-        std::push_heap(attempts_.begin(), attempts_.end());
-      } else if (again >= 0) {
-        retrying_.push_back(next.robot);
-      }
+  for (std::size_t at = 0;;) {
+    const bool again_first = !again_.empty() && (at == attempts_.size() || attempts_[at] > again_.front());
+    const bool any = again_first || at < attempts_.size();
+    const Attempt next = again_first ? again_.front() : any ? attempts_[at] : Attempt{};
+    if (ended_ < on_air_.size() && on_air_[ended_].end_us < end_us && (!any || on_air_[ended_].end_us <= next.at_us)) {
+      finish(on_air_[ended_], start_us, world, host, unsorted_);
+      ++ended_;
+      continue;
+    }
+    if (!any) break;
+    if (again_first) {
+      std::pop_heap(again_.begin(), again_.end(), std::greater<>{});
+      again_.pop_back();
     } else {
-      break;
+      ++at;
+    }
+    attempt(next, world, host);
+    const std::int64_t retry_us = ears_[index(next.robot)].retry_us;
+    if (retry_us < 0) continue;
+    if (retry_us < end_us) {
+      again_.push_back({retry_us, next.robot});
+      std::push_heap(again_.begin(), again_.end(), std::greater<>{});
+    } else {
+      retrying_.push_back(next.robot);
     }
   }
 
   // by robot; times are in order already
-  first_of_.assign(decoding_.size() + 1, 0);
+  heard.resize(unsorted_.size());
+  if (unsorted_.empty()) return;
+  first_of_.assign(ears_.size() + 1, 0);
   for (const Reception& reception : unsorted_) ++first_of_[index(reception.robot) + 1];
   for (std::size_t i = 1; i < first_of_.size(); ++i) first_of_[i] += first_of_[i - 1];
-  heard.resize(unsorted_.size());
   for (const Reception& reception : unsorted_) heard[first_of_[index(reception.robot)]++] = reception;
 }
 
 void InfraredMedium::attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host) {
-  const std::size_t i = index(attempt.robot);
-  retry_us_[i] = -1;
+  Ear& ear = ears_[index(attempt.robot)];
+  ear.retry_us = -1;
   // a robot that receives something puts sending off to its next tick
-  if (decoding_[i] >= 0 || overhead_on_air(attempt.at_us, attempt.at_us + 1)) return;
+  if (ear.decoding >= 0 || overhead_on_air(attempt.at_us, attempt.at_us + 1)) return;
   // light that it could not decode is sensed after its own first pulse
-  const bool senses = energy_until_us_[i] > attempt.at_us + sense_until_us;
+  const bool senses = ear.energy_until_us > attempt.at_us + sense_until_us;
   const std::optional<Message> message = host.ask(attempt.robot, !senses);
   if (!message) return;
   if (senses) {
     ++totals_.backed_off;
-    retry_us_[i] = attempt.at_us + 1 + host.back_off(attempt.robot);
+    ear.retry_us = attempt.at_us + 1 + host.back_off(attempt.robot);
   } else {
     start(attempt.robot, attempt.at_us, *message, world);
   }
@@ -134,52 +166,49 @@ void InfraredMedium::attempt(const Attempt& attempt, const ContactWorld& world, 
 void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world) {
   ++totals_.sent;
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(on_air_.size()), end_us = at_us + message_us;
-  Sending sending;
-  if (!spare_.empty()) {
-    sending = std::move(spare_.back());
-    spare_.pop_back();
-  }
-  sending.robot = robot;
-  sending.start_us = at_us;
-  sending.end_us = end_us;
-  sending.message = message;
-  sending.good_crc = message.crc == message_crc(message);
-  sending.listeners.clear();
-  if (!sending.good_crc) ++totals_.bad_crc;
-  sends_until_us_[index(robot)] = end_us;
+  const bool good_crc = message.crc == message_crc(message);
+  if (!good_crc) ++totals_.bad_crc;
+  ears_[index(robot)].sends_until_us = end_us;
 
+  const std::size_t first_listener = listeners_.size();
   const double x = world.x()[index(robot)], y = world.y()[index(robot)], range = longest_reach_m_;
-  grid_.visit_near(x, y, range + world.longest_path_m() - grid_path_m_, [&](int listener) {
-    const std::size_t k = index(listener);
-    const double dx = world.x()[k] - x, dy = world.y()[k] - y;
+  // members may have moved since the grid was built
+  const double moved_m = world.longest_path_m() - grid_path_m_, perhaps2 = (range + moved_m) * (range + moved_m);
+  grid_.visit_near(x, y, range + moved_m, [&](const NeighbourGrid::Member& member) {
+    if ((member.x - x) * (member.x - x) + (member.y - y) * (member.y - y) > perhaps2) return;
+    const int listener = member.number;
+    const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) return;
     if (settings_.ir_range_spread_m > 0 && std::hypot(dx, dy) > reach_m(robot, listener)) return;
-    const bool free = energy_until_us_[k] <= at_us && sends_until_us_[k] <= at_us;
-    if (!free && decoding_[k] >= 0) {
+    Ear& ear = ears_[index(listener)];
+    const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
+    if (!free && ear.decoding >= 0) {
       ++totals_.spoiled;
-      decoding_[k] = -1;
+      ear.decoding = -1;
     }
-    energy_until_us_[k] = std::max(energy_until_us_[k], end_us);
+    ear.energy_until_us = std::max(ear.energy_until_us, end_us);
     if (!free) return;  // deaf while it sends, or two at once
-    decoding_[k] = number;
-    sending.listeners.push_back(listener);
+    ear.decoding = number;
+    listeners_.push_back(listener);
   });
-  on_air_.push_back(std::move(sending));
+  on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
 }
 
 void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, const RobotHost& host,
                             std::vector<Reception>& heard) {
   const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
-  for (int listener : sending.listeners) {
-    const std::size_t k = index(listener);
-    if (decoding_[k] != first_number_) continue;  // spoiled
-    decoding_[k] = -1;
+  const std::int64_t number = first_number_ + static_cast<std::int64_t>(ended_);
+  for (std::size_t k = 0; k < sending.listeners; ++k) {
+    const int listener = listeners_[sending.first_listener + k];
+    Ear& ear = ears_[index(listener)];
+    if (ear.decoding != number) continue;  // spoiled
+    ear.decoding = -1;
     if (talked_over) {
       ++totals_.spoiled;
       continue;
     }
     if (!sending.good_crc) continue;
-    const double dx = world.x()[k] - world.x()[index(sending.robot)], dy = world.y()[k] - world.y()[index(sending.robot)];
+    const double dx = world.x()[index(listener)] - world.x()[index(sending.robot)], dy = world.y()[index(listener)] - world.y()[index(sending.robot)];
     double distance = std::sqrt(dx * dx + dy * dy);
     const double loss = settings_.ir_loss + settings_.ir_loss_per_m * distance;
     if (loss > 0 && chance_.uniform() < loss) {

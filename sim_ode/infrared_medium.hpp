@@ -33,7 +33,7 @@ class InfraredMedium {
 
   // Whether a message arrives at a robot at this time, at or after the end of the last tick that ran.
   bool receiving(int robot, std::int64_t at_us) const {
-    return (decoding_[index(robot)] >= 0 && energy_until_us_[index(robot)] > at_us) || overhead_on_air(at_us, at_us + 1);
+    return (ears_[index(robot)].decoding >= 0 && ears_[index(robot)].energy_until_us > at_us) || overhead_on_air(at_us, at_us + 1);
   }
 
   struct Totals {
@@ -51,16 +51,24 @@ class InfraredMedium {
     std::int64_t start_us, end_us;
     bool good_crc;
     Message message;
-    std::vector<int> listeners;   // that began to decode it
+    std::size_t first_listener, listeners;  // in listeners_: who began to decode it
+  };
+  struct Ear {
+    std::int64_t energy_until_us = 0; // light of any sender in range
+    std::int64_t sends_until_us = 0;
+    std::int64_t retry_us = -1;       // of a robot that backed off; -1
+    std::int64_t decoding = -1;       // number of the sending that a robot decodes, -1
   };
   struct Attempt {
     std::int64_t at_us;
     int robot;
-    // earliest on top of a standard heap; robots in order at equal times
-    bool operator<(const Attempt& other) const { return at_us != other.at_us ? at_us > other.at_us : robot > other.robot; }
+    // robots in order at equal times
+    bool operator>(const Attempt& other) const { return at_us != other.at_us ? at_us > other.at_us : robot > other.robot; }
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   bool overhead_on_air(std::int64_t from_us, std::int64_t to_us) const;
+  void sort_attempts(std::int64_t start_us);
+  void forget_ended();
   void attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host);
   void start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world);
   double reach_m(int from, int to) const;
@@ -72,14 +80,15 @@ class InfraredMedium {
   hal::RandomStream chance_;
   std::uint64_t pair_key_;
   double longest_reach_m_;                    // of any pair
-  std::vector<std::int64_t> energy_until_us_; // light of any sender in range
-  std::vector<std::int64_t> sends_until_us_;
-  std::vector<std::int64_t> retry_us_;        // of a robot that backed off; -1
-  std::vector<std::int64_t> decoding_;        // number of the sending that a robot decodes, -1
-  std::deque<Sending> on_air_;                // in order of start, which is order of end
+  std::vector<Ear> ears_;                     // by robot
+  // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between ticks.
+  std::vector<Sending> on_air_;
+  std::vector<int> listeners_;
+  std::size_t ended_ = 0;
   std::int64_t first_number_ = 0;             // of on_air_.front()
-  std::vector<Sending> spare_;                // keeps listeners' memory
-  std::vector<Attempt> attempts_;
+  std::vector<Attempt> attempts_;             // of this tick, in order; counting_ and sorting_ help to get them there
+  std::vector<Attempt> sorting_, again_;      // again_: a heap of those that backed off to a moment of this tick
+  std::vector<std::uint32_t> counting_;
   std::vector<int> retrying_;
   const OverheadSource* source_ = nullptr;    // none: the arena's own composites
   std::deque<std::int64_t> overhead_us_;      // starts of the controller's latest packets

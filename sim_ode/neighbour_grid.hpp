@@ -11,12 +11,19 @@ namespace arkmesh::sim_ode {
 
 class NeighbourGrid {
  public:
-  // Covers an arena around the origin; points outside count to the cells at its edge.
-  NeighbourGrid(double width_m, double height_m, double cell_m)
-      : left_(-width_m / 2), bottom_(-height_m / 2), per_m_(1 / cell_m),
-        columns_(std::max(1, static_cast<int>(std::ceil(width_m / cell_m)))),
-        rows_(std::max(1, static_cast<int>(std::ceil(height_m / cell_m)))),
+  // Covers an arena around the origin; points outside count to the cells at its edge. Cells are larger than asked for where an
+  // arena is so empty that there would be many more of them than points.
+  NeighbourGrid(double width_m, double height_m, double cell_m, int points)
+      : left_(-width_m / 2), bottom_(-height_m / 2), per_m_(1 / std::max(cell_m, std::sqrt(width_m * height_m / (8.0 * points + 64)))),
+        columns_(std::max(1, static_cast<int>(std::ceil(width_m * per_m_)))),
+        rows_(std::max(1, static_cast<int>(std::ceil(height_m * per_m_)))),
         first_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1) {}
+
+  // A point where build() found it.
+  struct Member {
+    double x, y;
+    int number;
+  };
 
   void build(std::span<const double> x, std::span<const double> y) {
     cell_.resize(x.size());
@@ -29,7 +36,8 @@ class NeighbourGrid {
     int total = 0;
     for (int& first : first_) first = total += first;
     // backwards, so that members ascend within a cell
-    for (std::size_t i = x.size(); i-- > 0;) members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = static_cast<int>(i);
+    for (std::size_t i = x.size(); i-- > 0;)
+      members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = {x[i], y[i], static_cast<int>(i)};
   }
 
   // Calls visit(member) for everything in the cells within `reach_m` of a place: all that is within reach, and more.
@@ -44,6 +52,33 @@ class NeighbourGrid {
     }
   }
 
+  // Calls visit(member, other) for each pair less than `reach_m` apart, once; reach_m is at most a cell's side.
+  template <class Visit>
+  void visit_pairs(double reach_m, Visit&& visit) const {
+    const double reach2 = reach_m * reach_m;
+    for (int r = 0; r < rows_; ++r) {
+      for (int c = 0; c < columns_; ++c) {
+        const std::size_t here = static_cast<std::size_t>(r * columns_ + c);
+        if (first_[here] == first_[here + 1]) continue;
+        // the rest of this cell and the one to the right; then three of the row above
+        const auto right_end = static_cast<std::size_t>(first_[c + 1 < columns_ ? here + 2 : here + 1]);
+        const std::size_t above = here + static_cast<std::size_t>(columns_);
+        const bool top = r + 1 == rows_;
+        const auto above_begin = static_cast<std::size_t>(top ? 0 : first_[c > 0 ? above - 1 : above]);
+        const auto above_end = static_cast<std::size_t>(top ? 0 : first_[c + 1 < columns_ ? above + 2 : above + 1]);
+        for (auto k = static_cast<std::size_t>(first_[here]); k < static_cast<std::size_t>(first_[here + 1]); ++k) {
+          const Member one = members_[k];
+          const auto compare = [&](const Member& other) {
+            const double dx = other.x - one.x, dy = other.y - one.y;
+            if (dx * dx + dy * dy < reach2) visit(one.number, other.number);
+          };
+          for (std::size_t m = k + 1; m < right_end; ++m) compare(members_[m]);
+          for (std::size_t m = above_begin; m < above_end; ++m) compare(members_[m]);
+        }
+      }
+    }
+  }
+
  private:
   int column(double x) const { return std::clamp(static_cast<int>((x - left_) * per_m_), 0, columns_ - 1); }
   int row(double y) const { return std::clamp(static_cast<int>((y - bottom_) * per_m_), 0, rows_ - 1); }
@@ -51,7 +86,8 @@ class NeighbourGrid {
   double left_, bottom_, per_m_;
   int columns_, rows_;
   std::vector<int> first_;     // of each cell in members_, and the end
-  std::vector<int> members_, cell_;
+  std::vector<Member> members_;
+  std::vector<int> cell_;      // by point
 };
 
 }  // namespace arkmesh::sim_ode

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <unordered_map>
 #include <utility>
 
 #include "hal/arena_config.hpp"
@@ -22,16 +24,20 @@ constexpr int most_tries = 300;
 std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab, std::uint64_t seed) {
   hal::RandomStream chance(seed, lab + "/ode/start");
   std::vector<hal::Pose> out;
-  // cells of one distance: whoever is too near lies in a neighbouring cell; a cell holds two at most
+  // cells of one distance: whoever is too near lies in a neighbouring cell. Only cells with somebody in them are kept
   const int columns = static_cast<int>(2 * half_width_m / apart_m) + 1, rows = static_cast<int>(2 * half_height_m / apart_m) + 1;
-  std::vector<std::vector<int>> cells(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  std::unordered_map<std::int64_t, std::vector<int>> cells;
+  const auto number = [columns](int column, int row) { return static_cast<std::int64_t>(row) * columns + column; };
   const auto is_free = [&](double x, double y, int column, int row) {
     for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r)
-      for (int c = std::max(0, column - 1); c <= std::min(columns - 1, column + 1); ++c)
-        for (int other : cells[static_cast<std::size_t>(r * columns + c)]) {
+      for (int c = std::max(0, column - 1); c <= std::min(columns - 1, column + 1); ++c) {
+        const auto cell = cells.find(number(c, r));
+        if (cell == cells.end()) continue;
+        for (int other : cell->second) {
           const double dx = out[static_cast<std::size_t>(other)].x_m - x, dy = out[static_cast<std::size_t>(other)].y_m - y;
           if (dx * dx + dy * dy < apart_m * apart_m) return false;
         }
+      }
     return true;
   };
   for (bool found = true; found && static_cast<int>(out.size()) < robots;) {
@@ -40,7 +46,7 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
       const double x = chance.uniform(-half_width_m, half_width_m), y = chance.uniform(-half_height_m, half_height_m);
       const int column = static_cast<int>((x + half_width_m) / apart_m), row = static_cast<int>((y + half_height_m) / apart_m);
       if (!is_free(x, y, column, row)) continue;
-      cells[static_cast<std::size_t>(row * columns + column)].push_back(static_cast<int>(out.size()));
+      cells[number(column, row)].push_back(static_cast<int>(out.size()));
       out.push_back({x, y, 0});
       found = true;
     }
@@ -68,13 +74,13 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
     x.push_back(place.x_m);
     y.push_back(place.y_m);
   }
-  NeighbourGrid grid(width_m, height_m, apart_m);
+  NeighbourGrid grid(width_m, height_m, apart_m, static_cast<int>(x.size()));
   grid.build(x, y);
   for (std::size_t i = 0; i < x.size(); ++i) {
     int other = -1;
-    grid.visit_near(x[i], y[i], apart_m, [&](int k) {
-      const auto j = static_cast<std::size_t>(k);
-      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot_radius_m - allowed_m) other = k;
+    grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
+      if (static_cast<std::size_t>(member.number) > i && std::hypot(member.x - x[i], member.y - y[i]) < 2 * hal::kilobot_radius_m - allowed_m)
+        other = member.number;
     });
     if (other >= 0) return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * hal::kilobot_radius_m);
   }
