@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "sim_ode/robot_program.hpp"
 #include "sim_ode/subprocess.hpp"
 
 namespace arkmesh::cli {
@@ -52,6 +53,7 @@ uint8_t rand_hard() { return kilo_ticks; }
 uint8_t rand_soft() { return kilo_ticks; }
 void rand_seed(uint8_t seed) { kilo_ticks = seed; }
 uint16_t message_crc(const message_t *msg) { return msg->data[0]; }
+void arkmesh_serial_on(void) {}
 )";
 
 constexpr const char* empty_program = R"(
@@ -121,7 +123,7 @@ class Builder {
   std::string compile(const fs::path& source, const std::string& object) const {
     // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
     const sim_ode::Finished done = sim_ode::run_to_end(
-        {"avr-gcc", "-mmcu=atmega328p", "-DF_CPU=8000000", "-std=gnu99", "-Os", "-funsigned-char", "-funsigned-bitfields",
+        {"avr-gcc", "-mmcu=atmega328p", "-DF_CPU=8000000", "-std=gnu99", "-fgnu89-inline", "-Os", "-funsigned-char", "-funsigned-bitfields",
          "-fpack-struct", "-fshort-enums", "-fcommon", "-Wtype-limits", "-Wconversion", "-fno-diagnostics-show-caret", "-idirafter", kilolib().string(), "-include", (folder_ / "prelude.h").string(), "-c",
          source.string(), "-o", (folder_ / object).string()});
     if (done.status == 127 || (done.status == -1 && done.output.empty()))
@@ -140,7 +142,7 @@ class Builder {
   }
 
  private:
-  static fs::path kilolib() { return fs::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib"; }
+  static fs::path kilolib() { return sim_ode::kilolib_folder(); }
   [[noreturn]] static void refuse(const char* what, const fs::path& source, const std::string& output) {
     const auto errors = lines_with(output, {"error:", "undefined reference", "multiple definition", "overflowed", "will not fit"}, 1);
     throw std::runtime_error(fmt::format("{} {}: {}", source.string(), what, errors.empty() ? output.substr(0, output.find('\n')) : errors[0]));

@@ -39,9 +39,7 @@ std::size_t offset(const arkmesh_program& abi, const volatile T* variable) {
 struct RobotServices {
   static RobotHost& host() { return *running; }
   static void wait_us(std::uint32_t us) { host().wait(us + us * host().clocks_[RobotHost::index(host().robot_)].late_us / tick_us); }
-  static void wait_for_tick() {
-    if (!host().in_callback_) host().wait(std::max<std::int64_t>(1, tick_us - host().cursor_us_));
-  }
+  static void wait_for_tick(const void* from) { host().wait_for_tick(from); }
   static void motors(std::uint8_t left, std::uint8_t right) { host().motors_.set(host().robot_, left, right, host().cursor_us_); }
   static void colour(std::uint8_t colour) { host().leds_.set(host().robot_, colour, host().cursor_us_); }
   static std::int16_t light() {
@@ -56,7 +54,10 @@ struct RobotServices {
     FaultGuard::leave(Fault::Kind::gave_up, "called kilo_start() a second time");
   }
   static void ended(const char* why, const void* from) { FaultGuard::leave(Fault::Kind::gave_up, why, from); }
-  static void busy_at(const void* from) { host().busy_at(from); }
+  static void busy_at(const void* from, int wakeable) { host().busy_at(from, wakeable != 0); }
+  static void text(const char* text, std::uint32_t size) {
+    host().program_->text()->say(host().robot_, host().tick_ * tick_us + (host().booting_ ? 0 : host().cursor_us_), text, size);
+  }
 };
 
 RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds, Sensors sensors,
@@ -65,7 +66,8 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
       sensors_(std::move(sensors)), guard_(FaultGuard::acquire()), clocks_differ_(clock_spread > 0) {
   using Services = RobotServices;
   *abi_.host = {Services::wait_us,  Services::wait_for_tick, Services::motors,      Services::colour, Services::light,  Services::voltage,
-                Services::temperature, Services::random_byte, nullptr, Services::started, Services::ended, Services::busy_at};
+                Services::temperature, Services::random_byte, program_->text() ? Services::text : nullptr,
+                Services::started, Services::ended, Services::busy_at};
   memory_.resize(bytes_ * index(robots));
   cells_.resize(index(robots));
   hal::RandomStream boot(seed, lab + "/ode/boot"), sensing(seed, lab + "/ode/sensors"), timer_at(seed, lab + "/ode/timer_offset"), clock(seed, lab + "/ode/clock");
@@ -271,7 +273,8 @@ void RobotHost::walk() {
         const Cell& cell = cells_[i];
         if (cell.shown != cell.state && !cell.context) show_state();
         send_clock_[i] = static_cast<std::uint16_t>(send_clock_[i] + clock_per_tick * beats_);
-        if (beats_ > 0 && send_clock_[i] > *abi_.tx_period && cell.state == State::running && *abi_.tx != abi_.no_tx) due_.push_back(robot_);
+        const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
+        if (beats_ > 0 && send_clock_[i] > *abi_.tx_period && cell.state == State::running && talks) due_.push_back(robot_);
         copy_out(robot_);
         ++robot_;
         phase_ = Phase::enter;
@@ -358,7 +361,9 @@ bool RobotHost::deliver_next() {
     take_command(*message);
     return true;
   }
+  if (!*abi_.rx) return true;
   in_callback_ = true;
+  callback_busy_ = 0;
   FaultGuard::enter_program();
   (*abi_.rx)(abi_.rx_message, abi_.rx_distance);
   FaultGuard::leave_program();
@@ -388,12 +393,24 @@ void RobotHost::call(void (*function)(void)) {
   FaultGuard::leave_program();
 }
 
-// The program has computed for a tick: it gets the rest of its time in the next one, unless it has done nothing else for long.
-void RobotHost::busy_at(const void* from) {
-  if (in_callback_ || booting_) return;
+// The program has computed for a tick: it gets the rest of its time in the next one. It hangs when it has done nothing else for long and
+// nothing can interrupt it: it has no callbacks, or runs in one.
+void RobotHost::busy_at(const void* from, bool wakeable) {
+  if (booting_) return;
+  if (in_callback_) return busy_in_callback(from);
   Cell& cell = cells_[index(robot_)];
-  if (*abi_.reads > 0) cell.busy_ticks = 0;
+  if (wakeable || *abi_.reads > 0) cell.busy_ticks = 0;
   if (++cell.busy_ticks > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+  wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
+}
+
+void RobotHost::busy_in_callback(const void* from) {
+  if (++callback_busy_ > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+}
+
+// The program has read the clock or a sensor so often that it waits for a change; in a callback the clock stands still.
+void RobotHost::wait_for_tick(const void* from) {
+  if (in_callback_) return busy_in_callback(from);
   wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
 }
 
@@ -545,11 +562,12 @@ std::optional<Message> RobotHost::ask(int robot, bool channel_is_free) {
       [](void* self) {
         RobotHost& host = *static_cast<RobotHost*>(self);
         host.in_callback_ = true;
+        host.callback_busy_ = 0;
         FaultGuard::enter_program();
         const void* const message = (*host.abi_.tx)();
         if (message) {
           std::memcpy(&host.asked_.emplace(), message, sizeof(Message));
-          if (host.channel_is_free_) (*host.abi_.tx_success)();
+          if (host.channel_is_free_ && *host.abi_.tx_success) (*host.abi_.tx_success)();
         }
         FaultGuard::leave_program();
         host.in_callback_ = false;

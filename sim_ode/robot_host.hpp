@@ -133,7 +133,9 @@ class RobotHost {
   void run_program();
   [[noreturn]] void resume();
   void wait(std::int64_t us);
-  void busy_at(const void* from);
+  void busy_at(const void* from, bool wakeable);
+  void wait_for_tick(const void* from);
+  void busy_in_callback(const void* from);
   void call(void (*function)(void));
 
   std::shared_ptr<const RobotProgram> program_;
@@ -173,6 +175,7 @@ class RobotHost {
   std::uint32_t beats_ = 1;                        // of the robot's timer in this tick
   std::int64_t cursor_us_ = 0;                     // of the robot, after the start of the tick
   bool ran_ = false, delayed_ = false, in_callback_ = false, booting_ = false;
+  int callback_busy_ = 0;                          // times that the present callback has computed for a tick
   std::uint64_t waiting_ = 0;
   std::optional<Message> asked_;
   bool channel_is_free_ = false;

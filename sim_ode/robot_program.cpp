@@ -45,7 +45,7 @@ class TemporaryDirectory {
 };
 
 // Where kilolib.h lies: beside the sources, or beside an installed program.
-fs::path kilolib_folder() {
+fs::path find_kilolib() {
   std::error_code ignored;
   const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib";
   if (fs::exists(source / "robot.c", ignored)) return source;
@@ -63,18 +63,52 @@ std::string read_text(const fs::path& file) {
   return text.str();
 }
 
-// The line that says what is wrong; otherwise the compiler's first one. Without the path of our own folder.
-std::string first_error(std::string output, const fs::path& folder) {
+// The line that says what is wrong; otherwise the compiler's first one. Without the path of our own folder. An error in one of our
+// macros is told where the program uses it.
+std::string first_error(std::string output, const fs::path& folder, const fs::path& kilolib) {
   const std::string ours = folder.string() + "/";
   for (std::size_t at; (at = output.find(ours)) != std::string::npos;) output.erase(at, ours.size());
-  std::string first;
+  // what the compiler says before the words of our headers' own refusals
+  constexpr std::string_view preface = "declared with attribute error: ";
+  for (std::size_t at; (at = output.find(preface)) != std::string::npos;) {
+    const std::size_t begin = output.rfind("call to ", at);
+    output.erase(begin == std::string::npos ? at : begin, begin == std::string::npos ? preface.size() : at + preface.size() - begin);
+  }
+  std::string first, of_macro;
   std::istringstream lines(output);
   for (std::string line; std::getline(lines, line);) {
     if (first.empty()) first = line;
+    if (!of_macro.empty()) {
+      const auto note = line.find(" note: in expansion of macro");
+      if (note == std::string::npos) return of_macro;
+      if (!line.starts_with(kilolib.string())) return line.substr(0, note) + of_macro.substr(of_macro.find(" error:"));
+      continue;
+    }
     for (const char* mark : {"error:", "undefined reference", "multiple definition"})
-      if (line.find(mark) != std::string::npos) return line;
+      if (line.find(mark) != std::string::npos) {
+        if (!line.starts_with(kilolib.string()) || line.find(" error:") == std::string::npos) return line;
+        of_macro = line;
+        break;
+      }
   }
+  if (!of_macro.empty()) return of_macro;
   return first.empty() ? "the compiler said nothing" : first;
+}
+
+// Whether a variable of the program or of what it includes may change under its eyes: the word stands in lines that are neither the
+// system's nor our library's. `preprocessed` has line markers.
+bool waits_for_memory(const std::string& preprocessed, const fs::path& kilolib) {
+  const std::string ours = "\"" + kilolib.string() + "/";
+  std::istringstream lines(preprocessed);
+  bool of_program = true;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# ")) {
+      // # 17 "/usr/include/stdio.h" 1 3 4: the flags behind the name; 3 is the system's
+      const std::string flags = line.substr(line.rfind('"') + 1) + " ";
+      of_program = line.find(ours) == std::string::npos && flags.find(" 3 ") == std::string::npos;
+    } else if (of_program && line.find("volatile") != std::string::npos) return true;
+  }
+  return false;
 }
 
 std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
@@ -83,6 +117,8 @@ std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>
 }
 
 }  // namespace
+
+fs::path kilolib_folder() { return find_kilolib(); }
 
 std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
   const std::string text = read_text(source);
@@ -103,20 +139,33 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
     throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy.string()));
 
   // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols keep a
-  // program's `send` or `time` from being taken for the C library's.
-  std::vector<std::string> command =
-      {"cc", "-std=gnu11", "-O2", "-g", "-w", "-fPIC", "-fvisibility=hidden", "-fcommon", "-funsigned-char", "-funsigned-bitfields",
-       "-fshort-enums", "-fpack-struct", "-fwrapv", "-fno-strict-aliasing", "-fno-builtin-printf", "-ffp-contract=off",
-       "-fno-diagnostics-show-caret", "-fno-stack-protector", "-fstack-clash-protection", "-D__NO_INLINE__", "-iquote", kilolib.string(), "-iquote", folder.string(), "-I",
-       kilolib.string(), "-I", folder.string(), "-include", (kilolib / "kilolib.h").string(), "-shared", "-nostartfiles",
-       "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib / "robot.ld").string(), copy.string(), (kilolib / "robot.c").string(),
-       "-lm", "-o", object.string()};
-  // It may wait for a variable that a callback changes: its code is then counted, so that waiting takes time.
-  if (text.find("volatile") != std::string::npos) command.push_back("-fsanitize-coverage=trace-pc");
-  const Finished compiled = run_to_end(command);
-  if (compiled.status == 127 || (compiled.status == -1 && compiled.output.empty()))
-    throw ProgramError("the C compiler `cc` cannot be started; install gcc");
-  if (compiled.status != 0) throw ProgramError("does not compile: " + first_error(compiled.output, work.path()));
+  // program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's headers to the standard, so that
+  // they leave names like `y0` or `index` to programs. No sibling calls, so that a fault's line is the one that called.
+  const std::vector<std::string> language = {
+      "cc", "-std=gnu11", "-fgnu89-inline", "-O2", "-g", "-w", "-fPIC", "-fvisibility=hidden", "-fcommon", "-funsigned-char",
+      "-funsigned-bitfields", "-fshort-enums", "-fpack-struct", "-fwrapv", "-fno-strict-aliasing", "-fno-builtin-printf",
+      "-fno-optimize-sibling-calls", "-ffp-contract=off", "-fno-diagnostics-show-caret", "-fno-stack-protector", "-fstack-clash-protection",
+      "-D__NO_INLINE__", "-D__STRICT_ANSI__", "-DF_CPU=8000000UL",
+      "-iquote", kilolib.string(), "-iquote", folder.string(), "-I", kilolib.string(), "-I", folder.string(),
+      "-include", (kilolib / "kilolib.h").string()};
+  const auto compile = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), language.begin(), language.end());
+    Finished done = run_to_end(more);
+    if (done.status == 127 || (done.status == -1 && done.output.empty()))
+      throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+    if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work.path(), kilolib));
+  };
+  // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting takes time.
+  const fs::path expanded = work.path() / "expanded.i";
+  compile({"-E", copy.string(), "-o", expanded.string()});
+  fs::path part = copy;
+  if (waits_for_memory(read_text(expanded), kilolib)) {
+    part = work.path() / "program.o";
+    compile({"-fsanitize=thread", "--param", "tsan-distinguish-volatile=1", "--param", "tsan-instrument-func-entry-exit=0", "-c", copy.string(),
+             "-o", part.string()});
+  }
+  compile({"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib / "robot.ld").string(), part.string(),
+           (kilolib / "robot.c").string(), "-lm", "-o", object.string()});
 
   program->file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
   program->handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -134,6 +183,10 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
   program->first_.assign(begin, begin + (end - program->abi_->begin));
   loaded_programs()[key] = program;
   return program;
+}
+
+void RobotProgram::listen() const {
+  if (!text_) text_ = std::make_unique<ProgramText>();
 }
 
 RobotProgram::~RobotProgram() {

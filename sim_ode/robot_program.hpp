@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim_ode/kilolib/robot_abi.h"
+#include "sim_ode/program_text.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -18,6 +19,10 @@ class ProgramError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+// Where kilolib.h and the rest of what programs are compiled against lie: beside the sources, or beside an installed arkmesh.
+// Throws ProgramError.
+std::filesystem::path kilolib_folder();
 
 class RobotProgram {
  public:
@@ -33,6 +38,10 @@ class RobotProgram {
   // Bytes of a robot's memory, and those bytes before main() ran.
   std::size_t memory_bytes() const { return first_.size(); }
   const std::vector<std::byte>& first_memory() const { return first_; }
+  // From now on what robots print is kept for whoever takes it; otherwise it is dropped. To be called before robots run.
+  void listen() const;
+  // Null when nobody listens.
+  ProgramText* text() const { return text_.get(); }
   // Source line of an instruction, " at loop (prog.c:17)"; empty when it is none of the program's.
   std::string place_of(const void* instruction) const;
 
@@ -43,6 +52,7 @@ class RobotProgram {
   int file_ = -1;  // keeps the deleted object's file for place_of(), and its inode from being used again
   const arkmesh_program* abi_ = nullptr;
   std::vector<std::byte> first_;
+  mutable std::unique_ptr<ProgramText> text_;  // no part of the program
 };
 
 }  // namespace arkmesh::sim_ode

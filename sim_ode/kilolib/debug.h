@@ -1,10 +1,14 @@
-/* The serial line of a robot: text is written only by programs that define DEBUG before they include this. */
+/* The serial line of a robot: text is written only by programs that define DEBUG before they include this, and takes its time
+   once debug_init() was called. */
 #ifndef __DEBUG_H__
 #define __DEBUG_H__
 
 #ifdef DEBUG
 #include <stdio.h>
-static inline void debug_init() {}
+#pragma GCC visibility push(hidden)
+void arkmesh_serial_on(void);
+#pragma GCC visibility pop
+static inline void debug_init() { arkmesh_serial_on(); }
 #else
 #define debug_init()
 #define printf(...)

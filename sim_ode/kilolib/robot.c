@@ -3,8 +3,11 @@
    strtok, because those of the host's C library would be shared by all robots. */
 #include "kilolib.h"
 
+#include <ctype.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "robot_abi.h"
@@ -26,7 +29,10 @@ static void no_success(void) {}
 
 ROBOT volatile uint32_t arkmesh_ticks = 0;
 ROBOT uint32_t arkmesh_reads = 0;
-ROBOT static uint32_t blocks = 0;
+ROBOT static uint32_t work = 0;
+ROBOT static uint16_t timer_reads = 0;
+ROBOT static uint8_t timer_value[2] = {0};
+ROBOT static uint8_t serial_line = 0;
 ROBOT message_rx_t kilo_message_rx = no_rx;
 ROBOT message_tx_t kilo_message_tx = no_tx;
 ROBOT message_tx_success_t kilo_message_tx_success = no_success;
@@ -34,6 +40,7 @@ ROBOT static void (*user_setup)(void) = 0;
 ROBOT static void (*user_loop)(void) = 0;
 ROBOT static char *strtok_rest = 0;
 ROBOT static int32_t rand_state = 1;
+ROBOT static int32_t random_state = 1;
 ROBOT uint16_t kilo_uid = 0;
 ROBOT volatile uint16_t kilo_tx_period = 3906;
 ROBOT uint8_t kilo_turn_left = 0;
@@ -52,52 +59,101 @@ __attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {0};
 
 /* ---- time ---- */
 
+/* The call itself, before the address to return to. */
+#define CALLER ((const char *)__builtin_return_address(0) - 1)
+
+/* A robot does about this much in a tick; about 0.65 microseconds each. */
+enum { work_per_tick = 50000 };
+
+static void give_time(const void *from) {
+  work = 0;
+  host.busy_at(from, kilo_message_rx != no_rx || kilo_message_tx != no_tx || kilo_message_tx_success != no_success);
+}
+/* What a call of the library takes: so a loop that waits for something and calls the library meanwhile takes time, as on the robot. */
+#define SPEND(amount)                                      \
+  do {                                                     \
+    if ((work += (amount)) >= work_per_tick) give_time(CALLER); \
+  } while (0)
+
 void arkmesh_wait_us(uint32_t us) { host.wait_us(us); }
 void delay(uint16_t ms) { host.wait_us((uint32_t)ms * 1000); }
 void arkmesh_busy(void) {
   arkmesh_reads = 0;
-  host.wait_for_tick();
+  host.wait_for_tick(CALLER);
 }
 
 /* A sensor takes about as long as it takes the clock to be read often. */
-static void spend_reading(void) {
-  if (++arkmesh_reads >= 400) arkmesh_busy();
-}
+#define SPEND_READING()            \
+  do {                             \
+    if (++arkmesh_reads >= 400) {  \
+      arkmesh_reads = 0;           \
+      host.wait_for_tick(CALLER);  \
+    }                              \
+  } while (0)
 
-/* Programs with volatile variables are compiled so that they call this in each block of their code: waiting for a flag that
-   a callback sets takes time then, as on the robot. 50000 blocks are about what a robot gets done in a tick. */
-__attribute__((visibility("hidden"), no_sanitize_coverage)) void __sanitizer_cov_trace_pc(void) {
-  if (++blocks < 50000) return;
-  blocks = 0;
-  host.busy_at((const char *)__builtin_return_address(0) - 1);
+/* Programs with volatile variables are compiled so that each access to memory calls one of these: waiting for a flag that a callback
+   sets takes time then, as on the robot. Only reads of volatile variables count, so that a loop without any still is an endless one. */
+#define LOOKED_AT(name) \
+  HIDDEN void name(void *place) { (void)place; SPEND(12); }
+#define UNCOUNTED(name) \
+  HIDDEN void name(void *place) { (void)place; }
+#define OF_ALL_SIZES(what, name) what(name##1) what(name##2) what(name##4) what(name##8) what(name##16)
+OF_ALL_SIZES(LOOKED_AT, __tsan_volatile_read)
+OF_ALL_SIZES(LOOKED_AT, __tsan_unaligned_volatile_read)
+OF_ALL_SIZES(UNCOUNTED, __tsan_volatile_write)
+OF_ALL_SIZES(UNCOUNTED, __tsan_unaligned_volatile_write)
+OF_ALL_SIZES(UNCOUNTED, __tsan_read)
+OF_ALL_SIZES(UNCOUNTED, __tsan_write)
+OF_ALL_SIZES(UNCOUNTED, __tsan_unaligned_read)
+OF_ALL_SIZES(UNCOUNTED, __tsan_unaligned_write)
+HIDDEN void __tsan_read_range(void *place, unsigned long size) { (void)place; (void)size; }
+HIDDEN void __tsan_write_range(void *place, unsigned long size) { (void)place; (void)size; }
+HIDDEN void __tsan_init(void) {}
+
+/* Timers 0 to 2, which count on at 128 microseconds; what is written is lost. */
+HIDDEN uint8_t *arkmesh_timer(void) {
+  SPEND(1);
+  timer_value[0] = (uint8_t)(arkmesh_ticks * 255 + ++timer_reads * 3u);
+  timer_value[1] = (uint8_t)timer_reads;
+  return timer_value;
 }
 
 /* ---- body ---- */
 
-void set_motors(uint8_t left, uint8_t right) { host.motors(left, right); }
-void set_color(uint8_t color) { host.colour(color); }
+void set_motors(uint8_t left, uint8_t right) {
+  SPEND(8);
+  host.motors(left, right);
+}
+void set_color(uint8_t color) {
+  SPEND(8);
+  host.colour(color);
+}
 void spinup_motors() {
   set_motors(255, 255);
   delay(15);
 }
 
 int16_t get_ambientlight() {
-  spend_reading();
+  SPEND_READING();
   return host.light();
 }
 int16_t get_voltage() {
-  spend_reading();
+  SPEND_READING();
   return host.voltage();
 }
 int16_t get_temperature() {
-  spend_reading();
+  SPEND_READING();
   return host.temperature();
 }
 
 /* ---- chance ---- */
 
-uint8_t rand_hard() { return host.random_byte(); }
+uint8_t rand_hard() {
+  SPEND(100);
+  return host.random_byte();
+}
 uint8_t rand_soft() {
+  SPEND(5);
   soft_state ^= soft_state << 3;
   soft_state ^= soft_state >> 5;
   soft_state ^= soft_count++ >> 2;
@@ -105,14 +161,34 @@ uint8_t rand_soft() {
 }
 void rand_seed(uint8_t seed) { soft_state = seed; }
 
-/* Park and Miller's generator, cut to 15 bits, as in the robot's C library. */
+/* Park and Miller's generator, as in the robot's C library; rand() cuts it to 15 bits. */
+static int32_t next_random(int32_t *state) {
+  int64_t x = *state == 0 ? 123459876 : *state;
+  *state = (int32_t)(x * 16807 % 0x7FFFFFFF);
+  return *state;
+}
 STAND_IN int rand(void) {
-  int64_t x = rand_state == 0 ? 123459876 : rand_state;
-  x = x * 16807 % 0x7FFFFFFF;
-  rand_state = (int32_t)x;
-  return (int)(x % 0x8000);
+  SPEND(60);
+  return next_random(&rand_state) % 0x8000;
 }
 STAND_IN void srand(unsigned seed) { rand_state = (uint16_t)seed; }
+STAND_IN int rand_r(unsigned long *state) {
+  int32_t x = (int32_t)*state;
+  const int value = next_random(&x) % 0x8000;
+  *state = (unsigned long)x;
+  return value;
+}
+STAND_IN long random(void) {
+  SPEND(60);
+  return next_random(&random_state);
+}
+STAND_IN void srandom(unsigned seed) { random_state = (int32_t)seed; }
+STAND_IN long random_r(unsigned long *state) {
+  int32_t x = (int32_t)*state;
+  next_random(&x);
+  *state = (unsigned long)x;
+  return x;
+}
 
 /* ---- messages ---- */
 
@@ -120,6 +196,7 @@ uint16_t message_crc(const message_t *msg) {
   const uint8_t *byte = (const uint8_t *)msg;
   uint16_t crc = 0xFFFF;
   uint8_t i, bit;
+  SPEND(150);
   for (i = 0; i < 10; i++) {
     crc ^= byte[i];
     for (bit = 0; bit < 8; bit++) crc = crc & 1 ? crc >> 1 ^ 0x8408 : crc >> 1;
@@ -142,6 +219,7 @@ static int entry_below(const uint16_t *table, int reading) {
 uint8_t estimate_distance(const distance_measurement_t *dist) {
   const int high = dist->high_gain, low = dist->low_gain;
   uint8_t near_mm = 0, far_mm = 0;
+  SPEND(400);
   if (high < 900) { /* high gain not saturated */
     const int k = entry_below(kilo_irhigh, high);
     if (k > 0) far_mm = (uint8_t)gap_mm(kilo_irhigh, k < 14 ? k : 13, high);
@@ -163,9 +241,6 @@ void kilo_start(void (*setup)(void), void (*loop)(void)) {
   user_loop = loop;
   host.started();
 }
-
-/* The call itself, before the address to return to. */
-#define CALLER ((const char *)__builtin_return_address(0) - 1)
 
 STAND_IN __attribute__((noreturn)) void exit(int status) {
   (void)status;
@@ -189,14 +264,20 @@ STAND_IN __attribute__((noreturn)) void __assert_fail(const char *what, const ch
   __builtin_unreachable();
 }
 
+HIDDEN void arkmesh_gives_up(const char *why) { host.ended(why, CALLER); }
+
 /* ---- text ---- */
 
+/* The serial line is on: 38400 baud, and whoever prints waits until the last character has left. */
+void arkmesh_serial_on(void) { serial_line = 1; }
+
 STAND_IN int vprintf(const char *format, va_list values) {
-  char line[256];
-  int size;
-  if (!host.text) return 0;
-  size = vsnprintf(line, sizeof line, format, values);
-  if (size > 0) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
+  char line[400];
+  const int size = vsnprintf(line, sizeof line, format, values);
+  if (size <= 0) return size;
+  if (host.text) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
+  if (serial_line) host.wait_us((uint32_t)size * 260);
+  else SPEND(50 * size);
   return size;
 }
 STAND_IN int printf(const char *format, ...) {
@@ -240,18 +321,103 @@ STAND_IN int fflush(FILE *stream) {
   (void)stream;
   return 0;
 }
-STAND_IN char *strtok(char *text, const char *separators) { return strtok_r(text, separators, &strtok_rest); }
+STAND_IN char *strtok(char *text, const char *separators) {
+  char *begin = text ? text : strtok_rest;
+  if (!begin) return 0;
+  begin += strspn(begin, separators);
+  char *end = begin + strcspn(begin, separators);
+  strtok_rest = *end ? end + 1 : 0;
+  *end = 0;
+  return *begin || end > begin ? begin : 0;
+}
+
+/* ---- what the robot's C library has and the host's has not, or only beyond the standard ---- */
+
+static char *digits(unsigned long long value, int minus, char *text, int radix) {
+  char *end = text, *begin;
+  if (radix < 2 || radix > 36) {
+    *text = 0;
+    return text;
+  }
+  do {
+    *end++ = "0123456789abcdefghijklmnopqrstuvwxyz"[value % (unsigned)radix];
+    value /= (unsigned)radix;
+  } while (value);
+  if (minus) *end++ = '-';
+  *end = 0;
+  for (begin = text; begin < --end; begin++) {
+    const char swapped = *begin;
+    *begin = *end;
+    *end = swapped;
+  }
+  return text;
+}
+STAND_IN char *itoa(int value, char *text, int radix) {
+  const int minus = radix == 10 && value < 0;
+  return digits(minus ? 0u - (unsigned)value : radix == 10 ? (unsigned)value : (unsigned)value & 0xFFFF, minus, text, radix);
+}
+STAND_IN char *ltoa(long value, char *text, int radix) {
+  const int minus = radix == 10 && value < 0;
+  return digits(minus ? 0ul - (unsigned long)value : radix == 10 ? (unsigned long)value : (uint32_t)value, minus, text, radix);
+}
+STAND_IN char *utoa(unsigned value, char *text, int radix) { return digits(value, 0, text, radix); }
+STAND_IN char *ultoa(unsigned long value, char *text, int radix) { return digits(value, 0, text, radix); }
+STAND_IN char *dtostrf(double value, signed char width, unsigned char precision, char *text) {
+  sprintf(text, "%*.*f", width, precision, value);
+  return text;
+}
+STAND_IN char *dtostre(double value, char *text, unsigned char precision, unsigned char flags) {
+  sprintf(text, flags & 4 ? "%.*E" : "%.*e", precision, value);
+  return text;
+}
+STAND_IN double square(double x) { return x * x; }
+STAND_IN size_t strlcpy(char *to, const char *from, size_t room) {
+  const size_t size = strlen(from);
+  if (room > 0) {
+    const size_t kept = size < room ? size : room - 1;
+    memcpy(to, from, kept);
+    to[kept] = 0;
+  }
+  return size;
+}
+STAND_IN size_t strlcat(char *to, const char *from, size_t room) {
+  size_t size = 0;
+  while (size < room && to[size]) size++;
+  return size + strlcpy(to + size, from, room - size);
+}
+STAND_IN char *strrev(char *text) {
+  char *begin = text, *end = text + strlen(text);
+  for (; begin < --end; begin++) {
+    const char swapped = *begin;
+    *begin = *end;
+    *end = swapped;
+  }
+  return text;
+}
+STAND_IN char *strupr(char *text) {
+  char *at;
+  for (at = text; *at; at++) *at = (char)toupper((unsigned char)*at);
+  return text;
+}
+STAND_IN char *strlwr(char *text) {
+  char *at;
+  for (at = text; *at; at++) *at = (char)tolower((unsigned char)*at);
+  return text;
+}
 
 /* ---- what the simulator sees ---- */
 
 extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN;
 extern int main();
 
+/* A robot's main() has no arguments, whatever it is written with. */
+static int run_main(void) { return ((int (*)(int, char **))main)(0, 0); }
+
 __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
     .begin = arkmesh_begin,
     .end = arkmesh_end,
     .host = &host,
-    .main = (int (*)(void))main,
+    .main = run_main,
     .setup = &user_setup,
     .loop = &user_loop,
     .rx = (void (**)(void *, void *))&kilo_message_rx,
@@ -262,7 +428,7 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .rx_distance = (int16_t *)&rx_distance,
     .ticks = &arkmesh_ticks,
     .reads = &arkmesh_reads,
-    .blocks = &blocks,
+    .blocks = &work,
     .uid = &kilo_uid,
     .tx_period = &kilo_tx_period,
     .turn_left = &kilo_turn_left,

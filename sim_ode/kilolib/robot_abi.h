@@ -8,7 +8,7 @@
 // What the simulator does for the robot whose turn it is. Filled in once after loading; not part of a robot's memory.
 struct arkmesh_host {
   void (*wait_us)(uint32_t us);                  // lets the robot's time pass
-  void (*wait_for_tick)(void);                   // until the next tick
+  void (*wait_for_tick)(const void *from);       // until the next tick; `from` has asked for the time often
   void (*motors)(uint8_t left, uint8_t right);
   void (*colour)(uint8_t colour);
   int16_t (*light)(void);
@@ -18,7 +18,7 @@ struct arkmesh_host {
   void (*text)(const char *text, uint32_t size); // null: nobody listens
   void (*started)(void);                         // kilo_start was called; does not return
   void (*ended)(const char *why, const void *from); // the program gave up; does not return
-  void (*busy_at)(const void *from);             // it has computed for about a tick
+  void (*busy_at)(const void *from, int wakeable); // it has computed for about a tick; it has callbacks that may change what it waits for
 };
 
 // What the simulator uses of a program.
@@ -36,7 +36,7 @@ struct arkmesh_program {
   int16_t *rx_distance;            // low gain, high gain
   volatile uint32_t *ticks;
   uint32_t *reads;                 // of the clock or a sensor since the program last got time
-  uint32_t *blocks;                // of its code that it ran since it last got time, if it counts them
+  uint32_t *blocks;                // parts of a tick's work that it did since it last got time; work_per_tick of robot.c make a tick
   uint16_t *uid;
   volatile uint16_t *tx_period;
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;

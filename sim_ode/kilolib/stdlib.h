@@ -1,4 +1,21 @@
-/* The C library's own, with the largest random number of the robot's. */
+/* The C library's own, strictly the standard's part of it, and what the robot's library has beyond that. */
 #include_next <stdlib.h>
 #undef RAND_MAX
 #define RAND_MAX 0x7FFF
+#ifndef ARKMESH_STDLIB_H
+#define ARKMESH_STDLIB_H
+#define RANDOM_MAX 0x7FFFFFFF
+#define DTOSTR_ALWAYS_SIGN 1
+#define DTOSTR_PLUS_SIGN 2
+#define DTOSTR_UPPERCASE 4
+long random(void);
+void srandom(unsigned seed);
+int rand_r(unsigned long *state);
+long random_r(unsigned long *state);
+char *itoa(int value, char *text, int radix);
+char *ltoa(long value, char *text, int radix);
+char *utoa(unsigned value, char *text, int radix);
+char *ultoa(unsigned long value, char *text, int radix);
+char *dtostrf(double value, signed char width, unsigned char precision, char *text);
+char *dtostre(double value, char *text, unsigned char precision, unsigned char flags);
+#endif
