@@ -15,8 +15,10 @@ class Pacer {
   // `counters` and `wall` outlive the pacer.
   Pacer(LabTime frame_period, Counters& counters, WallTime& wall = machine_time())
       : frame_period_(frame_period), counters_(counters), wall_(wall) {}
-  // Blocks until lab time t. The first call with t > 0 sets when lab time 0 was: now.
+  // Blocks until lab time t. The first call with t > 0, of this or of moment_of, sets when lab time 0 was: now.
   void wait_until(LabTime t);
+  // When lab time t is, for arenas that have something to do until then. t > 0.
+  WallTime::Moment moment_of(LabTime t);
 
  private:
   LabTime frame_period_;

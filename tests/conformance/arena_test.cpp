@@ -8,10 +8,13 @@
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
 #include "tests/hal/temporary_directory.hpp"
+#include "tests/kilobot/fake_cable.hpp"
+#include "tests/kilobot/fake_watch.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;
@@ -46,6 +49,14 @@ std::filesystem::path recorded_log() {
 // Simulated robots that run the program of the DHTF experiment.
 const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n";
 
+// A table whose eyes see six robots at once and whose overhead controller takes everything.
+std::unique_ptr<Arena> kilobot_table() {
+  auto table = std::make_shared<FakeTable>();
+  table->robots = {0, 1, 2, 3, 4, 5};
+  return kilobot::make_kilobot_arena(arena_section("kilobot.settle_s = 0"), "lab", std::make_unique<FakeWatch>(table),
+                                     std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
+}
+
 const std::vector<ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
   static const std::vector<ArenaRow> table{
@@ -55,6 +66,7 @@ const std::vector<ArenaRow>& rows() {
       {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }},
       {"replay",
        [] { return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", LabTime{2'000'000}); }},
+      {"kilobot", kilobot_table},
   };
   return table;
 }

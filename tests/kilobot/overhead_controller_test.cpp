@@ -354,21 +354,28 @@ TEST_CASE("overhead controller: a line that takes bytes and does not deliver the
   CHECK(bench.cable->take().size() == 2);
 }
 
-TEST_CASE("overhead controller: falling silent") {
-  // At the end everything that waits is dropped and the controller is told to stop.
+TEST_CASE("overhead controller: the end") {
+  // Towards the end fleet commands still go out, nothing else; at the end what is on the air is ended too, and the last word is a stop.
   OverheadBench bench;
   bench.start();
   for (hal::RobotId robot = 0; robot < 9; ++robot) bench.offer(robot);
   bench.controller.ask(Message{{7}, 120, 0});
   bench.controller.command({Kind::run});
   bench.run(10ms);
-  bench.controller.command({Kind::run});
-  bench.controller.fall_silent();
-  bench.run(1s);
-  const auto heard = bench.cable->take();
+  bench.controller.command({Kind::pause});
+  bench.controller.command({Kind::reset});
+  bench.controller.finish();
+  bench.run(600ms);
+  auto heard = bench.cable->take();
   REQUIRE(heard.size() == 2);
-  CHECK(heard[1].type() == PacketType::stop);
+  CHECK(heard[1].message_type() == type_wakeup);
+  bench.controller.fall_silent(bench.now);
+  bench.run(100ms);
+  heard = bench.cable->take();
+  REQUIRE(heard.size() == 1);
+  CHECK(heard[0].type() == PacketType::stop);
   CHECK(bench.controller.is_silent(bench.now));
+  CHECK(bench.counters["fleet_command.expired"] == 1);
 }
 
 TEST_CASE("overhead controller: settings") {

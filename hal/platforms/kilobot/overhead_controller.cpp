@@ -150,13 +150,18 @@ bool OverheadController::send_composite(Moment now) {
   return true;
 }
 
-void OverheadController::fall_silent() {
-  counters_.add("fleet_command.expired", commands_.size());
+void OverheadController::finish() {
   counters_.add("to_robots.expired", board_.drop_all());
-  commands_.clear();
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
   question_.reset();
+}
+
+void OverheadController::fall_silent(Moment now) {
+  finish();
+  counters_.add("fleet_command.expired", commands_.size());
+  commands_.clear();
+  sender_.cut_short(now);
 }
 
 bool OverheadController::is_silent(Moment now) const {

@@ -53,8 +53,10 @@ class OverheadController final : public RobotLink {
   void tend(Moment now);
   Moment due(Moment now) const { return sender_.due(now); }
   bool is_up() const { return sender_.is_up(); }
-  // Forgets everything that waits; further calls of tend() only stop the controller.
-  void fall_silent();
+  // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause` too.
+  void finish();
+  // At the end: forgets the commands as well and ends the one that is on the air; tend() then only stops the controller.
+  void fall_silent(Moment now);
   // Nothing is on the air and nothing waits.
   bool is_silent(Moment now) const;
 

@@ -15,6 +15,8 @@ namespace arkmesh::hal::kilobot {
 class RobotWatch : public PoseSource {
  public:
   // Takes the newest pictures, as far as they have come, and stamps them `now`. Never blocks longer than one picture takes to look at.
+  // `now` is monotonic time since the arena was made, never decreasing: it passes while robots are being named, when lab time stands
+  // still. The arena stamps and numbers the frames anew; ages are kept.
   virtual void look(LabTime now) = 0;
   // The broadcast that the robots should hear now, over and over until this changes; nothing when there is no question.
   virtual std::optional<Message> question() const = 0;

@@ -11,11 +11,12 @@
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/packet.hpp"
 #include "hal/platforms/kilobot/wire.hpp"
+#include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 
 // Monotonic time, as callers pass it in.
-using Moment = std::chrono::steady_clock::time_point;
+using Moment = WallTime::Moment;
 
 class SerialLine {
  public:

@@ -1,0 +1,225 @@
+// Puts eyes and voice together in real time: a look at each frame's moment, and the overhead controller served in between.
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "hal/arena_config.hpp"
+#include "hal/newest_frame.hpp"
+#include "hal/pacer.hpp"
+#include "hal/platforms/kilobot/overhead_controller.hpp"
+#include "hal/platforms/kilobot/robot_ids.hpp"
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::chrono::milliseconds say_again_after = 5s;      // progress of the wait for names
+constexpr std::chrono::milliseconds last_commands_take = 2s;   // for fleet commands that wait when the arena ends
+constexpr std::chrono::milliseconds last_stop_takes = 300ms;   // and then for a stop
+constexpr LabTime blind_after = 1s;                            // no frame for so long is worth a line in the log
+
+class KilobotArena final : public Arena {
+ public:
+  KilobotArena(ArenaInfo info, const OverheadSettings& settings, std::chrono::microseconds names_within, std::unique_ptr<Wire> wire,
+               std::unique_ptr<RobotWatch> eyes, WallTime& wall)
+      : wall_(wall), info_(std::move(info)), names_within_(names_within), eyes_(std::move(eyes)), poses_(own_counters_), pacer_(info_.frame_period, own_counters_, wall),
+        line_(std::move(wire), own_counters_), controller_(info_, line_, settings, own_counters_) {}
+
+  // The controller repeats what it heard last for ever, so its last word must be a stop.
+  ~KilobotArena() override {
+    controller_.finish();
+    if (say_last_words(last_commands_take)) return;
+    controller_.fall_silent(now());
+    say_last_words(last_stop_takes);
+  }
+
+  const ArenaInfo& info() const override { return info_; }
+  const Clock& clock() const override { return clock_; }
+  PoseSource& poses() override { return poses_; }
+  RobotLink& robots() override { return controller_; }
+
+  const Counters& counters() const override {
+    counters_ = own_counters_;
+    counters_.merge(eyes_->counters());
+    return counters_;
+  }
+
+  void advance_to(LabTime t) override {
+    assert(t >= clock_.now() && "lab time never decreases");
+    if (frames_ == 0) begin();
+    if (t == clock_.now()) return;
+    if (t > LabTime{0}) pacer_.moment_of(t);  // lab time begins now
+    while (frames_ * info_.frame_period <= t) {
+      const LabTime stamp = frames_ * info_.frame_period;
+      serve_until(pacer_.moment_of(stamp));
+      make_frame(stamp);
+    }
+    serve_until(pacer_.moment_of(t));
+    pacer_.wait_until(t);  // counts when we are late
+    clock_.set(t);
+  }
+
+ private:
+  Moment now() const { return wall_.now(); }
+  LabTime since_made() const { return std::chrono::duration_cast<LabTime>(now() - made_); }
+
+  // Whether nothing is on the air at the end, or cannot be known to be.
+  bool say_last_words(std::chrono::milliseconds within) {
+    const Moment end = now() + within;
+    for (Moment at = now(); at < end; at = now()) {
+      controller_.tend(at);
+      if (controller_.is_silent(at)) return true;
+      wall_.wait_until(std::min(end, controller_.due(at)));
+    }
+    return false;
+  }
+
+  // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told them to run.
+  void begin() {
+    const Moment begun = now();
+    Moment say_at = begun + say_again_after;
+    for (;;) {
+      auto frame = look();
+      const bool complete = frame && controller_.is_up() && eyes_->everybody_named();
+      if (complete) {
+        put(std::move(*frame), LabTime{0});
+        return;
+      }
+      const Moment at = now();
+      if (at - begun > names_within_)
+        throw std::runtime_error(fmt::format("the table was not ready within {} s: {}", names_within_.count() / 1'000'000, missing(frame.has_value())));
+      if (at >= say_at) {
+        say_at = at + say_again_after;
+        spdlog::info("waiting for the table: {}", missing(frame.has_value()));
+      }
+      serve_until(at + info_.frame_period);
+    }
+  }
+
+  // What the wait at the beginning waits for.
+  std::string missing(bool pictures) const {
+    if (!controller_.is_up() && !line_.is_open())
+      return line_.trouble().empty() ? "the overhead controller does not answer the connection" : line_.trouble();
+    if (!controller_.is_up()) return "the overhead controller is starting";
+    if (!pictures) return "the cameras give no picture";
+    std::vector<RobotId> unnamed;
+    std::ranges::set_intersection(eyes_->doubtful(), info_.robots, std::back_inserter(unnamed));
+    if (unnamed.empty()) return "not every robot has been seen and named";
+    return fmt::format("{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, and is "
+                       "that their id?",
+                       unnamed.size(), info_.robots.size(), in_words(unnamed));
+  }
+
+  void serve() {
+    controller_.tend(now());
+    if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
+    if (controller_.is_up()) spdlog::info("the overhead controller listens");
+    else spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
+  }
+
+  void serve_until(Moment end) {
+    for (serve(); now() < end; serve()) wall_.wait_until(std::min(end, controller_.due(now())));
+  }
+
+  std::optional<PoseFrame> look() {
+    eyes_->look(since_made());
+    controller_.withhold(eyes_->doubtful(), now());
+    controller_.ask(eyes_->question());
+    serve();
+    return eyes_->latest();
+  }
+
+  void make_frame(LabTime stamp) {
+    if (auto frame = look()) {
+      if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the table again");
+      return put(std::move(*frame), stamp);
+    }
+    // a gap in the numbers tells those who listen
+    ++frames_;
+    own_counters_.add("poses.lost.no_picture");
+    if (stamp - seen_at_ > blind_after && stamp - info_.frame_period - seen_at_ <= blind_after)
+      spdlog::warn("the cameras have given no picture for {} s", std::chrono::duration<double>(blind_after).count());
+  }
+
+  void put(PoseFrame frame, LabTime stamp) {
+    seen_at_ = stamp;
+    frame.stamp = stamp;
+    frame.number = static_cast<std::uint32_t>(frames_++);
+    // a robot at the wall may be measured a little beyond it; farther out it is not on the table
+    const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
+    std::erase_if(frame.robots, [&](Sighting& seen) {
+      const char* refused = nullptr;
+      if (!std::ranges::binary_search(info_.robots, seen.robot)) refused = "poses.refused.unknown_robot";
+      else if (!(std::abs(seen.pose.x_m) <= far_x_m + kilobot_radius_m && std::abs(seen.pose.y_m) <= far_y_m + kilobot_radius_m))
+        refused = "poses.refused.outside";
+      if (refused) own_counters_.add(refused);
+      seen.pose.x_m = std::clamp(seen.pose.x_m, -far_x_m, far_x_m);
+      seen.pose.y_m = std::clamp(seen.pose.y_m, -far_y_m, far_y_m);
+      return refused != nullptr;
+    });
+    poses_.put(std::move(frame));
+  }
+
+  WallTime& wall_;
+  ArenaInfo info_;
+  std::chrono::microseconds names_within_;
+  std::unique_ptr<RobotWatch> eyes_;
+  Counters own_counters_;
+  mutable Counters counters_;  // with those of the eyes, brought up to date when somebody looks
+  OwnedClock clock_;
+  NewestFrame poses_;
+  Pacer pacer_;
+  SerialLine line_;
+  OverheadController controller_;
+  Moment made_ = now();
+  bool was_up_ = false;
+  std::int64_t frames_ = 0;  // made or lost so far; also the next one's number
+  LabTime seen_at_{0};       // stamp of the last frame that was made
+};
+
+}  // namespace
+
+std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes,
+                                          std::unique_ptr<Wire> wire, WallTime& wall) {
+  const ArenaConfig config = read_arena_config(arena);
+  const Section kilobot = arena.section("kilobot");
+  ArenaInfo info;
+  info.name = lab;
+  info.platform = "kilobot";
+  info.width_m = config.width_m;
+  info.height_m = config.height_m;
+  info.robots = read_robot_ids(arena);
+  info.can_wait = false;
+  info.frame_period = config.frame_period;
+  info.max_robot = max_robot_id;
+  const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
+  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot),
+                                        std::chrono::microseconds{std::llround(names_within_s * 1e6)}, std::move(wire), std::move(eyes), wall);
+}
+
+std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes) {
+  const Section kilobot = arena.section("kilobot");
+  const std::string port = kilobot.required_text("port");
+  std::unique_ptr<Wire> wire;
+  try {
+    wire = make_wire(port);
+  } catch (const PortError& error) {
+    kilobot.refuse("port", error.what());
+  }
+  // a device that is not there now is a mistake in the file or on the table; later it is a fault that heals
+  wire->open();
+  if (wire->check() == Wire::State::closed) kilobot.refuse("port", wire->trouble());
+  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire));
+}
+
+}  // namespace arkmesh::hal::kilobot

@@ -1,0 +1,62 @@
+#include "hal/platforms/kilobot/robot_ids.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <string_view>
+
+#include "hal/arena_config.hpp"
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+std::optional<RobotId> number(std::string_view text) {
+  RobotId value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return {};
+  return value;
+}
+
+}  // namespace
+
+std::vector<RobotId> read_robot_ids(const Section& arena) {
+  const auto robots = static_cast<std::size_t>(read_arena_config(arena).robots);
+  const Section kilobot = arena.section("kilobot");
+  std::vector<RobotId> out;
+  for (const std::string& part : kilobot.texts("ids", {})) {
+    const std::size_t dash = part.find('-');
+    const auto first = number(std::string_view(part).substr(0, dash));
+    const auto last = dash == std::string::npos ? first : number(std::string_view(part).substr(dash + 1));
+    if (!first || !last || *first > *last) kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
+    if (*last > max_robot_id) kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that can be spoken to", *last, max_robot_id));
+    for (RobotId id = *first; id <= *last; ++id) out.push_back(id);
+  }
+  std::ranges::sort(out);
+  if (const auto twice = std::ranges::adjacent_find(out); twice != out.end()) kilobot.refuse("ids", fmt::format("robot {} is listed twice", *twice));
+  if (out.empty()) {
+    if (robots > max_robot_id + 1) arena.refuse("robots", fmt::format("must be at most {}: that many Kilobots can be spoken to", max_robot_id + 1));
+    for (RobotId id = 0; id < robots; ++id) out.push_back(id);
+  } else if (out.size() != robots) {
+    kilobot.refuse("ids", fmt::format("lists {} robots, but arena.robots is {}; make them agree", out.size(), robots));
+  }
+  return out;
+}
+
+std::string in_words(const std::vector<RobotId>& ascending, std::size_t most) {
+  std::string out;
+  std::size_t parts = 0;
+  for (std::size_t i = 0; i < ascending.size(); ++parts) {
+    if (parts == most) return out + fmt::format(" and {} more", ascending.size() - i);
+    std::size_t last = i;
+    while (last + 1 < ascending.size() && ascending[last + 1] == ascending[last] + 1) ++last;
+    if (last == i + 1) last = i;
+    if (!out.empty()) out += ", ";
+    out += last == i ? fmt::format("{}", ascending[i]) : fmt::format("{}-{}", ascending[i], ascending[last]);
+    i = last + 1;
+  }
+  return out;
+}
+
+}  // namespace arkmesh::hal::kilobot
