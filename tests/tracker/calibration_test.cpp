@@ -1,0 +1,268 @@
+// Pixels and the arena: lenses against OpenCV's, height, files of ours and of ARK, chessboards, and what is refused.
+#include "tracker/calibration.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "tests/hal/temporary_directory.hpp"
+#include "tracker/calibration_file.hpp"
+#include "tracker/camera_fit.hpp"
+
+using namespace arkmesh::tracker;
+
+namespace {
+
+// A camera 1.4 m above the table, off its middle and a little tilted.
+CameraData tilted(LensModel model, std::vector<double> distortion) {
+  CameraData data;
+  data.lens = {model, 1920, 1080, {1300, 0, 970, 0, 1310, 530, 0, 0, 1}, std::move(distortion)};
+  const cv::Matx33d down(1, 0, 0, 0, -1, 0, 0, 0, -1);
+  cv::Matx33d tilt;
+  cv::Rodrigues(cv::Vec3d(0.15, -0.1, 0.3), tilt);
+  const cv::Matx33d rotation = tilt * down;
+  std::copy(rotation.val, rotation.val + 9, data.rotation.begin());
+  const cv::Vec3d translation = -(rotation * cv::Vec3d(0.1, -0.15, 1.4));
+  data.translation_m = {translation[0], translation[1], translation[2]};
+  return data;
+}
+
+const std::vector<std::pair<LensModel, std::vector<double>>> lenses = {
+    {LensModel::pinhole, {}},
+    {LensModel::pinhole, {-0.25, 0.06, 0.001, -0.002}},
+    {LensModel::pinhole, {-0.3, 0.1, 0.001, 0.0005, -0.01}},
+    {LensModel::pinhole, {0.5, 0.1, 0.0005, -0.0003, 0.02, 0.7, 0.2, 0.03}},
+    {LensModel::fisheye, {-0.02, 0.01, -0.005, 0.001}},
+};
+
+std::string refusal(const auto& action) {
+  try {
+    action();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("every lens maps as OpenCV's does") {
+  // Proves that points of the table land on the pixels that calib3d gives, for each number of coefficients.
+  for (const auto& [model, distortion] : lenses) {
+    const CameraData data = tilted(model, distortion);
+    const Calibration calibration(data);
+    cv::Mat rotation(3, 3, CV_64F, const_cast<double*>(data.rotation.data())), rodrigues;
+    cv::Rodrigues(rotation, rodrigues);
+    const cv::Mat k(3, 3, CV_64F, const_cast<double*>(data.lens.matrix.data()));
+    for (const double x : {-0.5, -0.1, 0.45})
+      for (const double y : {-0.35, 0.0, 0.4})
+        for (const double z : {0.0, 0.03}) {
+          std::vector<cv::Point2d> expected;
+          const std::vector<cv::Point3d> points = {{x, y, z}};
+          const cv::Vec3d t(data.translation_m.data());
+          if (model == LensModel::fisheye) cv::fisheye::projectPoints(points, expected, cv::Vec3d(rodrigues), t, k, distortion);
+          else cv::projectPoints(points, rodrigues, t, k, distortion, expected);
+          const auto pixel = calibration.to_pixel({x, y}, z);
+          REQUIRE(pixel.has_value());
+          CHECK(pixel->x == doctest::Approx(expected[0].x).epsilon(1e-9));
+          CHECK(pixel->y == doctest::Approx(expected[0].y).epsilon(1e-9));
+        }
+  }
+}
+
+TEST_CASE("there and back is the same place, at every height") {
+  // Proves that to_arena undoes to_pixel to a micrometre, lens distortion included.
+  for (const auto& [model, distortion] : lenses) {
+    const Calibration calibration(tilted(model, distortion));
+    for (double x_px = 20; x_px < 1920; x_px += 190)
+      for (double y_px = 15; y_px < 1080; y_px += 150)
+        for (const double z : {0.0, board_height_m}) {
+          const auto place = calibration.to_arena({x_px, y_px}, z);
+          REQUIRE(place.has_value());
+          const auto pixel = calibration.to_pixel(*place, z);
+          REQUIRE(pixel.has_value());
+          CHECK(std::hypot(pixel->x - x_px, pixel->y - y_px) < 1e-5);
+        }
+  }
+}
+
+TEST_CASE("a robot's height is corrected") {
+  // Proves the size of the parallax: at 1.4 m above, a board 22 mm high half a metre off seems 8 mm farther out.
+  CameraData data;
+  data.lens = {LensModel::pinhole, 1000, 1000, {900, 0, 499.5, 0, 900, 499.5, 0, 0, 1}, {}};
+  data.translation_m = {0, 0, 1.4};
+  const Calibration calibration(data);
+  const auto pixel = calibration.to_pixel({0.5, 0}, 0.022);
+  REQUIRE(pixel.has_value());
+  CHECK(calibration.to_arena(*pixel, 0.022)->x == doctest::Approx(0.5));
+  CHECK(calibration.to_arena(*pixel, 0)->x == doctest::Approx(0.5 * 1.4 / (1.4 - 0.022)));
+  CHECK(calibration.scale({0.2, 0.1}, 0.022)->largest == doctest::Approx(900 / (1.4 - 0.022)));
+  CHECK(calibration.scale({0.2, 0.1}, 0.022)->smallest == doctest::Approx(900 / (1.4 - 0.022)));
+}
+
+TEST_CASE("pictures of which nothing is known are seen from straight above") {
+  // Proves the mapping without calibration: metres are pixels times the scale, north up, the middle is the origin, height does not matter.
+  const Calibration flat = Calibration::overhead(801, 601, 0.001);
+  const auto place = flat.to_arena({500, 200}, 0.0217);
+  REQUIRE(place.has_value());
+  CHECK(place->x == doctest::Approx(0.1));
+  CHECK(place->y == doctest::Approx(0.1));
+  CHECK(flat.inside_px({500, 200}) == doctest::Approx(200));
+  CHECK(flat.inside_px({-3, 200}) == doctest::Approx(-3));
+}
+
+TEST_CASE("where a camera cannot look there is nothing") {
+  // Proves that points behind the camera, sights above the horizon and radii where the lens folds over are no places.
+  CameraData level = tilted(LensModel::pinhole, {});
+  level.rotation = {1, 0, 0, 0, 0, -1, 0, 1, 0};  // looks north along the table
+  level.translation_m = {0, 0.5, 0};              // from 0.5 m above the origin
+  const Calibration calibration(level);
+  CHECK_FALSE(calibration.to_pixel({0, -1}, 0).has_value());
+  CHECK(calibration.to_pixel({0, 3}, 0).has_value());
+  CHECK_FALSE(calibration.to_arena({900, 100}, 0).has_value());
+  CHECK(calibration.to_arena({900, 900}, 0).has_value());
+  const Calibration folding(tilted(LensModel::pinhole, {-0.4, 0, 0, 0}));
+  CHECK_FALSE(folding.to_pixel({2.5, 0}, 0).has_value());
+}
+
+TEST_CASE("impossible cameras are refused") {
+  // Proves one sentence for each thing that a camera cannot be.
+  const auto reason = [](const auto& change) {
+    return refusal([&] {
+      CameraData data = tilted(LensModel::pinhole, {});
+      change(data);
+      Calibration{data};
+    });
+  };
+  CHECK(contains(reason([](auto& d) { d.lens.distortion = {1, 2, 3}; }), "3 distortion coefficients"));
+  CHECK(contains(reason([](auto& d) { d.lens.matrix[0] = -5; }), "camera matrix"));
+  CHECK(contains(reason([](auto& d) { d.rotation[0] = 2; }), "rotation"));
+  CHECK(contains(reason([](auto& d) { d.translation_m[2] = -1; }), "below the table"));
+  CHECK(contains(reason([](auto& d) { d.lens.width_px = 0; }), "picture size"));
+  CHECK(contains(reason([](auto& d) { d.arena_width_m = 0; }), "arena"));
+  CHECK(contains(reason([](auto& d) { d.translation_m[0] = std::nan(""); }), "not a number"));
+  CHECK(contains(reason([](auto& d) { d.lens.distortion = {-1e6, 0, 0, 0}; }), "folds"));
+}
+
+TEST_CASE("a file keeps a calibration, and others are refused by name") {
+  // Proves that what is written is read again, and that each wrong file is one sentence with the file's name.
+  const arkmesh::tests::TemporaryDirectory folder;
+  const auto file = folder.path() / "table.yaml";
+  for (const auto& [model, distortion] : lenses) {
+    CameraData data = tilted(model, distortion);
+    data.error_mm = 0.4;
+    write_calibration(file, data);
+    const CameraData again = read_calibration(file).data();
+    CHECK(again.lens.model == data.lens.model);
+    CHECK(again.lens.matrix == data.lens.matrix);
+    CHECK(again.lens.distortion == data.lens.distortion);
+    CHECK(again.rotation == data.rotation);
+    CHECK(again.translation_m == data.translation_m);
+    CHECK(again.error_mm == data.error_mm);
+  }
+  const auto reason = [&](const std::string& text) {
+    std::ofstream(file) << text;
+    return refusal([&] { read_calibration(file); });
+  };
+  CHECK(contains(reason(""), file.string()));
+  CHECK(contains(reason("%YAML:1.0\n---\nK: 3\n"), "no calibration of arkmesh"));
+  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 1\nlens: \"mirror\"\n"), "lens"));
+  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 2\n"), "newer"));
+  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 1\nlens: \"pinhole\"\nwidth_px: 10\nheight_px: 10\nK: [1, 2]\n"), "K should hold 9"));
+  CHECK_FALSE(reason("\x7f""ELF {{{ [").empty());
+  CHECK(contains(refusal([&] { read_calibration(folder.path() / "none.yaml"); }), "no such"));
+}
+
+TEST_CASE("a calibration of ARK is taken over") {
+  // Proves that each camera maps the table as ARK's own path does: plane of K and R, overview, corners.
+  const arkmesh::tests::TemporaryDirectory folder;
+  const auto file = folder.path() / "ark.yaml";
+  std::vector<cv::Mat> ks, rs;
+  for (int i = 0; i < 4; ++i) {
+    ks.push_back((cv::Mat_<double>(3, 3) << 6000 + 100 * i, 0, i % 2 ? -900 : 2900, 0, 5800, i < 2 ? 1950 : -420, 0, 0, 1));
+    cv::Mat r;
+    cv::Rodrigues(cv::Vec3d(0.02 * i, -0.015 * i, 0.01 * i), r);
+    rs.push_back(r);
+  }
+  const std::vector<cv::Point2f> corners = {{202, 71}, {1341, 81}, {138, 1464}, {1367, 1512}};
+  {
+    cv::FileStorage out(file.string(), cv::FileStorage::WRITE);
+    for (int i = 0; i < 4; ++i) out << "corner" + std::to_string(i + 1) << corners[i];
+    out << "R" << rs << "K" << ks;
+  }
+  const std::vector<CameraData> cameras = import_ark_calibration(file, {});
+  REQUIRE(cameras.size() == 4);
+
+  // ARK's path by hand: the overview is stretched over all pictures' projections.
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
+  std::vector<cv::Matx33d> onto_plane;
+  for (int i = 0; i < 4; ++i) {
+    onto_plane.push_back(cv::Matx33d(cv::Mat(rs[i] * ks[i].inv())));
+    for (const cv::Vec3d& p : {cv::Vec3d(0, 0, 1), cv::Vec3d(2047, 0, 1), cv::Vec3d(0, 1535, 1), cv::Vec3d(2047, 1535, 1)}) {
+      const cv::Vec3d at = onto_plane[i] * p;
+      left = std::min(left, at[0] / at[2]), right = std::max(right, at[0] / at[2]);
+      top = std::min(top, at[1] / at[2]), bottom = std::max(bottom, at[1] / at[2]);
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    const Calibration camera(cameras[i]);
+    for (int c = 0; c < 4; ++c) {
+      const cv::Vec3d plane(left + corners[c].x / 1536 * (right - left), top + corners[c].y / 1536 * (bottom - top), 1);
+      const cv::Vec3d pixel = onto_plane[i].inv() * plane;
+      const Point arena{c % 2 ? 1.0 : -1.0, c < 2 ? 1.0 : -1.0};
+      const auto mine = camera.to_pixel(arena, 0);
+      REQUIRE(mine.has_value());
+      CHECK(mine->x == doctest::Approx(pixel[0] / pixel[2]).epsilon(1e-3));
+      CHECK(mine->y == doctest::Approx(pixel[1] / pixel[2]).epsilon(1e-3));
+    }
+    // Robots are higher than the table: they seem farther from the middle of the picture.
+    const auto low = camera.to_arena({1900, 1400}, 0), high = camera.to_arena({1900, 1400}, 0.03), middle = camera.to_arena({1023.5, 767.5}, 0);
+    REQUIRE(low.has_value());
+    REQUIRE(high.has_value());
+    CHECK(std::hypot(high->x - middle->x, high->y - middle->y) ==
+          doctest::Approx(std::hypot(low->x - middle->x, low->y - middle->y) * (1 - 0.03 / 1.6)).epsilon(1e-3));
+  }
+  std::ofstream(file) << "%YAML:1.0\n---\nK: 3\n";
+  CHECK(contains(refusal([&] { import_ark_calibration(file, {}); }), "0 K, 0 R and 0 corners"));
+}
+
+TEST_CASE("real chessboard pictures of a strong fisheye give a fisheye") {
+  // Proves that a pinhole, whose distortion folds over within the picture, is not taken although it fits the boards in the middle as well.
+  std::vector<cv::Mat> pictures;
+  for (const char* name : {"checker_01.jpg", "checker_02.jpg", "checker_09.jpg", "checker_11.jpg", "checker_13.jpg"})
+    pictures.push_back(cv::imread(std::string(ARKMESH_TEST_DATA) + "/kilobot-images/checkerboards/" + name));
+  LensFit fit(ChessboardSize{7, 6, 25});
+  for (const cv::Mat& picture : pictures) CHECK(fit.add(picture));
+  const FittedLens lens = fit.fit();
+  CHECK(lens.lens.model == LensModel::fisheye);
+  CHECK(lens.pictures == 5);
+  CHECK(lens.error_px < 1);
+  CHECK(lens.error_mm < 0.6);
+  CHECK_FALSE(fit.add(cv::Mat(1000, 748, CV_8UC3, cv::Scalar(90, 90, 90))));
+  CHECK(contains(refusal([&] { fit.add(cv::Mat(748, 1000, CV_8UC3)); }), "1000 x 748"));
+  CHECK(contains(refusal([] { LensFit(ChessboardSize{7, 6, 25}).fit(); }), "0 of the pictures"));
+}
+
+TEST_CASE("a camera's place follows from the arena's corners") {
+  // Proves that four corners, seen through a known lens, give the place back, and the error of one that is wrong in millimetres.
+  const CameraData truth = tilted(LensModel::fisheye, {-0.02, 0.01, -0.005, 0.001});
+  const Calibration camera(truth);
+  std::vector<Point> corners;
+  for (const Point& at : {Point{-0.5, 0.5}, Point{0.5, 0.5}, Point{0.5, -0.5}, Point{-0.5, -0.5}}) corners.push_back(*camera.to_pixel(at, 0));
+  const CameraData placed = place_camera(truth.lens, corners, 1, 1);
+  for (int i = 0; i < 3; ++i) CHECK(placed.translation_m[i] == doctest::Approx(truth.translation_m[i]).epsilon(1e-4));
+  CHECK(placed.error_mm < 0.01);
+  std::vector<Point> off = corners;
+  off[0].x += 20;
+  CHECK(place_camera(truth.lens, off, 1, 1).error_mm > 1);
+  std::swap(corners[0], corners[1]);
+  CHECK(contains(refusal([&] { place_camera(truth.lens, corners, 1, 1); }), "clockwise"));
+  CHECK(contains(refusal([&] { place_camera(truth.lens, {{1, 1}}, 1, 1); }), "four"));
+}
