@@ -1,0 +1,33 @@
+// Cameras that do not wait for anybody: the newest picture is there when it is wanted, older ones are gone.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "hal/counters.hpp"
+
+namespace arkmesh::tracker {
+
+// One camera as the watch sees it. Never blocks.
+class CameraFeed {
+ public:
+  virtual ~CameraFeed() = default;
+  // The newest picture that no earlier call has given, 8-bit BGR; empty when there is none.
+  virtual cv::Mat newest() = 0;
+  // Empty while pictures come; else one sentence.
+  virtual std::string trouble() const = 0;
+  // camera.gone (each time it went), camera.skipped (pictures nobody took before a newer one came).
+  virtual hal::Counters counters() const = 0;
+};
+
+// A camera's number, /dev/video..., or URL. Does not throw: a camera that is not there yet is looked for again and again, first after half a
+// second, then after up to 8 s. OpenCV blocks while it reads, so each camera has a thread; one that hangs is given up after some
+// seconds by OpenCV's own time limits. width_px and height_px are asked of a camera at this machine when not 0.
+std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px = 0, int height_px = 0);
+
+// How a watch opens a camera's source; a virtual room may bring its own.
+using OpenCamera = std::function<std::unique_ptr<CameraFeed>(const std::string& source, int width_px, int height_px)>;
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,44 @@
+// Where pictures come from. Recordings (a video file, a folder of pictures, one picture) give every picture in turn; live cameras are
+// live_camera's.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::tracker {
+
+struct Picture {
+  cv::Mat bgr;                 // 8 bit
+  hal::LabTime stamp{0};       // since the first picture
+  std::uint32_t number = 0;    // from 0
+  std::string name;            // the file, where each picture is one
+};
+
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  // Nothing after the last. Throws std::runtime_error with one sentence for a picture that cannot be read.
+  virtual std::optional<Picture> next() = 0;
+  // How many there are, as far as is known beforehand.
+  virtual std::optional<std::uint32_t> pictures() const = 0;
+  virtual double pictures_per_s() const = 0;
+};
+
+enum class SourceKind { camera, url, recording };
+
+// A camera's number or /dev/video..., a URL, or a path. Looks at the spelling only.
+SourceKind source_kind(const std::string& source);
+
+// A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws std::runtime_error with
+// one sentence: not there, empty, no pictures in it, not readable.
+std::unique_ptr<Recording> open_recording(const std::string& path);
+
+// The messages of OpenCV and FFmpeg about cameras and files are ours to give, in one sentence each. Call before threads begin.
+void quieten_libraries();
+
+}  // namespace arkmesh::tracker
