@@ -1,0 +1,26 @@
+// Brings what several cameras detected together on the arena plane: one sighting for each robot, however many cameras saw it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tracker/calibration.hpp"
+#include "tracker/detection.hpp"
+#include "tracker/seen.hpp"
+
+namespace arkmesh::tracker {
+
+struct Body {
+  double diameter_m = 0.033;
+  double board_m = board_height_m;        // of the board's edge above the table
+  double led_m = board_height_m + 0.002;  // of the LED
+};
+
+// One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its picture.
+std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
+
+// Sightings of different cameras that must be the same robot, because bodies cannot overlap, become one: places and headings weighted by
+// their certainty, the colour of the one surest of it. `views[i]` is camera i's.
+std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& body);
+
+}  // namespace arkmesh::tracker
