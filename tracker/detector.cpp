@@ -16,6 +16,7 @@ class Detector::Search {
   explicit Search(const DetectorSettings& settings) : settings_(settings), diameter_px_(settings.diameter_px) {}
 
   std::vector<Detection> search(const cv::Mat& bgr) {
+    noise_ = noise_of(bgr);
     if (!diameter_px_) diameter_px_ = find_diameter(bgr);
     if (!diameter_px_) return {};
     return at_diameter(bgr, *diameter_px_);
@@ -23,6 +24,7 @@ class Detector::Search {
 
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
     std::vector<std::optional<Detection>> seen(where.size());
+    noise_ = noise_of(bgr);
     std::vector<Claim> claims;
     for (std::size_t i = 0; i < where.size(); ++i)
       if (const auto one = near(bgr, where[i]))
@@ -59,7 +61,7 @@ class Detector::Search {
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px), static_cast<int>(place.x_px + far_px) + 2,
                   static_cast<int>(place.y_px + far_px) + 2, block);
-    votes_.look_at(picture_, 4);
+    votes_.look_at(picture_, least_step());
     std::optional<Suspect> best;
     double best_off_px = place.reach_px;
     for (const bool darker : {true, false}) {
@@ -69,7 +71,7 @@ class Detector::Search {
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), r_px};
         if (std::hypot(guess.x_px - place.x_px, guess.y_px - place.y_px) > best_off_px + 0.3 * r_px) continue;
-        const auto rim = rims_.fit(bgr, guess, darker, 3);
+        const auto rim = rims_.fit(bgr, guess, darker, noise_);
         if (!rim || std::abs(rim->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
         const Suspect one = suspect(*rim);
         const double off_px = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px);
@@ -90,7 +92,7 @@ class Detector::Search {
       if (candidates_.size() > most) candidates_.resize(most);
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
-        const auto rim = rims_.fit(bgr, guess, darker, 3);
+        const auto rim = rims_.fit(bgr, guess, darker, noise_);
         if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
         if (const Suspect one = suspect(*rim); one.evidence > 0) suspects.push_back(one);
       }
@@ -104,7 +106,7 @@ class Detector::Search {
       if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
       if (5.0 * block > settings_.largest_diameter_px / 2) break;
       picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-      votes_.look_at(picture_, 4);
+      votes_.look_at(picture_, least_step());
       look(bgr, 5.0 * block, 7.1 * block, 1000, suspects);
       look(bgr, 7.1 * block, 10.0 * block, 1000, suspects);
     }
@@ -120,7 +122,7 @@ class Detector::Search {
     const double r_px = diameter_px / 2;
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-    votes_.look_at(picture_, 4);
+    votes_.look_at(picture_, least_step());
     std::vector<Suspect> suspects;
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 6000, suspects);
     const double tolerance = settings_.diameter_tolerance;
@@ -138,6 +140,9 @@ class Detector::Search {
     return found;
   }
 
+  // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
+  double least_step() const { return std::max(4.0, 1.2 * noise_ / picture_.block); }
+
   static Detection detection(const cv::Mat& bgr, const Suspect& one) {
     const Circle& circle = one.rim.circle;
     const LedSpot led = find_led(bgr, circle);
@@ -146,6 +151,7 @@ class Detector::Search {
 
   DetectorSettings settings_;
   std::optional<double> diameter_px_;
+  double noise_ = 0;  // of the picture looked at, in grey levels
   ShrunkPicture picture_;
   RoundVotes votes_;
   RimFinder rims_;

@@ -192,7 +192,7 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   rim.activity = deviation / static_cast<float>(within_count);
 }
 
-std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, bool darker, double least_step) {
+std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, bool darker, double noise) {
   // Large robots are looked at smaller: the cost of a fit does not depend on the size, and noise is averaged.
   const int block = std::max(1, static_cast<int>(guess.r_px / 18));
   const double far = 1.9 * guess.r_px + 2;
@@ -201,6 +201,7 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, bool 
   if (patch_.width < 4 || patch_.height < 4) return {};
 
   double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
+  const double least_step = std::max(3.0, 1.5 * noise / block);
   constexpr double coarse[] = {0.32, 0.22, 0.16}, fine[] = {0.14, 0.10, 0.08, 0.07};
   sample(x, y, r, 2);
   const Fitted near = fit_circle(r, darker, least_step, 2, coarse, 3);

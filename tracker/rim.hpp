@@ -26,9 +26,9 @@ struct Rim {
 // Keeps its working memory from call to call.
 class RimFinder {
  public:
-  // `guess` may be off by a third of its radius in place and in size. `least_step` is the weakest edge worth following, in grey levels.
+  // `guess` may be off by a third of its radius in place and in size. `noise` is that of the picture, in grey levels.
   // Empty when too few edges agree on any circle.
-  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, bool darker, double least_step);
+  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, bool darker, double noise);
 
  private:
   static constexpr int rays = 64, samples = 40;

@@ -1,4 +1,5 @@
 // A part of a picture as grey levels, made smaller by averaging whole blocks of pixels: what every stage of the detector looks at.
+// Grey is the brightest channel, so that a robot's black board stands out on tables of any colour.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ struct ShrunkPicture {
   int width = 0, height = 0;
   int block = 1;
   int left = 0, top = 0;            // of the part, in pixels of the picture
-  std::vector<std::int16_t> grey;   // row by row; mean of the three channels, 8 steps to a level (0..2040)
+  std::vector<std::int16_t> grey;   // row by row; brightest channel, 8 steps to a level (0..2040)
 
   double picture_x(double x) const { return left + (x + 0.5) * block - 0.5; }
   double picture_y(double y) const { return top + (y + 0.5) * block - 0.5; }
@@ -30,5 +31,8 @@ struct ShrunkPicture {
  private:
   std::vector<std::uint16_t> sums_;
 };
+
+// Standard deviation of the pixel noise of an 8-bit BGR picture, in grey levels, from a sample of its rows.
+double noise_of(const cv::Mat& bgr);
 
 }  // namespace arkmesh::tracker

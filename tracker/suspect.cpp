@@ -19,6 +19,9 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+// Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin cell may be plain.
+double looks(double weber, double activity) { return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.05, 0.14)); }
+
 // How much one suspect says about the size of all: clutter is plentiful but weak, and small circles are easily imagined.
 double vote(const Suspect& one) {
   const double squared = one.evidence * one.evidence;
@@ -38,8 +41,8 @@ Suspect suspect(const Rim& rim) {
   Suspect one{rim, rim.contrast / std::max({outside, board, 25.0})};
   const double step = std::abs(outside - (rim.rings[3] + rim.rings[6] + board) / 3);
   one.activity = rim.activity / std::max(step, 1.0);
-  one.evidence = ramp(rim.support, 0.4, 0.8) * ramp(rim.closed, 0.08, 0.35) * ramp(one.weber, 0.03, 0.2) * ramp(rim.inside, 0.3, 0.6) *
-                 (0.6 + 0.4 * ramp(one.activity, 0.05, 0.14));
+  one.shape = ramp(rim.support, 0.4, 0.8) * ramp(rim.closed, 0.05, 0.35) * ramp(rim.inside, 0.3, 0.6);
+  one.evidence = one.shape * looks(one.weber, one.activity);
   return one;
 }
 
@@ -126,9 +129,11 @@ Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tole
 double confidence(const Suspect& suspect, const Likeness& others, double tolerance) {
   const Circle& circle = suspect.rim.circle;
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
-  double value = suspect.evidence * ramp(off, tolerance, tolerance / 2);
-  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.15, 0.45);
-  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.2, 0.4);
+  // A weak rim among weak rims is as good as a strong one among strong ones.
+  double value = suspect.shape * std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
+  value *= ramp(off, tolerance, tolerance / 2);
+  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.25, 0.5);
+  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.25, 0.5);
   return suspect.rim.darker == others.darker ? value : 0.6 * value;
 }
 

@@ -13,6 +13,7 @@ struct Suspect {
   Rim rim;
   double weber = 0;     // step over the rim, as a part of the brighter side
   double activity = 0;  // how much the grey level varies within, as a part of the difference to the outside
+  double shape = 0;     // 0..1: how closed and round the rim is
   double evidence = 0;  // 0..1, of this rim alone: closed, strong, with something inside it
   bool operator<(const Suspect& other) const;  // stronger first; ties by place
 };

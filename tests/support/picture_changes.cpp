@@ -90,7 +90,7 @@ cv::Vec3d table_colour(const std::string& table, double x, double y, double robo
   if (table == "felt") return cv::Vec3d(60, 120, 30) * (0.9 + 0.2 * unit(random));
   if (table == "wood") {
     const double grain = std::sin(y / robot_px * 9 + 2 * std::sin(x / robot_px * 0.8) + std::sin(y / robot_px * 2.3) * 2);
-    return cv::Vec3d(90, 130, 175) * (0.88 + 0.12 * grain);
+    return cv::Vec3d(90, 130, 175) * (0.93 + 0.07 * grain);
   }
   if (table == "checks") return (static_cast<int>(std::floor(x / robot_px / 2)) + static_cast<int>(std::floor(y / robot_px / 2))) % 2 ? cv::Vec3d(205, 205, 205) : cv::Vec3d(110, 110, 110);
   return {168, 172, 170};
@@ -200,9 +200,12 @@ Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
     const int left = static_cast<int>(at.x - 1.3 * r_px), top = static_cast<int>(at.y - 1.3 * r_px), side = static_cast<int>(2.6 * r_px) + 1;
     cv::Matx23d local = move;
     local(0, 2) -= left, local(1, 2) -= top;
-    cv::Mat patch, soft = from.bgr;
-    // what shrinks is averaged first
-    if (scale < 0.8) cv::GaussianBlur(from.bgr(cv::Rect(0, 0, from.bgr.cols, from.bgr.rows)), soft, {}, 0.4 / scale);
+    // Only round the robot; what shrinks is averaged first.
+    const int half = static_cast<int>(1.5 * robot.r_px) + 4;
+    const cv::Rect part = cv::Rect(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half) & cv::Rect({}, from.bgr.size());
+    for (int i = 0; i < 2; ++i) local(i, 2) += local(i, 0) * part.x + local(i, 1) * part.y;
+    cv::Mat patch, soft = from.bgr(part).clone();
+    if (scale < 0.8) cv::GaussianBlur(soft, soft, {}, 0.4 / scale);
     cv::warpAffine(soft, patch, local, cv::Size(side, side), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
     const cv::Rect all(0, 0, out.bgr.cols, out.bgr.rows);
     for (int y = 0; y < side; ++y)
