@@ -134,6 +134,27 @@ arena_info_t to_message(const ArenaInfo& info) {
   return out;
 }
 
+marks_t to_message(std::span<const Mark> marks, LabTime stamp) {
+  marks_t out;
+  out.stamp_us = stamp.count();
+  for (const Mark& mark : marks) {
+    mark_t& m = out.marks.emplace_back();
+    m.x_m = mark.x_m, m.y_m = mark.y_m, m.radius_m = mark.radius_m;
+    m.colour = static_cast<std::uint8_t>(mark.colour);
+    m.dashed = mark.dashed;
+    m.text = mark.text;
+  }
+  out.n_marks = static_cast<std::int32_t>(out.marks.size());
+  return out;
+}
+
+std::vector<Mark> from_message(const marks_t& message) {
+  std::vector<Mark> out;
+  for (const mark_t& m : message.marks)
+    out.push_back({m.x_m, m.y_m, m.radius_m, static_cast<Led>(m.colour & 7), m.dashed != 0, m.text});
+  return out;
+}
+
 std::vector<counter_t> to_message(const Counters& counters) {
   std::vector<counter_t> out;
   out.reserve(counters.all().size());

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace arkmesh::hal {
@@ -45,6 +46,15 @@ struct ToRobot {
   std::uint8_t slot = 0;
   std::uint8_t kind = 0;
   std::uint16_t value = 0;
+};
+
+// A circle of the virtual environment as people may see it drawn on the table. Robots see nothing of it.
+struct Mark {
+  double x_m = 0, y_m = 0;    // arena frame
+  double radius_m = 0;
+  Led colour = Led::off;      // off is drawn grey
+  bool dashed = false;        // there, but not in force
+  std::string text;           // a few characters beside it
 };
 
 struct FromRobot {

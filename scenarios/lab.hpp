@@ -54,6 +54,8 @@ class Lab {
   // --- telling people ---
   // A row of `table`.csv in the run folder; `header` is the comma-separated first line.
   void row(std::string_view table, std::string_view header, std::string_view values) { if (rows_) rows_(table, header, values); }
+  // Something virtual to draw on the table until the next boundary; called in on_period.
+  void mark(hal::Mark mark) { marks_.push_back(std::move(mark)); }
   // A total of the result (result.json "counts") and of the status message.
   hal::Counters& counts() { return counts_; }
   const hal::Counters& counts() const { return counts_; }
@@ -74,6 +76,7 @@ class Lab {
   std::map<std::string, hal::RandomStream, std::less<>> streams_;
   std::vector<hal::ToRobot> said_;
   std::vector<hal::FleetCommand> commands_;
+  std::vector<hal::Mark> marks_;
   std::function<void(std::string_view, std::string_view, std::string_view)> rows_;
   hal::Counters counts_;
 };

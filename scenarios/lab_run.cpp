@@ -216,10 +216,12 @@ void LabRun::merge_period() {
   view.n_labs = static_cast<std::int32_t>(view.labs.size());
   lab_.period_ = k;
   lab_.now_ = config_.period * k;
+  lab_.marks_.clear();
   scenario_.on_period(lab_);
   if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
   deliver();
   bus_.publish(hal::channel::shared, view);
+  if (!lab_.marks_.empty()) bus_.publish(hal::channel::marks, hal::to_message(lab_.marks_, lab_.now_));
   if (config_.period * k % repeat_info == hal::LabTime{0}) bus_.publish(hal::channel::arena, hal::to_message(arena_.info()));
   bus_.drain();
   recorder_.flush();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -163,10 +164,27 @@ void Dhtf::take_news(Lab& lab) {
   lab.counts().set("completed", static_cast<std::uint64_t>(total));
 }
 
+// Every site as a circle with the teams that all labs merged; red where the own team's task is hard, blue where it is easy.
+void Dhtf::draw_sites(Lab& lab) const {
+  const auto own = static_cast<std::size_t>(std::find(lab.labs().begin(), lab.labs().end(), lab.name()) - lab.labs().begin());
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const Site& site = sites_[i];
+    std::string teams;
+    for (const std::string& each : lab.labs()) {
+      const auto& team = lab.field(each, "team");
+      teams += fmt::format("{}{}", teams.empty() ? "" : "+", i < team.size() ? team[i] : 0);
+    }
+    const hal::Pose centre = lab.projection().to_arena(site.in_shared);
+    lab.mark({.x_m = centre.x_m, .y_m = centre.y_m, .radius_m = settings_.site_radius_m / lab.projection().scale,
+              .colour = site.hard[own] ? hal::Led::red : hal::Led::blue, .dashed = !site.active, .text = teams});
+  }
+}
+
 void Dhtf::on_period(Lab& lab) {
   if (lab.period() == 0) place_sites(lab);
   if (sites_.empty()) return;
   take_news(lab);
+  draw_sites(lab);
   if (!judge_) return;
   // The owner judges what all labs merged; its decisions are in force from when its next state is merged.
   std::vector<std::vector<std::int64_t>> teams;

@@ -36,6 +36,7 @@ class Dhtf final : public Scenario {
   void decide_sites(Lab& lab);
   void place_sites(Lab& lab);
   void take_news(Lab& lab);
+  void draw_sites(Lab& lab) const;
   const Site* site_at(const hal::Pose& in_shared) const;
 
   Settings settings_;

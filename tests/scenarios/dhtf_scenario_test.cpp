@@ -132,6 +132,27 @@ TEST_CASE("dhtf: rows of completed tasks") {
   }
 }
 
+TEST_CASE("dhtf: marks for people") {
+  // Each lab draws every site where it lies in its own arena, with the teams of all labs in name order.
+  WorldDouble world({roark, shark}, "shark");
+  const dhtf::Settings s = settings();
+  begin(world, s);
+  world["shark"].frame(at_site(world, "shark", 4, 2, dwelling));
+  world.boundary();
+  for (const char* name : {"roark", "shark"}) {
+    const std::vector<hal::Mark> marks = world[name].marks();
+    const Projection& projection = world[name].lab.projection();
+    REQUIRE(marks.size() == static_cast<std::size_t>(s.sites));
+    const hal::Pose expected = projection.to_arena(site_in_shared(world, 4));
+    CHECK(marks[4].x_m == doctest::Approx(expected.x_m));
+    CHECK(marks[4].y_m == doctest::Approx(expected.y_m));
+    CHECK(marks[4].radius_m * projection.scale == doctest::Approx(s.site_radius_m));
+    CHECK(marks[4].colour == Led::blue);
+    CHECK(marks[4].text == "0+2");
+    CHECK(marks[3].text == "0+0");
+  }
+}
+
 TEST_CASE("dhtf: respawn") {
   // A completed site is inactive for exactly 40 s, 20 periods, in every lab at once, with any slack.
   for (std::uint32_t slack : {0u, 1u, 3u}) {

@@ -52,6 +52,8 @@ struct LabDouble {
     };
   }
 
+  const std::vector<hal::Mark>& marks() const { return lab.marks_; }
+
   void take_said() {
     said.insert(said.end(), lab.said_.begin(), lab.said_.end());
     lab.said_.clear();
@@ -80,6 +82,7 @@ struct LabDouble {
     lab.now_ = period * lab.period_length_;
     if (period == 0) lab.initial_states_ = states;
     lab.states_ = states;
+    lab.marks_.clear();
     scenario->on_period(lab);
     take_said();
   }
