@@ -15,6 +15,7 @@
 #include "cli/controller_check.hpp"
 #include "cli/controller_swarm.hpp"
 #include "cli/progress.hpp"
+#include "cli/robot_text.hpp"
 #include "cli/swarm_report.hpp"
 #include "sim_ode/subprocess.hpp"
 
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 struct RunOptions {
   SwarmOptions swarm;
   double seconds = 60;
+  int text_lines = 10;
   std::string arena = "1x1", light, png, video, csv;
 };
 
@@ -73,12 +75,29 @@ class PosesFile {
   std::ofstream out_;
 };
 
-// Pictures are made by a script, which says itself what it lacks.
-void draw(const RunOptions& options, const fs::path& poses) {
+// Beside an installed program, or among the sources.
+fs::path drawing_script() {
+  std::error_code ignored;
+  const fs::path installed = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / "draw_swarm";
+  return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
+}
+
+// Refuses a file that cannot be written before a run that would be for nothing.
+void check_writable(const char* option, const std::string& file) {
+  if (file.empty()) return;
+  std::error_code ignored;
+  const bool existed = fs::exists(file, ignored);
+  const bool writable = static_cast<bool>(std::ofstream(file, std::ios::app));
+  if (!existed) fs::remove(file, ignored);
+  if (!writable) throw CLI::ValidationError(option, fmt::format("{} cannot be written", file));
+}
+
+// Pictures are made by a script, which says itself what it lacks. Without `poses` it only says that.
+void draw(const RunOptions& options, const std::optional<fs::path>& poses) {
   if (options.png.empty() && options.video.empty()) return;
-  const fs::path script = fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
-  std::vector<std::string> command = {script.string(), poses.string(), "--arena",
-                                      fmt::format("{}x{}", options.swarm.width_m, options.swarm.height_m)};
+  const fs::path script = drawing_script();
+  std::vector<std::string> command = {script.string(), "--arena", fmt::format("{}x{}", options.swarm.width_m, options.swarm.height_m)};
+  command.push_back(poses ? poses->string() : "--try");
   if (options.swarm.light) command.push_back(fmt::format("--light={},{}", options.swarm.light->x_m, options.swarm.light->y_m));
   if (!options.png.empty()) command.insert(command.end(), {"--png", options.png});
   if (!options.video.empty()) command.insert(command.end(), {"--video", options.video});
@@ -105,6 +124,9 @@ int run_controller(RunOptions options) {
   const std::string name = options.swarm.program.filename().string();
   const auto begun = std::chrono::steady_clock::now();
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
+  check_writable("--png", options.png);
+  check_writable("--video", options.video);
+  draw(options, {});
   std::optional<PosesFile> poses;
   if (!options.csv.empty() || !options.png.empty() || !options.video.empty()) poses.emplace(options.csv);
   // Without a need for each frame a picture's trails are drawn from one a second.
@@ -119,23 +141,34 @@ int run_controller(RunOptions options) {
   }
   const double built_s = wall_s();
   SwarmReport report;
-  Progress progress(name);
+  RobotText text(options.text_lines);
+  Progress progress(name, "second");
+  const auto show_text = [&] {
+    const std::string lines = text.lines(swarm->take_text());
+    if (lines.empty()) return;
+    progress.done();
+    fmt::print("{}", lines);
+    std::fflush(stdout);
+  };
   const auto seconds = static_cast<std::uint32_t>(options.seconds);
   std::string failure;
   try {
     swarm->run_until(hal::LabTime(static_cast<std::int64_t>(options.seconds * 1e6)), [&](const hal::PoseFrame& frame) {
       report.look(frame);
+      show_text();
       if (poses && frame.number % every == 0) poses->write(frame);
       if (frame.number > 0 && frame.number % 10 == 0) progress.show(frame.number / 10, seconds, 1.0);
     });
   } catch (const std::runtime_error& error) {
     failure = error.what();
   }
+  show_text();
   progress.done();
 
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
-  fmt::print("{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}", name, options.swarm.robots, simulated_s,
-             run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s, report.text(swarm->arena().counters()));
+  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name, options.swarm.robots,
+             simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s, report.text(swarm->arena().counters()),
+             text.left_out(swarm->lost_text()));
   std::fflush(stdout);
   if (poses) draw(options, poses->finished());
   if (failure.empty()) return 0;
@@ -174,6 +207,7 @@ void add_controller_command(CLI::App& app) {
   run->add_option("--png", options->png, "Draw the end of the run");
   run->add_option("--video", options->video, "Draw all of it (mp4)");
   run->add_option("--csv", options->csv, "Write where each robot was, ten times a second");
+  run->add_option("--text", options->text_lines, "How many lines of what each robot prints to show")->check(CLI::Range(0, 1000000))->capture_default_str();
   run->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
               "Ends with 1 when the program does not compile, crashes or never returns.");
   run->callback([options] {

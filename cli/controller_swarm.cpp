@@ -49,6 +49,7 @@ hal::Config arena_config(const SwarmOptions& options) {
 }  // namespace
 
 ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode::RobotProgram::load(options.program)) {
+  program_->listen();
   const hal::Config config = arena_config(options);
   try {
     arena_ = sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed);

@@ -36,6 +36,10 @@ class ControllerSwarm {
   // when a robot's program crashes or never returns.
   void run_until(hal::LabTime end, const std::function<void(const hal::PoseFrame&)>& look);
 
+  // What robots printed since the last call, and how many characters were lost in all because nobody called.
+  std::vector<sim_ode::ProgramText::Piece> take_text() { return program_->text()->take(); }
+  std::uint64_t lost_text() const { return program_->text()->lost(); }
+
   hal::Arena& arena() { return *arena_; }
   const hal::Arena& arena() const { return *arena_; }
 

@@ -9,7 +9,8 @@ namespace arkmesh::cli {
 
 class Progress {
  public:
-  explicit Progress(std::string what);
+  // `unit` is what the work is counted in.
+  explicit Progress(std::string what, std::string unit = "period");
   // "shark  period 412/900  45.8 %  312x  eta 3 s", at most once a second; a wait is said at once and then every 5 s.
   void show(std::uint32_t period, std::uint32_t periods, double period_s, const std::string& state = "running");
   // Ends the line in place.
@@ -17,7 +18,7 @@ class Progress {
 
  private:
   using WallClock = std::chrono::steady_clock;
-  std::string what_, last_state_;
+  std::string what_, unit_, last_state_;
   bool terminal_;
   bool open_ = false;
   WallClock::time_point begun_, due_;

@@ -44,14 +44,14 @@ class TemporaryDirectory {
   fs::path path_;
 };
 
-// Where kilolib.h lies: beside the sources, or beside an installed program.
+// Where kilolib.h lies: beside an installed program, or among the sources.
 fs::path find_kilolib() {
   std::error_code ignored;
-  const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib";
-  if (fs::exists(source / "robot.c", ignored)) return source;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
   const fs::path installed = program.parent_path().parent_path() / "share" / "arkmesh" / "kilolib";
   if (fs::exists(installed / "robot.c", ignored)) return installed;
+  const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib";
+  if (fs::exists(source / "robot.c", ignored)) return source;
   throw ProgramError(fmt::format("the Kilobot library is neither in {} nor in {}; install arkmesh again", source.string(), installed.string()));
 }
 

@@ -21,10 +21,10 @@ struct Ended {
   std::string output;  // standard output and error
 };
 
-Ended controller(std::vector<std::string> arguments, const std::filesystem::path& folder) {
+Ended controller(std::vector<std::string> arguments, const std::filesystem::path& folder, const std::string& arkmesh = ARKMESH_PROGRAM) {
   static int number = 0;
   arguments.insert(arguments.begin(), "controller");
-  Process process(ARKMESH_PROGRAM, arguments, folder / fmt::format("output-{}.txt", ++number));
+  Process process(arkmesh, arguments, folder / fmt::format("output-{}.txt", ++number));
   const auto code = process.wait(std::chrono::seconds(60));
   return {code.value_or(-1), process.output()};
 }
@@ -79,6 +79,59 @@ TEST_CASE("controller run says in one sentence what is wrong with a program") {
   }
 }
 
+TEST_CASE("controller run shows what robots print, and how much it does not show") {
+  // Lines carry robot and time and are complete, also when they are printed bit by bit; --text bounds them and says so; a crash comes
+  // after the robot's last words; progress counts seconds.
+  const TemporaryFolder folder;
+  const auto program = folder.path() / "chatter.c";
+  std::ofstream(program) << R"(#define DEBUG
+#include <kilolib.h>
+#include <debug.h>
+int n, zero;
+void setup() { debug_init(); printf("robot %d ", kilo_uid); printf("is %s\r\n", "here"); }
+void loop() {
+  printf("line %d\n", ++n);
+  if (n == 8 && kilo_uid == 1) { printf("last words"); n /= zero; }
+  delay(1000);
+}
+int main() { kilo_init(); kilo_start(setup, loop); return 0; }
+)";
+  const Ended all = controller({"run", program.string(), "--robots", "2", "--seconds", "5"}, folder.path());
+  INFO(all.output);
+  CHECK(all.code == 0);
+  for (const char* part : {"robot 0: robot 0 is here\n", "robot 1: robot 1 is here\n", "robot 0: line 5\n", "robot 1: line 5\n", "second "}) CHECK_MESSAGE(says(all, part), std::string(part));
+  CHECK_FALSE(says(all, "not shown"));
+  const Ended some = controller({"run", program.string(), "--robots", "2", "--seconds", "5", "--text", "2"}, folder.path());
+  CHECK(says(some, "robot 1: line 1\n"));
+  CHECK_FALSE(says(some, "line 2\n"));
+  CHECK_MESSAGE(says(some, "8 more lines not shown"), some.output);
+  const Ended crashed = controller({"run", program.string(), "--robots", "2", "--seconds", "20"}, folder.path());
+  CHECK(crashed.code == 1);
+  const auto words = crashed.output.find("robot 1: last words\n"), fault = crashed.output.find("division by zero");
+  CHECK_MESSAGE(words < fault, crashed.output);
+  CHECK(fault != std::string::npos);
+}
+
+TEST_CASE("an installed program brings along what it compiles against") {
+  // Beside bin/arkmesh lies share/arkmesh: run and check use the headers there, not those of the sources.
+  const TemporaryFolder folder;
+  const auto arkmesh = folder.path() / "bin" / "arkmesh", kilolib = folder.path() / "share" / "arkmesh" / "kilolib";
+  std::filesystem::create_directories(arkmesh.parent_path());
+  std::filesystem::create_directories(kilolib);
+  std::filesystem::copy_file(ARKMESH_PROGRAM, arkmesh);
+  std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib", kilolib, std::filesystem::copy_options::recursive);
+  std::ofstream(kilolib / "kilolib.h", std::ios::app) << "#define INSTALLED_COPY 1\n";
+  const auto program = folder.path() / "where.c";
+  std::ofstream(program) << "#include <kilolib.h>\n#ifndef INSTALLED_COPY\n#error the headers of the sources\n#endif\n"
+                            "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
+  const Ended run = controller({"run", program.string(), "--seconds", "1"}, folder.path(), arkmesh.string());
+  CHECK_MESSAGE(run.code == 0, run.output);
+  CHECK(controller({"run", program.string(), "--seconds", "1"}, folder.path()).code == 1);
+  if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) return;
+  const Ended check = controller({"check", program.string()}, folder.path(), arkmesh.string());
+  CHECK_MESSAGE(check.code == 0, check.output);
+}
+
 TEST_CASE("controller refuses wrong use with exit code 2") {
   // A missing file, no file, nonsense for sizes and places, and more robots than fit.
   const TemporaryFolder folder;
@@ -92,6 +145,9 @@ TEST_CASE("controller refuses wrong use with exit code 2") {
                                                        {"run", file("labs_blink"), "--robots", "0"},
                                                        {"run", file("labs_blink"), "--arena", "0.05x0.05"},
                                                        {"run", file("labs_blink"), "--csv", "/no/such/folder/poses.csv"},
+                                                       {"run", file("labs_blink"), "--png", "/no/such/folder/end.png"},
+                                                       {"run", file("labs_blink"), "--video", "/no/such/folder/run.mp4"},
+                                                       {"run", file("labs_blink"), "--text", "-1"},
                                                        {"check", "no_such_file.c"}};
   for (const auto& arguments : wrong) {
     const Ended ended = controller(arguments, folder.path());
