@@ -116,7 +116,7 @@ void ContactWorld::find_pairs() {
     if (width_m_ / 2 - radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
     if (height_m_ / 2 - radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
   }
-  slack_m_ = skin_m - reach_m;
+  slack_m_ = skin_m - reach_m - 4 * NeighbourGrid::rounded_m;
 }
 
 // How far the robot would go alone.

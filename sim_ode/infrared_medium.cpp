@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "sim_ode/distance_readings.hpp"
+
 namespace arkmesh::sim_ode {
 namespace {
 
@@ -22,7 +24,7 @@ double about_normal(std::uint64_t bits) {
 }  // namespace
 
 InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed)
-    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m / 2), robots), chance_(seed, lab + "/ode/infrared"),
+    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots), chance_(seed, lab + "/ode/infrared"),
       pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
       // two parts, each at most 3.47 s.d., that together are longest when even
       longest_reach_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {
@@ -115,7 +117,7 @@ void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, Ro
     const bool any = again_first || at < attempts_.size();
     const Attempt next = again_first ? again_.front() : any ? attempts_[at] : Attempt{};
     if (ended_ < on_air_.size() && on_air_[ended_].end_us < end_us && (!any || on_air_[ended_].end_us <= next.at_us)) {
-      finish(on_air_[ended_], start_us, world, host, unsorted_);
+      finish(on_air_[ended_], start_us, world, unsorted_);
       ++ended_;
       continue;
     }
@@ -126,6 +128,7 @@ void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, Ro
     } else {
       ++at;
     }
+    fetch_ahead(at, world, host);
     attempt(next, world, host);
     const std::int64_t retry_us = ears_[index(next.robot)].retry_us;
     if (retry_us < 0) continue;
@@ -144,6 +147,26 @@ void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, Ro
   for (const Reception& reception : unsorted_) ++first_of_[index(reception.robot) + 1];
   for (std::size_t i = 1; i < first_of_.size(); ++i) first_of_[i] += first_of_[i - 1];
   for (const Reception& reception : unsorted_) heard[first_of_[index(reception.robot)]++] = reception;
+}
+
+// Senders follow each other in time, not in space: without this each one waits for memory several times.
+void InfraredMedium::fetch_ahead(std::size_t at, const ContactWorld& world, const RobotHost& host) const {
+  const double reach = longest_reach_m_ + world.longest_path_m() - grid_path_m_;
+  if (at + 6 < attempts_.size()) {
+    const std::size_t i = index(attempts_[at + 6].robot);
+    __builtin_prefetch(&world.x()[i]);
+    __builtin_prefetch(&world.y()[i]);
+    __builtin_prefetch(&ears_[i]);
+  }
+  if (at + 4 < attempts_.size()) {
+    const std::size_t i = index(attempts_[at + 4].robot);
+    grid_.fetch_cells(world.x()[i], world.y()[i], reach);
+    host.fetch_memory(attempts_[at + 4].robot);
+  }
+  if (at + 2 < attempts_.size()) {
+    const std::size_t i = index(attempts_[at + 2].robot);
+    grid_.fetch_members(world.x()[i], world.y()[i], reach);
+  }
 }
 
 void InfraredMedium::attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host) {
@@ -172,14 +195,11 @@ void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message
 
   const std::size_t first_listener = listeners_.size();
   const double x = world.x()[index(robot)], y = world.y()[index(robot)], range = longest_reach_m_;
-  // members may have moved since the grid was built
-  const double moved_m = world.longest_path_m() - grid_path_m_, perhaps2 = (range + moved_m) * (range + moved_m);
-  grid_.visit_near(x, y, range + moved_m, [&](const NeighbourGrid::Member& member) {
-    if ((member.x - x) * (member.x - x) + (member.y - y) * (member.y - y) > perhaps2) return;
-    const int listener = member.number;
+  // they may have moved since the grid was built
+  for (int listener : grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_)) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
-    if (dx * dx + dy * dy > range * range || listener == robot) return;
-    if (settings_.ir_range_spread_m > 0 && std::hypot(dx, dy) > reach_m(robot, listener)) return;
+    if (dx * dx + dy * dy > range * range || listener == robot) continue;
+    if (settings_.ir_range_spread_m > 0 && std::hypot(dx, dy) > reach_m(robot, listener)) continue;
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
     if (!free && ear.decoding >= 0) {
@@ -187,14 +207,14 @@ void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message
       ear.decoding = -1;
     }
     ear.energy_until_us = std::max(ear.energy_until_us, end_us);
-    if (!free) return;  // deaf while it sends, or two at once
+    if (!free) continue;  // deaf while it sends, or two at once
     ear.decoding = number;
     listeners_.push_back(listener);
-  });
+  }
   on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
 }
 
-void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, const RobotHost& host,
+void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world,
                             std::vector<Reception>& heard) {
   const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(ended_);
@@ -220,7 +240,9 @@ void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, 
     reception.robot = listener;
     reception.at_us = static_cast<std::uint32_t>(sending.end_us - tick_start_us);
     reception.message = sending.message;
-    host.set_readings(listener, distance, reception);
+    const DistanceReadings readings = readings_at(distance);
+    reception.low_gain = readings.low_gain;
+    reception.high_gain = readings.high_gain;
     ++totals_.received;
   }
 }

@@ -69,10 +69,11 @@ class InfraredMedium {
   bool overhead_on_air(std::int64_t from_us, std::int64_t to_us) const;
   void sort_attempts(std::int64_t start_us);
   void forget_ended();
+  void fetch_ahead(std::size_t at, const ContactWorld& world, const RobotHost& host) const;
   void attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host);
   void start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world);
   double reach_m(int from, int to) const;
-  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, const RobotHost& host, std::vector<Reception>& heard);
+  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, std::vector<Reception>& heard);
 
   Settings settings_;
   NeighbourGrid grid_;
@@ -83,7 +84,7 @@ class InfraredMedium {
   std::vector<Ear> ears_;                     // by robot
   // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between ticks.
   std::vector<Sending> on_air_;
-  std::vector<int> listeners_;
+  std::vector<int> listeners_, near_;
   std::size_t ended_ = 0;
   std::int64_t first_number_ = 0;             // of on_air_.front()
   std::vector<Attempt> attempts_;             // of this tick, in order; counting_ and sorting_ help to get them there

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -91,7 +92,7 @@ void Motors::update(int robot, std::int64_t us) {
   part.sum.ahead_m_s += part.now.ahead_m_s * lasted;
   part.sum.left_m_s += part.now.left_m_s * lasted;
   part.sum.turn_rad_s += part.now.turn_rad_s * lasted;
-  part.since_us = us;
+  part.since_us = static_cast<std::int32_t>(us);
   part.now = part.connected ? velocity(robot, part.left, part.right) : Velocity{};
   if (!part.listed) {
     part.listed = true;
@@ -100,13 +101,19 @@ void Motors::update(int robot, std::int64_t us) {
 }
 
 const std::vector<Motors::Change>& Motors::end_tick() {
+  // both lists ascend, unless robots were spoken to out of turn
+  for (std::vector<int>* list : {&changed_, &restless_})
+    if (!std::is_sorted(list->begin(), list->end())) std::sort(list->begin(), list->end());
   out_.clear();
-  // steady again since the last tick, unless they changed anew
-  for (int robot : restless_)
-    if (!parts_[index(robot)].listed) out_.push_back({robot, parts_[index(robot)].now});
-  restless_.clear();
-
+  still_restless_.clear();
+  auto steady = restless_.begin();
+  const auto add_steady = [&](int before) {
+    // steady again since the last tick, unless they changed anew
+    for (; steady != restless_.end() && *steady < before; ++steady)
+      if (!parts_[index(*steady)].listed) out_.push_back({*steady, parts_[index(*steady)].now});
+  };
   for (int robot : changed_) {
+    add_steady(robot);
     Part& part = parts_[index(robot)];
     Velocity mean = part.now;
     if (part.since_us > 0) {  // not at the tick's very start: a mean of segments
@@ -114,18 +121,17 @@ const std::vector<Motors::Change>& Motors::end_tick() {
       mean.ahead_m_s = (part.sum.ahead_m_s + part.now.ahead_m_s * rest) / tick_us;
       mean.left_m_s = (part.sum.left_m_s + part.now.left_m_s * rest) / tick_us;
       mean.turn_rad_s = (part.sum.turn_rad_s + part.now.turn_rad_s * rest) / tick_us;
-      restless_.push_back(robot);
+      still_restless_.push_back(robot);
     }
     part.sum = {};
     part.since_us = 0;
-    part.listed = false;
     out_.push_back({robot, mean});
   }
+  add_steady(std::numeric_limits<int>::max());
+  for (int robot : changed_) parts_[index(robot)].listed = false;
   changed_.clear();
-  if (noise_.empty()) {
-    std::sort(out_.begin(), out_.end(), [](const Change& a, const Change& b) { return a.robot < b.robot; });
-    return out_;
-  }
+  restless_.swap(still_restless_);
+  if (noise_.empty()) return out_;
 
   // with noise every moving robot changes in every tick
   std::vector<Velocity> base(parts_.size());

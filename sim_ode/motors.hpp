@@ -56,14 +56,15 @@ class Motors {
     bool listed = false;           // in changed_
     Velocity now;                  // with the present duties
     Velocity sum;                  // velocity x microseconds, of the tick's segments so far
-    std::int64_t since_us = 0;     // start of the present segment
+    std::int32_t since_us = 0;     // start of the present segment
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   void update(int robot, std::int64_t us);
 
   Settings settings_;
   std::vector<Part> parts_;
-  std::vector<int> changed_, restless_;   // changed in this tick; whose mean of the last tick was not their steady velocity
+  std::vector<int> changed_;              // in this tick
+  std::vector<int> restless_, still_restless_;  // whose mean of the last tick, of this one, is not their steady velocity
   std::vector<Change> out_;
   std::vector<hal::RandomStream> noise_;  // per robot, empty without noise
 };

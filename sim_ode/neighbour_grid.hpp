@@ -19,11 +19,12 @@ class NeighbourGrid {
         rows_(std::max(1, static_cast<int>(std::ceil(height_m * per_m_)))),
         first_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1) {}
 
-  // A point where build() found it.
+  // A point where build() found it, to within `rounded_m` each way.
   struct Member {
-    double x, y;
+    float x, y;
     int number;
   };
+  static constexpr double rounded_m = 1e-5;
 
   void build(std::span<const double> x, std::span<const double> y) {
     cell_.resize(x.size());
@@ -37,7 +38,7 @@ class NeighbourGrid {
     for (int& first : first_) first = total += first;
     // backwards, so that members ascend within a cell
     for (std::size_t i = x.size(); i-- > 0;)
-      members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = {x[i], y[i], static_cast<int>(i)};
+      members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = {static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<int>(i)};
   }
 
   // Calls visit(member) for everything in the cells within `reach_m` of a place: all that is within reach, and more.
@@ -52,10 +53,44 @@ class NeighbourGrid {
     }
   }
 
-  // Calls visit(member, other) for each pair less than `reach_m` apart, once; reach_m is at most a cell's side.
+  // The numbers of all points within `reach_m` of a place, rounding included, row by row. In force until the next call with `room`.
+  std::span<const int> gather(double x, double y, double reach_m, std::vector<int>& room) const {
+    const auto px = static_cast<float>(x), py = static_cast<float>(y);
+    const double far_m = reach_m + 2 * rounded_m;
+    const auto far2 = static_cast<float>(far_m * far_m);
+    const int from = column(x - far_m), to = column(x + far_m), top = row(y + far_m);
+    std::size_t found = 0;
+    for (int r = row(y - far_m); r <= top; ++r) {
+      const auto begin = static_cast<std::size_t>(first_[static_cast<std::size_t>(r * columns_ + from)]);
+      const auto end = static_cast<std::size_t>(first_[static_cast<std::size_t>(r * columns_ + to) + 1]);
+      if (room.size() < found + (end - begin)) room.resize(2 * (found + (end - begin)));
+      // without a branch: whether somebody is near cannot be foreseen
+      int* const place = room.data();
+      for (std::size_t k = begin; k < end; ++k) {
+        const Member& member = members_[k];
+        const float dx = member.x - px, dy = member.y - py;
+        place[found] = member.number;
+        found += dx * dx + dy * dy <= far2;
+      }
+    }
+    return std::span(room).first(found);
+  }
+
+  // For visits that are soon to come: fetches the cells, then, a while later, who is in them.
+  void fetch_cells(double x, double y, double reach_m) const {
+    const int from = column(x - reach_m), top = row(y + reach_m);
+    for (int r = row(y - reach_m); r <= top; ++r) __builtin_prefetch(&first_[static_cast<std::size_t>(r * columns_ + from)]);
+  }
+  void fetch_members(double x, double y, double reach_m) const {
+    const int from = column(x - reach_m), top = row(y + reach_m);
+    for (int r = row(y - reach_m); r <= top; ++r)
+      __builtin_prefetch(members_.data() + first_[static_cast<std::size_t>(r * columns_ + from)]);
+  }
+
+  // Calls visit(member, other) once for each pair less than `reach_m` apart, rounding apart; reach_m is at most a cell's side.
   template <class Visit>
   void visit_pairs(double reach_m, Visit&& visit) const {
-    const double reach2 = reach_m * reach_m;
+    const auto reach2 = static_cast<float>(reach_m * reach_m);
     for (int r = 0; r < rows_; ++r) {
       for (int c = 0; c < columns_; ++c) {
         const std::size_t here = static_cast<std::size_t>(r * columns_ + c);
@@ -69,7 +104,7 @@ class NeighbourGrid {
         for (auto k = static_cast<std::size_t>(first_[here]); k < static_cast<std::size_t>(first_[here + 1]); ++k) {
           const Member one = members_[k];
           const auto compare = [&](const Member& other) {
-            const double dx = other.x - one.x, dy = other.y - one.y;
+            const float dx = other.x - one.x, dy = other.y - one.y;
             if (dx * dx + dy * dy < reach2) visit(one.number, other.number);
           };
           for (std::size_t m = k + 1; m < right_end; ++m) compare(members_[m]);

@@ -18,6 +18,7 @@
 #include "sim_ode/led_lights.hpp"
 #include "sim_ode/reception.hpp"
 #include "sim_ode/motors.hpp"
+#include "sim_ode/robot_memory.hpp"
 #include "sim_ode/robot_program.hpp"
 #include "sim_ode/worker_stacks.hpp"
 
@@ -67,6 +68,8 @@ class RobotHost {
   // What such a robot sends; nothing when it has nothing. Calls kilo_message_tx and, when the channel is free, for which the
   // message then goes out undisturbed, kilo_message_tx_success; the robot's send timer starts anew. Throws ProgramFault.
   std::optional<Message> ask(int robot, bool channel_is_free);
+  // Says that ask() comes soon.
+  void fetch_memory(int robot) const { memory_.fetch(robot); }
   // The channel was busy. Counts the additional timer interrupt and returns after how many microseconds it comes.
   std::uint32_t back_off(int robot);
 
@@ -81,8 +84,6 @@ class RobotHost {
   const BootLoader& loader(int robot) const { return loaders_[index(robot)]; }
 
   FaultGuard& guard() { return *guard_; }
-  // Readings of `robot`'s receiver for a message from a given distance between centres, by its own calibration table.
-  void set_readings(int robot, double distance_m, Reception& reception) const;
 
   // For tests: a robot's own copy of a variable of the library.
   std::uint32_t ticks(int robot) const;
@@ -92,7 +93,8 @@ class RobotHost {
   friend struct RobotServices;
   enum class State : std::uint8_t { idle, running, sleeping, battery, charging, moving, loader, off };
   enum class Phase : std::uint8_t { enter, messages, tick, run, leave };
-  struct Cell {
+  // All that a quiet turn looks at, in one line of the cache.
+  struct alignas(64) Cell {
     void* context = nullptr;                       // of a program that waits; null: none does
     const WorkerStacks::Stack* stack = nullptr;    // it waits on
     std::int64_t wake_us = 0;                      // lab time at which its wait ends
@@ -101,24 +103,22 @@ class RobotHost {
     State state = State::idle, shown = State::idle;
     bool has_setup = false, reset = false;
     std::uint16_t busy_ticks = 0;                  // in a row that its program only computed
+    std::uint16_t send_clock = 0;                  // timer counts since the last message, as on the robot: wraps
     std::uint8_t heard_asleep = 0;                 // fleet command waiting for the next wake-up
     std::uint8_t motion = 0;                       // state moving: 0 none, 1 left, 2 right, 3 straight
   };
 
+  static constexpr std::uint16_t clock_per_tick = 255;
   struct Clock {
     std::int64_t at_us = 0;       // after the start of the present tick
     std::int64_t late_us = 0;     // that each tick of it takes longer than it should
   };
 
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
-  static const arkmesh_host& services();
   bool receiving() const { return !booting_ && sensors_.receiving && sensors_.receiving(robot_, tick_ * tick_us + cursor_us_); }
-  void copy_in(int robot);
-  void copy_out(int robot);
   void power_up(int robot);
   void forget_program(Cell& cell);
   void run_clock();
-  void run_guarded(void (*work)(void*), int robot_if_known);
   [[noreturn]] void report(const Fault& fault);
 
   // the walk over robots
@@ -138,17 +138,17 @@ class RobotHost {
   void busy_in_callback(const void* from);
   void call(void (*function)(void));
 
+  static RobotHost* running_;                      // whose robots have their turn; programs call back without saying for whom
+
   std::shared_ptr<const RobotProgram> program_;
   const arkmesh_program& abi_;
-  std::size_t bytes_;
   int count_;
   Motors& motors_;
   LedLights& leds_;
   Sensors sensors_;
   std::shared_ptr<FaultGuard> guard_;
-  std::vector<std::byte> memory_;                  // of all robots, one after the other
+  RobotMemory memory_;
   std::vector<Cell> cells_;
-  std::vector<std::uint16_t> send_clock_;          // timer counts since the last message, as on the robot: wraps
   std::vector<std::uint16_t> uid_;
   std::vector<BootLoader> loaders_;
   bool repeats_ = true;

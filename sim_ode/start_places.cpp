@@ -79,7 +79,8 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
   for (std::size_t i = 0; i < x.size(); ++i) {
     int other = -1;
     grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
-      if (static_cast<std::size_t>(member.number) > i && std::hypot(member.x - x[i], member.y - y[i]) < 2 * hal::kilobot_radius_m - allowed_m)
+      const auto j = static_cast<std::size_t>(member.number);
+      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot_radius_m - allowed_m)
         other = member.number;
     });
     if (other >= 0) return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * hal::kilobot_radius_m);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace arkmesh::hal::kilobot {
@@ -20,24 +21,29 @@ enum MessageType : std::uint8_t {
   type_read_uid, type_calibrate
 };
 
-// CRC-16/MCRF4XX over data and type, byte by byte.
-inline constexpr std::array<std::uint16_t, 256> crc_table = [] {
-  std::array<std::uint16_t, 256> out{};
+// CRC-16/MCRF4XX over data and type. What each byte contributes depends on its place only, so a message is ten look-ups that do not
+// wait for each other.
+inline constexpr std::array<std::array<std::uint16_t, 256>, 10> crc_tables = [] {
+  std::array<std::array<std::uint16_t, 256>, 10> out{};
   for (unsigned byte = 0; byte < 256; ++byte) {
     unsigned crc = byte;
     for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? crc >> 1 ^ 0x8408 : crc >> 1;
-    out[byte] = static_cast<std::uint16_t>(crc);
+    out[9][byte] = static_cast<std::uint16_t>(crc);
   }
+  for (std::size_t at = 9; at-- > 0;)
+    for (std::size_t byte = 0; byte < 256; ++byte) {
+      const unsigned later = out[at + 1][byte];
+      out[at][byte] = static_cast<std::uint16_t>(later >> 8 ^ out[9][later & 0xFF]);
+    }
   return out;
 }();
 constexpr std::uint16_t message_crc(const Message& message) {
-  unsigned crc = 0xFFFF;
-  const auto add = [&crc](std::uint8_t byte) { crc = crc >> 8 ^ crc_table[(crc ^ byte) & 0xFF]; };
-  for (std::uint8_t byte : message.data) add(byte);
-  add(message.type);
+  // the start value 0xFFFF goes into the first two bytes
+  unsigned crc = crc_tables[0][message.data[0] ^ 0xFFu] ^ crc_tables[1][message.data[1] ^ 0xFFu] ^ crc_tables[9][message.type];
+  for (std::size_t at = 2; at < 9; ++at) crc ^= crc_tables[at][message.data[at]];
   return static_cast<std::uint16_t>(crc);
 }
 // the checksum of "123456789" and a zero byte is known
-static_assert(message_crc({.data = {'1', '2', '3', '4', '5', '6', '7', '8', '9'}}) == (0x6F91 >> 8 ^ crc_table[0x91]));
+static_assert(message_crc({.data = {'1', '2', '3', '4', '5', '6', '7', '8', '9'}}) == (0x6F91 >> 8 ^ crc_tables[9][0x91]));
 
 }  // namespace arkmesh::hal::kilobot

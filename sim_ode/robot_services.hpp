@@ -1,0 +1,33 @@
+// What robots' programs ask of their host: time, motors, light, chance. They call without saying for whom; it is the robot whose turn
+// it is.
+#pragma once
+
+#include <cstdint>
+
+#include "sim_ode/kilolib/robot_abi.h"
+
+namespace arkmesh::sim_ode {
+
+class RobotHost;
+
+struct RobotServices {
+  // For a program's `host`. `prints`: somebody listens to what programs print.
+  static arkmesh_host all(bool prints);
+
+ private:
+  static RobotHost& host();
+  static void wait_us(std::uint32_t us);
+  static void wait_for_tick(const void* from);
+  static void motors(std::uint8_t left, std::uint8_t right);
+  static void colour(std::uint8_t colour);
+  static std::int16_t light();
+  static std::int16_t voltage();
+  static std::int16_t temperature();
+  static std::uint8_t random_byte();
+  static void text(const char* text, std::uint32_t size);
+  static void started();
+  static void ended(const char* why, const void* from);
+  static void busy_at(const void* from, int wakeable);
+};
+
+}  // namespace arkmesh::sim_ode
