@@ -1,0 +1,159 @@
+#include "tracker/table_watch.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "hal/newest_frame.hpp"
+#include "hal/platforms/kilobot/robot_ids.hpp"
+#include "tracker/calibration_file.hpp"
+#include "tracker/name_keeper.hpp"
+#include "tracker/source.hpp"
+
+namespace arkmesh::tracker {
+namespace {
+
+struct Eye {
+  std::string source;
+  std::unique_ptr<CameraFeed> feed;
+  cv::Mat last;
+  std::string trouble;      // as last said
+};
+
+// Real cameras are never that quiet: their noise differs from picture to picture.
+bool same_picture(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) return false;
+  const std::size_t row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
+  for (int row = 0; row < a.rows; ++row)
+    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
+  return true;
+}
+
+class TableWatch final : public hal::kilobot::RobotWatch {
+ public:
+  TableWatch(std::vector<Eye> eyes, std::vector<Calibration> calibrations, const TableSettings& settings, std::unique_ptr<NameKeeper> names,
+             Onlooker onlooker)
+      : eyes_(std::move(eyes)), tracker_(std::move(calibrations), settings), names_(std::move(names)), onlooker_(std::move(onlooker)), poses_(own_counters_) {}
+
+  void look(hal::LabTime now) override {
+    std::vector<cv::Mat> pictures;
+    for (Eye& eye : eyes_) pictures.push_back(newest(eye));
+    if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
+      own_counters_.add("frame.no_picture");
+      return;
+    }
+    const std::vector<Track>& tracks = tracker_.look(now, pictures);
+    names_->on_frame(now, tracks);
+    for (const Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
+    poses_.put(frame(now));
+    if (onlooker_) onlooker_({now, pictures, tracker_});
+  }
+
+  std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
+  std::optional<hal::kilobot::Message> question() const override { return names_->question(); }
+  std::span<const hal::RobotId> doubtful() const override { return names_->doubtful(); }
+  bool everybody_named() const override { return names_->everybody_named(); }
+
+  const hal::Counters& counters() const override {
+    counters_ = own_counters_;
+    counters_.merge(tracker_.counters());
+    counters_.merge(names_->counters());
+    for (const Eye& eye : eyes_) counters_.merge(eye.feed->counters());
+    return counters_;
+  }
+
+ private:
+  // Empty: nothing new, or nothing that differs from what was there before.
+  cv::Mat newest(Eye& eye) {
+    cv::Mat picture = eye.feed->newest();
+    if (std::string trouble = eye.feed->trouble(); trouble != eye.trouble) {
+      if (trouble.empty()) spdlog::info("the camera {} gives pictures", eye.source);
+      else spdlog::warn("{}", trouble);
+      eye.trouble = std::move(trouble);
+    }
+    if (picture.empty()) return picture;
+    if (same_picture(picture, eye.last)) {
+      own_counters_.add("camera.frozen");
+      return {};
+    }
+    eye.last = picture;
+    return picture;
+  }
+
+  // Robots whose name is sure. Those out of sight are in it for as long as their name stays sure, with their age.
+  hal::PoseFrame frame(hal::LabTime now) {
+    hal::PoseFrame frame{.stamp = now, .number = number_++};
+    std::map<TrackNumber, hal::Led> leds;
+    for (const Track& track : tracker_.tracks()) {
+      // An LED that answers a question says nothing of the robot's program.
+      hal::Led led = track.led;
+      if (names_->led_is_answer(track.number)) {
+        const auto before = leds_.find(track.number);
+        led = before == leds_.end() ? hal::Led::off : before->second;
+      }
+      leds.emplace(track.number, led);
+      const auto robot = names_->robot_of(track.number);
+      if (robot && !track.doubtful) frame.robots.push_back({*robot, track.in_arena, led, track.confidence, track.age});
+    }
+    leds_ = std::move(leds);
+    std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });
+    return frame;
+  }
+
+  std::vector<Eye> eyes_;
+  TableTracker tracker_;
+  std::unique_ptr<NameKeeper> names_;
+  Onlooker onlooker_;
+  hal::Counters own_counters_;
+  mutable hal::Counters counters_;
+  hal::NewestFrame poses_;
+  std::uint32_t number_ = 0;
+  std::map<TrackNumber, hal::Led> leds_;  // what the programs show
+};
+
+}  // namespace
+
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker, const OpenCamera& open) {
+  const hal::Section kilobot = arena.section("kilobot");
+  TableSettings settings;
+  settings.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;
+  settings.body.board_m = kilobot.number("board_height_m", board_height_m, {0, 0.2});
+  settings.body.led_m = settings.body.board_m + 0.002;
+  std::vector<hal::RobotId> expected = hal::kilobot::read_robot_ids(arena);
+  settings.expected_robots = expected.size();
+  const std::string identity = kilobot.choice("identity", "spelled", {"spelled", "ark"});
+
+  const std::vector<hal::Section> cameras = kilobot.sections("cameras");
+  if (cameras.empty()) kilobot.refuse("cameras", "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
+  if (cameras.size() > 4) kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras.size()));
+  std::vector<Calibration> calibrations;
+  std::vector<Eye> eyes;
+  for (const hal::Section& camera : cameras) {
+    std::string source = camera.required_text("source");
+    if (source_kind(source) == SourceKind::recording)
+      camera.refuse("source", "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
+    const auto file = camera.path("calibration", "");
+    if (file.empty()) camera.refuse("calibration", "is missing: give the file that arkmesh calibrate made for this camera");
+    try {
+      calibrations.push_back(read_calibration(file));
+    } catch (const std::runtime_error& wrong) {
+      camera.refuse("calibration", wrong.what());
+    }
+    eyes.push_back({.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}});
+  }
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const Lens& lens = calibrations[i].data().lens;
+    eyes[i].feed = open(eyes[i].source, lens.width_px, lens.height_px);
+  }
+  std::unique_ptr<NameKeeper> names = identity == "ark" ? make_ark_names(std::move(expected)) : make_spelled_names(std::move(expected));
+  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names), std::move(onlooker));
+}
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,34 @@
+// The eyes of a table of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and identity together; one thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "hal/config.hpp"
+#include "hal/platforms/kilobot/robot_watch.hpp"
+#include "tracker/live_camera.hpp"
+#include "tracker/table_tracker.hpp"
+
+namespace arkmesh::tracker {
+
+// Called after each look with what was seen, for people who watch: pictures[i] is camera i's, empty when it gave nothing new.
+struct Look {
+  hal::LabTime now{0};
+  std::span<const cv::Mat> pictures;
+  const TableTracker& tracker;
+};
+using Onlooker = std::function<void(const Look&)>;
+
+// Reads [arena.kilobot]: [[arena.kilobot.cameras]] with `source` (required: a number, /dev/video..., or URL) and `calibration`
+// (required: a file of `arkmesh calibrate`), one to four of them; `identity` ("spelled", or "ark" for programs that know ARK's messages 120
+// and 119 only); `led_offset_deg` (44: driving direction minus LED direction, counter-clockwise), `board_height_m` (0.0217), `ids` (see
+// robot_ids.hpp). Throws ConfigError, also for a calibration that is not there; a camera that is not there is waited for.
+//
+// Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again), frame.no_picture (looks for
+// which no camera had anything new).
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {}, const OpenCamera& open = open_camera);
+
+}  // namespace arkmesh::tracker
