@@ -52,6 +52,8 @@ class Camera {
   void picture(std::span<const Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number, cv::Mat& out) const;
   // Without light: noise only.
   void dark_picture(std::uint64_t number, cv::Mat& out) const;
+  // This camera's noise, on any picture of its size.
+  void add_noise(std::uint64_t number, cv::Mat& out) const;
 
  private:
   CameraModel make_model(const CameraPose& pose) const;
@@ -60,7 +62,6 @@ class Camera {
   void add_body(const Table::Seen& robot, const RobotLook& look, cv::Mat& out) const;
   void add_led(const Table::Seen& robot, const RobotLook& look, cv::Mat& out) const;
   void add_hand(const Hand& hand, cv::Mat& out) const;
-  void add_noise(std::uint64_t number, cv::Mat& out) const;
   double gain(const Table::Seen& robot, const LocalMap& at) const;
 
   CameraSettings settings_;
