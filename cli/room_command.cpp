@@ -1,0 +1,114 @@
+// `arkmesh room`: a table of simulated Kilobots behind cameras and an overhead controller, for everything that wants hardware.
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "hal/config.hpp"
+#include "sim_ode/room/room.hpp"
+#include "sim_ode/room/room_record.hpp"
+#include "sim_ode/room/room_server.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+struct RoomOptions {
+  std::string file, truth, video, calibration, folder;
+  std::vector<std::string> sets;
+  double seconds = 0;
+  int chessboards = 0;
+  bool offline = false;
+};
+
+void print_counters(const hal::Counters& counters) {
+  for (const auto& [name, total] : counters.all())
+    if (total > 0) fmt::print("  {:<36} {}\n", name, total);
+}
+
+// As fast as it goes: each picture and row of the truth at its exact time.
+void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, double seconds) {
+  const hal::LabTime period = room.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
+  cv::Mat picture;
+  int shown = 0;
+  for (std::int64_t frame = 0; frame * period <= end && !interrupted; ++frame) {
+    room.advance_to(frame * period);
+    record.add_truth(room);
+    if (record.wants_pictures())
+      for (std::size_t k = 0; k < room.cameras(); ++k) record.add_picture(k, room.picture(k, picture) ? picture : cv::Mat());
+    if (const int tenth = static_cast<int>(10 * frame * period / std::max(end, period)); tenth > shown) {
+      shown = tenth;
+      fmt::print(stderr, "{:.0f} of {:.0f} s\n", static_cast<double>((frame * period).count()) * 1e-6, seconds);
+    }
+  }
+}
+
+void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, double seconds) {
+  sim_ode::room::RoomServer server(room, record);
+  for (std::size_t k = 0; k < room.cameras(); ++k) fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
+  fmt::print("overhead controller: {}{} and tcp://{}:{}\n", server.terminal(),
+             room.config().ohc_link.empty() ? "" : " (" + room.config().ohc_link + ")", room.config().listen, server.ohc_port());
+  fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", room.config().listen, server.control_port());
+  std::fflush(stdout);
+  std::string terminal = server.terminal();
+  const hal::LabTime end{static_cast<std::int64_t>(seconds * 1e6)};
+  while (!interrupted && (seconds == 0 || room.now() < end)) {
+    std::this_thread::sleep_until(server.step());
+    if (const std::string now = server.terminal(); now != terminal) {
+      terminal = now;
+      fmt::print("overhead controller: {}\n", terminal.empty() ? "unplugged" : terminal);
+      std::fflush(stdout);
+    }
+  }
+  fmt::print("after {:.1f} s:\n", static_cast<double>(room.now().count()) * 1e-6);
+  print_counters(server.counters());
+}
+
+void run(const RoomOptions& options) {
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  const hal::Config config = hal::Config::from_file(options.file, options.sets);
+  sim_ode::room::Room room(config.root());
+  config.refuse_unknown();
+  if (!options.calibration.empty()) sim_ode::room::write_calibration(room, options.calibration);
+  if (options.chessboards > 0) {
+    sim_ode::room::write_chessboards(room, options.chessboards, options.folder);
+    fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", options.chessboards, options.folder);
+    return;
+  }
+  sim_ode::room::RoomRecord record(room, options.truth, options.video);
+  if (!options.offline) return run_live(room, record, options.seconds);
+  if (options.seconds <= 0) throw hal::ConfigError("--offline needs --seconds N: how long the room's time is to run");
+  run_offline(room, record, options.seconds);
+  print_counters(room.counters());
+}
+
+}  // namespace
+
+void add_room_command(CLI::App& app) {
+  auto options = std::make_shared<RoomOptions>();
+  CLI::App* command = app.add_subcommand("room", "A virtual room: simulated Kilobots behind cameras and an overhead controller");
+  command->add_option("file", options->file, "The room's configuration file")->required()->check(CLI::ExistingFile);
+  command->add_option("--set", options->sets, "Override a key: --set room.seed=7")->allow_extra_args(false);
+  command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")->check(CLI::Range(0.0, 1e7));
+  command->add_option("--truth", options->truth, "Write true poses and LEDs to this CSV file, a row for each robot and picture");
+  command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
+  command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
+  command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
+  auto* const chessboard = command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera")
+                               ->check(CLI::Range(1, 1000));
+  command->add_option("--folder", options->folder, "Folder for them")->needs(chessboard)->default_str("chessboard");
+  options->folder = "chessboard";
+  command->footer("Example:\n  arkmesh room experiments/room/roark.toml --seconds 60 --truth truth.csv\n"
+                  "  arkmesh room experiments/room/roark.toml --offline --seconds 60 --video room.mp4 --truth truth.csv");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace arkmesh::cli
