@@ -58,6 +58,12 @@ class Detector::Search {
     // written so that not-a-number is refused, too
     if (!(r_px >= 2 && r_px < 10000 && place.reach_px >= 0 && far_px < 20000)) return {};
     if (!(place.x_px > -far_px && place.y_px > -far_px && place.x_px < bgr.cols + far_px && place.y_px < bgr.rows + far_px)) return {};
+    // Mostly it is very nearly where it should be.
+    if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, true, noise_)) {
+      const Suspect one = suspect(*rim);
+      const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
+      if (reached && one.evidence > 0.7 && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
+    }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px), static_cast<int>(place.x_px + far_px) + 2,
                   static_cast<int>(place.y_px + far_px) + 2, block);
@@ -90,11 +96,20 @@ class Detector::Search {
       candidates_.clear();
       votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, 0.3, candidates_);
       if (candidates_.size() > most) candidates_.resize(most);
+      // Strongest first; a long run of candidates that are nothing ends it. What lies inside a robot is no other robot.
+      Places robots(2 * most_r_px, bgr.cols, bgr.rows);
+      std::size_t in_vain = 0;
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
+        if (robots.taken(guess, 0.9 * least_r_px)) continue;
+        if (++in_vain > 120) break;
         const auto rim = rims_.fit(bgr, guess, darker, noise_);
         if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
-        if (const Suspect one = suspect(*rim); one.evidence > 0) suspects.push_back(one);
+        const Suspect one = suspect(*rim);
+        if (one.evidence <= 0) continue;
+        suspects.push_back(one);
+        if (one.evidence > 0.4) in_vain = 0;
+        if (one.evidence > 0.8) robots.add(one.rim.circle);
       }
     }
   }

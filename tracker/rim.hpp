@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <initializer_list>
 #include <optional>
 #include <vector>
 
@@ -31,22 +32,30 @@ class RimFinder {
   std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, bool darker, double noise);
 
  private:
-  static constexpr int rays = 64, samples = 40;
+  static constexpr int rays = 64, most_samples = 40;
+  // Where along a ray grey levels are taken: parts of the radius.
+  struct Span {
+    double from, to;
+    int samples, reach;  // reach: samples on either side of an edge that make its step
+    int every;           // only each such ray
+  };
   struct Fitted {
-    double x = 0, y = 0, r = 0;  // relative to the origin of the rays, in pixels of the patch
+    float x = 0, y = 0, r = 0;  // relative to the origin of the rays, in pixels of the patch
     bool good = false;
   };
-  void sample(double x, double y, double r, int every);
-  Fitted fit_circle(double r, bool darker, double least_step, int every, const double* windows, int turns);
-  void judge(double x, double y, const Fitted& fitted, bool darker, double least_step, Rim& rim);
+  void sample(double x, double y, double r, const Span& span);
+  void find_edges(const Fitted& circle, float window, bool darker, float least_step);
+  bool adjust(Fitted& circle, float scale) const;
+  Fitted fit_circle(double r, bool darker, double least_step, std::initializer_list<double> windows);
+  void judge(double x, double y, const Fitted& fitted, bool darker, double least_step, Rim& rim) const;
 
   ShrunkPicture patch_;
-  std::array<std::array<float, samples>, rays> along_{};  // grey levels along each ray
-  std::array<std::array<float, samples>, rays> step_{};   // rise of the grey level outwards
-  std::array<int, rays> known_{};                         // samples of the ray that lie inside the picture
-  std::array<double, rays> edge_{};                       // distance of the chosen edge; negative when there is none
-  std::array<float, rays> strength_{};
-  double first_ = 0, spacing_ = 0;                        // of the samples along a ray, in pixels of the patch
+  Span span_{};
+  std::array<std::array<float, most_samples>, rays> step_{};  // rise of the grey level outwards along each ray
+  std::array<int, rays> known_{};                             // samples of the ray that lie inside the picture
+  std::array<float, rays> edge_{};                            // distance of the chosen edge
+  std::array<float, rays> strength_{};                        // its step; 0 when there is none
+  float first_ = 0, spacing_ = 0;                             // of the samples along a ray, in pixels of the patch
 };
 
 }  // namespace arkmesh::tracker
