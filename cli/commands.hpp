@@ -13,6 +13,7 @@ void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_controller_command(CLI::App& app);
+void add_ohc_command(CLI::App& app);
 void add_room_command(CLI::App& app);
 void add_track_command(CLI::App& app);
 

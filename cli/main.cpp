@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   arkmesh::cli::add_gateway_command(app);
   arkmesh::cli::add_doctor_command(app);
   arkmesh::cli::add_controller_command(app);
+  arkmesh::cli::add_ohc_command(app);
   arkmesh::cli::add_room_command(app);
   arkmesh::cli::add_track_command(app);
   try {

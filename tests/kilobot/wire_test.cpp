@@ -1,9 +1,7 @@
 // Real bytes through the real libserialport into a pseudo-terminal, and through a socket.
 #include "hal/platforms/kilobot/wire.hpp"
 
-#include <arpa/inet.h>
 #include <doctest/doctest.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/serial_line.hpp"
+#include "tests/kilobot/listener.hpp"
 #include "tests/support/packet_ear.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/pseudo_terminal.hpp"
@@ -65,52 +64,6 @@ void check_holds(const std::string& text, const std::string& part) {
   CAPTURE(part);
   CHECK(text.find(part) != std::string::npos);
 }
-
-// A TCP port on loopback that takes one connection at a time.
-class Listener {
- public:
-  Listener() {
-    const int on = 1;
-    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    listen_on(0);
-  }
-  ~Listener() { stop(), ::close(fd_); }
-  std::string port() const { return "tcp://127.0.0.1:" + std::to_string(number_); }
-  std::vector<std::uint8_t> read() {
-    if (client_ < 0) client_ = ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    std::vector<std::uint8_t> out(4096);
-    const ssize_t got = client_ < 0 ? 0 : ::recv(client_, out.data(), out.size(), 0);
-    out.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-    return out;
-  }
-  void hang_up() {
-    if (client_ >= 0) ::close(client_);
-    client_ = -1;
-  }
-  // Nobody listens any more, until listen_again().
-  void stop() { hang_up(), ::close(fd_), fd_ = -1; }
-  void listen_again() {
-    fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const int on = 1;
-    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    listen_on(number_);
-  }
-
- private:
-  void listen_on(std::uint16_t number) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(number);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-    REQUIRE(::listen(fd_, 1) == 0);
-    socklen_t length = sizeof address;
-    ::getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &length);
-    number_ = ntohs(address.sin_port);
-  }
-  int fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0), client_ = -1;
-  std::uint16_t number_ = 0;
-};
 
 }  // namespace
 
