@@ -108,6 +108,7 @@ TEST_CASE("the controller talks over robots") {
   }
   CHECK(quiet.heard(1, 0) >= 95);
   CHECK(loud.heard(1, 0) < 60);
+  MESSAGE("heard of 100: " << quiet.heard(1, 0) << " without, " << loud.heard(1, 0) << " with the controller");
 }
 
 TEST_CASE("reception against distance") {

@@ -1,0 +1,153 @@
+"""The simulator's figures of scripts/measure: infrared, memory, speed, and what swarms must do.
+
+Each takes the Bench of scripts/measure and returns (met, value, target). Tables are printed above the line.
+"""
+import json
+import os
+import re
+import subprocess
+import tempfile
+
+from lab_processes import PROGRAM, ROOT, Failed
+
+PROGRAMS = ROOT / "tests/programs"
+SIZES = [("100_at_48", "100 at 48/m2", 0.09, 0.20, 25), ("1000_at_48", "1000 at 48/m2", 0.15, 0.33, 25),
+         ("10000_at_48", "10000 at 48/m2", 0.18, 0.37, 25), ("1000_at_400", "1000 at 400/m2", 0.07, 0.12, 12)]
+BEGIN, END = "<!-- speed: written by scripts/measure sim_speed -->", "<!-- speed: end -->"
+
+
+def controller(program, *options):
+    """`arkmesh controller run`: what it printed, and its peak memory in MB."""
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen([PROGRAM, "controller", "run", PROGRAMS / f"{program}.c", *map(str, options)], stdout=said, stderr=said)
+        _, status, usage = os.wait4(process.pid, 0)
+        said.seek(0)
+        text = said.read()
+    if status != 0:
+        raise Failed(f"controller run {program}.c failed: {(text.strip().splitlines() or ['it said nothing'])[-1]}")
+    return text, usage.ru_maxrss / 1024
+
+
+def tests(bench, program, cases):
+    """Runs test cases of a test program: how many passed of how many, and what they told."""
+    done = subprocess.run([bench.built(program), f"--test-case={cases}", "--no-colors"], capture_output=True, text=True)
+    count = re.search(r"test cases: *(\d+) \| *(\d+) passed \| *(\d+) failed", done.stdout)
+    if not count or count[1] == "0":
+        raise Failed(f"{program} has no test case {cases}")
+    told = [re.sub(r"^.*?MESSAGE: ", "", part).strip() for part in re.findall(r"MESSAGE: [^\n]*(?:\n[^\n=/\[ ][^\n]*)*", done.stdout)]
+    return int(count[2]), int(count[1]), told
+
+
+def sim_sends(bench):
+    """Messages that each of 25 robots 5 cm apart sends in 4800 ticks (157.3 s)."""
+    text, _ = controller("count_sends", "--spacing", 0.05, "--arena", "0.5x0.5", "--seconds", 157.3)
+    each = float(re.search(r"sent \(([\d.]+) per robot\)", text)[1])
+    return 293 <= each <= 303, f"{each:.1f} each", "298 +- 5 (logs of robots: 298.3)"
+
+
+def sim_reception(bench):
+    """Reception against distance, beside logs of 25 robots in a 5 x 5 grid."""
+    passed, all_, told = tests(bench, "test_sim_ode", "reception against distance")
+    rows = re.findall(r"([\d.]+) cm: ([\d.]+) \(logs ([\d.]+)\)", "\n".join(told))
+    if not rows:
+        raise Failed("the test tells no table")
+    print("  cm    " + "".join(f"{row[0]:>7}" for row in rows))
+    print("  logs  " + "".join(f"{row[2]:>7}" for row in rows))
+    print("  here  " + "".join(f"{row[1]:>7}" for row in rows))
+    worst = max(abs(float(here) - float(log)) for _, here, log in rows)
+    return passed == all_, f"worst difference {worst:.3f} in {len(rows)} distances", "0.05 below 16 cm, 0.12 beyond"
+
+
+def sim_overhead(bench):
+    """Messages that a robot hears of a neighbour's 100, without and with a busy overhead controller."""
+    passed, all_, told = tests(bench, "test_sim_ode", "the controller talks over robots")
+    return passed == all_, told[-1] if told else "nothing told", "falls below 60"
+
+
+def sim_truths(bench):
+    """What swarms must do whatever the details: tests of tests/programs, with what they measured."""
+    passed, all_, told = tests(bench, "test_programs",
+                               "a gradient*,synchronising*,an orbiting*,phototaxis*,dispersing*,a driving*,a chain*,nobody passes*,players*,waiting by*,delay lasts*")
+    for line in told:
+        print("  " + line)
+    return passed == all_, f"{passed} of {all_} hold", "all"
+
+
+def sim_programs(bench):
+    """Every program of tests/programs for 60 s with 25 robots: the slowest, compiling included."""
+    slowest, count = (0, ""), 0
+    for source in sorted(PROGRAMS.glob("*.c")):
+        if source.stem.split("_")[0] in ("crash", "hang", "refused") or (bench.short and count >= 10):
+            continue
+        text, _ = controller(source.stem, "--arena", "0.4x0.4", "--seconds", 60)
+        run_s, built_s = map(float, re.search(r"simulated in ([\d.]+) s .* built in ([\d.]+) s", text).groups())
+        slowest, count = max(slowest, (run_s + built_s, source.stem)), count + 1
+    return slowest[0] < 30, f"{count} programs, slowest {slowest[0]:.2f} s ({slowest[1]})", "30 s each"
+
+
+def sim_memory(bench):
+    """10,000 robots without delay(): peak memory of the whole program."""
+    _, peak_mb = controller("gradient_hops", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
+    return peak_mb < 100, f"{peak_mb:.0f} MB", "below 100 MB"
+
+
+def sim_memory_delay(bench):
+    """10,000 robots that are always in delay()."""
+    _, peak_mb = controller("labs_blink", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
+    return peak_mb < 400, f"{peak_mb:.0f} MB", "below 400 MB"
+
+
+def sim_many(bench):
+    """100,000 robots run, with delay() and without."""
+    seconds = 2 if bench.short else 5
+    peaks = [controller(program, "--robots", 100000, "--arena", "47x47", "--seconds", seconds)[1] for program in ("gradient_hops", "labs_blink")]
+    return True, " and ".join(f"{peak:.0f} MB" for peak in peaks), "runs"
+
+
+def sim_speed(bench):
+    """Robot-seconds per second of processor time, beside a bare reference and textbook ODE; writes README's table (full form)."""
+    words = ["--benchmark_format=json"]
+    if bench.short:
+        words += ["--benchmark_repetitions=1", "--benchmark_min_time=0.1", "--benchmark_report_aggregates_only=false"]
+    done = subprocess.run([bench.built("bench_simulator"), *words], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
+    rate, counters = {}, {}
+    for row in json.loads(done.stdout)["benchmarks"]:
+        if row.get("aggregate_name", "median") == "median":
+            name = "/".join(row["name"].removesuffix("_median").split("/")[:2])
+            rate[name], counters[name] = row["robot_s_per_cpu_s"], row
+    lines = ["| robots | arkmesh, robot-s per CPU s | bare reference | share of bare (must, aim) | textbook ODE | times textbook (must) "
+             "| deepest, mm | deeper than 1 mm |",
+             "|---|---|---|---|---|---|---|---|"]
+    met = True
+    for key, words, must, aim, times in SIZES:
+        ours, bare, book = (rate[f"{kind}/{key}"] for kind in ("ours", "bare", "textbook"))
+        parts = counters.get(f"parts/{key}", {})
+        met = met and ours >= must * bare and ours >= times * book
+        lines.append(f"| {words} | {ours / 1e3:.0f} k | {bare / 1e3:.0f} k | {ours / bare:.2f} ({must:.2f}, {aim:.2f}) | {book / 1e3:.1f} k "
+                     f"| {ours / book:.0f} ({times}) | {parts.get('deepest_mm', float('nan')):.2f} | {100 * parts.get('deep_share', float('nan')):.3f} % |")
+    growth = rate["ours/100_at_48"] / rate["ours/10000_at_48"]
+    met = met and growth <= 1.3
+    for key, words, *_ in SIZES:
+        parts = {name[:-3]: value for name, value in counters.get(f"parts/{key}", {}).items() if name.endswith("_us")}
+        print(f"  {words}: " + ", ".join(f"{name} {value:.3f} us" for name, value in parts.items()) + " per robot and second")
+    print("\n".join("  " + line for line in lines))
+    if not bench.short:
+        write_table(lines)
+    shares = " ".join(f"{rate[f'ours/{key}'] / rate[f'bare/{key}']:.2f}" for key, *_ in SIZES)
+    return met, f"shares of bare {shares}, growth {growth:.2f}x", "0.09 0.15 0.18 0.07, 25x and 12x textbook, growth 1.3x"
+
+
+def write_table(lines):
+    """Puts the table between README's marks."""
+    readme = ROOT / "README.md"
+    text = readme.read_text()
+    if BEGIN not in text or END not in text:
+        raise Failed("README.md has lost the marks of its speed table")
+    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
+    readme.write_text(text[:begin] + "\n" + "\n".join(lines) + "\n" + text[end:])
+
+
+SIMULATOR = [sim_sends, sim_reception, sim_overhead, sim_truths, sim_programs, sim_memory, sim_memory_delay, sim_many, sim_speed]
+NOT_JUDGED_SHORT = {sim_speed, sim_programs}
