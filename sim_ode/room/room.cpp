@@ -52,7 +52,8 @@ void Room::advance_to(hal::LabTime t) {
       const RoomConfig::Event& event = config_.events[next_event_++];
       const std::string answer = command(event.what);
       if (answer.starts_with("error")) {
-        if (counters_["room.events_refused"] < most_refused_noted) fmt::print(stderr, "arkmesh: event at {} s: {}\n", static_cast<double>(event.at.count()) * 1e-6, answer);
+        if (counters_["room.events_refused"] < most_refused_noted)
+          fmt::print(stderr, "arkmesh: event at {:.3f} s: {}\n", static_cast<double>(event.at.count()) * 1e-6, answer);
         counters_.add("room.events_refused");
       }
     }

@@ -76,7 +76,8 @@ void write_calibration(const Room& room, const std::string& file) {
     const cv::Mat distortion(1, 5, CV_64F, const_cast<double*>(model.distortion().data()));
     out << "{" << "name" << room.camera(k).settings().name << "image_width" << model.width_px() << "image_height" << model.height_px()
         << "camera_matrix" << cv::Mat(model.matrix()) << "distortion_coefficients" << distortion << "rotation" << cv::Mat(model.rotation())
-        << "translation" << cv::Mat(model.translation()) << "}";
+        << "translation" << cv::Mat(model.translation()) << "arena_width_m" << room.config().scene.width_m << "arena_height_m"
+        << room.config().scene.height_m << "}";
   }
   out << "]";
 }

@@ -17,7 +17,7 @@ struct Scene {
   double light_from_rad = 2.2;          // direction of the lamp, from +x; shadows fall away from it
   double shadow = 0.4;                  // share of the light that a robot takes from the table under it
   bool distractors = false;             // paper, cables, a round board, a pen: around the arena, stickers in it
-  double robot_height_m = 0.025;        // of the upper side of robots' boards above the table; coin cells lie 7 mm higher
+  double robot_height_m = 0.0217;       // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
   std::uint64_t seed = 1;
 
   // 1 in the arena's middle.
