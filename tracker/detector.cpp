@@ -59,7 +59,7 @@ class Detector::Search {
     if (!(r_px >= 2 && r_px < 10000 && place.reach_px >= 0 && far_px < 20000)) return {};
     if (!(place.x_px > -far_px && place.y_px > -far_px && place.x_px < bgr.cols + far_px && place.y_px < bgr.rows + far_px)) return {};
     // Mostly it is very nearly where it should be.
-    if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, true, noise_)) {
+    if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
       const Suspect one = suspect(*rim);
       const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
       if (reached && one.evidence > 0.7 && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
@@ -77,7 +77,7 @@ class Detector::Search {
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), r_px};
         if (std::hypot(guess.x_px - place.x_px, guess.y_px - place.y_px) > best_off_px + 0.3 * r_px) continue;
-        const auto rim = rims_.fit(bgr, guess, darker, noise_);
+        const auto rim = closely(bgr, guess, darker);
         if (!rim || std::abs(rim->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
         const Suspect one = suspect(*rim);
         const double off_px = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px);
@@ -88,6 +88,12 @@ class Detector::Search {
       if (best) break;
     }
     return best;
+  }
+
+  // First on the shrunk picture, where most of what is no robot shows itself; then on the picture itself.
+  std::optional<Rim> closely(const cv::Mat& bgr, const Circle& guess, bool darker) {
+    const auto better = rims_.roughly(picture_, guess, darker, noise_);
+    return better ? rims_.fit(bgr, *better, 0.14, darker, noise_) : std::nullopt;
   }
 
   // Candidates of radii [least, most] px in a picture shrunk by `block`, each looked at closely.
@@ -103,7 +109,7 @@ class Detector::Search {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
         if (robots.taken(guess, 0.9 * least_r_px)) continue;
         if (++in_vain > 120) break;
-        const auto rim = rims_.fit(bgr, guess, darker, noise_);
+        const auto rim = closely(bgr, guess, darker);
         if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
         const Suspect one = suspect(*rim);
         if (one.evidence <= 0) continue;

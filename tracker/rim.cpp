@@ -33,11 +33,15 @@ float between(const ShrunkPicture& patch, float x, float y) {
 
 }  // namespace
 
-void RimFinder::sample(double x, double y, double r, const Span& span) {
+void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span) {
   span_ = span;
   first_ = static_cast<float>(span.from * r);
   spacing_ = static_cast<float>((span.to - span.from) * r / (span.samples - 1));
-  const float most_x = static_cast<float>(patch_.width) - 1.001F, most_y = static_cast<float>(patch_.height) - 1.001F;
+  const float most_x = static_cast<float>(picture.width) - 1.001F, most_y = static_cast<float>(picture.height) - 1.001F;
+  // Where pixels are much smaller than what is looked for, the nearest one is as good as a mix of four.
+  const bool nearest = r > 11;
+  const std::int16_t* grey = picture.grey.data();
+  const int width = picture.width;
   const auto inside = [&](float px, float py) { return px >= 0 && py >= 0 && px <= most_x && py <= most_y; };
   std::array<float, most_samples> along;
   const int reach = span.reach;
@@ -56,8 +60,13 @@ void RimFinder::sample(double x, double y, double r, const Span& span) {
     auto& step = step_[ray];
     step.fill(0);
     if (known < 2 * reach + 1) continue;
-    for (int k = 0; k < known; ++k)
-      along[static_cast<std::size_t>(k)] = between(patch_, x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
+    if (nearest)
+      for (int k = 0; k < known; ++k)
+        along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[static_cast<int>(y0 + static_cast<float>(k) * dy + 0.5F) * width +
+                                                                              static_cast<int>(x0 + static_cast<float>(k) * dx + 0.5F)]);
+    else
+      for (int k = 0; k < known; ++k)
+        along[static_cast<std::size_t>(k)] = between(picture, x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
     for (int k = reach; k + reach < known; ++k) {
       float rise = 0;
       for (int j = 1; j <= reach; ++j) rise += along[static_cast<std::size_t>(k + j)] - along[static_cast<std::size_t>(k - j)];
@@ -207,27 +216,42 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   rim.activity = deviation / static_cast<float>(within_count);
 }
 
-std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, bool darker, double noise) {
+std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise) {
+  const double x = picture.shrunk_x(guess.x_px), y = picture.shrunk_y(guess.y_px), r = guess.r_px / picture.block;
+  const double least_step = std::max(3.0, 1.5 * noise / picture.block);
+  sample(picture, x, y, r, {.from = 0.58, .to = 1.42, .samples = 28, .reach = 2, .every = 2});
+  const Fitted found = fit_circle(r, darker, least_step, {0.32, 0.22, 0.16});
+  if (!found.good) return {};
+  // Generously: half of what will be asked of a robot.
+  int on = 0, inside = 0;
+  for (std::size_t ray = 0; ray < rays; ray += 2) {
+    if (known_[ray] < span_.samples) continue;
+    ++inside;
+    if (strength_[ray] > 0 && std::abs(edge_[ray] - (found.r + found.x * towards.x[ray] + found.y * towards.y[ray])) < 0.1F * found.r + 0.3F) ++on;
+  }
+  if (inside >= 8 && on * 100 < inside * 45) return {};
+  return Circle{picture.picture_x(x + static_cast<double>(found.x)), picture.picture_y(y + static_cast<double>(found.y)),
+                static_cast<double>(found.r) * picture.block};
+}
+
+std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise) {
   // Large robots are looked at smaller: the cost of a fit does not depend on the size, and noise is averaged.
   const int block = std::max(1, static_cast<int>(guess.r_px / 14));
-  const double far = 1.7 * guess.r_px + 2;
+  const double far = (1.32 + 0.5 * off) * guess.r_px + 2;
   patch_.take(bgr, static_cast<int>(std::floor(guess.x_px - far)), static_cast<int>(std::floor(guess.y_px - far)),
               static_cast<int>(std::ceil(guess.x_px + far)) + 1, static_cast<int>(std::ceil(guess.y_px + far)) + 1, block);
   if (patch_.width < 4 || patch_.height < 4) return {};
-
-  double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
+  const double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
   const double least_step = std::max(3.0, 1.5 * noise / block);
-  sample(x, y, r, {.from = 0.58, .to = 1.42, .samples = 28, .reach = 2, .every = 2});
-  const Fitted near = fit_circle(r, darker, least_step, {0.32, 0.22, 0.16});
-  if (!near.good) return {};
-  x += near.x, y += near.y, r = near.r;
-  sample(x, y, r, {.from = 0.72, .to = 1.28, .samples = 27, .reach = 3, .every = 1});
-  const Fitted found = fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
+  const double span = 0.14 + off;
+  sample(patch_, x, y, r, {.from = 1 - span, .to = 1 + span, .samples = std::min(most_samples, static_cast<int>(span * 94)), .reach = 3, .every = 1});
+  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.14, 0.09, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
   Rim rim;
   rim.darker = darker;
   judge(x, y, found, darker, least_step, rim);
-  rim.circle = {patch_.picture_x(x + static_cast<double>(found.x)), patch_.picture_y(y + static_cast<double>(found.y)), static_cast<double>(found.r) * block};
+  rim.circle = {patch_.picture_x(x + static_cast<double>(found.x)), patch_.picture_y(y + static_cast<double>(found.y)),
+                static_cast<double>(found.r) * block};
   return rim;
 }
 

@@ -27,9 +27,11 @@ struct Rim {
 // Keeps its working memory from call to call.
 class RimFinder {
  public:
-  // `guess` may be off by a third of its radius in place and in size. `noise` is that of the picture, in grey levels.
-  // Empty when too few edges agree on any circle.
-  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, bool darker, double noise);
+  // A better guess from a picture shrunk so that the robot's radius is 5 to 12 of its pixels: the first one may be off by a third of its
+  // radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when too few edges agree on any circle.
+  std::optional<Circle> roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise);
+  // From the picture itself; `guess` may be off by the given part of its radius.
+  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
 
  private:
   static constexpr int rays = 64, most_samples = 40;
@@ -43,7 +45,7 @@ class RimFinder {
     float x = 0, y = 0, r = 0;  // relative to the origin of the rays, in pixels of the patch
     bool good = false;
   };
-  void sample(double x, double y, double r, const Span& span);
+  void sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span);
   void find_edges(const Fitted& circle, float window, bool darker, float least_step);
   bool adjust(Fitted& circle, float scale) const;
   Fitted fit_circle(double r, bool darker, double least_step, std::initializer_list<double> windows);
