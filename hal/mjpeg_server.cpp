@@ -246,12 +246,13 @@ std::size_t MjpegServer::watchers(const std::string& stream) const {
       state_->clients, [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; }));
 }
 
+// Those who have left make room for those who come.
 void MjpegServer::serve() {
-  state_->accept();
   const Monotonic::time_point now = Monotonic::now();
   std::erase_if(state_->clients, [&](State::Client& client) {
     return !state_->read(client) || !state_->write(client) || state_->too_slow(client, now);
   });
+  state_->accept();
 }
 
 }  // namespace arkmesh::hal
