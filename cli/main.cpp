@@ -20,9 +20,13 @@ int main(int argc, char** argv) {
   arkmesh::cli::add_gateway_command(app);
   arkmesh::cli::add_doctor_command(app);
   arkmesh::cli::add_controller_command(app);
-  arkmesh::cli::add_ohc_command(app);
   arkmesh::cli::add_room_command(app);
+  arkmesh::cli::add_ohc_command(app);
   arkmesh::cli::add_track_command(app);
+  arkmesh::cli::add_calibrate_command(app);
+  arkmesh::cli::add_identify_command(app);
+  arkmesh::cli::add_assign_ids_command(app);
+  arkmesh::cli::add_calibrate_motors_command(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -104,8 +104,8 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   for (const char digit : {'1', '2', '3', '4'})
     if (const auto found = corner(in, digit)) corners.push_back(*found);
   if (ks.empty() || ks.size() != rs.size() || ks.size() > 16 || corners.size() != 4)
-    refuse(file, fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, and holds {} K, {} R and {} corners",
-                             ks.size(), rs.size(), corners.size()));
+    refuse(file, fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
+                             "and holds {} K, {} R and {} corners", ks.size(), rs.size(), corners.size()));
 
   // The frame of the overview: all pictures' corners on the common plane, as the stitching's plane projection finds it.
   std::vector<Eigen::Matrix3d> onto_plane;
@@ -119,14 +119,16 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
         most = most.cwiseMax(at);
       }
   }
-  if (!least.allFinite() || !most.allFinite() || !((most - least).minCoeff() > 0)) refuse(file, "its matrices K and R do not see one common plane");
+  if (!least.allFinite() || !most.allFinite() || !((most - least).minCoeff() > 0))
+    refuse(file, "its matrices K and R do not see one common plane");
 
   // The overview's corners, on the plane, are the arena's.
   std::vector<cv::Point2f> on_plane, in_arena;
   const float east = static_cast<float>(table.arena_width_m / 2), north = static_cast<float>(table.arena_height_m / 2);
   for (int i = 0; i < 4; ++i) {
     const cv::Point2f at = corners[i] / static_cast<float>(table.overview_px);
-    on_plane.emplace_back(static_cast<float>(least.x() + at.x * (most.x() - least.x())), static_cast<float>(least.y() + at.y * (most.y() - least.y())));
+    const Eigen::Vector2d spot = least + Eigen::Vector2d(at.x, at.y).cwiseProduct(most - least);
+    on_plane.emplace_back(static_cast<float>(spot.x()), static_cast<float>(spot.y()));
     in_arena.emplace_back(i % 2 ? east : -east, i < 2 ? north : -north);
   }
   const cv::Mat to_plane = cv::getPerspectiveTransform(in_arena, on_plane);

@@ -33,7 +33,7 @@ void refuse_impossible(const CameraData& data) {
   if (lens.width_px < 1 || lens.height_px < 1 || lens.width_px > 100'000 || lens.height_px > 100'000)
     throw std::invalid_argument(fmt::format("the picture size {} x {} is not that of a camera", lens.width_px, lens.height_px));
   if (lens.model == LensModel::fisheye ? n != 4 : n != 0 && n != 4 && n != 5 && n != 8)
-    throw std::invalid_argument(fmt::format("{} distortion coefficients are too many or too few: a fisheye has 4, a pinhole 0, 4, 5 or 8", n));
+    throw std::invalid_argument(fmt::format("{} distortion coefficients cannot be: a fisheye has 4, a pinhole 0, 4, 5 or 8", n));
   const Matrix3& k = lens.matrix;
   if (k[0] <= 0 || k[4] <= 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
     throw std::invalid_argument("the camera matrix is not of the form fx s cx / 0 fy cy / 0 0 1 with fx and fy above 0");

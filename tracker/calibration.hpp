@@ -45,6 +45,8 @@ class Calibration {
   static Calibration overhead(int width_px, int height_px, double metres_per_px);
 
   const CameraData& data() const { return data_; }
+  // Of the camera, in the arena frame; the third is its height above the table.
+  const std::array<double, 3>& position_m() const { return position_m_; }
   // Where a point of the arena is in the picture, inside its frame or not; nothing when it is behind the camera or beyond the lens's reach.
   std::optional<Point> to_pixel(Point in_arena, double height_m) const;
   // The point at that height that is seen in a pixel; nothing when the line of sight does not meet it.

@@ -9,9 +9,16 @@
 
 namespace arkmesh::tracker {
 
-// Throws std::runtime_error with one sentence: not there, no calibration, not possible.
-Calibration read_calibration(const std::filesystem::path& file);
-void write_calibration(const std::filesystem::path& file, const CameraData& data);
+struct NamedCamera {
+  std::string name;
+  CameraData data;
+};
+
+// One to sixteen cameras, in the file's order. Throws std::runtime_error with one sentence: not there, no calibration, not possible.
+std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file);
+// The camera of that name; with an empty name the only one.
+CameraData read_calibration(const std::filesystem::path& file, const std::string& name = {});
+void write_calibrations(const std::filesystem::path& file, const std::vector<NamedCamera>& cameras);
 
 // What ARK's file does not hold.
 struct ArkTable {

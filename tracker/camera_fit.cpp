@@ -88,7 +88,8 @@ struct LensFit::Boards {
       } catch (const cv::Exception&) {
         continue;
       }
-      if (std::isfinite(fit.error_px) && cv::checkRange(fit.matrix) && cv::checkRange(fit.distortion) && fit.error_px < best.error_px) best = fit;
+      const bool finite = std::isfinite(fit.error_px) && cv::checkRange(fit.matrix) && cv::checkRange(fit.distortion);
+      if (finite && fit.error_px < best.error_px) best = fit;
     }
     return best;
   }
@@ -112,7 +113,7 @@ LensFit::~LensFit() = default;
 
 bool LensFit::add(const cv::Mat& picture) {
   if (!boards_->corners.empty() && picture.size() != boards_->size)
-    throw std::runtime_error(fmt::format("is {} x {} pixels and those before are {} x {}; all pictures must come from one camera at one resolution",
+    throw std::runtime_error(fmt::format("is {} x {} pixels and those before are {} x {}; all must come from one camera at one resolution",
                                          picture.cols, picture.rows, boards_->size.width, boards_->size.height));
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
@@ -133,14 +134,15 @@ bool LensFit::add(const cv::Mat& picture) {
 
 FittedLens LensFit::fit() const {
   if (boards_->corners.size() < least_pictures)
-    throw std::runtime_error(fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all over the view",
-                                         boards_->corners.size(), least_pictures));
+    throw std::runtime_error(fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all over "
+                                         "the view", boards_->corners.size(), least_pictures));
   const Fit pinhole = boards_->pinhole(), fisheye = boards_->fisheye();
   const bool blind = pinhole.error_px < infinity && !sees_sides(as_lens(LensModel::pinhole, boards_->size, pinhole));
   const bool bent = fisheye.error_px < (blind ? blind_margin : clear_margin) * pinhole.error_px;
   const Fit& taken = bent ? fisheye : pinhole;
   if (!(taken.error_px < worst_error_px))
-    throw std::runtime_error(fmt::format("no lens fits these pictures (the best is {:.1f} pixels off); are --board and the pictures right?", taken.error_px));
+    throw std::runtime_error(fmt::format("no lens fits these pictures (the best is {:.1f} pixels off); are --board and the pictures right?",
+                                         taken.error_px));
   FittedLens fitted;
   fitted.lens = as_lens(bent ? LensModel::fisheye : LensModel::pinhole, boards_->size, taken);
   fitted.error_px = taken.error_px;
@@ -151,7 +153,8 @@ FittedLens LensFit::fit() const {
 }
 
 CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, double arena_width_m, double arena_height_m) {
-  if (corners.size() != 4) throw std::runtime_error(fmt::format("the arena has four corners, not {}; give each as --corner x,y", corners.size()));
+  if (corners.size() != 4)
+    throw std::runtime_error(fmt::format("the arena has four corners, not {}; give each as --corner x,y", corners.size()));
   for (int i = 0; i < 4; ++i)
     if (!(turn(corners[i], corners[(i + 1) % 4], corners[(i + 2) % 4]) > 0))
       throw std::runtime_error("the corners must go round the arena clockwise from its north-west one, as they are in the picture");
@@ -193,7 +196,8 @@ CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, dou
     data.error_px = std::sqrt(square_px / 4);
     data.error_mm = 1000 * std::sqrt(square_m / 4);
   } catch (const std::invalid_argument& wrong) {
-    throw std::runtime_error(fmt::format("these corners put the camera where none can be ({}); are --corner and --arena right?", wrong.what()));
+    throw std::runtime_error(fmt::format("these corners put the camera where none can be ({}); are --corner and --arena right?",
+                                         wrong.what()));
   }
   return data;
 }

@@ -32,7 +32,8 @@ class LensFit {
   // False when no whole chessboard is found in the picture. Throws std::runtime_error with the end of a sentence when it has another size
   // than those before.
   bool add(const cv::Mat& picture);
-  // A fisheye when it fits clearly better, or when a pinhole's distortion folds over within the picture; else a pinhole. Throws std::runtime_error with one sentence when there are too few pictures or
+  // A fisheye when it fits clearly better, or when a pinhole's distortion folds over within the picture; else a pinhole. Throws
+  // std::runtime_error with one sentence when there are too few pictures or
   // neither fits.
   FittedLens fit() const;
 

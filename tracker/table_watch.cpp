@@ -11,10 +11,10 @@
 #include <optional>
 #include <utility>
 
+#include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tracker/calibration_file.hpp"
-#include "tracker/name_keeper.hpp"
 #include "tracker/source.hpp"
 
 namespace arkmesh::tracker {
@@ -118,9 +118,31 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   std::map<TrackNumber, hal::Led> leds_;  // what the programs show
 };
 
+// The calibration of camera `number` of `all` in the configuration.
+Calibration read_calibration_of(const hal::Section& camera, std::size_t number, std::size_t all, const hal::Section& arena) {
+  const auto file = camera.path("calibration", "");
+  if (file.empty()) camera.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
+  const std::string name = camera.text("camera", "");
+  try {
+    CameraData data;
+    const std::vector<NamedCamera> cameras = read_calibrations(file);
+    // A file of the whole table holds its cameras in the order of the configuration, unless they are named.
+    if (name.empty() && cameras.size() > 1 && cameras.size() == all) data = cameras[number].data;
+    else data = read_calibration(file, name);
+    data.arena_width_m = hal::read_side(arena, "width_m");
+    data.arena_height_m = hal::read_side(arena, "height_m");
+    return Calibration(std::move(data));
+  } catch (const hal::ConfigError&) {
+    throw;
+  } catch (const std::runtime_error& wrong) {
+    camera.refuse("calibration", wrong.what());
+  }
+}
+
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker, const OpenCamera& open) {
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker, const OpenCamera& open,
+                                                              std::unique_ptr<NameKeeper> names) {
   const hal::Section kilobot = arena.section("kilobot");
   TableSettings settings;
   settings.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;
@@ -139,20 +161,14 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& a
     std::string source = camera.required_text("source");
     if (source_kind(source) == SourceKind::recording)
       camera.refuse("source", "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
-    const auto file = camera.path("calibration", "");
-    if (file.empty()) camera.refuse("calibration", "is missing: give the file that arkmesh calibrate made for this camera");
-    try {
-      calibrations.push_back(read_calibration(file));
-    } catch (const std::runtime_error& wrong) {
-      camera.refuse("calibration", wrong.what());
-    }
+    calibrations.push_back(read_calibration_of(camera, calibrations.size(), cameras.size(), arena));
     eyes.push_back({.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}});
   }
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const Lens& lens = calibrations[i].data().lens;
     eyes[i].feed = open(eyes[i].source, lens.width_px, lens.height_px);
   }
-  std::unique_ptr<NameKeeper> names = identity == "ark" ? make_ark_names(std::move(expected)) : make_spelled_names(std::move(expected));
+  if (!names) names = identity == "ark" ? make_ark_names(std::move(expected)) : make_spelled_names(std::move(expected));
   return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names), std::move(onlooker));
 }
 

@@ -10,6 +10,7 @@
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/robot_watch.hpp"
 #include "tracker/live_camera.hpp"
+#include "tracker/name_keeper.hpp"
 #include "tracker/table_tracker.hpp"
 
 namespace arkmesh::tracker {
@@ -23,12 +24,15 @@ struct Look {
 using Onlooker = std::function<void(const Look&)>;
 
 // Reads [arena.kilobot]: [[arena.kilobot.cameras]] with `source` (required: a number, /dev/video..., or URL) and `calibration`
-// (required: a file of `arkmesh calibrate`), one to four of them; `identity` ("spelled", or "ark" for programs that know ARK's messages 120
+// (required: a file of `arkmesh calibrate`) and `camera` (its name there, when the file holds several), one to four of them; `identity` ("spelled", or "ark" for programs that know ARK's messages 120
 // and 119 only); `led_offset_deg` (44: driving direction minus LED direction, counter-clockwise), `board_height_m` (0.0217), `ids` (see
 // robot_ids.hpp). Throws ConfigError, also for a calibration that is not there; a camera that is not there is waited for.
 //
+// `names`: who finds out who is who, in place of `identity`'s.
+//
 // Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again), frame.no_picture (looks for
 // which no camera had anything new).
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {}, const OpenCamera& open = open_camera);
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {}, const OpenCamera& open = open_camera,
+                                                              std::unique_ptr<NameKeeper> names = nullptr);
 
 }  // namespace arkmesh::tracker

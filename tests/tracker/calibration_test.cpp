@@ -8,11 +8,13 @@
 #include <fstream>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "tests/hal/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
+#include "tracker/table_corners.hpp"
 
 using namespace arkmesh::tracker;
 
@@ -151,15 +153,19 @@ TEST_CASE("impossible cameras are refused") {
   CHECK(contains(reason([](auto& d) { d.lens.distortion = {-1e6, 0, 0, 0}; }), "folds"));
 }
 
-TEST_CASE("a file keeps a calibration, and others are refused by name") {
+TEST_CASE("a file keeps calibrations, and others are refused by name") {
   // Proves that what is written is read again, and that each wrong file is one sentence with the file's name.
   const arkmesh::tests::TemporaryDirectory folder;
   const auto file = folder.path() / "table.yaml";
+  std::vector<NamedCamera> cameras;
   for (const auto& [model, distortion] : lenses) {
-    CameraData data = tilted(model, distortion);
-    data.error_mm = 0.4;
-    write_calibration(file, data);
-    const CameraData again = read_calibration(file).data();
+    cameras.push_back({"camera" + std::to_string(cameras.size()), tilted(model, distortion)});
+    cameras.back().data.error_mm = 0.4;
+  }
+  write_calibrations(file, cameras);
+  CHECK(read_calibrations(file).size() == cameras.size());
+  for (const auto& [name, data] : cameras) {
+    const CameraData again = read_calibration(file, name);
     CHECK(again.lens.model == data.lens.model);
     CHECK(again.lens.matrix == data.lens.matrix);
     CHECK(again.lens.distortion == data.lens.distortion);
@@ -167,17 +173,23 @@ TEST_CASE("a file keeps a calibration, and others are refused by name") {
     CHECK(again.translation_m == data.translation_m);
     CHECK(again.error_mm == data.error_mm);
   }
+  CHECK(contains(refusal([&] { read_calibration(file); }), "which is meant: camera0, camera1"));
+  CHECK(contains(refusal([&] { read_calibration(file, "north"); }), "no camera north"));
+  CHECK(contains(refusal([&] { read_calibration(folder.path() / "none.yaml"); }), "no such"));
+  CHECK(contains(refusal([&] { write_calibrations(folder.path() / "no" / "folder.yaml", cameras); }), "cannot be written"));
   const auto reason = [&](const std::string& text) {
     std::ofstream(file) << text;
     return refusal([&] { read_calibration(file); });
   };
+  const std::string head = "%YAML:1.0\n---\n";
   CHECK(contains(reason(""), file.string()));
-  CHECK(contains(reason("%YAML:1.0\n---\nK: 3\n"), "no calibration of arkmesh"));
-  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 1\nlens: \"mirror\"\n"), "lens"));
-  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 2\n"), "newer"));
-  CHECK(contains(reason("%YAML:1.0\n---\narkmesh_calibration: 1\nlens: \"pinhole\"\nwidth_px: 10\nheight_px: 10\nK: [1, 2]\n"), "K should hold 9"));
-  CHECK_FALSE(reason("\x7f""ELF {{{ [").empty());
-  CHECK(contains(refusal([&] { read_calibration(folder.path() / "none.yaml"); }), "no such"));
+  CHECK(contains(reason(head + "K: 3\n"), "holds no cameras"));
+  CHECK(contains(reason(head + "cameras: [ 1, 2 ]\n"), "something else"));
+  CHECK(contains(reason(head + "cameras:\n  - { name: a, lens: mirror }\n"), "lens"));
+  CHECK(contains(reason(head + "cameras:\n  - { name: a, image_width: -4 }\n"), "image_width"));
+  CHECK(contains(reason(head + "cameras:\n  - { name: a, image_width: 10, image_height: 10, camera_matrix: [ 1, 2 ] }\n"),
+                 "camera a: camera_matrix should hold 9"));
+  CHECK(contains(reason("\x7f""ELF {{{ ["), file.string()));
 }
 
 TEST_CASE("a calibration of ARK is taken over") {
@@ -223,7 +235,8 @@ TEST_CASE("a calibration of ARK is taken over") {
       CHECK(mine->y == doctest::Approx(pixel[1] / pixel[2]).epsilon(1e-3));
     }
     // Robots are higher than the table: they seem farther from the middle of the picture.
-    const auto low = camera.to_arena({1900, 1400}, 0), high = camera.to_arena({1900, 1400}, 0.03), middle = camera.to_arena({1023.5, 767.5}, 0);
+    const auto low = camera.to_arena({1900, 1400}, 0), high = camera.to_arena({1900, 1400}, 0.03);
+    const auto middle = camera.to_arena({1023.5, 767.5}, 0);
     REQUIRE(low.has_value());
     REQUIRE(high.has_value());
     CHECK(std::hypot(high->x - middle->x, high->y - middle->y) ==
@@ -255,7 +268,8 @@ TEST_CASE("a camera's place follows from the arena's corners") {
   const CameraData truth = tilted(LensModel::fisheye, {-0.02, 0.01, -0.005, 0.001});
   const Calibration camera(truth);
   std::vector<Point> corners;
-  for (const Point& at : {Point{-0.5, 0.5}, Point{0.5, 0.5}, Point{0.5, -0.5}, Point{-0.5, -0.5}}) corners.push_back(*camera.to_pixel(at, 0));
+  for (const Point& at : {Point{-0.5, 0.5}, Point{0.5, 0.5}, Point{0.5, -0.5}, Point{-0.5, -0.5}})
+    corners.push_back(*camera.to_pixel(at, 0));
   const CameraData placed = place_camera(truth.lens, corners, 1, 1);
   for (int i = 0; i < 3; ++i) CHECK(placed.translation_m[i] == doctest::Approx(truth.translation_m[i]).epsilon(1e-4));
   CHECK(placed.error_mm < 0.01);
@@ -265,4 +279,16 @@ TEST_CASE("a camera's place follows from the arena's corners") {
   std::swap(corners[0], corners[1]);
   CHECK(contains(refusal([&] { place_camera(truth.lens, corners, 1, 1); }), "clockwise"));
   CHECK(contains(refusal([&] { place_camera(truth.lens, {{1, 1}}, 1, 1); }), "four"));
+}
+
+TEST_CASE("a table that stands out shows its corners") {
+  // Proves that a turned, pale table with robots on it is found to a pixel, the order of the corners, and that a plain floor has none.
+  cv::Mat picture(600, 800, CV_8UC3, cv::Scalar(60, 70, 65));
+  const std::vector<cv::Point> table = {{150, 80}, {660, 120}, {620, 520}, {110, 470}};
+  cv::fillConvexPoly(picture, table, cv::Scalar(215, 220, 210), cv::LINE_AA);
+  for (int i = 0; i < 8; ++i) cv::circle(picture, {200 + 50 * i, 200 + 30 * i}, 12, cv::Scalar(40, 30, 30), cv::FILLED, cv::LINE_AA);
+  const std::vector<Point> found = find_table_corners(picture);
+  REQUIRE(found.size() == 4);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+  CHECK(find_table_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
 }

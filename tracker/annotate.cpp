@@ -1,0 +1,90 @@
+#include "tracker/annotate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace arkmesh::tracker {
+namespace {
+
+constexpr double known_heading_rad = 1.0;  // an arrow is drawn when the heading is surer than that
+constexpr int shift = 4;                   // lines to a sixteenth of a pixel
+constexpr double most_px = 1e5;            // beyond it nothing is drawn
+
+cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
+  const int bits = static_cast<int>(led);
+  return led == hal::Led::off ? off : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
+}
+
+std::optional<cv::Point> fine(const std::optional<Point>& at) {
+  if (!at || !(std::abs(at->x) < most_px && std::abs(at->y) < most_px)) return {};
+  return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))), static_cast<int>(std::lround(at->y * (1 << shift))));
+}
+
+// A circle of the arena as the camera sees it.
+std::vector<cv::Point> ring(const Calibration& camera, Point centre, double radius_m, double height_m) {
+  std::vector<cv::Point> points;
+  constexpr int steps = 48;
+  for (int i = 0; i < steps; ++i) {
+    const double angle = 2 * std::numbers::pi * i / steps;
+    const auto at = fine(camera.to_pixel({centre.x + radius_m * std::cos(angle), centre.y + radius_m * std::sin(angle)}, height_m));
+    if (!at) return {};
+    points.push_back(*at);
+  }
+  return points;
+}
+
+// White on black, so that it can be read on every table.
+void write(cv::Mat& picture, const std::string& text, Point at, double size_px, const cv::Scalar& colour) {
+  const double scale = std::clamp(size_px / 40.0, 0.3, 1.2);
+  const int thick = std::max(1, static_cast<int>(2 * scale));
+  const cv::Point where(static_cast<int>(at.x), static_cast<int>(at.y));
+  cv::putText(picture, text, where, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar::all(0), thick + 2, cv::LINE_AA);
+  cv::putText(picture, text, where, cv::FONT_HERSHEY_SIMPLEX, scale, colour, thick, cv::LINE_AA);
+}
+
+}  // namespace
+
+void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body) {
+  for (const Track& track : tracks) {
+    const Point centre{track.in_arena.x_m, track.in_arena.y_m};
+    const auto middle = camera.to_pixel(centre, body.board_m);
+    const std::vector<cv::Point> circle = ring(camera, centre, body.diameter_m / 2, body.board_m);
+    if (!middle || circle.empty()) continue;
+    const auto scale = camera.scale(centre, body.board_m);
+    const double r_px = scale ? scale->largest * body.diameter_m / 2 : 0;
+    if (camera.inside_px(*middle) < -r_px) continue;
+    const cv::Scalar colour = colour_of(track.led, cv::Scalar(0, 140, 255));
+    const bool seen = track.age.count() == 0;
+    const int thick = seen ? std::max(1, static_cast<int>(r_px / 10)) : 1;
+    cv::polylines(picture, circle, true, colour, thick, cv::LINE_AA, shift);
+    if (track.heading_sigma_rad < known_heading_rad) {
+      const double heading = track.in_arena.heading_rad, length_m = 0.75 * body.diameter_m;
+      const auto tip = fine(camera.to_pixel({centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)}, body.board_m));
+      if (const auto from = fine(middle); tip && from) cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, shift);
+    }
+    const std::string name = track.robot ? fmt::format("{}{}", *track.robot, track.doubtful ? "?" : "") : fmt::format("#{}", track.number);
+    write(picture, name, {middle->x + 0.8 * r_px, middle->y - 0.8 * r_px}, r_px, track.doubtful ? cv::Scalar(80, 80, 255) : cv::Scalar::all(255));
+  }
+}
+
+void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks) {
+  for (const hal::Mark& mark : marks) {
+    const std::vector<cv::Point> circle = ring(camera, {mark.x_m, mark.y_m}, mark.radius_m, 0);
+    if (circle.empty()) continue;
+    const cv::Scalar colour = colour_of(mark.colour, cv::Scalar::all(150));
+    const std::size_t step = mark.dashed ? 2 : 1;
+    for (std::size_t i = 0; i < circle.size(); i += step) cv::line(picture, circle[i], circle[(i + 1) % circle.size()], colour, 2, cv::LINE_AA, shift);
+    const auto scale = camera.scale({mark.x_m, mark.y_m}, 0);
+    const auto middle = camera.to_pixel({mark.x_m, mark.y_m}, 0);
+    if (middle && scale && !mark.text.empty()) write(picture, mark.text, *middle, scale->largest * mark.radius_m / 2, colour);
+  }
+}
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,23 @@
+// Draws what is known over a camera's picture: robots' circles, names, headings and LEDs, and the virtual environment on the table.
+#pragma once
+
+#include <span>
+
+#include "hal/types.hpp"
+#include "tracker/calibration.hpp"
+#include "tracker/track.hpp"
+#include "tracker/view_fusion.hpp"
+
+namespace cv {
+class Mat;
+}
+
+namespace arkmesh::tracker {
+
+// Draws into `picture` (8-bit BGR). A robot's circle has the colour of its LED (orange when off) and is thin while it is out of sight; its
+// arrow is the driving direction, left out when that is not known. The text is the robot's id, with a question mark while it is
+// doubtful, or #number of a track that nobody has named.
+void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body = {});
+void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks);
+
+}  // namespace arkmesh::tracker
