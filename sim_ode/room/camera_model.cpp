@@ -39,6 +39,7 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
   }
   most_radius2_ = radius * radius;
   const double corner = std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) / focal_px;
+  if (corner > farthest) throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
   if (before < corner) throw std::invalid_argument("has a distortion that folds its picture over before the corners; take smaller coefficients");
 }
 

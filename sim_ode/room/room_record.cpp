@@ -37,7 +37,7 @@ RoomRecord::RoomRecord(const Room& room, const std::string& truth, const std::st
   for (std::size_t k = 0; k < room.cameras(); ++k) {
     const CameraSettings& camera = room.camera(k).settings();
     const std::string name = name_for(room, k, video);
-    videos_.push_back(std::make_unique<cv::VideoWriter>(name, code, frames_per_s, cv::Size(camera.width_px, camera.height_px)));
+    videos_.push_back(std::make_unique<cv::VideoWriter>(name, cv::CAP_FFMPEG, code, frames_per_s, cv::Size(camera.width_px, camera.height_px)));
     if (!videos_.back()->isOpened()) throw std::runtime_error(fmt::format("cannot write the video {}; is the folder there, and is there room?", name));
     videos_.back()->set(cv::VIDEOWRITER_PROP_QUALITY, 95);
     last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
@@ -53,7 +53,7 @@ void RoomRecord::add_truth(const Room& room) {
   for (const Room::Truth& robot : room.truth())
     rows += fmt::format("{:.6f},{},{},{:.6f},{:.6f},{:.5f},{},{}\n", time_s, robot.robot, robot.id, robot.seen.pose.x_m, robot.seen.pose.y_m,
                         robot.seen.pose.heading_rad, led_names[static_cast<std::size_t>(robot.led)], robot.seen.on_table ? 1 : 0);
-  if (!(truth_ << rows)) throw std::runtime_error(fmt::format("cannot write on to {}: is the disk full?", truth_name_));
+  if (!(truth_ << rows).flush()) throw std::runtime_error(fmt::format("cannot write on to {}: is the disk full?", truth_name_));
 }
 
 void RoomRecord::add_picture(std::size_t number, const cv::Mat& picture) {
@@ -63,13 +63,9 @@ void RoomRecord::add_picture(std::size_t number, const cv::Mat& picture) {
 }
 
 void write_calibration(const Room& room, const std::string& file) {
-  cv::FileStorage out;
-  try {
-    out.open(file, cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
-  } catch (const cv::Exception&) {
-    // said below
-  }
-  if (!out.isOpened()) throw std::runtime_error(fmt::format("cannot write the calibration to {}; its name must end in .yaml, its folder must be there", file));
+  // asked first: OpenCV complains by itself
+  if (!std::ofstream(file, std::ios::app)) throw std::runtime_error(fmt::format("cannot write the calibration to {}; is the folder there, and may you write in it?", file));
+  cv::FileStorage out(file, cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
   out << "cameras" << "[";
   for (std::size_t k = 0; k < room.cameras(); ++k) {
     const CameraModel& model = room.camera(k).model_at_first();
