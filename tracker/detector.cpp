@@ -96,19 +96,18 @@ class Detector::Search {
     return better ? rims_.fit(bgr, *better, 0.14, darker, noise_) : std::nullopt;
   }
 
-  // Candidates of radii [least, most] px in a picture shrunk by `block`, each looked at closely.
-  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, std::size_t most, std::vector<Suspect>& suspects) {
+  // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a row are nothing.
+  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, double least_votes, std::size_t patience, std::vector<Suspect>& suspects) {
     for (const bool darker : {true, false}) {
       candidates_.clear();
-      votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, 0.3, candidates_);
-      if (candidates_.size() > most) candidates_.resize(most);
+      votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, least_votes, candidates_);
       // Strongest first; a long run of candidates that are nothing ends it. What lies inside a robot is no other robot.
       Places robots(2 * most_r_px, bgr.cols, bgr.rows);
       std::size_t in_vain = 0;
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
         if (robots.taken(guess, 0.9 * least_r_px)) continue;
-        if (++in_vain > 120) break;
+        if (++in_vain > patience) break;
         const auto rim = closely(bgr, guess, darker);
         if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
         const Suspect one = suspect(*rim);
@@ -128,8 +127,8 @@ class Detector::Search {
       if (5.0 * block > settings_.largest_diameter_px / 2) break;
       picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
       votes_.look_at(picture_, least_step());
-      look(bgr, 5.0 * block, 7.1 * block, 1000, suspects);
-      look(bgr, 7.1 * block, 10.0 * block, 1000, suspects);
+      look(bgr, 5.0 * block, 7.1 * block, 0.3, 120, suspects);
+      look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, suspects);
     }
     std::erase_if(suspects, [&](const Suspect& one) {
       return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px || 2 * one.rim.circle.r_px > settings_.largest_diameter_px;
@@ -145,7 +144,7 @@ class Detector::Search {
     picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
     votes_.look_at(picture_, least_step());
     std::vector<Suspect> suspects;
-    look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 6000, suspects);
+    look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5, 60, suspects);
     const double tolerance = settings_.diameter_tolerance;
     const Likeness common = likeness(suspects, r_px, tolerance);
     for (Suspect& one : suspects) one.evidence = confidence(one, common, tolerance);

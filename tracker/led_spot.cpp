@@ -36,7 +36,7 @@ const std::uint8_t* pixel(const cv::Mat& bgr, double x, double y) {
   return bgr.ptr<std::uint8_t>(row) + 3 * column;
 }
 
-int brightest(const std::uint8_t* bgr) { return std::max({bgr[0], bgr[1], bgr[2]}); }
+int brightest(const std::uint8_t* bgr) { return std::max(bgr[0], std::max(bgr[1], bgr[2])); }
 
 // Of every other value: as good, and half the work.
 int median(const std::array<int, directions>& values) {
@@ -110,39 +110,40 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
 
   // Core and halo, pixel by pixel.
   const Light dark = dark_board(seen);
-  const double core_level = peak - 0.4 * excess, reach = 0.5 * r_px;
-  double core_x = 0, core_y = 0, core_weight = 0, weights = 0, colours = 0, brights = 0;
-  Light added;
-  const int from_x = std::max(0, static_cast<int>(x - reach)), to_x = std::min(bgr.cols - 1, static_cast<int>(x + reach) + 1);
-  const int from_y = std::max(0, static_cast<int>(y - reach)), to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
-  const double halo_px = 0.3 * r_px;
+  const auto dark_blue = static_cast<float>(dark.blue), dark_green = static_cast<float>(dark.green), dark_red = static_cast<float>(dark.red);
+  const auto core_level = static_cast<float>(peak - 0.4 * excess), reach = static_cast<float>(0.5 * r_px), r_squared = static_cast<float>(r_px * r_px);
+  const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
+  const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)), to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
+  float core_x = 0, core_y = 0, core_weight = 0, weights = 0, colours = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
+    const float dy = static_cast<float>(row - y), out_y = static_cast<float>(row - board.y_px);
+    if (dy * dy > reach * reach) continue;
+    const double half = std::sqrt(reach * reach - dy * dy);
+    const int from_x = std::max(0, static_cast<int>(std::ceil(x - half))), to_x = std::min(bgr.cols - 1, static_cast<int>(std::floor(x + half)));
     for (int column = from_x; column <= to_x; ++column) {
       const std::uint8_t* at = line + 3 * column;
-      const double dx = column - x, dy = row - y, squared = dx * dx + dy * dy;
-      if (squared > reach * reach) continue;
-      const int value = brightest(at);
-      if (value > core_level && squared < 0.1 * r_px * r_px) {
-        const double weight = value - core_level;
+      const float dx = static_cast<float>(column - x), squared = dx * dx + dy * dy;
+      const auto value = static_cast<float>(brightest(at));
+      if (value > core_level && squared < core_squared) {
+        const float weight = value - core_level;
         core_x += weight * dx, core_y += weight * dy, core_weight += weight;
       }
-      const double out_x = column - board.x_px, out_y = row - board.y_px;
-      if (std::min({at[0], at[1], at[2]}) >= 240 || out_x * out_x + out_y * out_y > r_px * r_px) continue;
-      const double blue = at[0] - dark.blue, green = at[1] - dark.green, red = at[2] - dark.red;
-      const double bright = std::max({blue, green, red});
-      if (bright < 8) continue;
-      const double colour = bright - std::min({blue, green, red});
-      const double nearness = std::max(0.0, 1 - squared / (4 * halo_px * halo_px)), near = nearness * nearness * nearness;
-      const double weight = colour * colour * near;
-      added.blue += weight * blue, added.green += weight * green, added.red += weight * red;
-      weights += near, colours += near * colour, brights += near * bright;
+      const float blue = at[0] - dark_blue, green = at[1] - dark_green, red = at[2] - dark_red;
+      const float bright = std::max(blue, std::max(green, red));
+      const float out_x = static_cast<float>(column - board.x_px);
+      if (bright < 8 || out_x * out_x + out_y * out_y > r_squared || std::min(at[0], std::min(at[1], at[2])) >= 240) continue;
+      const float colour = bright - std::min(blue, std::min(green, red));
+      const float nearness = 1 - squared * halo;  // reach keeps it positive
+      const float near = nearness * nearness * nearness, weight = colour * colour * near;
+      added_blue += weight * blue, added_green += weight * green, added_red += weight * red;
+      weights += near, colours += near * colour;
     }
   }
+  const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
   // A lit spot outshines a white table and stands out from its ring; glints on unlit robots do neither much. Coloured light counts more.
-  const double tint = weights > 0 ? colours / weights / white : 0;
+  const double tint = weights > 0 ? static_cast<double>(colours / weights) / white : 0;
   const double brightness = peak / white + excess / white + std::min(0.3, tint);
-  (void)brights;
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - (unlit + lit) / 2) / ((lit - unlit) / 2), 0.0, 1.0));
   if (brightness < (unlit + lit) / 2) {
     spot.confidence = sure;
@@ -151,7 +152,10 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   const LedColour colour = led_colour(added);
   spot.led = colour.led;
   spot.confidence = std::min(sure, colour.confidence);
-  if (core_weight > 0) x += core_x / core_weight, y += core_y / core_weight;
+  if (core_weight > 0) {
+    x += static_cast<double>(core_x / core_weight);
+    y += static_cast<double>(core_y / core_weight);
+  }
   spot.x_px = x, spot.y_px = y;
   return spot;
 }

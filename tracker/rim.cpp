@@ -5,21 +5,43 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "tracker/wide.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 constexpr double tau = 6.283185307179586;
 
+constexpr std::size_t all_rays = 48;
+
 struct Directions {
-  std::array<float, 64> x{}, y{};
+  std::array<float, all_rays> x{}, y{};
   Directions() {
-    for (std::size_t i = 0; i < 64; ++i) {
-      x[i] = static_cast<float>(std::cos(tau * static_cast<double>(i) / 64));
-      y[i] = static_cast<float>(std::sin(tau * static_cast<double>(i) / 64));
+    for (std::size_t i = 0; i < all_rays; ++i) {
+      x[i] = static_cast<float>(std::cos(tau * static_cast<double>(i) / all_rays));
+      y[i] = static_cast<float>(std::sin(tau * static_cast<double>(i) / all_rays));
     }
   }
 };
 const Directions towards;
+
+// Indices of the pixels nearest to evenly spaced places; `y` and `x` are already half a pixel further.
+ARKMESH_WIDE void nearest_pixels(float x, float y, float dx, float dy, int width, int count, std::int32_t* __restrict index) {
+  for (int k = 0; k < count; ++k) {
+    const float step = static_cast<float>(k);
+    index[k] = static_cast<std::int32_t>(y + step * dy) * width + static_cast<std::int32_t>(x + step * dx);
+  }
+}
+
+// Rise of the grey level round each sample, over `Reach` samples on either side.
+template <int Reach>
+void rises(const float* __restrict along, int count, float* __restrict rise) {
+  for (int k = Reach; k < count - Reach; ++k) {
+    float sum = along[k + 1] - along[k - 1];
+    for (int j = 2; j <= Reach; ++j) sum += along[k + j] - along[k - j];
+    rise[k] = sum * (1.0F / Reach);
+  }
+}
 
 float between(const ShrunkPicture& patch, float x, float y) {
   const int ix = static_cast<int>(x), iy = static_cast<int>(y);
@@ -44,8 +66,8 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
   const int width = picture.width;
   const auto inside = [&](float px, float py) { return px >= 0 && py >= 0 && px <= most_x && py <= most_y; };
   std::array<float, most_samples> along;
+  std::array<std::int32_t, most_samples> index;
   const int reach = span.reach;
-  const float part = 1.0F / static_cast<float>(reach);
   for (int i = 0; i < rays; i += span.every) {
     const auto ray = static_cast<std::size_t>(i);
     const float ux = towards.x[ray], uy = towards.y[ray];
@@ -60,18 +82,15 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
     auto& step = step_[ray];
     step.fill(0);
     if (known < 2 * reach + 1) continue;
-    if (nearest)
-      for (int k = 0; k < known; ++k)
-        along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[static_cast<int>(y0 + static_cast<float>(k) * dy + 0.5F) * width +
-                                                                              static_cast<int>(x0 + static_cast<float>(k) * dx + 0.5F)]);
-    else
+    if (nearest) {
+      nearest_pixels(x0 + 0.5F, y0 + 0.5F, dx, dy, width, known, index.data());
+      for (int k = 0; k < known; ++k) along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[index[static_cast<std::size_t>(k)]]);
+    } else {
       for (int k = 0; k < known; ++k)
         along[static_cast<std::size_t>(k)] = between(picture, x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
-    for (int k = reach; k + reach < known; ++k) {
-      float rise = 0;
-      for (int j = 1; j <= reach; ++j) rise += along[static_cast<std::size_t>(k + j)] - along[static_cast<std::size_t>(k - j)];
-      step[static_cast<std::size_t>(k)] = rise * part;
     }
+    if (reach == 2) rises<2>(along.data(), known, step.data());
+    else rises<3>(along.data(), known, step.data());
   }
 }
 
@@ -166,18 +185,18 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     const float expected = fitted.r + fitted.x * towards.x[ray] + fitted.y * towards.y[ray];
     const int at = static_cast<int>(std::lround((expected - first_) / spacing_));
     if (at + reach + 1 >= known_[ray] || at < reach) continue;
-    ++eighth_inside[ray / 8];
+    ++eighth_inside[ray / (rays / 8)];
     steps[static_cast<std::size_t>(inside++)] = sign * step_[ray][static_cast<std::size_t>(at)];
     if (strength_[ray] <= 0) continue;
     const float off = std::abs(edge_[ray] - expected);
     offs[static_cast<std::size_t>(offs_count++)] = off;
-    if (off <= near && strength_[ray] >= static_cast<float>(least_step)) ++on, ++eighth_on[ray / 8];
+    if (off <= near && strength_[ray] >= static_cast<float>(least_step)) ++on, ++eighth_on[ray / (rays / 8)];
   }
   std::array<float, 8> eighths;
   eighths.fill(2);  // those outside the picture come last
   std::size_t eighths_seen = 0;
   for (std::size_t i = 0; i < 8; ++i)
-    if (eighth_inside[i] >= 4) eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
+    if (eighth_inside[i] >= 3) eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
   std::partial_sort(eighths.begin(), eighths.begin() + 3, eighths.end());
   const std::size_t least = std::max<std::size_t>(1, eighths_seen * 3 / 8);
   for (std::size_t i = 0; i < least; ++i) rim.closed += std::min(eighths[i], 1.0F) / static_cast<float>(least);
@@ -199,7 +218,7 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     const float far = (0.1F * static_cast<float>(ring) + 0.05F) * fitted.r;
     float sum = 0;
     int count = 0;
-    for (std::size_t ray = ring % 2 ? 2 : 0; ray < static_cast<std::size_t>(rays); ray += 4) {
+    for (std::size_t ray = ring % 2; ray < static_cast<std::size_t>(rays); ray += 3) {
       const float px = static_cast<float>(x) + fitted.x + far * towards.x[ray], py = static_cast<float>(y) + fitted.y + far * towards.y[ray];
       if (!(px >= 0 && py >= 0 && px <= most_x && py <= most_y)) continue;
       const float value = between(patch_, px, py);
@@ -245,7 +264,7 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, doubl
   const double least_step = std::max(3.0, 1.5 * noise / block);
   const double span = 0.14 + off;
   sample(patch_, x, y, r, {.from = 1 - span, .to = 1 + span, .samples = std::min(most_samples, static_cast<int>(span * 94)), .reach = 3, .every = 1});
-  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.14, 0.09, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
+  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
   Rim rim;
   rim.darker = darker;

@@ -34,7 +34,7 @@ class RimFinder {
   std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
 
  private:
-  static constexpr int rays = 64, most_samples = 40;
+  static constexpr int rays = 48, most_samples = 40;
   // Where along a ray grey levels are taken: parts of the radius.
   struct Span {
     double from, to;

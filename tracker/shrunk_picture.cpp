@@ -6,16 +6,12 @@
 #include <cstdlib>
 #include <opencv2/core.hpp>
 
+#include "tracker/wide.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
-// Loops of their own so that they vectorise; where the processor can, with its wider instructions (whole numbers: the same results).
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define ARKMESH_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define ARKMESH_WIDE
-#endif
-
+// Loops of their own so that they vectorise.
 inline int brightest(const std::uint8_t* bgr) {
   const std::uint8_t more = bgr[0] > bgr[1] ? bgr[0] : bgr[1];
   return more > bgr[2] ? more : bgr[2];

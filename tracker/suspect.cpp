@@ -133,7 +133,7 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
   double value = suspect.shape * std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
   if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.25, 0.5);
-  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.25, 0.5);
+  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.12, 0.3);
   return suspect.rim.darker == others.darker ? value : 0.6 * value;
 }
 
