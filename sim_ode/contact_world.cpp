@@ -78,10 +78,16 @@ void ContactWorld::take_off(int robot) {
 }
 
 void ContactWorld::step() {
-  if (totals_.steps % align_steps == 0) align_headings();
+  list_pairs();
+  move_alone();
+  hold_contacts();
+}
+
+void ContactWorld::list_pairs() {
   if (slack_m_ < 0) find_pairs();
-  std::swap(now_, before_);
-  move_all();
+}
+
+void ContactWorld::hold_contacts() {
   double path = std::sqrt(fastest2_);
   find_contacts();
   if (!solver_.empty()) {
@@ -125,7 +131,9 @@ std::pair<double, double> ContactWorld::motion(int robot) const {
   return {before_.cos[i] * ahead_[i] - before_.sin[i] * left_[i], before_.sin[i] * ahead_[i] + before_.cos[i] * left_[i]};
 }
 
-void ContactWorld::move_all() {
+void ContactWorld::move_alone() {
+  if (totals_.steps % align_steps == 0) align_headings();
+  std::swap(now_, before_);
   const std::size_t n = now_.x.size();
   const double *const x0 = before_.x.data(), *const y0 = before_.y.data(), *const h0 = before_.heading.data(), *const c0 = before_.cos.data(),
                *const s0 = before_.sin.data();

@@ -21,8 +21,11 @@ class ContactWorld {
 
   // In force until the next call.
   void set_velocity(int robot, const Velocity& velocity);
-  // One robot tick.
+  // One robot tick: these three, in this order.
   void step();
+  void list_pairs();      // who may touch, when the old list has served its time
+  void move_alone();      // everybody as if alone
+  void hold_contacts();   // then those who touch
   // A hand moves a robot. Off the table it stands where nobody can meet it.
   void place(int robot, const hal::Pose& pose);
   void take_off(int robot);
@@ -64,7 +67,6 @@ class ContactWorld {
   void find_contacts();
   int body(int robot);
   std::pair<double, double> motion(int robot) const;
-  void move_all();
   void correct_touched();
 
   double width_m_, height_m_;

@@ -2,6 +2,7 @@
 #include "tests/bench/bare_swarm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -10,13 +11,19 @@ namespace {
 
 constexpr float step_s = 1.0f / 32, speed = 0.01f, turn = 0.7854f, range_m = 0.1f;
 
+// As long as a Kilobot's.
+struct Message {
+  std::array<std::uint8_t, 12> bytes{};
+};
+
 }  // namespace
 
 struct BareSwarm::State {
   int n, columns;
   float half;
   std::vector<float> x, y, c, s, v, turn_c, turn_s, box_distance;
-  std::vector<int> until, box_from, cell, member, first;
+  std::vector<int> until, cell, member, first;
+  std::vector<Message> sent, box;
   std::uint32_t random = 12345;
   std::uint64_t received = 0;
   int number = 0;
@@ -35,7 +42,10 @@ BareSwarm::BareSwarm(int robots, float side_m) : state_(std::make_unique<State>(
   w.columns = std::max(1, static_cast<int>(std::ceil(side_m / range_m)));
   const auto n = static_cast<std::size_t>(robots);
   for (auto* v : {&w.x, &w.y, &w.c, &w.s, &w.v, &w.turn_c, &w.turn_s, &w.box_distance}) v->assign(n, 0);
-  for (auto* v : {&w.until, &w.box_from, &w.cell, &w.member}) v->assign(n, 0);
+  for (auto* v : {&w.until, &w.cell, &w.member}) v->assign(n, 0);
+  w.sent.resize(n);
+  w.box.resize(n);
+  for (std::size_t i = 0; i < n; ++i) w.sent[i].bytes[0] = static_cast<std::uint8_t>(i);
   w.first.assign(static_cast<std::size_t>(w.columns * w.columns) + 1, 0);
   for (std::size_t i = 0; i < n; ++i) {
     w.x[i] = (w.unit() - 0.5f) * side_m;
@@ -83,7 +93,7 @@ void BareSwarm::step() {
         const auto j = static_cast<std::size_t>(w.member[static_cast<std::size_t>(k)]);
         const float dx = w.x[j] - w.x[i], dy = w.y[j] - w.y[i], d2 = dx * dx + dy * dy;
         if (d2 > range_m * range_m || j == i || w.unit() > 0.8f) continue;
-        w.box_from[j] = static_cast<int>(i);
+        w.box[j] = w.sent[i];
         w.box_distance[j] = std::sqrt(d2);
         ++w.received;
       }

@@ -1,5 +1,5 @@
 // The least that a simulator of moving and talking robots can cost: kinematics, grid and messages, nothing else. No contacts, no
-// programs, no order that has to repeat. A reference for speed, compiled as fast as it goes.
+// programs, no order that has to repeat. A reference for speed.
 #pragma once
 
 #include <cstdint>
