@@ -1,13 +1,13 @@
 // `arkmesh room`: a table of simulated Kilobots behind cameras and an overhead controller, for everything that wants hardware.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include "cli/commands.hpp"
 #include "hal/config.hpp"
@@ -102,12 +102,14 @@ void add_room_command(CLI::App& app) {
   command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
   command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
   command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
-  auto* const chessboard = command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera")
-                               ->check(CLI::Range(1, 1000));
+  auto* const chessboard =
+      command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera")
+          ->check(CLI::Range(1, 1000));
   command->add_option("--folder", options->folder, "Folder for them")->needs(chessboard)->default_str("chessboard");
   options->folder = "chessboard";
-  command->footer("Example:\n  arkmesh room experiments/room/roark.toml --seconds 60 --truth truth.csv\n"
-                  "  arkmesh room experiments/room/roark.toml --offline --seconds 60 --video room.mp4 --truth truth.csv");
+  command->footer(
+      "Example:\n  arkmesh room experiments/room/roark.toml --seconds 60 --truth truth.csv\n"
+      "  arkmesh room experiments/room/roark.toml --offline --seconds 60 --video room.mp4 --truth truth.csv");
   command->callback([options] { run(*options); });
 }
 

@@ -55,7 +55,8 @@ Socket listen_on(const std::string& address, std::uint16_t port) {
   hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
   const std::string numeric = address == "localhost" ? "127.0.0.1" : address;
   if (::getaddrinfo(numeric.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    throw std::runtime_error(fmt::format("'{}' is no address to show pictures on; give an IP address of this machine, such as 127.0.0.1", address));
+    throw std::runtime_error(
+        fmt::format("'{}' is no address to show pictures on; give an IP address of this machine, such as 127.0.0.1", address));
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
   Socket out(::socket(found->ai_family, SOCK_STREAM, 0));
   const int yes = 1;
@@ -63,8 +64,8 @@ Socket listen_on(const std::string& address, std::uint16_t port) {
   if (out.get() < 0 || ::bind(out.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(out.get(), 16) != 0) {
     const int why = errno;
     if (why == EADDRINUSE)
-      throw std::runtime_error(
-          fmt::format("TCP port {} of {} is in use by another program; stop it (ss -ltnp shows it) or give the pictures another port", port, address));
+      throw std::runtime_error(fmt::format(
+          "TCP port {} of {} is in use by another program; stop it (ss -ltnp shows it) or give the pictures another port", port, address));
     if (why == EACCES) throw std::runtime_error(fmt::format("TCP port {} is not allowed to ordinary users; take one above 1023", port));
     throw std::runtime_error(fmt::format("cannot show pictures on {} port {}: {}", address, port, std::strerror(why)));
   }
@@ -76,12 +77,13 @@ std::uint16_t port_of(int handle) {
   sockaddr_storage name{};
   socklen_t size = sizeof name;
   if (::getsockname(handle, reinterpret_cast<sockaddr*>(&name), &size) != 0) return 0;
-  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port : reinterpret_cast<const sockaddr_in&>(name).sin_port);
+  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port
+                                          : reinterpret_cast<const sockaddr_in&>(name).sin_port);
 }
 
 std::string response(std::string_view status, std::string_view type, std::string_view body) {
-  return fmt::format("HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}", status, type,
-                     body.size(), body);
+  return fmt::format("HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}",
+                     status, type, body.size(), body);
 }
 
 }  // namespace
@@ -92,9 +94,9 @@ struct MjpegServer::State {
     Socket socket;
     Stage stage = Stage::asking;
     std::string request, stream;
-    Bytes out;                   // in flight
+    Bytes out;  // in flight
     std::size_t sent = 0;
-    Monotonic::time_point since; // of the stage, or of the last byte that it took
+    Monotonic::time_point since;  // of the stage, or of the last byte that it took
   };
 
   State(const std::string& address, std::uint16_t wanted) : listener(listen_on(address, wanted)), port(port_of(listener.get())) {}
@@ -124,7 +126,8 @@ struct MjpegServer::State {
       if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
       if (client.stage != Stage::asking) continue;  // whatever it says now is of no interest
       client.request.append(some.data(), static_cast<std::size_t>(n));
-      if (client.request.find("\r\n\r\n") != std::string::npos || client.request.find("\n\n") != std::string::npos) answer(client);
+      if (client.request.find("\r\n\r\n") != std::string::npos || client.request.find("\n\n") != std::string::npos)
+        answer(client);
       else if (client.request.size() > most_request_bytes) {
         counters.add("mjpeg.refused.request_too_long");
         leave_with(client, response("431 Request Header Fields Too Large", "text/plain", "request too long\n"));
@@ -162,10 +165,10 @@ struct MjpegServer::State {
     client.stage = Stage::watching;
     client.stream = name;
     client.since = Monotonic::now();
-    client.out = std::make_shared<const std::string>(
-        fmt::format("HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
-                    "--{0}\r\n{1}",
-                    boundary, *stream->second.part));
+    client.out = std::make_shared<const std::string>(fmt::format(
+        "HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
+        "--{0}\r\n{1}",
+        boundary, *stream->second.part));
     client.sent = 0;
   }
 
@@ -193,9 +196,12 @@ struct MjpegServer::State {
   }
 
   bool too_slow(const Client& client, Monotonic::time_point now) {
-    if (client.stage == Stage::asking && now - client.since > request_within) counters.add("mjpeg.sent_away.no_request");
-    else if (client.out && now - client.since > progress_within) counters.add("mjpeg.sent_away.takes_nothing");
-    else return false;
+    if (client.stage == Stage::asking && now - client.since > request_within)
+      counters.add("mjpeg.sent_away.no_request");
+    else if (client.out && now - client.since > progress_within)
+      counters.add("mjpeg.sent_away.takes_nothing");
+    else
+      return false;
     return true;
   }
 
@@ -214,8 +220,12 @@ struct MjpegServer::State {
 MjpegServer::MjpegServer(const std::string& address, std::uint16_t port) : state_(std::make_unique<State>(address, port)) {}
 MjpegServer::~MjpegServer() = default;
 
-std::uint16_t MjpegServer::port() const { return state_->port; }
-const Counters& MjpegServer::counters() const { return state_->counters; }
+std::uint16_t MjpegServer::port() const {
+  return state_->port;
+}
+const Counters& MjpegServer::counters() const {
+  return state_->counters;
+}
 
 void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpeg) {
   const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
@@ -238,7 +248,8 @@ void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpe
 
 void MjpegServer::close(const std::string& stream) {
   if (state_->streams.erase(stream) == 0) return;
-  std::erase_if(state_->clients, [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; });
+  std::erase_if(state_->clients,
+                [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; });
 }
 
 std::size_t MjpegServer::watchers(const std::string& stream) const {
@@ -249,9 +260,8 @@ std::size_t MjpegServer::watchers(const std::string& stream) const {
 // Those who have left make room for those who come.
 void MjpegServer::serve() {
   const Monotonic::time_point now = Monotonic::now();
-  std::erase_if(state_->clients, [&](State::Client& client) {
-    return !state_->read(client) || !state_->write(client) || state_->too_slow(client, now);
-  });
+  std::erase_if(state_->clients,
+                [&](State::Client& client) { return !state_->read(client) || !state_->write(client) || state_->too_slow(client, now); });
   state_->accept();
 }
 

@@ -34,7 +34,8 @@ Handle listen_on(const std::string& address, std::uint16_t port, const std::stri
   hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
   const std::string numeric = address == "localhost" ? "127.0.0.1" : address;
   if (::getaddrinfo(numeric.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    throw std::runtime_error(fmt::format("room.listen = \"{}\" is no address; give an IP address of this machine, such as 127.0.0.1", address));
+    throw std::runtime_error(
+        fmt::format("room.listen = \"{}\" is no address; give an IP address of this machine, such as 127.0.0.1", address));
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
   Handle out(::socket(found->ai_family, SOCK_STREAM, 0));
   const int yes = 1;
@@ -42,8 +43,9 @@ Handle listen_on(const std::string& address, std::uint16_t port, const std::stri
   if (!out || ::bind(out.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(out.get(), 4) != 0) {
     const int why = errno;
     if (why == EADDRINUSE)
-      throw std::runtime_error(fmt::format("TCP port {} of {}, for {}, is in use by another program; stop it (ss -ltnp shows it) or give another port",
-                                           port, address, what));
+      throw std::runtime_error(
+          fmt::format("TCP port {} of {}, for {}, is in use by another program; stop it (ss -ltnp shows it) or give another port", port,
+                      address, what));
     throw std::runtime_error(fmt::format("cannot listen on {} port {} for {}: {}", address, port, what, std::strerror(why)));
   }
   no_waiting(out.get());
@@ -54,10 +56,13 @@ std::uint16_t port_of(int fd) {
   sockaddr_storage name{};
   socklen_t size = sizeof name;
   if (::getsockname(fd, reinterpret_cast<sockaddr*>(&name), &size) != 0) return 0;
-  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port : reinterpret_cast<const sockaddr_in&>(name).sin_port);
+  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port
+                                          : reinterpret_cast<const sockaddr_in&>(name).sin_port);
 }
 
-bool would_wait() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
+bool would_wait() {
+  return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+}
 
 }  // namespace
 
@@ -72,7 +77,8 @@ Handle::~Handle() {
 
 PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt(O_RDWR | O_NOCTTY)), link_(link) {
   std::array<char, 256> name{};
-  if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 || ::ptsname_r(master_.get(), name.data(), name.size()) != 0)
+  if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
+      ::ptsname_r(master_.get(), name.data(), name.size()) != 0)
     throw std::runtime_error(fmt::format("cannot make a pseudo-terminal for the overhead controller: {}", std::strerror(errno)));
   path_ = name.data();
   slave_ = Handle(::open(path_.c_str(), O_RDWR | O_NOCTTY));
@@ -92,7 +98,8 @@ PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt
   }
   std::filesystem::remove(link_, error);
   std::filesystem::create_symlink(path_, link_, error);
-  if (error) throw std::runtime_error(fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
+  if (error)
+    throw std::runtime_error(fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {
@@ -108,7 +115,9 @@ std::vector<std::uint8_t> PseudoTerminal::read(std::size_t most) {
 }
 
 TcpPort::TcpPort(const std::string& address, std::uint16_t port, const std::string& what) : listener_(listen_on(address, port, what)) {}
-std::uint16_t TcpPort::port() const { return port_of(listener_.get()); }
+std::uint16_t TcpPort::port() const {
+  return port_of(listener_.get());
+}
 
 void TcpPort::accept() {
   for (std::size_t k = 0; k < most_clients; ++k) {
@@ -129,7 +138,9 @@ std::vector<std::uint8_t> TcpPort::read(std::size_t most) {
 }
 
 LinePort::LinePort(const std::string& address, std::uint16_t port, const std::string& what) : listener_(listen_on(address, port, what)) {}
-std::uint16_t LinePort::port() const { return port_of(listener_.get()); }
+std::uint16_t LinePort::port() const {
+  return port_of(listener_.get());
+}
 
 void LinePort::serve(const std::function<std::string(std::string_view)>& answer) {
   for (std::size_t k = 0; k < most_clients; ++k) {
@@ -145,8 +156,10 @@ bool LinePort::serve(Client& client, const std::function<std::string(std::string
   std::array<char, 1024> some;
   bool ended = false;
   const ssize_t n = ::recv(client.handle.get(), some.data(), some.size(), 0);
-  if (n == 0) ended = true;
-  else if (n < 0 && !would_wait()) return false;
+  if (n == 0)
+    ended = true;
+  else if (n < 0 && !would_wait())
+    return false;
   if (n > 0) client.in.append(some.data(), static_cast<std::size_t>(n));
   for (std::size_t end; (end = client.in.find('\n')) != std::string::npos; client.in.erase(0, end + 1))
     client.out += answer(std::string_view(client.in).substr(0, end)) + "\n";

@@ -41,7 +41,7 @@ class PseudoTerminal {
   std::vector<std::uint8_t> read(std::size_t most);
 
  private:
-  Handle master_, slave_;   // the other end is kept open, so that a host may come and go
+  Handle master_, slave_;  // the other end is kept open, so that a host may come and go
   std::string path_, link_;
 };
 

@@ -29,16 +29,20 @@ std::vector<float> by_square(double reach, Value&& value) {
   return out;
 }
 
-double bell(double r, double sd) { return std::exp(-r * r / (2 * sd * sd)); }
+double bell(double r, double sd) {
+  return std::exp(-r * r / (2 * sd * sd));
+}
 
 // A plane's patch around a point, back from pixels: metres per pixel.
 struct Patch {
-  int left, right, top, bottom;    // pixels, right and bottom excluded
+  int left, right, top, bottom;  // pixels, right and bottom excluded
   float x_px, y_px, xx, xy, yx, yy;
 
   Patch(const LocalMap& at, double reach_m, const cv::Mat& picture)
-      : left(clip(at.x_px - reach_m * std::hypot(at.xx, at.xy), picture.cols)), right(clip(at.x_px + reach_m * std::hypot(at.xx, at.xy) + 2, picture.cols)),
-        top(clip(at.y_px - reach_m * std::hypot(at.yx, at.yy), picture.rows)), bottom(clip(at.y_px + reach_m * std::hypot(at.yx, at.yy) + 2, picture.rows)) {
+      : left(clip(at.x_px - reach_m * std::hypot(at.xx, at.xy), picture.cols)),
+        right(clip(at.x_px + reach_m * std::hypot(at.xx, at.xy) + 2, picture.cols)),
+        top(clip(at.y_px - reach_m * std::hypot(at.yx, at.yy), picture.rows)),
+        bottom(clip(at.y_px + reach_m * std::hypot(at.yx, at.yy) + 2, picture.rows)) {
     const double det = at.xx * at.yy - at.xy * at.yx;
     x_px = static_cast<float>(at.x_px);
     y_px = static_cast<float>(at.y_px);
@@ -50,7 +54,9 @@ struct Patch {
   static int clip(double at, int size) { return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(size))); }
 };
 
-std::uint8_t to_byte(float value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F)); }
+std::uint8_t to_byte(float value) {
+  return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F));
+}
 
 }  // namespace
 
@@ -58,13 +64,15 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
     : settings_(settings), scene_(scene), pose_(settings.pose), chance_(scene.seed, "room/camera/" + settings.name) {
   if (settings_.focal_px == 0) {
     const double w = scene.width_m / 2 + scene.wall_m, h = scene.height_m / 2 + scene.wall_m;
-    settings_.focal_px = CameraModel::focal_to_fit(settings.width_px, settings.height_px, settings.pose, {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
+    settings_.focal_px =
+        CameraModel::focal_to_fit(settings.width_px, settings.height_px, settings.pose, {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
   }
   model_ = first_model_ = make_model(pose_);
   const auto middle = model_.project_near(settings.pose.look_x_m, settings.pose.look_y_m, scene.robot_height_m);
   if (!middle) throw std::invalid_argument("does not see the table");
   radius_px_ = radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
-  if (radius_px_ < 2 || radius_px_ > 200) throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
+  if (radius_px_ < 2 || radius_px_ > 200)
+    throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
   for (int kind = 0; kind < robot_kinds; ++kind) looks_.push_back(make_robot_look(kind, radius_px_, settings.blur_px));
 
   // the core is far too bright for the picture, so that it is white whatever its colour; the halo shows the colour
@@ -85,8 +93,13 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
 }
 
 CameraModel Camera::make_model(const CameraPose& pose) const {
-  return {settings_.width_px, settings_.height_px, settings_.focal_px, (settings_.width_px - 1) / 2.0 + settings_.centre_x_px,
-          (settings_.height_px - 1) / 2.0 + settings_.centre_y_px, settings_.distortion, pose};
+  return {settings_.width_px,
+          settings_.height_px,
+          settings_.focal_px,
+          (settings_.width_px - 1) / 2.0 + settings_.centre_x_px,
+          (settings_.height_px - 1) / 2.0 + settings_.centre_y_px,
+          settings_.distortion,
+          pose};
 }
 
 void Camera::move_to(const CameraPose& pose) {
@@ -121,7 +134,8 @@ void Camera::dark_picture(std::uint64_t number, cv::Mat& out) const {
 }
 
 double Camera::gain(const Table::Seen& robot, const LocalMap& at) const {
-  return settings_.brightness * scene_.light_at(robot.pose.x_m, robot.pose.y_m) * vignetting_at(model_, settings_.vignetting, at.x_px, at.y_px);
+  return settings_.brightness * scene_.light_at(robot.pose.x_m, robot.pose.y_m) *
+         vignetting_at(model_, settings_.vignetting, at.x_px, at.y_px);
 }
 
 // Right under the robot, and falling away from the lamp.
@@ -131,7 +145,8 @@ void Camera::add_shadow(const Table::Seen& robot, cv::Mat& out) const {
   if (!at) return;
   const Patch patch(*at, reach_m, out);
   constexpr auto steps = static_cast<float>(table_steps / (shade_reach * shade_reach * radius_m * radius_m));
-  const auto off_x = static_cast<float>(-0.4 * radius_m * std::cos(scene_.light_from_rad)), off_y = static_cast<float>(-0.4 * radius_m * std::sin(scene_.light_from_rad));
+  const auto off_x = static_cast<float>(-0.4 * radius_m * std::cos(scene_.light_from_rad)),
+             off_y = static_cast<float>(-0.4 * radius_m * std::sin(scene_.light_from_rad));
   const auto depth = static_cast<float>(scene_.shadow);
   for (int y = patch.top; y < patch.bottom; ++y) {
     std::uint8_t* const row = out.ptr<std::uint8_t>(y);
@@ -160,10 +175,13 @@ void Camera::add_body(const Table::Seen& robot, const RobotLook& look, cv::Mat& 
   // three thin legs, from the board's edge down to the table
   if (radius_px_ > 8)
     for (double angle : {0.0, 2.19, -2.19}) {
-      const double x = robot.pose.x_m + 0.017 * std::cos(robot.pose.heading_rad + angle), y = robot.pose.y_m + 0.017 * std::sin(robot.pose.heading_rad + angle);
+      const double x = robot.pose.x_m + 0.017 * std::cos(robot.pose.heading_rad + angle),
+                   y = robot.pose.y_m + 0.017 * std::sin(robot.pose.heading_rad + angle);
       const auto upper = model_.project(x, y, board_m), foot = model_.project(x, y, 0);
       if (!upper || !foot || std::abs(foot->x) > 1e4 || std::abs(foot->y) > 1e4) continue;
-      const auto fixed = [](const cv::Point2d& p) { return cv::Point(static_cast<int>(std::lround(p.x * 16)), static_cast<int>(std::lround(p.y * 16))); };
+      const auto fixed = [](const cv::Point2d& p) {
+        return cv::Point(static_cast<int>(std::lround(p.x * 16)), static_cast<int>(std::lround(p.y * 16)));
+      };
       cv::line(out, fixed(*upper), fixed(*foot), cv::Scalar(118, 122, 126) * light, 1, cv::LINE_AA, 4);
     }
 
@@ -209,7 +227,8 @@ void Camera::add_led(const Table::Seen& robot, const RobotLook& look, cv::Mat& o
     const auto steps = static_cast<float>(table_steps / (reach * reach * radius_m * radius_m));
     // a camera's colour filters leak: the brighter, the whiter
     const float leak = 0.14F;
-    const float blue = light * (robot.blue + leak * (strongest - robot.blue)), green = light * (robot.green + leak * (strongest - robot.green)),
+    const float blue = light * (robot.blue + leak * (strongest - robot.blue)),
+                green = light * (robot.green + leak * (strongest - robot.green)),
                 red = light * (robot.red + leak * (strongest - robot.red));
     for (int y = patch.top; y < patch.bottom; ++y) {
       std::uint8_t* const row = out.ptr<std::uint8_t>(y);
@@ -238,7 +257,8 @@ void Camera::add_hand(const Hand& hand, cv::Mat& out) const {
   const cv::Point at(static_cast<int>(fist->x_px), static_cast<int>(fist->y_px));
   const cv::Scalar skin = cv::Scalar(118, 146, 196) * settings_.brightness, sleeve = cv::Scalar(92, 70, 58) * settings_.brightness;
   if (elbow && std::abs(elbow->x) < 1e4 && std::abs(elbow->y) < 1e4)
-    cv::line(out, at, {static_cast<int>(elbow->x), static_cast<int>(elbow->y)}, sleeve, std::clamp(static_cast<int>(0.05 * scale), 1, 250), cv::LINE_AA);
+    cv::line(out, at, {static_cast<int>(elbow->x), static_cast<int>(elbow->y)}, sleeve, std::clamp(static_cast<int>(0.05 * scale), 1, 250),
+             cv::LINE_AA);
   cv::circle(out, at, static_cast<int>(0.042 * scale), skin, cv::FILLED, cv::LINE_AA);
 }
 

@@ -20,14 +20,14 @@ struct CameraSettings {
   std::string name;
   int width_px = 1920, height_px = 1080;
   CameraPose pose;
-  double focal_px = 0;                  // 0: as long as the whole arena fits
+  double focal_px = 0;                      // 0: as long as the whole arena fits
   double centre_x_px = 0, centre_y_px = 0;  // of the lens, off the picture's middle
-  std::array<double, 5> distortion{};   // k1, k2, p1, p2, k3
-  double brightness = 1;                // of the whole picture, LEDs included
-  double vignetting = 0.2;              // share of light lost in the corners
-  double blur_px = 0.7;                 // s.d.
-  double noise = 2;                     // s.d., of 255
-  double led_brightness = 1;            // 1: the core saturates
+  std::array<double, 5> distortion{};       // k1, k2, p1, p2, k3
+  double brightness = 1;                    // of the whole picture, LEDs included
+  double vignetting = 0.2;                  // share of light lost in the corners
+  double blur_px = 0.7;                     // s.d.
+  double noise = 2;                         // s.d., of 255
+  double led_brightness = 1;                // 1: the core saturates
 };
 
 // A hand over the table: hides what is under it.
@@ -68,7 +68,7 @@ class Camera {
   Scene scene_;
   CameraPose pose_;
   CameraModel model_, first_model_;
-  double radius_px_ = 0;                // of a robot in the arena's middle
+  double radius_px_ = 0;  // of a robot in the arena's middle
   cv::Mat table_;
   std::vector<RobotLook> looks_;
   std::vector<float> light_, ground_light_, shade_;  // by squared distance: an LED's light in the air and on the table, a robot's shadow

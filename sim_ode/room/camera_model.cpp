@@ -20,14 +20,20 @@ cv::Matx33d rotation_of(const CameraPose& pose) {
   return {x[0], x[1], x[2], y[0], y[1], y[2], ahead[0], ahead[1], ahead[2]};
 }
 
-cv::Vec3d translation_of(const cv::Matx33d& rotation, const CameraPose& pose) { return -(rotation * cv::Vec3d(pose.x_m, pose.y_m, pose.z_m)); }
+cv::Vec3d translation_of(const cv::Matx33d& rotation, const CameraPose& pose) {
+  return -(rotation * cv::Vec3d(pose.x_m, pose.y_m, pose.z_m));
+}
 
 }  // namespace
 
-CameraModel::CameraModel(int width_px, int height_px, double focal_px, double centre_x_px, double centre_y_px, const std::array<double, 5>& distortion,
-                         const CameraPose& pose)
-    : width_px_(width_px), height_px_(height_px), matrix_(focal_px, 0, centre_x_px, 0, focal_px, centre_y_px, 0, 0, 1), rotation_(rotation_of(pose)),
-      translation_(translation_of(rotation_, pose)), distortion_(distortion) {
+CameraModel::CameraModel(int width_px, int height_px, double focal_px, double centre_x_px, double centre_y_px,
+                         const std::array<double, 5>& distortion, const CameraPose& pose)
+    : width_px_(width_px),
+      height_px_(height_px),
+      matrix_(focal_px, 0, centre_x_px, 0, focal_px, centre_y_px, 0, 0, 1),
+      rotation_(rotation_of(pose)),
+      translation_(translation_of(rotation_, pose)),
+      distortion_(distortion) {
   // outwards until the distorted radius no longer grows
   constexpr double step = 0.001, farthest = 3;
   double before = 0, radius = 0;
@@ -38,12 +44,15 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
     radius = r;
   }
   most_radius2_ = radius * radius;
-  const double corner = std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) / focal_px;
+  const double corner =
+      std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) / focal_px;
   if (corner > farthest) throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
-  if (before < corner) throw std::invalid_argument("has a distortion that folds its picture over before the corners; take smaller coefficients");
+  if (before < corner)
+    throw std::invalid_argument("has a distortion that folds its picture over before the corners; take smaller coefficients");
 }
 
-double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose, const std::vector<cv::Point2d>& corners, double margin) {
+double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose, const std::vector<cv::Point2d>& corners,
+                                 double margin) {
   const cv::Matx33d rotation = rotation_of(pose);
   const cv::Vec3d translation = translation_of(rotation, pose);
   double most = 1e-6;
@@ -76,7 +85,8 @@ std::optional<LocalMap> CameraModel::project_near(double x_m, double y_m, double
              north = project(x_m, y_m + step_m, z_m), south = project(x_m, y_m - step_m, z_m);
   if (!at || !east || !west || !north || !south) return std::nullopt;
   constexpr double per_m = 1 / (2 * step_m);
-  return LocalMap{at->x, at->y, (east->x - west->x) * per_m, (north->x - south->x) * per_m, (east->y - west->y) * per_m, (north->y - south->y) * per_m};
+  return LocalMap{
+      at->x, at->y, (east->x - west->x) * per_m, (north->x - south->x) * per_m, (east->y - west->y) * per_m, (north->y - south->y) * per_m};
 }
 
 // Newton steps on the distortion.

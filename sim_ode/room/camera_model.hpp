@@ -13,14 +13,14 @@ namespace arkmesh::sim_ode::room {
 // Where a camera hangs and where it looks, arena frame, z up from the table.
 struct CameraPose {
   double x_m = 0, y_m = 0, z_m = 1.5;
-  double look_x_m = 0, look_y_m = 0;   // the point of the table in the line of sight
-  double roll_rad = 0;                 // about that line; at 0 the picture's upper side is the arena's north
+  double look_x_m = 0, look_y_m = 0;  // the point of the table in the line of sight
+  double roll_rad = 0;                // about that line; at 0 the picture's upper side is the arena's north
 };
 
 // Linear part of the mapping near a point of a plane z = constant: pixels per metre.
 struct LocalMap {
   double x_px = 0, y_px = 0;
-  double xx = 0, xy = 0, yx = 0, yy = 0;   // d(x_px)/d(x_m), d(x_px)/d(y_m), ...
+  double xx = 0, xy = 0, yx = 0, yy = 0;  // d(x_px)/d(x_m), d(x_px)/d(y_m), ...
 };
 
 class CameraModel {
@@ -56,7 +56,7 @@ class CameraModel {
   cv::Matx33d matrix_ = cv::Matx33d::eye(), rotation_ = cv::Matx33d::eye();
   cv::Vec3d translation_;
   std::array<double, 5> distortion_{};
-  double most_radius2_ = 0;   // of ideal directions: beyond it the distortion folds the picture over
+  double most_radius2_ = 0;  // of ideal directions: beyond it the distortion folds the picture over
 };
 
 }  // namespace arkmesh::sim_ode::room

@@ -42,7 +42,7 @@ class LineReader {
 
   std::string link_;
   std::uint16_t tcp_port_ = 0;
-  mutable std::mutex mutex_;                     // guards everything below
+  mutable std::mutex mutex_;  // guards everything below
   std::unique_ptr<PseudoTerminal> terminal_;
   TcpPort tcp_;
   std::deque<Chunk> chunks_;

@@ -60,24 +60,35 @@ void OhcDevice::enter(Phase phase, std::int64_t now_us, std::int64_t lasts_us) {
 void OhcDevice::end_phase() {
   const std::int64_t now_us = end_us_;
   switch (phase_) {
-    case Phase::thinking: act(now_us); return;
+    case Phase::thinking:
+      act(now_us);
+      return;
     case Phase::sending:
       send(message_, start_us_, clean_);
       enter(Phase::blinking, now_us, repeat_us - message_us);
       return;
     case Phase::blinking:
-      if (pending_) enter(Phase::thinking, now_us, latency_us);
-      else if (repeats_) begin_message(now_us);
-      else enter(Phase::idle, now_us, never);
+      if (pending_)
+        enter(Phase::thinking, now_us, latency_us);
+      else if (repeats_)
+        begin_message(now_us);
+      else
+        enter(Phase::idle, now_us, never);
       return;
-    case Phase::burst: end_burst(now_us); return;
+    case Phase::burst:
+      end_burst(now_us);
+      return;
     case Phase::starting:
     case Phase::burst_lamp:
-      if (pending_) enter(Phase::thinking, now_us, latency_us);
-      else enter(Phase::idle, now_us, never);
+      if (pending_)
+        enter(Phase::thinking, now_us, latency_us);
+      else
+        enter(Phase::idle, now_us, never);
       return;
     case Phase::idle:
-    case Phase::unplugged: end_us_ = never; return;
+    case Phase::unplugged:
+      end_us_ = never;
+      return;
   }
 }
 
@@ -94,10 +105,15 @@ void OhcDevice::act(std::int64_t now_us) {
       if (packet_[1] == forward_raw) message_.crc = static_cast<std::uint16_t>(packet_[12] | packet_[13] << 8);
       repeats_ = packet_[1] != forward_once;
       return begin_message(now_us);
-    case boot_page: return begin_pages(now_us);
-    case positions: return begin_positions(now_us);
-    case toggle_lamp: lamp_ = !lamp_; break;
-    default: break;
+    case boot_page:
+      return begin_pages(now_us);
+    case positions:
+      return begin_positions(now_us);
+    case toggle_lamp:
+      lamp_ = !lamp_;
+      break;
+    default:
+      break;
   }
   enter(Phase::idle, now_us, never);
 }

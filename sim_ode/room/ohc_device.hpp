@@ -16,7 +16,7 @@ namespace arkmesh::sim_ode::room {
 class OhcDevice final : public OverheadSource {
  public:
   static constexpr std::size_t packet_bytes = 132;
-  static constexpr std::int64_t byte_us_times_12 = 3125;      // a byte at 38400 baud lasts 10 bits, 260.4 us
+  static constexpr std::int64_t byte_us_times_12 = 3125;  // a byte at 38400 baud lasts 10 bits, 260.4 us
 
   // Plugged in at `now_us`: it starts up for 2 s, keeping only the last packet of that time.
   explicit OhcDevice(std::int64_t now_us = 0) { plug_in(now_us); }
@@ -41,11 +41,13 @@ class OhcDevice final : public OverheadSource {
  private:
   using Message = hal::kilobot::Message;
   enum class Phase : std::uint8_t {
-    unplugged, starting, idle,
-    thinking,     // from the packet's last byte, or the end of a repetition, to the first pulse
-    sending,      // one message, distorted by bytes that come meanwhile
-    blinking,     // the lamp after a message
-    burst,        // several messages with interrupts off: no byte is served
+    unplugged,
+    starting,
+    idle,
+    thinking,  // from the packet's last byte, or the end of a repetition, to the first pulse
+    sending,   // one message, distorted by bytes that come meanwhile
+    blinking,  // the lamp after a message
+    burst,     // several messages with interrupts off: no byte is served
     burst_lamp
   };
   struct Span {
@@ -64,19 +66,19 @@ class OhcDevice final : public OverheadSource {
 
   std::array<std::uint8_t, packet_bytes> ring_{};
   std::size_t oldest_ = 0;
-  std::uint8_t sum_ = 0;                                 // XOR of the ring
-  std::array<std::uint8_t, packet_bytes> packet_{};      // the newest that was recognised
-  bool pending_ = false;                                 // and not yet acted on
-  std::array<std::uint8_t, 3> held_{};                   // bytes that wait for a deaf processor: two buffered, one in the shift register
+  std::uint8_t sum_ = 0;                             // XOR of the ring
+  std::array<std::uint8_t, packet_bytes> packet_{};  // the newest that was recognised
+  bool pending_ = false;                             // and not yet acted on
+  std::array<std::uint8_t, 3> held_{};               // bytes that wait for a deaf processor: two buffered, one in the shift register
   std::size_t held_count_ = 0;
 
   Phase phase_ = Phase::idle;
-  std::int64_t end_us_ = 0;                              // of the phase; never for idle and unplugged
-  std::int64_t start_us_ = 0;                            // of the message
+  std::int64_t end_us_ = 0;    // of the phase; never for idle and unplugged
+  std::int64_t start_us_ = 0;  // of the message
   Message message_;
   bool repeats_ = false, clean_ = true, lamp_ = false;
-  std::deque<Transmission> sent_;                        // waits for sent_until(); ends may lie ahead within a burst
-  std::deque<Span> lit_;                                 // the latest ones
+  std::deque<Transmission> sent_;  // waits for sent_until(); ends may lie ahead within a burst
+  std::deque<Span> lit_;           // the latest ones
   hal::Counters counters_;
 };
 

@@ -45,7 +45,7 @@ class OhcLine final : public OverheadSource {
 
   OhcDevice device_;
   std::deque<Arriving> waiting_;
-  std::int64_t free_at_12_ = 0;   // when the line is free again, twelfths of a microsecond: a byte takes 3125 of them
+  std::int64_t free_at_12_ = 0;  // when the line is free again, twelfths of a microsecond: a byte takes 3125 of them
   double noise_ = 0;
   hal::RandomStream chance_;
   hal::Counters counters_;

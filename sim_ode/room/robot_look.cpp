@@ -95,7 +95,8 @@ Texture draw(const Kind& kind, Texture::Texel (*look)(const Kind&, double, doubl
     for (int column = 0; column < size; ++column) {
       cv::Vec4f sum(0, 0, 0, 0);
       for (int k = 0; k < fine * fine; ++k) {
-        const double ahead = (column + (k % fine + 0.5) / fine) / per_radius - out.half(), left = (row + (k / fine + 0.5) / fine) / per_radius - out.half();
+        const double ahead = (column + (k % fine + 0.5) / fine) / per_radius - out.half(),
+                     left = (row + (k / fine + 0.5) / fine) / per_radius - out.half();
         const Texture::Texel texel = look(kind, ahead, left);
         sum += cv::Vec4f(texel.blue, texel.green, texel.red, texel.cover);
       }

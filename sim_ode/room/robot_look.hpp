@@ -14,7 +14,8 @@ class Texture {
     float blue, green, red, cover;
   };
   // `half` is the side's half length in radii.
-  Texture(int size, float half) : size_(size), half_(half), scale_(static_cast<float>(size) / (2 * half)), texels_(static_cast<std::size_t>(size * size)) {}
+  Texture(int size, float half)
+      : size_(size), half_(half), scale_(static_cast<float>(size) / (2 * half)), texels_(static_cast<std::size_t>(size * size)) {}
 
   int size() const { return size_; }
   float half() const { return half_; }
@@ -43,7 +44,7 @@ class Texture {
 // One of a few kinds: robots of a real swarm differ in cells, solder and LED places.
 struct RobotLook {
   Texture board, cell;
-  double led_radius;        // of the robot's radius
+  double led_radius;  // of the robot's radius
 };
 
 inline constexpr int robot_kinds = 6;

@@ -70,7 +70,10 @@ void Room::put_down() {
     bool stands = false;
     for (int k = 0; k < places && !stands; ++k) {
       const double far_m = 0.003 * k, angle = 2.4 * k;
-      stands = table_->put(lifted.robot, {lifted.to.x_m + far_m * std::cos(angle), lifted.to.y_m + far_m * std::sin(angle), lifted.to.heading_rad}).empty();
+      stands =
+          table_
+              ->put(lifted.robot, {lifted.to.x_m + far_m * std::cos(angle), lifted.to.y_m + far_m * std::sin(angle), lifted.to.heading_rad})
+              .empty();
     }
     seen_at_ = hal::LabTime{-1};
     lifted.robot = stands ? -1 : lifted.robot;

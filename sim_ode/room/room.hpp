@@ -45,8 +45,8 @@ class Room {
 
   // What only the room knows.
   struct Truth {
-    int robot = 0;                // its number in the simulation
-    std::uint16_t id = 0;         // kilo_uid
+    int robot = 0;         // its number in the simulation
+    std::uint16_t id = 0;  // kilo_uid
     hal::Led led = hal::Led::off;
     Table::Seen seen;
   };
@@ -59,7 +59,7 @@ class Room {
   struct Eye {
     std::unique_ptr<Camera> camera;
     bool gone = false, dark = false, frozen = false;
-    cv::Mat last;                 // what it shows while it is frozen
+    cv::Mat last;  // what it shows while it is frozen
   };
   // A robot that is in somebody's hands, and the place where it is to stand again.
   struct Lifted {

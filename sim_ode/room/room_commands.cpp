@@ -40,7 +40,9 @@ std::optional<int> whole(std::string_view text, int below) {
   return out;
 }
 
-std::string unknown(std::string_view what) { return fmt::format("error: '{}' is not understood; `help` lists what is", what); }
+std::string unknown(std::string_view what) {
+  return fmt::format("error: '{}' is not understood; `help` lists what is", what);
+}
 
 }  // namespace
 
@@ -67,7 +69,8 @@ std::string Room::camera_command(std::string_view name, const std::vector<std::s
   const auto eye = std::ranges::find_if(eyes_, [name](const Eye& one) { return one.camera->settings().name == name; });
   if (eye == eyes_.end()) return fmt::format("error: there is no camera '{}'", name);
   if (words[2] == "move") {
-    const auto dx = number(words.size() > 3 ? words[3] : ""), dy = number(words.size() > 4 ? words[4] : ""), turn = number(words.size() > 5 ? words[5] : "0");
+    const auto dx = number(words.size() > 3 ? words[3] : ""), dy = number(words.size() > 4 ? words[4] : ""),
+               turn = number(words.size() > 5 ? words[5] : "0");
     if (!dx || !dy || !turn) return "error: `camera NAME move` wants two distances in metres and, if you like, degrees";
     CameraPose pose = eye->camera->pose();
     pose.x_m += *dx;
@@ -130,7 +133,8 @@ std::string Room::robot_command(const std::vector<std::string_view>& words) {
       table_->take_off(*robot);
       return "ok";
     }
-    const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""), heading = number(words.size() > 5 ? words[5] : "");
+    const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""),
+               heading = number(words.size() > 5 ? words[5] : "");
     if (!x || !y || !heading) return "error: `robot N put` wants x and y in metres and a heading in degrees";
     const std::string trouble = table_->put(*robot, {*x, *y, std::remainder(*heading * degree, 2 * std::numbers::pi)});
     return trouble.empty() ? "ok" : "error: " + trouble;
@@ -151,7 +155,8 @@ std::string Room::robot_command(const std::vector<std::string_view>& words) {
 std::string Room::swap(const std::vector<std::string_view>& words) {
   const auto a = whole(words.size() > 1 ? words[1] : "", robots()), b = whole(words.size() > 2 ? words[2] : "", robots());
   const auto seconds = number(words.size() > 3 ? words[3] : "1.5");
-  if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600) return "error: `swap` wants two robots and seconds, at most 3600";
+  if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600)
+    return "error: `swap` wants two robots and seconds, at most 3600";
   if (is_lifted(*a) || is_lifted(*b)) return "error: somebody has one of them in the hand";
   const std::vector<Table::Seen> seen = look();
   const Table::Seen &first = seen[static_cast<std::size_t>(*a)], &second = seen[static_cast<std::size_t>(*b)];

@@ -15,12 +15,16 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-hal::LabTime microseconds(double s) { return hal::LabTime{static_cast<std::int64_t>(std::llround(s * 1e6))}; }
+hal::LabTime microseconds(double s) {
+  return hal::LabTime{static_cast<std::int64_t>(std::llround(s * 1e6))};
+}
 
 CameraSettings read_camera(const hal::Section& camera, std::size_t number) {
   CameraSettings out;
   out.name = camera.text("name", fmt::format("camera{}", number));
-  const auto plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
   if (out.name.empty() || out.name.size() > 40 || !std::ranges::all_of(out.name, plain))
     camera.refuse("name", "must be 1 to 40 letters, digits, '_' or '-': it becomes part of a URL");
   out.width_px = static_cast<int>(camera.integer("width_px", out.width_px, 64, 8192));

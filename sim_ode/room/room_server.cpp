@@ -18,13 +18,17 @@ constexpr std::int64_t unwatched_every = 5;
 }  // namespace
 
 RoomServer::RoomServer(Room& room, RoomRecord& record)
-    : room_(room), record_(record), pictures_(room.config().listen, room.config().camera_port),
+    : room_(room),
+      record_(record),
+      pictures_(room.config().listen, room.config().camera_port),
       reader_(room.config().listen, room.config().ohc_port, room.config().ohc_link),
       control_(room.config().listen, room.config().control_port, "the room's commands (room.control_port)") {}
 
 std::string RoomServer::url(std::size_t camera) const {
   const std::string& listen = room_.config().listen;
-  const std::string host = listen == "0.0.0.0" || listen == "::" ? "127.0.0.1" : listen.find(':') == std::string::npos ? listen : "[" + listen + "]";
+  const std::string host = listen == "0.0.0.0" || listen == "::"   ? "127.0.0.1"
+                           : listen.find(':') == std::string::npos ? listen
+                                                                   : "[" + listen + "]";
   return fmt::format("http://{}:{}/{}", host, pictures_.port(), room_.camera(camera).settings().name);
 }
 

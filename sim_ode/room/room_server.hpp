@@ -44,7 +44,7 @@ class RoomServer {
   bool started_ = false, plugged_ = true;
   Moment start_{}, known_until_{};
   std::deque<LineReader::Chunk> chunks_;
-  std::int64_t frame_ = 0;          // the next one's number
+  std::int64_t frame_ = 0;  // the next one's number
   hal::Counters counters_;
 };
 

@@ -18,7 +18,8 @@ using Colour = cv::Vec3f;
 double mottle(double x, double y, std::uint64_t key) {
   const double fx = std::floor(x), fy = std::floor(y), a = x - fx, b = y - fy;
   const auto corner = [&](double dx, double dy) {
-    const auto cx = static_cast<std::uint64_t>(static_cast<std::int64_t>(fx + dx)), cy = static_cast<std::uint64_t>(static_cast<std::int64_t>(fy + dy));
+    const auto cx = static_cast<std::uint64_t>(static_cast<std::int64_t>(fx + dx)),
+               cy = static_cast<std::uint64_t>(static_cast<std::int64_t>(fy + dy));
     return static_cast<double>(hal::mix64(key ^ hal::mix64(cx * 0x9e3779b97f4a7c15ULL ^ cy)) >> 11) * 0x1.0p-52 - 1;
   };
   const double sa = a * a * (3 - 2 * a), sb = b * b * (3 - 2 * b);
@@ -40,7 +41,8 @@ class Surface {
     const double w = scene.width_m / 2, h = scene.height_m / 2;
     // specks of dust are always there
     for (int k = 0; k < 12; ++k)
-      things_.push_back({Thing::Shape::disc, chance.uniform(-w, w), chance.uniform(-h, h), 0, chance.uniform(0.0005, 0.0015), 0, {95, 98, 100}});
+      things_.push_back(
+          {Thing::Shape::disc, chance.uniform(-w, w), chance.uniform(-h, h), 0, chance.uniform(0.0005, 0.0015), 0, {95, 98, 100}});
     if (!scene.distractors) return;
     const double beside = 0.09;
     things_.push_back({Thing::Shape::box, -w - beside, 0.4 * h, 0.1, 0.06, 0.045, {238, 238, 236}});
@@ -51,8 +53,8 @@ class Surface {
     things_.push_back({Thing::Shape::box, -0.4 * w, -h - 0.06, 0.5, 0.07, 0.004, {150, 60, 40}});
     things_.push_back({Thing::Shape::disc, -w - 0.05, -0.6 * h, 0, 0.0165, 0, {190, 190, 192}});  // a coin cell's size
     for (int k = 0; k < 3; ++k)
-      things_.push_back({Thing::Shape::box, chance.uniform(-0.8 * w, 0.8 * w), chance.uniform(-0.8 * h, 0.8 * h), chance.uniform(0, 3), 0.01, 0.004,
-                         k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});
+      things_.push_back({Thing::Shape::box, chance.uniform(-0.8 * w, 0.8 * w), chance.uniform(-0.8 * h, 0.8 * h), chance.uniform(0, 3),
+                         0.01, 0.004, k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});
   }
 
   Colour at(double x, double y) const {
@@ -78,7 +80,8 @@ class Surface {
     const double reach = thing.half_length_m + thing.half_width_m;
     if (thing.shape != Thing::Shape::cable && dx * dx + dy * dy > reach * reach) return false;
     if (thing.shape == Thing::Shape::disc) return true;
-    const double along = dx * std::cos(thing.turn_rad) + dy * std::sin(thing.turn_rad), across = dy * std::cos(thing.turn_rad) - dx * std::sin(thing.turn_rad);
+    const double along = dx * std::cos(thing.turn_rad) + dy * std::sin(thing.turn_rad),
+                 across = dy * std::cos(thing.turn_rad) - dx * std::sin(thing.turn_rad);
     if (std::abs(along) > thing.half_length_m) return false;
     return std::abs(thing.shape == Thing::Shape::cable ? across - 0.012 * std::sin(along * 24) : across) < thing.half_width_m;
   }
@@ -126,7 +129,8 @@ cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, do
         sum += place ? colour_at(*place) : nowhere;
       }
       sum *= static_cast<float>(vignetting_at(camera, vignetting, x, y) / 4);
-      out.at<cv::Vec3b>(y, x) = {cv::saturate_cast<std::uint8_t>(sum[0]), cv::saturate_cast<std::uint8_t>(sum[1]), cv::saturate_cast<std::uint8_t>(sum[2])};
+      out.at<cv::Vec3b>(y, x) = {cv::saturate_cast<std::uint8_t>(sum[0]), cv::saturate_cast<std::uint8_t>(sum[1]),
+                                 cv::saturate_cast<std::uint8_t>(sum[2])};
     }
   return out;
 }
@@ -156,7 +160,8 @@ cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double
   cv::Matx33d rotation;
   cv::Vec3d place;
   for (int attempt = 0; attempt < 10'000; ++attempt) {
-    const double roll = chance.uniform(-std::numbers::pi, std::numbers::pi), tilt = chance.uniform(0, 0.6), about = chance.uniform(-std::numbers::pi, std::numbers::pi);
+    const double roll = chance.uniform(-std::numbers::pi, std::numbers::pi), tilt = chance.uniform(0, 0.6),
+                 about = chance.uniform(-std::numbers::pi, std::numbers::pi);
     const cv::Matx33d turn(std::cos(roll), -std::sin(roll), 0, std::sin(roll), std::cos(roll), 0, 0, 0, 1);
     const cv::Matx33d to(std::cos(about), -std::sin(about), 0, std::sin(about), std::cos(about), 0, 0, 0, 1);
     const cv::Matx33d lean(1, 0, 0, 0, std::cos(tilt), -std::sin(tilt), 0, std::sin(tilt), std::cos(tilt));

@@ -9,15 +9,15 @@
 namespace arkmesh::sim_ode::room {
 
 struct Scene {
-  double width_m = 1, height_m = 1;     // of the arena
-  double table_grey = 165;              // of 255, where the light is 1
-  double texture = 0.03;                // share by which the table's surface is mottled
-  double wall_m = 0.012;                // width of the frame around the arena
-  double light_slope = 0.2;             // how much brighter the arena is on the lamp's side than in its middle
-  double light_from_rad = 2.2;          // direction of the lamp, from +x; shadows fall away from it
-  double shadow = 0.4;                  // share of the light that a robot takes from the table under it
-  bool distractors = false;             // paper, cables, a round board, a pen: around the arena, stickers in it
-  double robot_height_m = 0.0217;       // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
+  double width_m = 1, height_m = 1;  // of the arena
+  double table_grey = 165;           // of 255, where the light is 1
+  double texture = 0.03;             // share by which the table's surface is mottled
+  double wall_m = 0.012;             // width of the frame around the arena
+  double light_slope = 0.2;          // how much brighter the arena is on the lamp's side than in its middle
+  double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
+  double shadow = 0.4;               // share of the light that a robot takes from the table under it
+  bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
+  double robot_height_m = 0.0217;  // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
   std::uint64_t seed = 1;
 
   // 1 in the arena's middle.

@@ -65,7 +65,9 @@ std::vector<std::uint8_t> jpeg(int shade, int side = 64) {
   return out;
 }
 
-void show(MjpegServer& server, const std::string& stream, const std::vector<std::uint8_t>& bytes) { server.show(stream, std::as_bytes(std::span(bytes))); }
+void show(MjpegServer& server, const std::string& stream, const std::vector<std::uint8_t>& bytes) {
+  server.show(stream, std::as_bytes(std::span(bytes)));
+}
 
 std::string answer_to(MjpegServer& server, const std::string& request) {
   RawClient client(server.port());
@@ -95,7 +97,8 @@ TEST_CASE("OpenCV opens a stream by its URL and sees the pictures in order") {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   for (int shade = 20; !done && std::chrono::steady_clock::now() < deadline;) {
     server.serve();
-    if (server.watchers("camera0") > 0 && server.counters()["mjpeg.skipped"] == 0) show(server, "camera0", jpeg(shade = std::min(230, shade + 2)));
+    if (server.watchers("camera0") > 0 && server.counters()["mjpeg.skipped"] == 0)
+      show(server, "camera0", jpeg(shade = std::min(230, shade + 2)));
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   server.close("camera0");

@@ -206,7 +206,8 @@ TEST_CASE("a chessboard's corners are found and give the camera back") {
   const Camera camera(settings, plain_scene());
   std::vector<cv::Point3f> board;
   for (int row = 0; row < 6; ++row)
-    for (int column = 0; column < 9; ++column) board.emplace_back(static_cast<float>(column) * 0.025F, static_cast<float>(row) * 0.025F, 0.0F);
+    for (int column = 0; column < 9; ++column)
+      board.emplace_back(static_cast<float>(column) * 0.025F, static_cast<float>(row) * 0.025F, 0.0F);
   std::vector<std::vector<cv::Point2f>> corners;
   for (std::uint64_t k = 0; k < 12; ++k) {
     cv::Mat picture = draw_chessboard(camera.model(), 9, 6, 0.025, k, 1), grey;
@@ -219,8 +220,8 @@ TEST_CASE("a chessboard's corners are found and give the camera back") {
   }
   cv::Mat matrix, distortion;
   std::vector<cv::Mat> turns, places;
-  const double residual = cv::calibrateCamera(std::vector<std::vector<cv::Point3f>>(corners.size(), board), corners, {960, 720}, matrix, distortion,
-                                              turns, places, cv::CALIB_FIX_K3);
+  const double residual = cv::calibrateCamera(std::vector<std::vector<cv::Point3f>>(corners.size(), board), corners, {960, 720}, matrix,
+                                              distortion, turns, places, cv::CALIB_FIX_K3);
   CHECK(residual < 0.15);
   CHECK(matrix.at<double>(0, 0) == doctest::Approx(camera.model().matrix()(0, 0)).epsilon(0.003));
   CHECK(std::abs(matrix.at<double>(0, 2) - camera.model().matrix()(0, 2)) < 3);

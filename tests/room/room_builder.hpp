@@ -13,21 +13,24 @@
 
 namespace arkmesh::sim_ode::room {
 
-inline constexpr hal::LabTime ms(std::int64_t n) { return std::chrono::milliseconds(n); }
+inline constexpr hal::LabTime ms(std::int64_t n) {
+  return std::chrono::milliseconds(n);
+}
 
 struct TestRoom {
   std::string controller = "tests/room/controllers/shows.c";
-  std::string poses = "-0.1, 0.0, 0.0, 0.1, 0.0, 1.5";    // two robots
+  std::string poses = "-0.1, 0.0, 0.0, 0.1, 0.0, 1.5";  // two robots
   int robots = 2;
-  std::string room = "ids = \"in_order\"";                // further lines of [room]
+  std::string room = "ids = \"in_order\"";  // further lines of [room]
   std::string cameras = "[[room.camera]]\nwidth_px = 320\nheight_px = 240\nz_m = 0.8";
   std::string events;
-  std::string arena;                                      // further lines of [arena.ode]
+  std::string arena;  // further lines of [arena.ode]
 
   std::string text() const {
-    return fmt::format("[room]\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n{}\n{}\n{}\n[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = {}\n"
-                       "[arena.ode]\ncontroller = \"{}/{}\"\nstart_poses = [{}]\n{}\n",
-                       room, cameras, events, robots, ARKMESH_SOURCE_DIR, controller, poses, arena);
+    return fmt::format(
+        "[room]\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n{}\n{}\n{}\n[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = {}\n"
+        "[arena.ode]\ncontroller = \"{}/{}\"\nstart_poses = [{}]\n{}\n",
+        room, cameras, events, robots, ARKMESH_SOURCE_DIR, controller, poses, arena);
   }
   Room make() const {
     const auto config = hal::Config::from_text(text(), "room.toml");
@@ -57,6 +60,8 @@ inline void say(Room& room, const Packet& packet, hal::LabTime span) {
   room.advance_to(room.now() + span);
 }
 
-inline hal::Led led_of(const Room& room, int robot) { return room.truth()[static_cast<std::size_t>(robot)].led; }
+inline hal::Led led_of(const Room& room, int robot) {
+  return room.truth()[static_cast<std::size_t>(robot)].led;
+}
 
 }  // namespace arkmesh::sim_ode::room

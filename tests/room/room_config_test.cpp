@@ -21,7 +21,9 @@ std::string complaint(const TestRoom& room) {
   return {};
 }
 
-std::string room_with(const std::string& line) { return complaint({.robots = 2, .room = line}); }
+std::string room_with(const std::string& line) {
+  return complaint({.robots = 2, .room = line});
+}
 std::string camera_with(const std::string& line) {
   return complaint({.robots = 2, .cameras = "[[room.camera]]\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n" + line});
 }

@@ -175,7 +175,8 @@ TEST_CASE("a taken port, a link that is a file and a video without a folder are 
   RoomRecord record(room, "", "");
   const RoomServer first(room, record);
   Room other = TestRoom{.robots = 2, .room = fmt::format("[room.scene]\ntexture = 0.0")}.make();
-  CHECK_THROWS_WITH_AS(LineReader("127.0.0.1", first.ohc_port(), ""), doctest::Contains("is in use by another program"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(LineReader("127.0.0.1", first.ohc_port(), ""), doctest::Contains("is in use by another program"),
+                       std::runtime_error);
   const std::string file = folder.write("occupied", "text").string();
   CHECK_THROWS_WITH_AS(LineReader("127.0.0.1", 0, file), doctest::Contains("no symbolic link"), std::runtime_error);
   CHECK(std::filesystem::exists(file));
@@ -187,9 +188,12 @@ TEST_CASE("a taken port, a link that is a file and a video without a folder are 
 TEST_CASE("calibration and chessboards are written for every camera") {
   // The file holds what the renderer uses; pictures have the cameras' size.
   const tests::TemporaryDirectory folder;
-  Room room = TestRoom{.robots = 2, .cameras = "[[room.camera]]\nname = \"a\"\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n"
-                                              "distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]\n"
-                                              "[[room.camera]]\nname = \"b\"\nwidth_px = 400\nheight_px = 300\nx_m = 0.2\nlook_x_m = 0.1\nz_m = 0.9"}.make();
+  Room room = TestRoom{.robots = 2,
+                       .cameras =
+                           "[[room.camera]]\nname = \"a\"\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n"
+                           "distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]\n"
+                           "[[room.camera]]\nname = \"b\"\nwidth_px = 400\nheight_px = 300\nx_m = 0.2\nlook_x_m = 0.1\nz_m = 0.9"}
+                  .make();
   const std::string file = (folder.path() / "room.yaml").string();
   write_calibration(room, file);
   const cv::FileStorage read(file, cv::FileStorage::READ);
@@ -210,7 +214,8 @@ TEST_CASE("calibration and chessboards are written for every camera") {
   CHECK(at.at<double>(0) / at.at<double>(2) == doctest::Approx(expected.x));
   CHECK(at.at<double>(1) / at.at<double>(2) == doctest::Approx(expected.y));
   write_chessboards(room, 2, (folder.path() / "boards").string());
-  for (const char* const name : {"a-00.png", "a-01.png", "b-00.png", "b-01.png"}) CHECK(std::filesystem::exists(folder.path() / "boards" / name));
+  for (const char* const name : {"a-00.png", "a-01.png", "b-00.png", "b-01.png"})
+    CHECK(std::filesystem::exists(folder.path() / "boards" / name));
   CHECK_THROWS_WITH_AS(write_calibration(room, "/nowhere/x.yaml"), doctest::Contains("/nowhere/x.yaml"), std::runtime_error);
 }
 

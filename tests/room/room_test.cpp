@@ -13,7 +13,9 @@ using namespace arkmesh::sim_ode::room;
 
 namespace {
 
-double mean_difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3); }
+double mean_difference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3);
+}
 
 }  // namespace
 
@@ -212,9 +214,30 @@ TEST_CASE("the line takes no more than a port's buffer") {
 TEST_CASE("what nobody understands is answered with a sentence") {
   // Any text may come over the control port.
   Room room = TestRoom{.robots = 2}.make();
-  for (const char* const line : {"", "bogus", "camera", "camera nine ok", "camera camera0 fly", "camera camera0 move x y", "ohc", "ohc garbage -1",
-                                 "ohc garbage 99999999999", "ohc noise 2", "robot", "robot 2 take", "robot -1 take", "robot 0 put 1", "robot 0 put nan 0 0",
-                                 "robot 0 dance", "robot 0 cover 0", "swap", "swap 0 0", "swap 0 1 -1", "swap 0 1 1e99", "say", "say cheese", "\x01\xff"})
+  for (const char* const line : {"",
+                                 "bogus",
+                                 "camera",
+                                 "camera nine ok",
+                                 "camera camera0 fly",
+                                 "camera camera0 move x y",
+                                 "ohc",
+                                 "ohc garbage -1",
+                                 "ohc garbage 99999999999",
+                                 "ohc noise 2",
+                                 "robot",
+                                 "robot 2 take",
+                                 "robot -1 take",
+                                 "robot 0 put 1",
+                                 "robot 0 put nan 0 0",
+                                 "robot 0 dance",
+                                 "robot 0 cover 0",
+                                 "swap",
+                                 "swap 0 0",
+                                 "swap 0 1 -1",
+                                 "swap 0 1 1e99",
+                                 "say",
+                                 "say cheese",
+                                 "\x01\xff"})
     CHECK(room.command(line).starts_with("error: "));
   CHECK(room.command("help").find("swap A B SECONDS") != std::string::npos);
   CHECK(room.command("status").find("ohc=plugged") != std::string::npos);
@@ -222,8 +245,9 @@ TEST_CASE("what nobody understands is answered with a sentence") {
 
 TEST_CASE("events of the file happen at their times however the room is stepped") {
   // In one stride or in small steps: the same pictures and the same truth.
-  const std::string events = "[[room.event]]\nat_s = 2.1\ndo = \"say run\"\n[[room.event]]\nat_s = 2.5\ndo = \"swap 0 1 1\"\n"
-                             "[[room.event]]\nat_s = 2.7\ndo = \"nonsense\"";
+  const std::string events =
+      "[[room.event]]\nat_s = 2.1\ndo = \"say run\"\n[[room.event]]\nat_s = 2.5\ndo = \"swap 0 1 1\"\n"
+      "[[room.event]]\nat_s = 2.7\ndo = \"nonsense\"";
   cv::Mat pictures[2];
   std::vector<Room::Truth> truths[2];
   for (int way : {0, 1}) {
