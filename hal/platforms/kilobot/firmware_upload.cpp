@@ -1,7 +1,13 @@
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 
+#include <algorithm>
+
 namespace arkmesh::hal::kilobot {
 namespace {
+
+// The controller begins a page at the end of the repetition that it is in, up to 10.4 ms late, and is deaf that much longer: so after
+// the first page of a round, which interrupts the number of pages.
+constexpr std::chrono::microseconds first_page_spacing{143'000};
 
 Message with_crc(Message message) {
   message.crc = message_crc(message);
@@ -19,7 +25,7 @@ void FirmwareUpload::tend(PacketSender& sender, Moment now) {
   }
   const Packet packet = page_ < 0 ? forward_packet(with_crc({.data = {static_cast<std::uint8_t>(pages())}, .type = type_boot_size}))
                                   : boot_page_packet(static_cast<std::uint8_t>(page_), firmware_.page(page_));
-  if (!sender.send(packet, timing_.spacing, now)) return;
+  if (!sender.send(packet, page_ == 0 ? std::max(timing_.spacing, first_page_spacing) : timing_.spacing, now)) return;
   if (++page_ < pages()) return;
   page_ = -1;
   ++round_;
