@@ -1,4 +1,5 @@
-// `arkmesh track SOURCE`: the robots on a picture or on each picture of a folder, as a table or as JSON, and drawn over the picture.
+// `arkmesh track SOURCE`: the robots on a picture or on each picture of a folder, as a table or as JSON, and drawn over the picture; of
+// what moves (videos, cameras, clips) it follows them.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -15,7 +16,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/robots_on_picture.hpp"
+#include "cli/track_stream.hpp"
 #include "tracker/detector.hpp"
+#include "tracker/source.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -99,22 +102,41 @@ void track_folder(const TrackOptions& options) {
 }  // namespace
 
 void add_track_command(CLI::App& app) {
-  auto* track = app.add_subcommand("track", "Finds the robots on a picture or on each picture of a folder");
+  auto* track = app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
   const auto options = std::make_shared<TrackOptions>();
-  track->add_option("SOURCE", options->source, "A picture, or a folder of pictures")->required();
-  track->add_flag("--json", options->json, "Print a JSON list (of a folder: a list of {picture, robots})");
-  track->add_option("--png", options->png, "Write the picture with the robots drawn on it (of a folder: into this folder)");
+  const auto stream = std::make_shared<StreamOptions>();
+  track->add_option("SOURCE", options->source, "A picture, a folder of pictures, a video, a camera's number or device, or a URL")->required();
+  track->add_flag("--json", options->json, "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
+  track->add_option("--png", options->png, "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
+  track->add_option("--calibration", stream->calibration, "Measure in the arena with this file of arkmesh calibrate; else in robots' bodies");
+  track->add_option("--camera", stream->camera, "The camera's name in that file, when it holds several");
+  track->add_option("--csv", stream->csv, "Write a row for each robot and picture");
+  track->add_option("--video", stream->video, "Write a video with the robots drawn on it (.mp4 or .avi)");
+  track->add_option("--serve", stream->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/table")->check(CLI::Range(0, 65535));
+  track->add_option("--publish", stream->publish, "Publish poses on this LCM bus, tracks' numbers as ids");
+  track->add_option("--seconds", stream->seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));
   track->add_option("--led-offset", options->led_offset_deg, "Driving direction minus direction of the LED, degrees counter-clockwise")
       ->check(CLI::Range(-360.0, 360.0))
       ->capture_default_str();
   track->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, where it is known")->check(CLI::Range(6.0, 2000.0));
-  track->footer("Example:\n  arkmesh track table.png --json --png found.png\n"
+  track->footer("Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video drawn.mp4\n"
+                "  arkmesh track 0 --calibration table.yaml --serve 8095\n"
+                "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture stands for itself.\n"
                 "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the picture's right.");
-  track->callback([options] {
+  track->callback([options, stream] {
+    stream->source = options->source;
+    stream->png = options->png;
+    stream->json = options->json;
+    stream->led_offset_deg = options->led_offset_deg;
+    stream->diameter_px = options->diameter_px;
+    if (tracker::source_kind(options->source) != tracker::SourceKind::recording) return track_stream(*stream);
     std::error_code failed;
     const fs::file_status status = fs::status(options->source, failed);
     if (!fs::exists(status)) throw std::runtime_error(fmt::format("there is no file or folder {}", options->source));
-    if (fs::is_directory(status)) track_folder(*options);
+    const bool follow = !stream->csv.empty() || !stream->video.empty() || stream->serve_port >= 0 || !stream->publish.empty() ||
+                        !stream->calibration.empty();
+    if (follow || (!fs::is_directory(status) && !looks_like_picture(options->source))) track_stream(*stream);
+    else if (fs::is_directory(status)) track_folder(*options);
     else track_picture(*options);
   });
 }
