@@ -20,7 +20,7 @@ struct DetectorSettings {
   double largest_diameter_px = 128;    // what is larger is no robot; at original resolution of the picture
   std::optional<double> diameter_px;   // known from a calibration; else found in the first picture that shows robots, and remembered
   double diameter_tolerance = 0.2;     // robots of one view differ from the common size by at most this part of it
-  double least_confidence = 0.55;      // detections below it are not reported
+  double least_confidence = 0.5;       // detections below it are not reported
 };
 
 // Where a robot should be, and how far off it may be.

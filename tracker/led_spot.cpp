@@ -15,7 +15,7 @@ namespace {
 constexpr int directions = 48, rings = 8;
 constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
 constexpr double tau = 6.283185307179586;
-constexpr double unlit = 1.30, lit = 1.75;         // of the spot's brightness, see below
+constexpr double lit = 0.95;                       // least brightness of a spot that is lit, see below
 
 struct Directions {
   std::array<double, directions> x{}, y{};
@@ -88,16 +88,24 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   for (std::size_t a = 0; a < directions; ++a)
     table[a] = brightest(pixel(bgr, board.x_px + 1.2 * r_px * towards.x[a], board.y_px + 1.2 * r_px * towards.y[a]));
 
-  // The spot: 3 x 3 samples that stand out most from the rest of their rings.
-  int most = -1, spot_value = 0;
-  std::size_t spot_ring = 0, spot_direction = 0;
-  for (std::size_t d = 1; d + 1 < rings; ++d)
+  // The spot: 3 x 3 samples that stand out most from the rest of their rings; and the best elsewhere on the robot.
+  std::array<std::array<int, directions>, rings - 2> stands_out;
+  int most = -1;
+  std::size_t spot_ring = 1, spot_direction = 0;
+  for (std::size_t d = 1; d + 1 < rings; ++d) {
+    std::array<int, directions> column;
+    for (std::size_t a = 0; a < directions; ++a) column[a] = seen.value[d - 1][a] + seen.value[d][a] + seen.value[d + 1][a];
+    const int usual = 3 * (seen.usual[d - 1] + seen.usual[d] + seen.usual[d + 1]);
     for (std::size_t a = 0; a < directions; ++a) {
-      int excess = 0, value = 0;
-      for (const std::size_t side : {(a + directions - 1) % directions, a, (a + 1) % directions})
-        for (std::size_t e = d - 1; e <= d + 1; ++e) excess += seen.value[e][side] - seen.usual[e], value += seen.value[e][side];
-      if (excess > most) most = excess, spot_value = value, spot_ring = d, spot_direction = a;
+      const int excess = column[(a + directions - 1) % directions] + column[a] + column[(a + 1) % directions] - usual;
+      stands_out[d - 1][a] = excess;
+      if (excess > most) most = excess, spot_ring = d, spot_direction = a;
     }
+  }
+  const int spot_value = most + 3 * (seen.usual[spot_ring - 1] + seen.usual[spot_ring] + seen.usual[spot_ring + 1]);
+  int elsewhere = 0;
+  for (std::size_t a = 7; a <= directions - 7; ++a)
+    for (const auto& ring : stands_out) elsewhere = std::max(elsewhere, ring[(spot_direction + a) % directions]);
   const double peak = spot_value / 9.0, excess = most / 9.0;
   const double far = (nearest + ring_step * static_cast<double>(spot_ring)) * r_px;
   double x = board.x_px + far * towards.x[spot_direction], y = board.y_px + far * towards.y[spot_direction];
@@ -114,7 +122,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   const auto core_level = static_cast<float>(peak - 0.4 * excess), reach = static_cast<float>(0.5 * r_px), r_squared = static_cast<float>(r_px * r_px);
   const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
   const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)), to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
-  float core_x = 0, core_y = 0, core_weight = 0, weights = 0, colours = 0, added_blue = 0, added_green = 0, added_red = 0;
+  float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
     const float dy = static_cast<float>(row - y), out_y = static_cast<float>(row - board.y_px);
@@ -137,15 +145,14 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
       const float nearness = 1 - squared * halo;  // reach keeps it positive
       const float near = nearness * nearness * nearness, weight = colour * colour * near;
       added_blue += weight * blue, added_green += weight * green, added_red += weight * red;
-      weights += near, colours += near * colour;
     }
   }
   const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
-  // A lit spot outshines a white table and stands out from its ring; glints on unlit robots do neither much. Coloured light counts more.
-  const double tint = weights > 0 ? static_cast<double>(colours / weights) / white : 0;
-  const double brightness = peak / white + excess / white + std::min(0.3, tint);
-  const auto sure = static_cast<float>(std::clamp(std::abs(brightness - (unlit + lit) / 2) / ((lit - unlit) / 2), 0.0, 1.0));
-  if (brightness < (unlit + lit) / 2) {
+  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much. The weights separate
+  // lit from unlit robots of real pictures, changed in light, noise, blur and size.
+  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white;
+  const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
+  if (brightness < lit) {
     spot.confidence = sure;
     return spot;
   }

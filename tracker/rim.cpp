@@ -229,10 +229,13 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     rim.rings[ring] = count ? sum / static_cast<float>(count) : 0;
   }
   if (within_count == 0) return;
-  float mean = 0, deviation = 0;
-  for (std::size_t i = 0; i < within_count; ++i) mean += within[i] / static_cast<float>(within_count);
-  for (std::size_t i = 0; i < within_count; ++i) deviation += std::abs(within[i] - mean);
-  rim.activity = deviation / static_cast<float>(within_count);
+  // Median deviation: a glint or an LED alone does not count.
+  const auto middle = within.begin() + static_cast<std::ptrdiff_t>(within_count / 2), end = within.begin() + static_cast<std::ptrdiff_t>(within_count);
+  std::nth_element(within.begin(), middle, end);
+  const float usual = *middle;
+  for (auto value = within.begin(); value != end; ++value) *value = std::abs(*value - usual);
+  std::nth_element(within.begin(), middle, end);
+  rim.activity = *middle;
 }
 
 std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise) {

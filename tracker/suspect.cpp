@@ -20,12 +20,12 @@ double median(std::vector<double> values) {
 }
 
 // Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin cell may be plain.
-double looks(double weber, double activity) { return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.05, 0.14)); }
+double looks(double weber, double activity) { return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.02, 0.07)); }
 
 // How much one suspect says about the size of all: clutter is plentiful but weak, and small circles are easily imagined.
 double vote(const Suspect& one) {
   const double squared = one.evidence * one.evidence;
-  return squared * squared * std::min(1.0, one.rim.circle.r_px / 20);
+  return squared * squared * std::min(1.0, one.rim.circle.r_px / 13);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ Suspect suspect(const Rim& rim) {
   Suspect one{rim, rim.contrast / std::max({outside, board, 25.0})};
   const double step = std::abs(outside - (rim.rings[3] + rim.rings[6] + board) / 3);
   one.activity = rim.activity / std::max(step, 1.0);
-  one.shape = ramp(rim.support, 0.4, 0.8) * ramp(rim.closed, 0.05, 0.35) * ramp(rim.inside, 0.3, 0.6);
+  one.shape = ramp(rim.support, 0.4, 0.75) * ramp(rim.closed, 0.05, 0.28) * ramp(rim.inside, 0.3, 0.6);
   one.evidence = one.shape * looks(one.weber, one.activity);
   return one;
 }
@@ -132,8 +132,8 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
   // A weak rim among weak rims is as good as a strong one among strong ones.
   double value = suspect.shape * std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
-  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.25, 0.5);
-  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.12, 0.3);
+  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);
+  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.2, 0.45);
   return suspect.rim.darker == others.darker ? value : 0.6 * value;
 }
 
