@@ -147,6 +147,7 @@ bool RobotHost::enter() {
     cursor_us_ = std::exchange(cell.frozen_us, 0);
   }
   memory_.copy_in(robot_);
+  if (robot_ + 1 < count_) memory_.fetch(robot_ + 1);
   return true;
 }
 
