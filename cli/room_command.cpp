@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
@@ -21,10 +22,10 @@ namespace {
 volatile std::sig_atomic_t interrupted = 0;
 
 struct RoomOptions {
-  std::string file, truth, video, calibration, folder;
+  std::string file, truth, video, calibration;
   std::vector<std::string> sets;
   double seconds = 0;
-  int chessboards = 0;
+  std::pair<int, std::string> chessboards;  // how many, and the folder
   bool offline = false;
 };
 
@@ -78,9 +79,10 @@ void run(const RoomOptions& options) {
   sim_ode::room::Room room(config.root());
   config.refuse_unknown();
   if (!options.calibration.empty()) sim_ode::room::write_calibration(room, options.calibration);
-  if (options.chessboards > 0) {
-    sim_ode::room::write_chessboards(room, options.chessboards, options.folder);
-    fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", options.chessboards, options.folder);
+  if (const auto& [pictures, folder] = options.chessboards; !folder.empty()) {
+    if (pictures < 1 || pictures > 1000) throw hal::ConfigError("--chessboard N FOLDER: N must be 1 to 1000");
+    sim_ode::room::write_chessboards(room, pictures, folder);
+    fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", pictures, folder);
     return;
   }
   sim_ode::room::RoomRecord record(room, options.truth, options.video);
@@ -102,11 +104,8 @@ void add_room_command(CLI::App& app) {
   command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
   command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
   command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
-  auto* const chessboard =
-      command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera")
-          ->check(CLI::Range(1, 1000));
-  command->add_option("--folder", options->folder, "Folder for them")->needs(chessboard)->default_str("chessboard");
-  options->folder = "chessboard";
+  command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera into FOLDER")
+      ->type_name("N FOLDER");
   command->footer(
       "Example:\n  arkmesh room experiments/room/roark.toml --seconds 60 --truth truth.csv\n"
       "  arkmesh room experiments/room/roark.toml --offline --seconds 60 --video room.mp4 --truth truth.csv");
