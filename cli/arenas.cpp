@@ -1,43 +1,67 @@
 #include "cli/arenas.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "cli/room_arena.hpp"
+#include "cli/table_window.hpp"
+#include "hal/arena_config.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "sim_ode/ode_arena.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
+// What an arena may need of the lab that it belongs to.
+struct Around {
+  const scenarios::RunConfig& run;
+  hal::Bus& bus;
+  const std::filesystem::path& directory;
+};
+
 struct Entry {
   std::string name;
-  std::function<std::unique_ptr<hal::Arena>(const hal::Section& arena, const scenarios::RunConfig& run)> make;
+  std::vector<std::string> tables;  // [arena.NAME]s that it reads
+  std::function<std::unique_ptr<hal::Arena>(const hal::Section& arena, const Around& around)> make;
 };
+
+// Shows people what the cameras of a table see.
+tracker::Onlooker window(const hal::Section& arena, const Around& around) {
+  const auto window = std::make_shared<TableWindow>(arena.section("kilobot"), hal::read_arena_config(arena).frame_period, around.bus, around.directory);
+  return [window](const tracker::Look& look) { window->look(look); };
+}
 
 const std::vector<Entry>& arenas() {
   static const std::vector<Entry> table = {
-      {"ode", [](auto& arena, auto& run) { return sim_ode::make_ode_arena(arena, run.lab, run.seed); }},
-      {"replay", [](auto& arena, auto& run) { return hal::make_log_arena(arena, run.lab, run.period * run.last_period); }},
-      {"null", [](auto& arena, auto& run) { return hal::make_null_arena(arena, run.lab); }},
+      {"ode", {"ode"}, [](auto& arena, auto& a) { return sim_ode::make_ode_arena(arena, a.run.lab, a.run.seed); }},
+      {"kilobot", {"kilobot"}, [](auto& arena, auto& a) {
+         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, tracker::make_table_watch(arena, window(arena, a)));
+       }},
+      {"room", {"room", "kilobot"}, [](auto& arena, auto& a) { return make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
+      {"replay", {"replay"}, [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},
+      {"null", {}, [](auto& arena, auto& a) { return hal::make_null_arena(arena, a.run.lab); }},
   };
   return table;
 }
 
 }  // namespace
 
-std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios::RunConfig& run) {
+std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios::RunConfig& run, hal::Bus& bus,
+                                       const std::filesystem::path& directory) {
   const hal::Section arena = root.section("arena");
   std::vector<std::string> names;
   for (const Entry& entry : arenas()) names.push_back(entry.name);
   const std::string use = arena.choice("use", "ode", names);
+  const auto chosen = std::find_if(arenas().begin(), arenas().end(), [&](const Entry& entry) { return entry.name == use; });
+  if (chosen == arenas().end()) arena.refuse("use", "names no arena");
   // The keys of arenas that are not in use stay in the file, so that one key swaps them.
   for (const std::string& name : names)
-    if (name != use) arena.leave_alone(name);
-  for (const Entry& entry : arenas())
-    if (entry.name == use) return entry.make(arena, run);
-  arena.refuse("use", "names no arena");
+    if (std::find(chosen->tables.begin(), chosen->tables.end(), name) == chosen->tables.end()) arena.leave_alone(name);
+  return chosen->make(arena, {run, bus, directory});
 }
 
 }  // namespace arkmesh::cli

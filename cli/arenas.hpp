@@ -1,15 +1,19 @@
 // The only place where concrete arenas are named: one line each.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 
 #include "hal/arena.hpp"
+#include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "scenarios/run_config.hpp"
 
 namespace arkmesh::cli {
 
-// The arena that arena.use asks for. Throws ConfigError.
-std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios::RunConfig& run);
+// The arena that arena.use asks for. An arena with cameras draws what it hears on `bus` over their pictures and keeps videos in
+// `directory`; the bus outlives the arena. Throws ConfigError.
+std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios::RunConfig& run, hal::Bus& bus,
+                                       const std::filesystem::path& directory);
 
 }  // namespace arkmesh::cli

@@ -52,7 +52,7 @@ LabSession::LabSession(hal::Config config, const std::filesystem::path& director
       .log = recorder.flag("log", true),
       .keep_free_bytes = static_cast<std::uint64_t>(recorder.integer("keep_free_mib", 64, 0, 1 << 20)) << 20};
   scenario_ = make_scenario(root, run_config_);
-  arena_ = make_arena(root, run_config_);
+  arena_ = make_arena(root, run_config_, private_bus_, directory_);
   config_.refuse_unknown();
 
   recorder_ = std::make_unique<hal::Recorder>(directory_, wall_utime(), options);
