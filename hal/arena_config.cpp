@@ -19,9 +19,6 @@ ArenaConfig read_arena_config(const Section& arena) {
   out.width_m = read_side(arena, "width_m");
   out.height_m = read_side(arena, "height_m");
   out.robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
-  constexpr int most_ids = 65'536;
-  if (out.robots > most_ids)
-    arena.refuse("robots", fmt::format("must be at most {}: robots are numbered with 16 bits", most_ids));
 
   // a square grid must hold them
   const double cell_m = 2 * kilobot_radius_m + 0.001;
