@@ -42,6 +42,7 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
     // switched on by hand, not all in one tick
     boot_phase_.push_back(static_cast<std::uint8_t>(boot.below(16)));
   }
+  const FaultGuard::Watch watch(*guard_);
   for (int i = 0; i < robots; ++i) {
     power_up(i);
     cells_[index(i)].send_clock = static_cast<std::uint16_t>(clock_per_tick * boot_phase_[index(i)]);

@@ -35,8 +35,12 @@ static inline volatile uint32_t *arkmesh_clock(void) {
   if (++arkmesh_reads >= 400) arkmesh_busy();
   return &arkmesh_ticks;
 }
-/* Ticks of 32.768 ms since power-up; may be assigned. */
+/* Ticks of 32.768 ms since power-up; may be assigned. A variable only for programs that do not compile with the macro. */
+#ifdef ARKMESH_PLAIN_CLOCK
+extern volatile uint32_t kilo_ticks __asm__("arkmesh_ticks");
+#else
 #define kilo_ticks (*arkmesh_clock())
+#endif
 
 extern volatile uint16_t kilo_tx_period;
 extern uint16_t kilo_uid;

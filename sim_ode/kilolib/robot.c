@@ -54,8 +54,18 @@ ROBOT static distance_measurement_t rx_distance = {0};
 ROBOT uint16_t kilo_irhigh[14] = {0};
 ROBOT uint16_t kilo_irlow[14] = {0};
 
-/* Outside the robot's memory. */
-__attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {0};
+/* Outside the robot's memory. Until the simulator fills it in, for constructors, nothing happens. */
+static void no_wait(uint32_t us) { (void)us; }
+static void no_tick(const void *from) { (void)from; }
+static void no_motors(uint8_t left, uint8_t right) { (void)left, (void)right; }
+static void no_colour(uint8_t colour) { (void)colour; }
+static int16_t no_reading(void) { return 0; }
+static uint8_t no_chance(void) { return 0; }
+static void no_start(void) {}
+static void no_end(const char *why, const void *from) { (void)why, (void)from; }
+static void no_busy(const void *from, int wakeable) { (void)from, (void)wakeable; }
+__attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {
+    no_wait, no_tick, no_motors, no_colour, no_reading, no_reading, no_reading, no_chance, 0, no_start, no_end, no_busy};
 
 /* ---- time ---- */
 
@@ -93,8 +103,11 @@ void arkmesh_busy(void) {
 
 /* Programs with volatile variables are compiled so that each access to memory calls one of these: waiting for a flag that a callback
    sets takes time then, as on the robot. Only reads of volatile variables count, so that a loop without any still is an endless one. */
-#define LOOKED_AT(name) \
-  HIDDEN void name(void *place) { (void)place; SPEND(12); }
+#define LOOKED_AT(name)                               \
+  HIDDEN void name(void *place) {                     \
+    if (place == (void *)&arkmesh_ticks) SPEND_READING(); \
+    else SPEND(12);                                   \
+  }
 #define UNCOUNTED(name) \
   HIDDEN void name(void *place) { (void)place; }
 #define OF_ALL_SIZES(what, name) what(name##1) what(name##2) what(name##4) what(name##8) what(name##16)
@@ -271,50 +284,60 @@ HIDDEN void arkmesh_gives_up(const char *why) { host.ended(why, CALLER); }
 /* The serial line is on: 38400 baud, and whoever prints waits until the last character has left. */
 void arkmesh_serial_on(void) { serial_line = 1; }
 
-STAND_IN int vprintf(const char *format, va_list values) {
+static int say(const char *format, va_list values, const char *from) {
   char line[400];
   const int size = vsnprintf(line, sizeof line, format, values);
   if (size <= 0) return size;
   if (host.text) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
   if (serial_line) host.wait_us((uint32_t)size * 260);
-  else SPEND(50 * size);
+  else if ((work += 50 * (uint32_t)size) >= work_per_tick) give_time(from);
   return size;
 }
-STAND_IN int printf(const char *format, ...) {
+static int say_words(const char *from, const char *format, ...) {
   va_list values;
   int size;
   va_start(values, format);
-  size = vprintf(format, values);
+  size = say(format, values, from);
   va_end(values);
   return size;
 }
-STAND_IN int puts(const char *text) { return printf("%s\n", text); }
+#define SAY(format)              \
+  va_list values;                \
+  int size;                      \
+  va_start(values, format);      \
+  size = say(format, values, CALLER); \
+  va_end(values);                \
+  return size;
+STAND_IN int vprintf(const char *format, va_list values) { return say(format, values, CALLER); }
+STAND_IN int printf(const char *format, ...) { SAY(format) }
+STAND_IN int puts(const char *text) { return say_words(CALLER, "%s\n", text); }
 STAND_IN int putchar(int c) {
-  printf("%c", c);
+  say_words(CALLER, "%c", c);
   return c;
 }
 /* A robot has one place for text only, whatever the stream. */
 STAND_IN int vfprintf(FILE *stream, const char *format, va_list values) {
   (void)stream;
-  return vprintf(format, values);
+  return say(format, values, CALLER);
 }
-STAND_IN int fprintf(FILE *stream, const char *format, ...) {
-  va_list values;
-  int size;
+STAND_IN int fprintf(FILE *stream, const char *format, ...) { (void)stream; SAY(format) }
+STAND_IN int fputs(const char *text, FILE *stream) {
   (void)stream;
-  va_start(values, format);
-  size = vprintf(format, values);
-  va_end(values);
-  return size;
+  return say_words(CALLER, "%s", text);
 }
-STAND_IN int fputs(const char *text, FILE *stream) { return fprintf(stream, "%s", text); }
 STAND_IN int fputc(int c, FILE *stream) {
   (void)stream;
-  return putchar(c);
+  say_words(CALLER, "%c", c);
+  return c;
 }
-STAND_IN int putc(int c, FILE *stream) { return fputc(c, stream); }
+STAND_IN int putc(int c, FILE *stream) {
+  (void)stream;
+  say_words(CALLER, "%c", c);
+  return c;
+}
 STAND_IN size_t fwrite(const void *from, size_t size, size_t count, FILE *stream) {
-  fprintf(stream, "%.*s", (int)(size * count), (const char *)from);
+  (void)stream;
+  say_words(CALLER, "%.*s", (int)(size * count), (const char *)from);
   return count;
 }
 STAND_IN int fflush(FILE *stream) {

@@ -121,6 +121,8 @@ const std::vector<Expected>& table() {
       {.program = "style_overflow", .all_show = green},
       {.program = "style_long_switch", .all_show = green},
       {.program = "style_debug_macro", .all_show = green},
+      {.program = "style_clock_field", .all_show = green},
+      {.program = "style_clock_again", .all_show = green},
       {.program = "mute_no_crc", .all_show = Led::red},
       {.program = "count_sends", .talks = true},
       {"crash_null", End::fails, {"robot 3 ", "bad pointer", "crash_null.c:10", " s"}},
