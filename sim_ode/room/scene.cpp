@@ -57,6 +57,16 @@ class Surface {
                          0.01, 0.004, k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});
   }
 
+  // No edge lies within `reach` of that point.
+  bool smooth_at(double x, double y, double reach) const {
+    const double out = std::max(std::abs(x) - scene_.width_m / 2, std::abs(y) - scene_.height_m / 2);
+    if (std::abs(out) < reach || std::abs(out - scene_.wall_m) < reach) return false;
+    return std::ranges::none_of(things_, [&](const Thing& thing) {
+      const double dx = x - thing.x_m, dy = y - thing.y_m, near = thing.half_length_m + thing.half_width_m + 0.02 + reach;
+      return dx * dx + dy * dy < near * near;
+    });
+  }
+
   Colour at(double x, double y) const {
     const double w = scene_.width_m / 2, h = scene_.height_m / 2, out = std::max(std::abs(x) - w, std::abs(y) - h);
     Colour colour;
@@ -117,16 +127,21 @@ class Sights {
   std::vector<std::optional<cv::Point2d>> grid_;
 };
 
-// colour_at(place) for four places of each pixel; `nowhere` where a sight meets nothing.
-template <class Look>
-cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, double vignetting, Look&& colour_at) {
+// colour_at(place) for four places of each pixel, or for its middle where smooth_at(place) says that no edge is near; `nowhere` where a
+// sight meets nothing.
+template <class Look, class Smooth>
+cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, double vignetting, Look&& colour_at, Smooth&& smooth_at) {
   cv::Mat out(camera.height_px(), camera.width_px(), CV_8UC3);
   for (int y = 0; y < out.rows; ++y)
     for (int x = 0; x < out.cols; ++x) {
       Colour sum(0, 0, 0);
-      for (int k = 0; k < 4; ++k) {
-        const auto place = sights.at(x + (k % 2 ? 0.25 : -0.25), y + (k / 2 ? 0.25 : -0.25));
-        sum += place ? colour_at(*place) : nowhere;
+      if (const auto middle = sights.at(x, y); middle && smooth_at(*middle)) {
+        sum = 4 * colour_at(*middle);
+      } else {
+        for (int k = 0; k < 4; ++k) {
+          const auto place = sights.at(x + (k % 2 ? 0.25 : -0.25), y + (k / 2 ? 0.25 : -0.25));
+          sum += place ? colour_at(*place) : nowhere;
+        }
       }
       sum *= static_cast<float>(vignetting_at(camera, vignetting, x, y) / 4);
       out.at<cv::Vec3b>(y, x) = {cv::saturate_cast<std::uint8_t>(sum[0]), cv::saturate_cast<std::uint8_t>(sum[1]),
@@ -150,7 +165,11 @@ double vignetting_at(const CameraModel& camera, double vignetting, double x_px, 
 cv::Mat draw_scene(const Scene& scene, const CameraModel& camera, double vignetting) {
   const Surface surface(scene);
   const Sights sights(camera, [&camera](cv::Point2d ideal) { return camera.meets_plane(ideal, 0); });
-  return draw(camera, sights, {40, 40, 42}, vignetting, [&surface](cv::Point2d at) { return surface.at(at.x, at.y); });
+  const auto middle = camera.project_near(0, 0, 0);
+  const double pixel_m = middle ? 1 / std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx)) : 0.01;
+  return draw(
+      camera, sights, {40, 40, 42}, vignetting, [&surface](cv::Point2d at) { return surface.at(at.x, at.y); },
+      [&surface, pixel_m](cv::Point2d at) { return surface.smooth_at(at.x, at.y, 3 * pixel_m); });
 }
 
 cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double square_m, std::uint64_t number, std::uint64_t seed) {
@@ -190,13 +209,16 @@ cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double
     return cv::Point2d(at[0] / square_m, at[1] / square_m);
   });
   const std::uint64_t key = hal::mix64(seed + number);
-  return draw(camera, sights, {120, 122, 124}, 0.15, [&](cv::Point2d at) -> Colour {
-    const double u = std::floor(at.x), v = std::floor(at.y);
-    const auto shade = static_cast<float>(1 + 0.04 * mottle(at.x / 3, at.y / 3, key));
-    if (u < -2 || v < -2 || u > columns || v > rows) return Colour(118, 120, 122) * shade;
-    if (u < -1 || v < -1 || u > columns - 1 || v > rows - 1) return Colour(215, 215, 213) * shade;  // the margin
-    return static_cast<std::int64_t>(u + v) % 2 == 0 ? Colour(38, 38, 40) * shade : Colour(215, 215, 213) * shade;
-  });
+  return draw(
+      camera, sights, {120, 122, 124}, 0.15,
+      [&](cv::Point2d at) -> Colour {
+        const double u = std::floor(at.x), v = std::floor(at.y);
+        const auto shade = static_cast<float>(1 + 0.04 * mottle(at.x / 3, at.y / 3, key));
+        if (u < -2 || v < -2 || u > columns || v > rows) return Colour(118, 120, 122) * shade;
+        if (u < -1 || v < -1 || u > columns - 1 || v > rows - 1) return Colour(215, 215, 213) * shade;  // the margin
+        return static_cast<std::int64_t>(u + v) % 2 == 0 ? Colour(38, 38, 40) * shade : Colour(215, 215, 213) * shade;
+      },
+      [](cv::Point2d) { return false; });
 }
 
 }  // namespace arkmesh::sim_ode::room
