@@ -27,7 +27,9 @@ constexpr int checks_in_a_row = 10;
 constexpr double bend_rad_s = 0.035;                      // 2 degrees a second: worth a change before the end
 constexpr double bend_per_duty_rad_s = 0.012;             // what one step of one motor does to a straight, roughly
 constexpr double way_m = 0.22;                            // room that a straight should have
-constexpr int most_contacts = 20;
+constexpr double least_way_m = 0.17;                      // with less it looks for another place first
+constexpr int most_contacts = 60;
+constexpr hal::LabTime walk_lasts{7'000'000}, turn_lasts{20'000'000};
 constexpr hal::LabTime second_copy{600'000};
 constexpr hal::LabTime store_lasts{1'000'000};
 constexpr int most_store_rounds = 5;
@@ -77,17 +79,11 @@ void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const ha
   if (now - *trial.first_seen > hal::LabTime{static_cast<std::int64_t>(settings_.most_per_robot_s * 1e6)})
     return fail(id, robot, trial, fmt::format("no good duties in {:.0f} s", settings_.most_per_robot_s), now);
   if (now - *trial.told_at < settings_.settle) return;
+  if (trial.errand != Errand::none) return run_errand(id, robot, trial, seen.pose, places, now);
   if (robot.stage == Stage::aiming) return aim(id, robot, trial, seen.pose, places, now);
-
-  if (touches(id, seen.pose, places)) {
-    // what it does now is not its motors' doing
-    counters_.add("calibration.repeated.contact");
-    if (robot.stage == Stage::straight || trial.log.lasted_s() > moving_s) {
-      if (++trial.contacts > most_contacts) return fail(id, robot, trial, "meets others or walls each time; give the robots more room", now);
-    }
-    if (robot.stage == Stage::straight) return enter(id, robot, trial, Stage::aiming, now);
-    return begin_again(trial, now);
-  }
+  // what it does now is not its motors' doing, or will soon not be
+  if (touches(id, seen.pose, places)) return meet(id, robot, trial, now);
+  if (robot.stage != Stage::straight && trial.log.lasted_s() == 0 && crowded(id, seen.pose, places)) return meet(id, robot, trial, now);
   trial.log.add(now, seen.pose.x_m, seen.pose.y_m);
   robot.stage == Stage::straight ? look_at_straight(id, robot, trial, now) : look_at_turn(id, robot, trial, now);
 }
@@ -108,7 +104,7 @@ void MotorCalibrator::look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, 
   if (trial.bad_checks >= checks_in_a_row) return change(id, robot, trial, by, by, now);
 
   const auto circle = trial.log.circle();
-  const bool is_round = circle.radius_m > measure_m / 2 && circle.radius_m < 1.5 * measure_m && circle.off_m < 0.1 * circle.radius_m;
+  const bool is_round = circle.radius_m > measure_m / 2 && circle.radius_m < 1.5 * measure_m && circle.off_m < 0.15 * circle.radius_m;
   if (const auto back_s = trial.log.came_back_s(back_away * measure_m, back_near * measure_m)) {
     // it comes near before it is all the way round
     const double left_out = circle.radius_m > 0 ? std::min(0.5, back_near * measure_m / (2 * std::numbers::pi * circle.radius_m)) : 0;
@@ -169,23 +165,58 @@ void MotorCalibrator::look_at_straight(hal::RobotId id, Robot& robot, Trial& tri
   enter(id, robot, trial, Stage::done, now);
 }
 
-// Turns left until the way ahead is free, or as free as it gets.
-void MotorCalibrator::aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now) {
+void MotorCalibrator::meet(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now) {
+  counters_.add("calibration.repeated.contact");
+  if (++trial.contacts > most_contacts) return fail(id, robot, trial, "meets others or walls each time; give the robots more room", now);
+  if (robot.stage == Stage::straight) return enter(id, robot, trial, Stage::aiming, now);
+  begin_errand(id, robot, trial, now);
+}
+
+void MotorCalibrator::begin_errand(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now) {
+  trial.errand = Errand::turning;
+  begin_again(trial, now);
+  trial.told_at = now;
+  tell(id, robot, trial, now);
+}
+
+// To where there is more room: turns to the freest way, walks, and goes on with what it was doing.
+void MotorCalibrator::run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now) {
+  const hal::LabTime lasted = now - *trial.told_at;
+  if (trial.errand == Errand::turning) {
+    choose_way(id, trial, pose, places);
+    if (std::abs(wrapped(trial.aim_rad - pose.heading_rad)) > 0.25 && lasted < turn_lasts) return;
+    trial.errand = Errand::walking;
+  } else {
+    const bool blocked = lasted > 2 * settings_.settle && free_way_m(id, pose, pose.heading_rad, places) < body_radius_m;
+    if (lasted < walk_lasts && !blocked) return;
+    trial.errand = Errand::none;
+  }
+  trial.told_at = now;
+  tell(id, robot, trial, now);
+}
+
+double MotorCalibrator::choose_way(hal::RobotId id, Trial& trial, const hal::Pose& pose, const Places& places) const {
   constexpr int courses = 36;
   double best_m = -1;
-  // the nearest free one to the left, else the freest
-  for (int k = 0; k < courses; ++k) {
+  for (int k = 0; k < courses && best_m < way_m; ++k) {
     const double course = pose.heading_rad + k * 2 * std::numbers::pi / courses;
     const double free_m = free_way_m(id, pose, course, places);
-    if (free_m > best_m + 1e-9) {
-      best_m = free_m;
-      trial.aim_rad = course;
-    }
-    if (best_m >= way_m) break;
+    if (free_m <= best_m + 1e-9) continue;
+    best_m = free_m;
+    trial.aim_rad = course;
   }
-  const double off = wrapped(trial.aim_rad - pose.heading_rad);
-  const bool too_long = now - *trial.told_at > hal::LabTime{static_cast<std::int64_t>(2 * longest_turn_s * 1e6)};
-  if (std::abs(off) < 0.1 || too_long) enter(id, robot, trial, Stage::straight, now);
+  return best_m;
+}
+
+// Turns left until the way ahead is free; where there is none it goes elsewhere first.
+void MotorCalibrator::aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now) {
+  if (choose_way(id, trial, pose, places) < least_way_m) {
+    counters_.add("calibration.repeated.no_way");
+    if (++trial.contacts > most_contacts) return fail(id, robot, trial, "finds no free way to go straight; give the robots more room", now);
+    return begin_errand(id, robot, trial, now);
+  }
+  const bool too_long = now - *trial.told_at > turn_lasts;
+  if (std::abs(wrapped(trial.aim_rad - pose.heading_rad)) < 0.1 || too_long) enter(id, robot, trial, Stage::straight, now);
 }
 
 // How far it gets before it meets a wall or a robot where they are now; not farther than it needs.
@@ -199,7 +230,7 @@ double MotorCalibrator::free_way_m(hal::RobotId id, const hal::Pose& pose, doubl
   wall(-pose.x_m, -dx, settings_.width_m / 2 - margin_m);
   wall(pose.y_m, dy, settings_.height_m / 2 - margin_m);
   wall(-pose.y_m, -dy, settings_.height_m / 2 - margin_m);
-  const double clear_m = 2 * body_radius_m + 0.02;
+  const double clear_m = 2 * body_radius_m + 0.015;
   for (const auto& [other, place] : places) {
     if (other == id) continue;
     const double ahead_m = (place.x_m - pose.x_m) * dx + (place.y_m - pose.y_m) * dy;
@@ -214,6 +245,15 @@ bool MotorCalibrator::touches(hal::RobotId id, const hal::Pose& pose, const Plac
   if (std::abs(pose.x_m) > settings_.width_m / 2 - near_m || std::abs(pose.y_m) > settings_.height_m / 2 - near_m) return true;
   return std::any_of(places.begin(), places.end(), [&](const auto& other) {
     return other.first != id && std::hypot(other.second.x_m - pose.x_m, other.second.y_m - pose.y_m) < 2 * near_m;
+  });
+}
+
+// Somebody or a wall is nearer than a turn needs.
+bool MotorCalibrator::crowded(hal::RobotId id, const hal::Pose& pose, const Places& places) const {
+  const double turn_m = 2 * settings_.measure_m + body_radius_m;   // from where it stands to the far side of its circle
+  if (std::abs(pose.x_m) > settings_.width_m / 2 - turn_m || std::abs(pose.y_m) > settings_.height_m / 2 - turn_m) return true;
+  return std::any_of(places.begin(), places.end(), [&](const auto& other) {
+    return other.first != id && std::hypot(other.second.x_m - pose.x_m, other.second.y_m - pose.y_m) < turn_m + body_radius_m;
   });
 }
 
@@ -247,6 +287,7 @@ void MotorCalibrator::change(hal::RobotId id, Robot& robot, Trial& trial, int le
 
 void MotorCalibrator::enter(hal::RobotId id, Robot& robot, Trial& trial, Stage stage, hal::LabTime now) {
   if (stage == Stage::right || (stage == Stage::aiming && robot.stage == Stage::right)) trial.contacts = 0;
+  trial.errand = Errand::none;
   robot.stage = stage;
   begin_again(trial, now);
   trial.told_at = now;
@@ -271,7 +312,8 @@ void MotorCalibrator::tell(hal::RobotId id, const Robot& robot, Trial& trial, ha
   const auto say = [&](Kind kind, int value, std::uint8_t slot = 0) {
     messages_.push_back({.robot = id, .slot = slot, .kind = kind, .value = static_cast<std::uint16_t>(value)});
   };
-  switch (robot.stage) {
+  const bool walks = trial.errand == Errand::walking;
+  switch (walks ? Stage::straight : trial.errand == Errand::turning ? Stage::left : robot.stage) {
     case Stage::left:
     case Stage::aiming: say(turn_left, robot.duties.turn_left); break;
     case Stage::right: say(turn_right, robot.duties.turn_right); break;

@@ -62,6 +62,8 @@ class MotorCalibrator {
 
  private:
   enum class Check : std::uint8_t { moving, steady };
+  // What it does on the way to a place with more room, in the middle of a stage.
+  enum class Errand : std::uint8_t { none, turning, walking };
   struct Trial {
     MotionLog log;
     Check check = Check::moving;
@@ -70,7 +72,8 @@ class MotorCalibrator {
     hal::LabTime said_at{0};          // its last message
     std::optional<hal::LabTime> first_seen;
     double aim_rad = 0;
-    int contacts = 0;                 // trials in a row that met something
+    Errand errand = Errand::none;
+    int contacts = 0;                 // that ended a trial, in this stage
     bool early_look = false;          // at this straight, before its end
   };
 
@@ -78,7 +81,13 @@ class MotorCalibrator {
   void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places, hal::LabTime now);
   void look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void look_at_straight(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
+  void meet(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
+  void begin_errand(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
+  void run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
   void aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
+  // The freest way, the first to the left if several are free enough. Returns how far it is free and sets trial.aim_rad.
+  double choose_way(hal::RobotId id, Trial& trial, const hal::Pose& pose, const Places& places) const;
+  bool crowded(hal::RobotId id, const hal::Pose& pose, const Places& places) const;
   double free_way_m(hal::RobotId id, const hal::Pose& pose, double course_rad, const Places& places) const;
   bool touches(hal::RobotId id, const hal::Pose& pose, const Places& places) const;
   void change(hal::RobotId id, Robot& robot, Trial& trial, int left_by, int right_by, hal::LabTime now);
