@@ -36,8 +36,8 @@ class ContactSolver {
   // Forgets everything but memory.
   void clear();
   int add_body(int robot, double dx_m, double dy_m, double roll_m);
-  // `closes`: the gap is used up within the step even if nothing else happens. Contacts that do not count until something
-  // pushes one of their bodies.
+  // `closes`: the gap is used up within the step even if nothing else happens. Other contacts count only when something pushes one of
+  // their bodies.
   void add(int a, int b, double normal_x, double normal_y, double gap_m, bool closes, double push_m, double rub_m, int source);
   void add_wall(int a, double normal_x, double normal_y, double gap_m, bool closes, double push_m, double rub_m, int source);
   // x and y of robots before the step. Bodies and contacts without anything that closes stay as they are.
