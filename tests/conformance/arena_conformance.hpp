@@ -26,6 +26,10 @@ struct ArenaRow {
   std::string name;
   // A new arena in its initial state; equal ones each time. It must carry at least 1 s of lab time.
   std::function<std::unique_ptr<Arena>()> make;
+  // The wall time that an arena which cannot wait keeps to, since any moment.
+  std::function<std::chrono::microseconds(Arena&)> wall = [](Arena&) {
+    return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch());
+  };
 };
 
 inline bool same_bits(double a, double b) {
@@ -40,6 +44,15 @@ inline bool same(const PoseFrame& a, const PoseFrame& b) {
                              same_bits(p.pose.y_m, q.pose.y_m) && same_bits(p.pose.heading_rad, q.pose.heading_rad) &&
                              p.led == q.led && p.confidence == q.confidence && p.age == q.age;
                     });
+}
+
+// The same robots with the same LEDs at places that a camera's noise explains.
+inline bool alike(const PoseFrame& a, const PoseFrame& b) {
+  constexpr double noise_m = 0.002;
+  return a.stamp == b.stamp && a.number == b.number &&
+         std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(), [](const Sighting& p, const Sighting& q) {
+           return p.robot == q.robot && std::hypot(p.pose.x_m - q.pose.x_m, p.pose.y_m - q.pose.y_m) < noise_m && p.led == q.led;
+         });
 }
 
 inline std::uint64_t total(const Counters& counters) {
@@ -93,7 +106,7 @@ inline void check_frame_zero(const ArenaRow& row) {
   other->advance_to(LabTime{0});
   const auto other_frame = other->poses().latest();
   REQUIRE(other_frame);
-  CHECK(same(*frame, *other_frame));
+  CHECK((other->info().can_wait ? same(*frame, *other_frame) : alike(*frame, *other_frame)));
 }
 
 // Each frame comes at its time with its number, its robots ascending, inside the arena and in range.
@@ -301,16 +314,15 @@ inline void check_repeatable(const ArenaRow& row) {
 inline void check_pace(const ArenaRow& row) {
   const auto arena = row.make();
   if (arena->info().can_wait) return;
-  using Monotonic = std::chrono::steady_clock;
   arena->advance_to(LabTime{0});
-  const auto start = Monotonic::now();
+  const auto start = row.wall(*arena);
   for (LabTime t : {LabTime{50'000}, LabTime{120'000}, LabTime{121'000}, LabTime{300'000}}) {
     arena->advance_to(t);
     CHECK(arena->clock().now() == t);
-    CHECK(Monotonic::now() - start >= t);
+    CHECK(row.wall(*arena) - start >= t);
   }
   // only a bound against hanging: the machine may be busy
-  CHECK(Monotonic::now() - start < std::chrono::seconds{10});
+  CHECK(row.wall(*arena) - start < std::chrono::seconds{10});
 }
 
 }  // namespace arkmesh::tests

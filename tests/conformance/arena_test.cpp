@@ -2,15 +2,18 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <fstream>
 #include <string>
 #include <vector>
 
+#include "cli/room_arena.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
+#include "sim_ode/room/room_record.hpp"
 #include "tests/conformance/arena_conformance.hpp"
 #include "tests/hal/temporary_directory.hpp"
 #include "tests/kilobot/fake_cable.hpp"
@@ -57,8 +60,21 @@ std::unique_ptr<Arena> kilobot_table() {
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 
+// A small table in a virtual room: its file and its cameras' calibration.
+std::string virtual_table() {
+  static const TemporaryDirectory directory;
+  const auto room_file = directory.path() / "room.toml", calibration = directory.path() / "table.yaml";
+  std::ofstream(room_file) << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n" << walkers
+                           << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
+  const Config config = Config::from_file(room_file);
+  sim_ode::room::write_calibration(sim_ode::room::Room(config.root()), calibration);
+  return "height_m = 0.4\nroom.file = \"" + room_file.string() + "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" +
+         calibration.string() + "\"\n";
+}
+
 const std::vector<ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
+  static const std::string kilobots = virtual_table();
   static const std::vector<ArenaRow> table{
       {"null", [] { return make_null_arena(arena_section(""), "lab"); }},
       {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab"); }},
@@ -66,6 +82,8 @@ const std::vector<ArenaRow>& rows() {
       {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }},
       {"replay",
        [] { return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", LabTime{2'000'000}); }},
+      {"kilobot", [] { return cli::make_room_arena(arena_section(kilobots), "lab", 1, {}); },
+       [](Arena& arena) { return cli::room_of(arena).now(); }},
       {"kilobot", kilobot_table},
   };
   return table;

@@ -216,6 +216,26 @@ TEST_CASE("overhead controller: a standing question") {
   CHECK(heard[0].type() == PacketType::stop);
 }
 
+TEST_CASE("overhead controller: on hold") {
+  // Before an experiment begins only questions go out, however long that takes; what was said meanwhile comes afterwards, whole.
+  OverheadBench bench;
+  bench.controller.hold(true);
+  bench.start();
+  bench.controller.command({Kind::run});
+  bench.offer(3);
+  bench.controller.ask(Message{.type = 100});
+  bench.run(20s);
+  for (const auto& heard : bench.cable->take()) CHECK(heard.message_type() == 100);
+  bench.controller.ask({});
+  bench.controller.hold(false);
+  bench.run(1s);
+  const auto heard = bench.cable->take();
+  REQUIRE(heard.size() >= 2);
+  CHECK(std::ranges::any_of(heard, [](const auto& each) { return each.message_type() == type_run; }));
+  CHECK(std::ranges::any_of(heard, [](const auto& each) { return robots_of(each.packet) == std::vector<hal::RobotId>{3}; }));
+  CHECK(bench.counters["fleet_command.expired"] == 0);
+}
+
 TEST_CASE("overhead controller: a command during a question") {
   // A fleet command interrupts a question, which is taken up again afterwards.
   OverheadBench bench;

@@ -86,6 +86,7 @@ class KilobotArena final : public Arena {
 
   // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told them to run.
   void begin() {
+    controller_.hold(true);
     const Moment begun = now();
     Moment say_at = begun + say_again_after;
     for (;;) {
@@ -93,6 +94,7 @@ class KilobotArena final : public Arena {
       const bool complete = frame && controller_.is_up() && eyes_->everybody_named();
       if (complete) {
         put(std::move(*frame), LabTime{0});
+        controller_.hold(false);
         return;
       }
       const Moment at = now();

@@ -81,14 +81,16 @@ void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
 void OverheadController::tend(Moment now) {
   sender_.tend(now);
   note_loss();
-  for (Command& command : commands_)
-    if (!command.since) command.since = now;
-  expire(now);
+  if (!held_) {
+    for (Command& command : commands_)
+      if (!command.since) command.since = now;
+    expire(now);
+  }
   if (!sender_.is_ready(now)) return;
   on_air_command_.reset();
-  if (send_command(now)) return;
+  if (!held_ && send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
-  const bool wants_composite = composite_ || board_.has_waiting();
+  const bool wants_composite = !held_ && (composite_ || board_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
   if (!question_ && sender_.is_repeating() && sender_.send(stop_packet(), stop_spacing, now)) asked_.reset(), on_air_composite_.reset();

@@ -49,6 +49,8 @@ class OverheadController final : public RobotLink {
   void ask(std::optional<Message> question) { question_ = question; }
   // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers are dropped.
   void withhold(std::span<const RobotId> robots, Moment now);
+  // While on hold only questions go out; commands and messages wait, without ageing. For the time before an experiment begins.
+  void hold(bool on) { held_ = on; }
   // Sends what is due. Call it at the times that due() gives, or more often.
   void tend(Moment now);
   Moment due(Moment now) const { return sender_.due(now); }
@@ -84,6 +86,7 @@ class OverheadController final : public RobotLink {
   std::optional<Message> composite_;       // made up, to be sent
   std::optional<Message> on_air_composite_;
   std::vector<RobotId> withheld_;
+  bool held_ = false;
   std::optional<Moment> down_since_;
   std::uint64_t openings_ = 0;
 };
