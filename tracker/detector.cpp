@@ -11,15 +11,31 @@
 #include "tracker/suspect.hpp"
 
 namespace arkmesh::tracker {
+
 class Detector::Search {
  public:
   explicit Search(const DetectorSettings& settings) : settings_(settings), diameter_px_(settings.diameter_px) {}
 
   std::vector<Detection> search(const cv::Mat& bgr) {
     noise_ = noise_of(bgr);
-    if (!diameter_px_) diameter_px_ = find_diameter(bgr);
-    if (!diameter_px_) return {};
-    return at_diameter(bgr, *diameter_px_);
+    if (settings_.diameter_px) return at_diameter(bgr, *settings_.diameter_px);
+    std::vector<Detection> found;
+    if (diameter_px_) found = at_diameter(bgr, *diameter_px_);
+    if (found.empty()) {
+      diameter_px_ = find_diameter(bgr);
+      if (!diameter_px_) return {};
+      found = at_diameter(bgr, *diameter_px_);
+    }
+    // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
+    if (found.size() < 3) {
+      diameter_px_.reset();
+    } else {
+      std::vector<double> radii;
+      for (const Detection& one : found) radii.push_back(one.r_px);
+      std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
+      *diameter_px_ += 0.3 * (2 * radii[radii.size() / 2] - *diameter_px_);
+    }
+    return found;
   }
 
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
@@ -30,7 +46,8 @@ class Detector::Search {
       if (const auto one = near(bgr, where[i]))
         claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i, *one});
     // Nearest first: two places that see the same robot do not both get it.
-    std::sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) { return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place; });
+    std::sort(claims.begin(), claims.end(),
+              [](const Claim& a, const Claim& b) { return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place; });
     double largest_r_px = 1;
     for (const Claim& claim : claims) largest_r_px = std::max(largest_r_px, claim.suspect.rim.circle.r_px);
     Places places(1.5 * largest_r_px, bgr.cols, bgr.rows);
@@ -65,8 +82,8 @@ class Detector::Search {
       if (reached && one.evidence > 0.7 && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
     }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
-    picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px), static_cast<int>(place.x_px + far_px) + 2,
-                  static_cast<int>(place.y_px + far_px) + 2, block);
+    picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px),
+                  static_cast<int>(place.x_px + far_px) + 2, static_cast<int>(place.y_px + far_px) + 2, block);
     votes_.look_at(picture_, least_step());
     std::optional<Suspect> best;
     double best_off_px = place.reach_px;
@@ -97,7 +114,8 @@ class Detector::Search {
   }
 
   // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a row are nothing.
-  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, double least_votes, std::size_t patience, std::vector<Suspect>& suspects) {
+  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, double least_votes, std::size_t patience,
+            std::vector<Suspect>& suspects) {
     for (const bool darker : {true, false}) {
       candidates_.clear();
       votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, least_votes, candidates_);
@@ -150,6 +168,8 @@ class Detector::Search {
     for (Suspect& one : suspects) one.evidence = confidence(one, common, tolerance);
     std::sort(suspects.begin(), suspects.end());
     std::vector<Detection> found;
+    // Where robots are, one at least is beyond doubt: a view with doubtful ones only is a view of clutter.
+    if (suspects.empty() || suspects.front().evidence < std::max(0.65, settings_.least_confidence)) return found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
     for (const Suspect& one : suspects) {
       if (one.evidence < settings_.least_confidence) break;

@@ -20,7 +20,10 @@ constexpr double lit = 0.95;                       // least brightness of a spot
 struct Directions {
   std::array<double, directions> x{}, y{};
   Directions() {
-    for (std::size_t i = 0; i < directions; ++i) x[i] = std::cos(tau * static_cast<double>(i) / directions), y[i] = std::sin(tau * static_cast<double>(i) / directions);
+    for (std::size_t i = 0; i < directions; ++i) {
+      x[i] = std::cos(tau * static_cast<double>(i) / directions);
+      y[i] = std::sin(tau * static_cast<double>(i) / directions);
+    }
   }
 };
 

@@ -25,7 +25,7 @@ double looks(double weber, double activity) { return ramp(weber, 0.03, 0.2) * (0
 // How much one suspect says about the size of all: clutter is plentiful but weak, and small circles are easily imagined.
 double vote(const Suspect& one) {
   const double squared = one.evidence * one.evidence;
-  return squared * squared * std::min(1.0, one.rim.circle.r_px / 13);
+  return squared * squared * squared * std::min(1.0, one.rim.circle.r_px / 8);
 }
 
 }  // namespace

@@ -1,0 +1,95 @@
+// Colours of LEDs: the light by itself, and on robots whose LED is given other colours.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/robot_pictures.hpp"
+#include "tracker/led_colour.hpp"
+#include "tracker/led_spot.hpp"
+
+namespace arkmesh::tests {
+namespace {
+
+using hal::Led;
+
+TEST_CASE("led_colour") {
+  // Proves: each of the seven colours is told from the light that an LED adds, pale or rich, at any strength.
+  struct Case {
+    double blue, green, red;
+    Led led;
+  };
+  for (const Case& one : {Case{20, 20, 200, Led::red}, {100, 100, 160, Led::red}, {20, 200, 20, Led::green}, {60, 80, 55, Led::green},
+                          {200, 30, 30, Led::blue}, {200, 40, 100, Led::blue}, {20, 180, 200, Led::yellow}, {200, 190, 20, Led::cyan},
+                          {190, 20, 200, Led::magenta}, {200, 200, 200, Led::white}, {190, 200, 195, Led::white}, {180, 195, 200, Led::white}})
+    for (const double strength : {0.1, 1.0, 3.0}) {
+      CAPTURE(one.blue);
+      CAPTURE(one.green);
+      CAPTURE(one.red);
+      CHECK(tracker::led_colour({one.blue * strength, one.green * strength, one.red * strength}).led == one.led);
+    }
+}
+
+TEST_CASE("led_colour, strange light") {
+  // Proves: no light, less than none, and what is not a number give an answer without certainty rather than a colour.
+  CHECK(tracker::led_colour({0, 0, 0}).confidence == 0);
+  CHECK(tracker::led_colour({-5, -1, -200}).confidence == 0);
+  CHECK(tracker::led_colour({NAN, NAN, NAN}).confidence == 0);
+  CHECK(tracker::led_colour({-5, -1, 200}).led == Led::red);
+  CHECK(tracker::led_colour({200, -3, 198}).led == Led::magenta);
+}
+
+// Gives blue LEDs another colour: the light they add to a channel is moved to the channels of that colour.
+Scene recoloured(const Scene& scene, Led led) {
+  Scene out{scene.name, scene.bgr.clone(), {}};
+  for (const TrueRobot& robot : scene.robots) {
+    if (robot.led != Led::blue) continue;
+    TrueRobot other = robot;
+    other.led = led;
+    out.robots.push_back(other);
+    const int reach = static_cast<int>(0.7 * robot.r_px);
+    for (int y = -reach; y <= reach; ++y)
+      for (int x = -reach; x <= reach; ++x) {
+        const cv::Point at(static_cast<int>(robot.led_x_px) + x, static_cast<int>(robot.led_y_px) + y);
+        if (x * x + y * y > reach * reach || !cv::Rect({}, scene.bgr.size()).contains(at)) continue;
+        cv::Vec3b& pixel = out.bgr.at<cv::Vec3b>(at);
+        const int most = *std::max_element(pixel.val, pixel.val + 3), least = *std::min_element(pixel.val, pixel.val + 3);
+        const int bits = static_cast<int>(led);
+        for (int c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(bits & (c == 0 ? 4 : c == 1 ? 2 : 1) ? most : least);
+      }
+  }
+  return out;
+}
+
+TEST_CASE("find_led, all colours") {
+  // Proves: on real robots whose blue light is given another colour, that colour is seen, and the core is where it was.
+  const std::vector<Scene> scenes = real_scenes();
+  for (const Led led : {Led::red, Led::green, Led::blue, Led::magenta, Led::cyan, Led::yellow, Led::white}) {
+    int right = 0, all = 0;
+    for (const Scene& scene : scenes)
+      for (const Scene coloured = recoloured(scene, led); const TrueRobot& robot : coloured.robots) {
+        const tracker::LedSpot spot = tracker::find_led(coloured.bgr, {robot.x_px, robot.y_px, robot.r_px});
+        ++all;
+        if (spot.led == led && std::hypot(spot.x_px - robot.led_x_px, spot.y_px - robot.led_y_px) < 0.2 * robot.r_px) ++right;
+      }
+    CAPTURE(static_cast<int>(led));
+    CHECK(all == 51);
+    CHECK(right >= 0.93 * all);
+  }
+}
+
+TEST_CASE("find_led, unlit and out of sight") {
+  // Proves: glints on unlit robots are no LEDs, and places outside the picture are looked at without harm.
+  const Scene unlit = real_scenes()[1];
+  int lit = 0;
+  for (const TrueRobot& robot : unlit.robots)
+    if (tracker::find_led(unlit.bgr, {robot.x_px, robot.y_px, robot.r_px}).led != Led::off) ++lit;
+  CHECK(lit <= 1);
+  for (const tracker::Circle& circle : {tracker::Circle{-500, -500, 20}, {5, 5, 400}, {0, 0, 2}, {100, 100, 0}, {100, 100, NAN}}) {
+    const tracker::LedSpot spot = tracker::find_led(unlit.bgr, circle);
+    CHECK((spot.led != Led::off || std::isnan(spot.x_px)));
+  }
+}
+
+}  // namespace
+}  // namespace arkmesh::tests
