@@ -132,6 +132,22 @@ TEST_CASE("an installed program brings along what it compiles against") {
   CHECK_MESSAGE(check.code == 0, check.output);
 }
 
+TEST_CASE("controller run ends cleanly with programs that would harm the process") {
+  // An endless loop in main(), before any robot's time begins; variables that would fill the PC's memory; an empty file.
+  const TemporaryFolder folder;
+  const std::string rest = "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
+  const std::tuple<const char*, std::string, const char*> cases[] = {
+      {"main_hangs.c", "#include <kilolib.h>\nvoid setup() {}\nvoid loop() {}\nint main() {\n  for (;;) {\n  }\n}\n", "never returns in main (main_hangs.c:5)"},
+      {"large.c", "#include <kilolib.h>\nchar room[100000000];\n" + rest, "its variables take 100000"},
+      {"empty.c", "", "undefined reference to `main'"}};
+  for (const auto& [name, text, words] : cases) {
+    std::ofstream(folder.path() / name) << text;
+    const Ended ended = controller({"run", (folder.path() / name).string(), "--robots", "3", "--seconds", "5"}, folder.path());
+    CHECK(ended.code == 1);
+    CHECK_MESSAGE(says(ended, words), ended.output);
+  }
+}
+
 TEST_CASE("controller refuses wrong use with exit code 2") {
   // A missing file, no file, nonsense for sizes and places, and more robots than fit.
   const TemporaryFolder folder;
