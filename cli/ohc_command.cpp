@@ -59,15 +59,17 @@ std::unique_ptr<Wire> wire_to(const std::string& port) {
   }
 }
 
-// One line of progress on stderr: in place on a terminal, a line each two seconds elsewhere.
+// One line of progress on stderr: in place on a terminal, a line each two seconds elsewhere, thirty if it says the same again.
 class ProgressLine {
  public:
   ~ProgressLine() {
     if (open_) fmt::print(stderr, "\r\033[K");
   }
   void show(const std::string& text, Moment now) {
-    if (now < due_) return;
+    if (now < due_ || (text == text_ && now < same_due_)) return;
     due_ = now + (terminal_ ? 200ms : 2000ms);
+    same_due_ = now + (terminal_ ? 200ms : 30'000ms);
+    text_ = text;
     if (terminal_) fmt::print(stderr, "\r\033[K{}", text);
     else fmt::print(stderr, "{}\n", text);
     std::fflush(stderr);
@@ -76,7 +78,8 @@ class ProgressLine {
 
  private:
   bool terminal_ = isatty(STDERR_FILENO) != 0, open_ = false;
-  Moment due_ = Moment::min();
+  Moment due_ = Moment::min(), same_due_ = Moment::min();
+  std::string text_;
 };
 
 // An open way to a controller, in real time. Throws std::runtime_error with the line's trouble when it cannot be opened.
@@ -102,8 +105,9 @@ class Controller {
     for (const Moment end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
       sender_.tend(now());
       if (!sender_.is_ready(now())) continue;
-      if (!sender_.is_repeating()) return;
+      // on the air already, or now; what may have to go between is a stop as well
       std::ignore = sender_.send(stop_packet(), stop_spacing, now());
+      return;
     }
   }
   Controller(const Controller&) = delete;

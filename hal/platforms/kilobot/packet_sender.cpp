@@ -66,7 +66,8 @@ bool PacketSender::send(const Packet& packet, std::chrono::microseconds hold, Mo
 bool PacketSender::is_repeating() const { return last_ && repeats(*last_); }
 
 void PacketSender::cut_short(Moment now) {
-  // the packet itself must have come through
+  // the packet itself must have come through, and with a page on the air the controller is deaf
+  if (last_ && (*last_)[1] == static_cast<std::uint8_t>(PacketType::boot_page)) return;
   hold_ = std::min(hold_, std::max(stop_spacing, std::chrono::duration_cast<std::chrono::microseconds>(now - begun_)));
 }
 
