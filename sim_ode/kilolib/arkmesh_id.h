@@ -19,14 +19,18 @@
 #define ARKMESH_ID_H
 
 #include <kilolib.h>
-#ifdef __AVR__
-#include <avr/interrupt.h>
-#endif
 
 #define ARKMESH_ID_QUESTION 118
 #define ARKMESH_ID_ARK_RUNTIME 119
 #define ARKMESH_ID_ARK_INITIAL 120
 #define ARKMESH_ID_PATIENCE_TICKS 92
+
+/* Simulated robots have no interrupts between two statements. */
+#ifdef __AVR__
+#define arkmesh_id_interrupts(instruction) __asm__ __volatile__(instruction ::: "memory")
+#else
+#define arkmesh_id_interrupts(instruction) ((void)0)
+#endif
 
 enum { arkmesh_id_free, arkmesh_id_asked, arkmesh_id_over };
 enum { arkmesh_id_no_question = 254, arkmesh_id_not_me = 255 };
@@ -128,13 +132,9 @@ static inline void arkmesh_id_loop(void) {
   arkmesh_id_listen(); /* the program may have set its callback in setup */
   if (arkmesh_id_phase == arkmesh_id_asked) {
     if ((uint8_t)((uint8_t)kilo_ticks - arkmesh_id_heard_at) < ARKMESH_ID_PATIENCE_TICKS) return;
-#ifdef __AVR__
-    cli();
-#endif
+    arkmesh_id_interrupts("cli");
     arkmesh_id_end();
-#ifdef __AVR__
-    sei();
-#endif
+    arkmesh_id_interrupts("sei");
   }
   if (arkmesh_id_phase == arkmesh_id_over) {
     arkmesh_id_phase = arkmesh_id_free;
