@@ -148,6 +148,32 @@ TEST_CASE("on air: commands, questions and silence") {
   CHECK(bench.air->heard.empty());
 }
 
+TEST_CASE("on air: questions between composites") {
+  // Questions and composites that take turns all reach the air clean, also when composites are sent once and close to each other.
+  for (const OverheadSettings& settings : {OverheadSettings{}, OverheadSettings{.spacing = 40ms, .once = true}}) {
+    CAPTURE(settings.once);
+    AirBench bench(3, settings);
+    bench.run(2600ms, [] {});
+    bench.air->heard.clear();
+    bench.controller.ask(Message{{5}, 120, 0});
+    std::uint16_t number = 0;
+    bench.run(10s, [&] {
+      const hal::ToRobot message{1, 0, 1, number};
+      if (bench.controller.offer({}).waiting == 0) bench.controller.offer({&message, 1}), ++number;
+    });
+    int questions = 0;
+    std::set<int> composites;
+    for (const Transmission& sent : bench.air->heard) {
+      if (!sent.clean) continue;
+      questions += sent.message.type == 120;
+      if (sent.message.type == 0) composites.insert((sent.message.data[1] & 3) << 8 | sent.message.data[2]);
+    }
+    CHECK(composites.size() + 2 >= number);
+    CHECK(number >= 85);
+    CHECK(questions >= 85);
+  }
+}
+
 TEST_CASE("on air: upload") {
   // Every page of a round reaches the air whole, at the usual spacing and at the smallest; nothing is lost while the controller is deaf.
   for (const auto spacing : {165ms, 132ms}) {

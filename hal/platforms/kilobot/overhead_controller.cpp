@@ -135,7 +135,8 @@ bool OverheadController::send_command(Moment now) {
 
 bool OverheadController::send_question(Moment now) {
   if (asked_ == question_) return true;  // the controller repeats it
-  if (!sender_.send(forward_packet(*question_), settings_.spacing, now)) return true;
+  // a question is repeated by the controller, whatever composites are
+  if (!sender_.send(forward_packet(*question_), std::max(settings_.spacing, usual_spacing), now)) return true;
   counters_.add("overhead.questions");
   asked_ = question_;
   on_air_composite_.reset();
@@ -146,7 +147,9 @@ bool OverheadController::send_composite(Moment now) {
   if (!composite_) composite_ = board_.next();
   if (!composite_) return false;
   const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
-  if (!sender_.send(packet, settings_.spacing, now)) return true;
+  // a message that interrupts a repetition waits for its end, up to 10.4 ms
+  const microseconds hold = sender_.is_repeating() ? std::max(settings_.spacing, usual_spacing) : settings_.spacing;
+  if (!sender_.send(packet, hold, now)) return true;
   on_air_composite_ = std::exchange(composite_, std::nullopt);
   asked_.reset();
   return true;
