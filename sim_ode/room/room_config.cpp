@@ -57,6 +57,7 @@ Scene read_scene(const hal::Section& scene, const hal::Section& arena, std::uint
   out.table_grey = scene.number("table_grey", out.table_grey, {30, 250});
   out.texture = scene.number("texture", out.texture, {0, 0.5});
   out.wall_m = scene.number("wall_m", out.wall_m, {0, 0.2});
+  out.wall_grey = scene.number("wall_grey", out.wall_grey, {0, 250});
   out.light_slope = scene.number("light_slope", out.light_slope, {0, 0.8});
   out.light_from_rad = degree * scene.number("light_from_deg", 126, {-360, 360});
   out.shadow = scene.number("shadow", out.shadow, {0, 0.9});

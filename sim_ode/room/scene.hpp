@@ -13,6 +13,7 @@ struct Scene {
   double table_grey = 165;           // of 255, where the light is 1
   double texture = 0.03;             // share by which the table's surface is mottled
   double wall_m = 0.012;             // width of the frame around the arena
+  double wall_grey = 125;            // of 255; robots are about 40
   double light_slope = 0.2;          // how much brighter the arena is on the lamp's side than in its middle
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
   double shadow = 0.4;               // share of the light that a robot takes from the table under it
