@@ -40,7 +40,8 @@ class Detector::Search {
 
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
     std::vector<std::optional<Detection>> seen(where.size());
-    noise_ = noise_of(bgr);
+    // Searches keep it up to date.
+    if (noise_ == 0) noise_ = noise_of(bgr);
     std::vector<Claim> claims;
     for (std::size_t i = 0; i < where.size(); ++i)
       if (const auto one = near(bgr, where[i]))

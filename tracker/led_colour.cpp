@@ -19,8 +19,8 @@ constexpr std::array<Sector, 7> sectors{{{-25, 25, 0.12, hal::Led::red},
                                          {25, 75, 0.20, hal::Led::yellow},
                                          {75, 168, 0.09, hal::Led::green},
                                          {168, 204, 0.18, hal::Led::cyan},
-                                         {204, 287, 0.11, hal::Led::blue},
-                                         {287, 335, 0.18, hal::Led::magenta},
+                                         {204, 295, 0.11, hal::Led::blue},
+                                         {295, 335, 0.18, hal::Led::magenta},
                                          {335, 385, 0.12, hal::Led::red}}};
 
 }  // namespace

@@ -15,14 +15,14 @@ namespace {
 constexpr int directions = 48, rings = 8;
 constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
 constexpr double tau = 6.283185307179586;
-constexpr double lit = 0.95;                       // least brightness of a spot that is lit, see below
+constexpr double cold_bonus = 0.12, lit = 0.98;                      // least brightness of a spot that is lit, see below
 
 struct Directions {
-  std::array<double, directions> x{}, y{};
+  std::array<float, directions> x{}, y{};
   Directions() {
     for (std::size_t i = 0; i < directions; ++i) {
-      x[i] = std::cos(tau * static_cast<double>(i) / directions);
-      y[i] = std::sin(tau * static_cast<double>(i) / directions);
+      x[i] = static_cast<float>(std::cos(tau * static_cast<double>(i) / directions));
+      y[i] = static_cast<float>(std::sin(tau * static_cast<double>(i) / directions));
     }
   }
 };
@@ -34,10 +34,29 @@ struct Rings {
   std::array<int, rings> usual;  // median of value in each ring
 };
 
-const std::uint8_t* pixel(const cv::Mat& bgr, double x, double y) {
-  const int column = std::clamp(static_cast<int>(x + 0.5), 0, bgr.cols - 1), row = std::clamp(static_cast<int>(y + 0.5), 0, bgr.rows - 1);
-  return bgr.ptr<std::uint8_t>(row) + 3 * column;
-}
+// Pixels of a picture by place; places outside it give the nearest pixel inside.
+class Pixels {
+ public:
+  // All places asked for lie within `reach` of (x, y).
+  Pixels(const cv::Mat& bgr, double x, double y, double reach)
+      : data_(bgr.data), line_(bgr.step[0]), columns_(bgr.cols), rows_(bgr.rows),
+        inside_(x - reach >= 0 && y - reach >= 0 && x + reach < bgr.cols - 1 && y + reach < bgr.rows - 1) {}
+  const std::uint8_t* at(float x, float y) const {
+    int column = 0, row = 0;
+    if (inside_) column = static_cast<int>(x + 0.5F), row = static_cast<int>(y + 0.5F);
+    else {
+      column = static_cast<int>(std::clamp(x + 0.5F, 0.0F, static_cast<float>(columns_ - 1)));
+      row = static_cast<int>(std::clamp(y + 0.5F, 0.0F, static_cast<float>(rows_ - 1)));
+    }
+    return data_ + static_cast<std::size_t>(row) * line_ + 3 * static_cast<std::size_t>(column);
+  }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t line_;
+  int columns_, rows_;
+  bool inside_;
+};
 
 int brightest(const std::uint8_t* bgr) { return std::max(bgr[0], std::max(bgr[1], bgr[2])); }
 
@@ -75,21 +94,25 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   const double none = std::numeric_limits<double>::quiet_NaN();
   const double r_px = board.r_px;
   LedSpot spot{.x_px = none, .y_px = none};
-  if (!(r_px >= 2)) return spot;
+  if (!(r_px >= 2 && std::abs(board.x_px) < 1e6 && std::abs(board.y_px) < 1e6 && r_px < 1e6)) return spot;
 
+  const Pixels pixels(bgr, board.x_px, board.y_px, 1.25 * r_px);
+  const auto middle_x = static_cast<float>(board.x_px), middle_y = static_cast<float>(board.y_px), r = static_cast<float>(r_px);
+  const auto at = [&](float far, std::size_t direction) {
+    return pixels.at(middle_x + far * towards.x[direction], middle_y + far * towards.y[direction]);
+  };
   Rings seen;
   std::array<int, directions> table{};
   for (std::size_t d = 0; d < rings; ++d) {
-    const double far = (nearest + ring_step * static_cast<double>(d)) * r_px;
+    const float far = static_cast<float>(nearest + ring_step * static_cast<double>(d)) * r;
     for (std::size_t a = 0; a < directions; ++a) {
-      const std::uint8_t* at = pixel(bgr, board.x_px + far * towards.x[a], board.y_px + far * towards.y[a]);
-      seen.colour[d][a] = {at[0], at[1], at[2]};
-      seen.value[d][a] = brightest(at);
+      const std::uint8_t* pixel = at(far, a);
+      seen.colour[d][a] = {pixel[0], pixel[1], pixel[2]};
+      seen.value[d][a] = brightest(pixel);
     }
     seen.usual[d] = median(seen.value[d]);
   }
-  for (std::size_t a = 0; a < directions; ++a)
-    table[a] = brightest(pixel(bgr, board.x_px + 1.2 * r_px * towards.x[a], board.y_px + 1.2 * r_px * towards.y[a]));
+  for (std::size_t a = 0; a < directions; ++a) table[a] = brightest(at(1.2F * r, a));
 
   // The spot: 3 x 3 samples that stand out most from the rest of their rings; and the best elsewhere on the robot.
   std::array<std::array<int, directions>, rings - 2> stands_out;
@@ -107,43 +130,49 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   }
   const int spot_value = most + 3 * (seen.usual[spot_ring - 1] + seen.usual[spot_ring] + seen.usual[spot_ring + 1]);
   int elsewhere = 0;
-  for (std::size_t a = 7; a <= directions - 7; ++a)
-    for (const auto& ring : stands_out) elsewhere = std::max(elsewhere, ring[(spot_direction + a) % directions]);
+  for (std::size_t turn = 7; turn <= directions - 7; ++turn) {
+    const std::size_t a = (spot_direction + turn) % directions;
+    for (const auto& ring : stands_out) elsewhere = std::max(elsewhere, ring[a]);
+  }
   const double peak = spot_value / 9.0, excess = most / 9.0;
   const double far = (nearest + ring_step * static_cast<double>(spot_ring)) * r_px;
-  double x = board.x_px + far * towards.x[spot_direction], y = board.y_px + far * towards.y[spot_direction];
+  double x = board.x_px + far * static_cast<double>(towards.x[spot_direction]);
+  double y = board.y_px + far * static_cast<double>(towards.y[spot_direction]);
 
   // How bright a white thing is here: the table, or on a dark table what the coin cell lets guess.
   int coin = 0;
-  for (std::size_t a = 0; a < directions; a += 4)
-    coin += brightest(pixel(bgr, board.x_px + 0.35 * r_px * towards.x[a], board.y_px + 0.35 * r_px * towards.y[a]));
+  for (std::size_t a = 0; a < directions; a += 4) coin += brightest(at(0.35F * r, a));
   const double white = std::max({static_cast<double>(median(table)), 1.6 * coin / (directions / 4), 20.0});
 
   // Core and halo, pixel by pixel.
   const Light dark = dark_board(seen);
-  const auto dark_blue = static_cast<float>(dark.blue), dark_green = static_cast<float>(dark.green), dark_red = static_cast<float>(dark.red);
-  const auto core_level = static_cast<float>(peak - 0.4 * excess), reach = static_cast<float>(0.5 * r_px), r_squared = static_cast<float>(r_px * r_px);
+  const auto dark_blue = static_cast<float>(dark.blue), dark_green = static_cast<float>(dark.green),
+             dark_red = static_cast<float>(dark.red);
+  const auto core_level = static_cast<float>(peak - 0.4 * excess), reach = static_cast<float>(0.5 * r_px),
+             r_squared = static_cast<float>(r_px * r_px);
   const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
-  const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)), to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
+  const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)),
+            to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
     const float dy = static_cast<float>(row - y), out_y = static_cast<float>(row - board.y_px);
     if (dy * dy > reach * reach) continue;
     const double half = std::sqrt(reach * reach - dy * dy);
-    const int from_x = std::max(0, static_cast<int>(std::ceil(x - half))), to_x = std::min(bgr.cols - 1, static_cast<int>(std::floor(x + half)));
+    const int from_x = std::max(0, static_cast<int>(std::ceil(x - half))),
+              to_x = std::min(bgr.cols - 1, static_cast<int>(std::floor(x + half)));
     for (int column = from_x; column <= to_x; ++column) {
-      const std::uint8_t* at = line + 3 * column;
+      const std::uint8_t* pixel = line + 3 * column;
       const float dx = static_cast<float>(column - x), squared = dx * dx + dy * dy;
-      const auto value = static_cast<float>(brightest(at));
+      const auto value = static_cast<float>(brightest(pixel));
       if (value > core_level && squared < core_squared) {
         const float weight = value - core_level;
         core_x += weight * dx, core_y += weight * dy, core_weight += weight;
       }
-      const float blue = at[0] - dark_blue, green = at[1] - dark_green, red = at[2] - dark_red;
+      const float blue = pixel[0] - dark_blue, green = pixel[1] - dark_green, red = pixel[2] - dark_red;
       const float bright = std::max(blue, std::max(green, red));
       const float out_x = static_cast<float>(column - board.x_px);
-      if (bright < 8 || out_x * out_x + out_y * out_y > r_squared || std::min(at[0], std::min(at[1], at[2])) >= 240) continue;
+      if (bright < 8 || out_x * out_x + out_y * out_y > r_squared || std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240) continue;
       const float colour = bright - std::min(blue, std::min(green, red));
       const float nearness = 1 - squared * halo;  // reach keeps it positive
       const float near = nearness * nearness * nearness, weight = colour * colour * near;
@@ -151,15 +180,16 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
     }
   }
   const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
-  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much. The weights separate
-  // lit from unlit robots of real pictures, changed in light, noise, blur and size.
-  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white;
+  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much, and have the warm or grey
+  // colour of metal. The weights separate lit from unlit robots of real pictures, changed in light, noise, blur and size.
+  const LedColour colour = led_colour(added);
+  const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;
+  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white + (cold ? cold_bonus * colour.confidence : 0.0);
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
   if (brightness < lit) {
     spot.confidence = sure;
     return spot;
   }
-  const LedColour colour = led_colour(added);
   spot.led = colour.led;
   spot.confidence = std::min(sure, colour.confidence);
   if (core_weight > 0) {

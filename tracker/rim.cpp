@@ -84,7 +84,8 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
     if (known < 2 * reach + 1) continue;
     if (nearest) {
       nearest_pixels(x0 + 0.5F, y0 + 0.5F, dx, dy, width, known, index.data());
-      for (int k = 0; k < known; ++k) along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[index[static_cast<std::size_t>(k)]]);
+      for (int k = 0; k < known; ++k)
+        along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[index[static_cast<std::size_t>(k)]]);
     } else {
       for (int k = 0; k < known; ++k)
         along[static_cast<std::size_t>(k)] = between(picture, x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
@@ -212,17 +213,19 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   }
   // Grey level of rings round the centre, each looked at in 16 directions.
   const float most_x = static_cast<float>(patch_.width) - 1.001F, most_y = static_cast<float>(patch_.height) - 1.001F;
-  std::array<float, 9 * 16> within{};
+  std::array<float, 5 * 16> within{};
   std::size_t within_count = 0;
   for (std::size_t ring = 0; ring < rim.rings.size(); ++ring) {
     const float far = (0.1F * static_cast<float>(ring) + 0.05F) * fitted.r;
     float sum = 0;
     int count = 0;
     for (std::size_t ray = ring % 2; ray < static_cast<std::size_t>(rays); ray += 3) {
-      const float px = static_cast<float>(x) + fitted.x + far * towards.x[ray], py = static_cast<float>(y) + fitted.y + far * towards.y[ray];
+      const float px = static_cast<float>(x) + fitted.x + far * towards.x[ray],
+                  py = static_cast<float>(y) + fitted.y + far * towards.y[ray];
       if (!(px >= 0 && py >= 0 && px <= most_x && py <= most_y)) continue;
-      const float value = between(patch_, px, py);
-      if (ring < 9) within[within_count++] = value;
+      const float value = fitted.r > 11 ? 0.125F * static_cast<float>(patch_.row(static_cast<int>(py + 0.5F))[static_cast<int>(px + 0.5F)])
+                                        : between(patch_, px, py);
+      if (ring < 9 && ring % 2 == 0) within[within_count++] = value;
       sum += value;
       ++count;
     }
@@ -230,7 +233,8 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   }
   if (within_count == 0) return;
   // Median deviation: a glint or an LED alone does not count.
-  const auto middle = within.begin() + static_cast<std::ptrdiff_t>(within_count / 2), end = within.begin() + static_cast<std::ptrdiff_t>(within_count);
+  const auto middle = within.begin() + static_cast<std::ptrdiff_t>(within_count / 2),
+             end = within.begin() + static_cast<std::ptrdiff_t>(within_count);
   std::nth_element(within.begin(), middle, end);
   const float usual = *middle;
   for (auto value = within.begin(); value != end; ++value) *value = std::abs(*value - usual);
@@ -249,7 +253,9 @@ std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Cir
   for (std::size_t ray = 0; ray < rays; ray += 2) {
     if (known_[ray] < span_.samples) continue;
     ++inside;
-    if (strength_[ray] > 0 && std::abs(edge_[ray] - (found.r + found.x * towards.x[ray] + found.y * towards.y[ray])) < 0.1F * found.r + 0.3F) ++on;
+    if (strength_[ray] > 0 &&
+        std::abs(edge_[ray] - (found.r + found.x * towards.x[ray] + found.y * towards.y[ray])) < 0.1F * found.r + 0.3F)
+      ++on;
   }
   if (inside >= 8 && on * 100 < inside * 45) return {};
   return Circle{picture.picture_x(x + static_cast<double>(found.x)), picture.picture_y(y + static_cast<double>(found.y)),
@@ -266,8 +272,10 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, doubl
   const double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
   const double least_step = std::max(3.0, 1.5 * noise / block);
   const double span = 0.14 + off;
-  sample(patch_, x, y, r, {.from = 1 - span, .to = 1 + span, .samples = std::min(most_samples, static_cast<int>(span * 94)), .reach = 3, .every = 1});
-  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
+  sample(patch_, x, y, r,
+         {.from = 1 - span, .to = 1 + span, .samples = std::min(most_samples, static_cast<int>(span * 94)), .reach = 3, .every = 1});
+  const Fitted found =
+      off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
   Rim rim;
   rim.darker = darker;

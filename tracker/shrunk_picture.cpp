@@ -60,7 +60,8 @@ void ShrunkPicture::take(const cv::Mat& bgr, int from_x, int from_y, int to_x, i
   if (grey.empty()) return;
   if (block == 1) {
     for (int y = 0; y < height; ++y)
-      take_row(bgr.ptr<std::uint8_t>(top + y) + 3 * left, grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width), width);
+      take_row(bgr.ptr<std::uint8_t>(top + y) + 3 * left, grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width),
+               width);
     return;
   }
   const int used = width * block;

@@ -91,7 +91,8 @@ Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tole
   std::erase_if(strong, [&](const Suspect* one) { return one->rim.darker != common.darker; });
   if (strong.empty()) return common;
   std::vector<double> webers, activities, radii;
-  for (const Suspect* one : strong) webers.push_back(one->weber), activities.push_back(one->activity), radii.push_back(one->rim.circle.r_px);
+  for (const Suspect* one : strong)
+    webers.push_back(one->weber), activities.push_back(one->activity), radii.push_back(one->rim.circle.r_px);
   common.weber = median(webers);
   common.activity = median(activities);
   common.r_px = median(radii);
@@ -133,7 +134,7 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
   double value = suspect.shape * std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
   if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);
-  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.2, 0.45);
+  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.15, 0.4);
   return suspect.rim.darker == others.darker ? value : 0.6 * value;
 }
 
@@ -154,6 +155,8 @@ bool Places::taken(const Circle& circle, double least_px) const {
 
 int Places::column(double x_px) const { return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1); }
 int Places::line(double y_px) const { return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1); }
-std::size_t Places::cell(int x, int y) const { return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x); }
+std::size_t Places::cell(int x, int y) const {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x);
+}
 
 }  // namespace arkmesh::tracker

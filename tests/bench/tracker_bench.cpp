@@ -26,7 +26,8 @@ std::vector<tracker::Expected> where_they_were(const tests::Scene& scene) {
   std::vector<tracker::Expected> where;
   // a robot drives a centimetre a second: a few pixels a frame at most
   for (std::size_t i = 0; i < scene.robots.size(); ++i)
-    where.push_back({scene.robots[i].x_px + (i % 3) - 1.0, scene.robots[i].y_px + (i % 5) - 2.0, scene.robots[i].r_px, 0.35 * scene.robots[i].r_px});
+    where.push_back(
+        {scene.robots[i].x_px + (i % 3) - 1.0, scene.robots[i].y_px + (i % 5) - 2.0, scene.robots[i].r_px, 0.35 * scene.robots[i].r_px});
   return where;
 }
 

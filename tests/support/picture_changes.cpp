@@ -67,7 +67,8 @@ void turn_hue(cv::Mat& bgr, int half_degrees) {
   cv::Mat hsv;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   for (int y = 0; y < hsv.rows; ++y)
-    for (int x = 0; x < hsv.cols; ++x) hsv.at<cv::Vec3b>(y, x)[0] = static_cast<std::uint8_t>((hsv.at<cv::Vec3b>(y, x)[0] + half_degrees + 180) % 180);
+    for (int x = 0; x < hsv.cols; ++x)
+      hsv.at<cv::Vec3b>(y, x)[0] = static_cast<std::uint8_t>((hsv.at<cv::Vec3b>(y, x)[0] + half_degrees + 180) % 180);
   cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
 }
 
@@ -92,7 +93,9 @@ cv::Vec3d table_colour(const std::string& table, double x, double y, double robo
     const double grain = std::sin(y / robot_px * 9 + 2 * std::sin(x / robot_px * 0.8) + std::sin(y / robot_px * 2.3) * 2);
     return cv::Vec3d(90, 130, 175) * (0.93 + 0.07 * grain);
   }
-  if (table == "checks") return (static_cast<int>(std::floor(x / robot_px / 2)) + static_cast<int>(std::floor(y / robot_px / 2))) % 2 ? cv::Vec3d(205, 205, 205) : cv::Vec3d(110, 110, 110);
+  if (table == "checks")
+    return (static_cast<int>(std::floor(x / robot_px / 2)) + static_cast<int>(std::floor(y / robot_px / 2))) % 2 ? cv::Vec3d(205, 205, 205)
+                                                                                                                 : cv::Vec3d(110, 110, 110);
   return {168, 172, 170};
 }
 
@@ -101,11 +104,14 @@ cv::Vec3d table_colour(const std::string& table, double x, double y, double robo
 std::vector<PictureChange> picture_changes() {
   std::vector<PictureChange> list;
   list.push_back(pixels("as it is", [](cv::Mat&) {}));
-  list.push_back(moved("turned 90 deg", [](cv::Size s) { return std::pair(cv::Matx33d(0, -1, s.height - 1, 1, 0, 0, 0, 0, 1), cv::Size(s.height, s.width)); }));
+  list.push_back(moved("turned 90 deg", [](cv::Size s) {
+    return std::pair(cv::Matx33d(0, -1, s.height - 1, 1, 0, 0, 0, 0, 1), cv::Size(s.height, s.width));
+  }));
   list.push_back(moved("turned 33 deg", [](cv::Size s) {
     const double c = std::cos(0.576), d = std::sin(0.576), big = std::hypot(s.width, s.height);
-    return std::pair(cv::Matx33d(c, -d, big / 2 - c * s.width / 2 + d * s.height / 2, d, c, big / 2 - d * s.width / 2 - c * s.height / 2, 0, 0, 1),
-                     cv::Size(static_cast<int>(big), static_cast<int>(big)));
+    return std::pair(
+        cv::Matx33d(c, -d, big / 2 - c * s.width / 2 + d * s.height / 2, d, c, big / 2 - d * s.width / 2 - c * s.height / 2, 0, 0, 1),
+        cv::Size(static_cast<int>(big), static_cast<int>(big)));
   }));
   list.push_back(moved("mirrored", [](cv::Size s) { return std::pair(cv::Matx33d(-1, 0, s.width - 1, 0, 1, 0, 0, 0, 1), s); }));
   list.push_back(pixels("gamma 0.6", [](cv::Mat& m) { apply_gamma(m, 0.6); }));
@@ -113,7 +119,8 @@ std::vector<PictureChange> picture_changes() {
   list.push_back(pixels("brightness 0.3", [](cv::Mat& m) { m.convertTo(m, -1, 0.3, 0); }));
   list.push_back(pixels("brightness 0.6", [](cv::Mat& m) { m.convertTo(m, -1, 0.6, 0); }));
   list.push_back(pixels("brightness 1.4", [](cv::Mat& m) { m.convertTo(m, -1, 1.4, 0); }));
-  list.push_back(pixels("light 0.4..1.3 across", [](cv::Mat& m) { multiply_by(m, [](double x, double y) { return 0.4 + 0.9 * (0.7 * x + 0.3 * y); }); }));
+  list.push_back(pixels("light 0.4..1.3 across",
+                        [](cv::Mat& m) { multiply_by(m, [](double x, double y) { return 0.4 + 0.9 * (0.7 * x + 0.3 * y); }); }));
   list.push_back(pixels("vignette", [](cv::Mat& m) {
     multiply_by(m, [](double x, double y) { return 1.15 - 1.4 * ((x - 0.5) * (x - 0.5) + (y - 0.5) * (y - 0.5)); });
   }));
@@ -133,7 +140,8 @@ std::vector<PictureChange> picture_changes() {
   list.push_back(pixels("hue +25 deg", [](cv::Mat& m) { turn_hue(m, 12); }, false));
   list.push_back(pixels("grey", [](cv::Mat& m) { cv::cvtColor(m, m, cv::COLOR_BGR2GRAY), cv::cvtColor(m, m, cv::COLOR_GRAY2BGR); }, false));
   list.push_back(pixels("negative", [](cv::Mat& m) { cv::bitwise_not(m, m); }, false));
-  list.push_back(moved("seen at an angle", [](cv::Size s) { return std::pair(cv::Matx33d(1, 0, 0, 0, 1, 0, 0.12 / s.width, 0.08 / s.height, 1), s); }));
+  list.push_back(moved("seen at an angle",
+                       [](cv::Size s) { return std::pair(cv::Matx33d(1, 0, 0, 0, 1, 0, 0.12 / s.width, 0.08 / s.height, 1), s); }));
   list.push_back({"d 34, noise 8, JPEG 60, dim", [](const Scene& scene) {
                     Scene out = with_diameter(scene, 34);
                     out.bgr.convertTo(out.bgr, -1, 0.7, 0), add_noise(out.bgr, 8, 3), compress(out.bgr, 60);
@@ -162,19 +170,26 @@ Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
       cv::circle(out.bgr, cv::Point2d(unit() * options.width_px, unit() * options.height_px), 1 + static_cast<int>(unit() * r_px * 0.4),
                  cv::Scalar::all(90 + 120 * unit()), cv::FILLED, cv::LINE_AA);
   if (options.distractors) {
-    const auto anywhere = [&] { return cv::Point(static_cast<int>(unit() * options.width_px), static_cast<int>(unit() * options.height_px)); };
-    cv::rectangle(out.bgr, cv::Rect(anywhere(), cv::Size(static_cast<int>(7 * r_px), static_cast<int>(10 * r_px))), cv::Scalar(235, 235, 230), cv::FILLED);
+    const auto anywhere = [&] {
+      return cv::Point(static_cast<int>(unit() * options.width_px), static_cast<int>(unit() * options.height_px));
+    };
+    cv::rectangle(out.bgr, cv::Rect(anywhere(), cv::Size(static_cast<int>(7 * r_px), static_cast<int>(10 * r_px))),
+                  cv::Scalar(235, 235, 230), cv::FILLED);
     for (int i = 0; i < 4; ++i) {
       std::vector<cv::Point> cable{anywhere()};
       double angle = unit() * 6.3;
       for (int k = 0; k < 120; ++k) {
         angle += (unit() - 0.5) * 0.6;
-        cable.push_back(cable.back() + cv::Point(static_cast<int>(std::lround(r_px * 0.5 * std::cos(angle))), static_cast<int>(std::lround(r_px * 0.5 * std::sin(angle)))));
+        cable.push_back(cable.back() + cv::Point(static_cast<int>(std::lround(r_px * 0.5 * std::cos(angle))),
+                                                 static_cast<int>(std::lround(r_px * 0.5 * std::sin(angle)))));
       }
       cv::polylines(out.bgr, cable, false, cv::Scalar::all(25), std::max(1, static_cast<int>(r_px * (0.2 + 0.25 * i))), cv::LINE_AA);
     }
-    for (int i = 0; i < 6; ++i) cv::circle(out.bgr, anywhere(), static_cast<int>(r_px * (0.55 + 0.05 * i)), cv::Scalar(70 + 10 * i, 110 + 5 * i, 130), cv::FILLED, cv::LINE_AA);
-    for (int i = 0; i < 20; ++i) cv::circle(out.bgr, anywhere(), std::max(1, static_cast<int>(r_px * 0.15)), cv::Scalar::all(255), cv::FILLED, cv::LINE_AA);
+    for (int i = 0; i < 6; ++i)
+      cv::circle(out.bgr, anywhere(), static_cast<int>(r_px * (0.55 + 0.05 * i)), cv::Scalar(70 + 10 * i, 110 + 5 * i, 130), cv::FILLED,
+                 cv::LINE_AA);
+    for (int i = 0; i < 20; ++i)
+      cv::circle(out.bgr, anywhere(), std::max(1, static_cast<int>(r_px * 0.15)), cv::Scalar::all(255), cv::FILLED, cv::LINE_AA);
     cv::circle(out.bgr, anywhere(), static_cast<int>(2.2 * r_px), cv::Scalar(45, 60, 30), cv::FILLED, cv::LINE_AA);
   }
 
@@ -189,7 +204,9 @@ Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
       at = {beside.x_px + 2.02 * r_px * std::cos(angle), beside.y_px + 2.02 * r_px * std::sin(angle)};
     }
     if (at.x < 1.2 * r_px || at.y < 1.2 * r_px || at.x > options.width_px - 1.2 * r_px || at.y > options.height_px - 1.2 * r_px) continue;
-    if (std::any_of(out.robots.begin(), out.robots.end(), [&](const TrueRobot& other) { return std::hypot(other.x_px - at.x, other.y_px - at.y) < 2.01 * r_px; })) continue;
+    if (std::any_of(out.robots.begin(), out.robots.end(),
+                    [&](const TrueRobot& other) { return std::hypot(other.x_px - at.x, other.y_px - at.y) < 2.01 * r_px; }))
+      continue;
     // one neighbour in the source would be cut along with it
     if (std::any_of(from.robots.begin(), from.robots.end(), [&](const TrueRobot& other) {
           const double far = std::hypot(other.x_px - robot.x_px, other.y_px - robot.y_px);
@@ -197,12 +214,14 @@ Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
         })) continue;
     const double scale = r_px / robot.r_px, turn = unit() * 2 * std::numbers::pi, c = scale * std::cos(turn), d = scale * std::sin(turn);
     const cv::Matx23d move(c, -d, at.x - c * robot.x_px + d * robot.y_px, d, c, at.y - d * robot.x_px - c * robot.y_px);
-    const int left = static_cast<int>(at.x - 1.3 * r_px), top = static_cast<int>(at.y - 1.3 * r_px), side = static_cast<int>(2.6 * r_px) + 1;
+    const int left = static_cast<int>(at.x - 1.3 * r_px), top = static_cast<int>(at.y - 1.3 * r_px),
+              side = static_cast<int>(2.6 * r_px) + 1;
     cv::Matx23d local = move;
     local(0, 2) -= left, local(1, 2) -= top;
     // Only round the robot; what shrinks is averaged first.
     const int half = static_cast<int>(1.5 * robot.r_px) + 4;
-    const cv::Rect part = cv::Rect(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half) & cv::Rect({}, from.bgr.size());
+    const cv::Rect part = cv::Rect(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half) &
+                          cv::Rect({}, from.bgr.size());
     for (int i = 0; i < 2; ++i) local(i, 2) += local(i, 0) * part.x + local(i, 1) * part.y;
     cv::Mat patch, soft = from.bgr(part).clone();
     if (scale < 0.8) cv::GaussianBlur(soft, soft, {}, 0.4 / scale);
@@ -213,9 +232,11 @@ Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
         if (!all.contains(cv::Point(left + x, top + y))) continue;
         const double far = std::hypot(left + x - at.x, top + y - at.y), cover = std::clamp(r_px * 1.01 - far + 0.5, 0.0, 1.0);
         // a soft shadow beside the robot
-        const double shade = 1 - 0.25 * std::clamp(1.25 - std::hypot(left + x - at.x - 0.12 * r_px, top + y - at.y - 0.12 * r_px) / r_px, 0.0, 1.0);
+        const double shade =
+            1 - 0.25 * std::clamp(1.25 - std::hypot(left + x - at.x - 0.12 * r_px, top + y - at.y - 0.12 * r_px) / r_px, 0.0, 1.0);
         cv::Vec3b& pixel = out.bgr.at<cv::Vec3b>(top + y, left + x);
-        for (int k = 0; k < 3; ++k) pixel[k] = cv::saturate_cast<std::uint8_t>(cover * patch.at<cv::Vec3b>(y, x)[k] + (1 - cover) * shade * pixel[k]);
+        for (int k = 0; k < 3; ++k)
+          pixel[k] = cv::saturate_cast<std::uint8_t>(cover * patch.at<cv::Vec3b>(y, x)[k] + (1 - cover) * shade * pixel[k]);
       }
     const double led_x = move(0, 0) * robot.led_x_px + move(0, 1) * robot.led_y_px + move(0, 2);
     const double led_y = move(1, 0) * robot.led_x_px + move(1, 1) * robot.led_y_px + move(1, 2);

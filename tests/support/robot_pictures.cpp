@@ -33,7 +33,9 @@ std::vector<Scene> real_scenes() {
     std::ifstream file(base + ".json");
     if (scene.bgr.empty() || !file) throw std::runtime_error(base + ".png or .json is missing");
     for (const nlohmann::json& robot : nlohmann::json::parse(file)) {
-      const auto place = [&](const char* key) { return robot[key].is_null() ? std::numeric_limits<double>::quiet_NaN() : robot[key].get<double>(); };
+      const auto place = [&](const char* key) {
+        return robot[key].is_null() ? std::numeric_limits<double>::quiet_NaN() : robot[key].get<double>();
+      };
       scene.robots.push_back({place("x_px"), place("y_px"), place("r_px"), led_named(robot["led"]), place("led_x_px"), place("led_y_px")});
     }
     scenes.push_back(std::move(scene));
@@ -111,8 +113,8 @@ Score total(const std::vector<Score>& scores) {
 
 std::string text(const Score& score) {
   return fmt::format("precision {:.3f} recall {:.3f} centre {:.2f} px radius {:.2f} px colour {:.1f} % LEDs found {}/{} heading {:.1f} deg",
-                     score.precision(), score.recall(), score.centre_error_px, score.radius_error_px, 100 * score.colours(), score.leds_found,
-                     score.leds_lit, score.heading_error_deg);
+                     score.precision(), score.recall(), score.centre_error_px, score.radius_error_px, 100 * score.colours(),
+                     score.leds_found, score.leds_lit, score.heading_error_deg);
 }
 
 }  // namespace arkmesh::tests

@@ -76,10 +76,12 @@ TEST_CASE("pictures without robots") {
   cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
   for (int y = 0; y < 12; ++y)
     for (int x = y % 2; x < 16; x += 2) cv::rectangle(chess, cv::Rect(40 * x, 40 * y, 40, 40), cv::Scalar::all(20), cv::FILLED);
-  for (int i = 0; i < 30; ++i) cv::line(lines, cv::Point(i * 37 % 640, 0), cv::Point(i * 91 % 640, 479), cv::Scalar::all(30), 1 + i % 7, cv::LINE_AA);
+  for (int i = 0; i < 30; ++i)
+    cv::line(lines, cv::Point(i * 37 % 640, 0), cv::Point(i * 91 % 640, 479), cv::Scalar::all(30), 1 + i % 7, cv::LINE_AA);
   std::vector<cv::Mat> pictures = {noise, chess, lines};
   for (const int level : {0, 128, 255}) pictures.emplace_back(480, 640, CV_8UC3, cv::Scalar::all(level));
-  for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 2000), cv::Size(2000, 3), cv::Size(16, 16)}) pictures.emplace_back(size, CV_8UC3, cv::Scalar::all(99));
+  for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 2000), cv::Size(2000, 3), cv::Size(16, 16)})
+    pictures.emplace_back(size, CV_8UC3, cv::Scalar::all(99));
   for (const cv::Mat& bgr : pictures)
     for (const double diameter_px : {0.0, 12.0, 45.0, 3000.0}) {
       tracker::DetectorSettings settings;

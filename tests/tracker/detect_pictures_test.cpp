@@ -105,8 +105,8 @@ std::map<int, std::vector<TruthRow>> clip_truth() {
     cells.resize(8);
     const auto number = [](const std::string& cell) { return cell.empty() ? std::nan("") : std::stod(cell); };
     const bool sure = cells[5] != "unsure";
-    frames[std::stoi(cells[0])].push_back({{number(cells[2]), number(cells[3]), number(cells[4]), sure ? led_named(cells[5]) : hal::Led::off,
-                                            number(cells[6]), number(cells[7])},
+    frames[std::stoi(cells[0])].push_back({{number(cells[2]), number(cells[3]), number(cells[4]),
+                                            sure ? led_named(cells[5]) : hal::Led::off, number(cells[6]), number(cells[7])},
                                            sure});
   }
   return frames;
