@@ -104,23 +104,31 @@ bool IdentityKeeper::worth_asking(hal::LabTime now) const {
   return calm && !restless;
 }
 
-int IdentityKeeper::digits_needed() const {
+int IdentityKeeper::digits_needed(const Audience& audience) const {
   // somebody may have a longer id than anybody thought
-  if (!began_ && barren_passes_ > 0) return most_id_digits;
+  if (!began_ && barren_passes_ > 0 && audience.kind == Audience::Kind::everybody) return most_id_digits;
   const hal::RobotId largest = settings_.expected.empty() ? settings_.largest : settings_.expected.back();
   return id_digits(std::max(largest, known_.empty() ? 0 : known_.back()));
 }
 
 void IdentityKeeper::ask() {
   Audience audience;
-  if (began_ && unaccounted_.size() <= most_by_list) {
+  // A few are asked by themselves: among dark neighbours a LED is seen best. Who is there unexpected shows only when everybody is asked,
+  // once.
+  const std::size_t missed = unaccounted_.size();
+  const bool by_name = missed > 0 && missed <= most_by_list && (began_ || (passes_ > 0 && (barren_passes_ == 0 ? missed <= 4 : barren_passes_ > 1)));
+  if (by_name) {
     std::vector<hal::RobotId> named;
     for (hal::RobotId robot : known_)
       if (!holds(unaccounted_, robot)) named.push_back(robot);
     audience = audience_for(unaccounted_, named, turn_);
     turn_ += audience.robots.size();
   }
-  reader_.ask(audience, digits_needed());
+  // colours of nameless robots that were not asked are no digits
+  const bool part = by_name && !std::all_of(unaccounted_.begin(), unaccounted_.end(), [&](hal::RobotId robot) { return audience.includes(robot); });
+  if (part || asked_part_) reader_.forget_all();
+  asked_part_ = part;
+  reader_.ask(audience, digits_needed(audience));
   asked_ = true;
   tell_end_until_.reset();
   ++passes_;

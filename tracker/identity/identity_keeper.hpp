@@ -84,7 +84,7 @@ class IdentityKeeper {
   bool worth_asking(hal::LabTime now) const;
   void ask();
   void use_readings(hal::LabTime now);
-  int digits_needed() const;
+  int digits_needed(const Audience& audience) const;
 
   IdentitySettings settings_;
   hal::Counters counters_;
@@ -94,6 +94,7 @@ class IdentityKeeper {
   std::vector<hal::RobotId> unaccounted_, duplicates_, strangers_;
   std::vector<Naming> namings_;
   bool asked_ = false;                     // a round of questions is under way
+  bool asked_part_ = false;                // of those who are missed, in the latest round
   bool began_ = false;                     // the first one is over with everybody named, or as many as will answer
   std::optional<hal::LabTime> tell_end_until_;
   hal::LabTime not_before_{0};

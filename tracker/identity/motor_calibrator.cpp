@@ -330,7 +330,7 @@ void MotorCalibrator::tell(hal::RobotId id, const Robot& robot, Trial& trial, ha
 // Until all who have something to store show that they have, or will not.
 void MotorCalibrator::store(const hal::PoseFrame& frame) {
   for (const hal::Sighting& seen : frame.robots)
-    if (const auto at = robots_.find(seen.robot); at != robots_.end() && seen.led == hal::Led::white && store_rounds_ > 0) at->second.stored = true;
+    if (const auto at = robots_.find(seen.robot); at != robots_.end() && seen.led == hal::Led::green && store_rounds_ > 0) at->second.stored = true;
   if (announcements_.say(frame.stamp)) return;
   const bool all = std::all_of(robots_.begin(), robots_.end(), [](const auto& robot) { return robot.second.stage == Stage::failed || robot.second.stored; });
   if (all || store_rounds_ == most_store_rounds) {

@@ -3,7 +3,7 @@
      1 value: turn left with this duty      2 value: turn right      3: stop; value 1: and keep nothing of this at the end
      5 value: duty of the right motor       4 value: go straight, the left motor with this duty
    To all: 110 store the duties of turns, 111 those of straights, in the EEPROM, where kilolib looks for them at each start.
-   LED: left red, right green, straight blue, stopped yellow, all stored white. */
+   LED: left red, right green, straight blue, stopped red; all stored green, of all colours not in use then the one that cameras know best. */
 #include <stdint.h>
 
 #include <kilolib.h>
@@ -54,7 +54,7 @@ static void move(uint8_t now) {
   if (now == TURN_LEFT) set_color(RGB(3, 0, 0));
   if (now == TURN_RIGHT) set_color(RGB(0, 3, 0));
   if (now == STRAIGHT) set_color(RGB(0, 0, 3));
-  if (now == STOP) set_color(RGB(3, 3, 0));
+  if (now == STOP) set_color(RGB(3, 0, 0));
   if (now != STOP) stored = 0;
 }
 
@@ -76,10 +76,10 @@ static void loop(void) {
       stored |= 2;
     }
   }
-  if (stored == 3) set_color(RGB(3, 3, 3));
+  if (stored == 3) set_color(RGB(0, 3, 0));
 }
 
-static void setup(void) { set_color(RGB(3, 3, 0)); }
+static void setup(void) { set_color(RGB(3, 0, 0)); }
 
 int main(void) {
   kilo_init();
