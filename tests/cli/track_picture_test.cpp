@@ -1,0 +1,96 @@
+// `arkmesh track` on pictures: what it prints, draws, and says of bad input.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/support/process.hpp"
+#include "tests/support/robot_pictures.hpp"
+
+namespace arkmesh::tests {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Ran {
+  int code = -1;
+  std::string output;
+};
+
+Ran track(const std::vector<std::string>& arguments) {
+  TemporaryFolder folder;
+  std::vector<std::string> all = {"track"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  Process process(ARKMESH_PROGRAM, all, folder.path() / "out.txt");
+  const auto code = process.wait(60s);
+  return {code.value_or(-1), process.output()};
+}
+
+const std::string pictures = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
+
+TEST_CASE("track prints a picture's robots as JSON") {
+  // Proves: the list has every robot with its keys, null where an unlit LED leaves something unknown, and headings turned by the offset.
+  const Ran ran = track({pictures + "table_6robots.png", "--json", "--led-offset", "90"});
+  REQUIRE(ran.code == 0);
+  const nlohmann::json list = nlohmann::json::parse(ran.output);
+  REQUIRE(list.size() == 6);
+  int unlit = 0;
+  for (const nlohmann::json& robot : list) {
+    for (const char* key : {"x_px", "y_px", "r_px", "led", "led_x_px", "led_y_px", "heading_rad", "led_heading_rad"}) CHECK(robot.contains(key));
+    if (robot["led"] == "off") {
+      ++unlit;
+      for (const char* key : {"led_x_px", "led_y_px", "heading_rad", "led_heading_rad"}) CHECK(robot[key].is_null());
+      continue;
+    }
+    const double led_heading = std::atan2(robot["y_px"].get<double>() - robot["led_y_px"].get<double>(),
+                                          robot["led_x_px"].get<double>() - robot["x_px"].get<double>());
+    CHECK(robot["led_heading_rad"].get<double>() == doctest::Approx(led_heading).epsilon(0.01));
+    const double turned = robot["heading_rad"].get<double>() - robot["led_heading_rad"].get<double>();
+    CHECK(std::abs(std::remainder(turned - M_PI / 2, 2 * M_PI)) < 1e-4);
+  }
+  CHECK(unlit == 1);
+}
+
+TEST_CASE("track goes through a folder of pictures and draws") {
+  // Proves: each picture gets its results under its name, and a drawn picture of the same size that differs from the original.
+  TemporaryFolder folder;
+  for (const char* name : {"bodyguard_f003.png", "bodyguard_f010.png"}) std::filesystem::copy_file(pictures + name, folder.path() / name);
+  std::filesystem::create_directory(folder.path() / "drawn");
+  const Ran ran = track({folder.path().string(), "--json", "--png", (folder.path() / "drawn").string()});
+  REQUIRE(ran.code == 0);
+  const nlohmann::json list = nlohmann::json::parse(ran.output);
+  REQUIRE(list.size() == 2);
+  CHECK(list[0]["picture"] == "bodyguard_f003.png");
+  CHECK(list[0]["robots"].size() == 28);
+  CHECK(list[1]["robots"].size() == 28);
+  const cv::Mat before = cv::imread(pictures + "bodyguard_f010.png"), after = cv::imread((folder.path() / "drawn/bodyguard_f010.png").string());
+  REQUIRE(after.size() == before.size());
+  CHECK(cv::norm(before, after, cv::NORM_INF) > 50);
+}
+
+TEST_CASE("track says what is wrong with its source") {
+  // Proves: no file, no picture, an empty folder, a place that cannot be written: one sentence each that names it, and exit code 1.
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "words.png") << "these are no pixels";
+  std::filesystem::create_directory(folder.path() / "empty");
+  const std::string words = (folder.path() / "words.png").string(), empty = (folder.path() / "empty").string();
+  for (const auto& [arguments, named] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{(folder.path() / "none.png").string()}, "none.png"},
+           {{words}, "words.png"},
+           {{empty}, "empty"},
+           {{pictures + "bodyguard_f003.png", "--png", empty + "/no/folder.png"}, "folder.png"}}) {
+    const Ran ran = track(arguments);
+    CAPTURE(ran.output);
+    CHECK(ran.code == 1);
+    CHECK(ran.output.find("arkmesh: ") != std::string::npos);
+    CHECK(ran.output.find(named) != std::string::npos);
+  }
+  CHECK(track({}).code == 2);
+  CHECK(track({pictures + "bodyguard_f003.png", "--diameter", "-3"}).code == 2);
+}
+
+}  // namespace
+}  // namespace arkmesh::tests
