@@ -93,6 +93,7 @@ TEST_CASE("kilobot arena: names first") {
   CHECK(table.arena->clock().now() == hal::LabTime{0});
   CHECK(table.eyes_see->looks == 80);
   CHECK(std::ranges::is_sorted(table.eyes_see->looked_at));
+  CHECK(table.eyes_see->looked_at.front() >= 2500ms);  // not before robots can hear the question
   CHECK(table.eyes_see->looked_at.back() >= 7s);
   const auto frame = table.arena->poses().latest();
   REQUIRE(frame);

@@ -90,7 +90,9 @@ class KilobotArena final : public Arena {
     const Moment begun = now();
     Moment say_at = begun + say_again_after;
     for (;;) {
-      auto frame = look();
+      // eyes that look will ask, and a question that no robot can hear would be taken for unanswered
+      serve();
+      auto frame = controller_.is_up() ? look() : std::nullopt;
       const bool complete = frame && controller_.is_up() && eyes_->everybody_named();
       if (complete) {
         put(std::move(*frame), LabTime{0});
