@@ -33,7 +33,8 @@ struct CalibrateOptions {
 std::pair<double, double> two_numbers(const std::string& text, char between, const std::string& option, const std::string& example) {
   double first = 0, second = 0;
   char separator = 0, rest = 0;
-  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between || !(first >= 0) || !(second >= 0))
+  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between || !(first >= 0) ||
+      !(second >= 0))
     throw CLI::ValidationError(option, fmt::format("{} is not of the form {}", text, example));
   return {first, second};
 }
@@ -82,14 +83,16 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
     corners.push_back({x, y});
   }
   if (!corners.empty()) return corners;
-  if (options.corner_picture.empty()) throw CLI::ValidationError("--corner", "give the arena's corners: four times --corner x,y, or a picture with --corners");
+  if (options.corner_picture.empty())
+    throw CLI::ValidationError("--corner", "give the arena's corners: four times --corner x,y, or a picture with --corners");
   const cv::Mat picture = read_picture(options.corner_picture);
   if (picture.cols != lens.width_px || picture.rows != lens.height_px)
     throw std::runtime_error(fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
                                          options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
-    throw std::runtime_error(fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times", options.corner_picture));
+    throw std::runtime_error(fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
+        options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
 }
@@ -123,7 +126,8 @@ void draw_check(const CalibrateOptions& options, const tracker::CameraData& data
   } catch (const cv::Exception&) {
     // Said below.
   }
-  if (!written) throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options.png));
+  if (!written)
+    throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options.png));
 }
 
 // Adds the camera to those of the file, or takes the place of its namesake.
@@ -148,8 +152,8 @@ void calibrate(const CalibrateOptions& options) {
   const tracker::CameraData data = tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
-  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; corners off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1], data.error_px,
-             data.error_mm);
+  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; corners off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1],
+             data.error_px, data.error_mm);
   if (const auto scale = camera.scale({0, 0}, tracker::board_height_m))
     fmt::print("a robot in the middle is {:.1f} px wide\n", (scale->largest + scale->smallest) / 2 * 0.033);
   draw_check(options, data);
@@ -159,7 +163,8 @@ void calibrate(const CalibrateOptions& options) {
 void import_ark(const CalibrateOptions& options) {
   const auto [width_m, height_m] = sides_of(options);
   const auto [width_px, height_px] = two_numbers(options.size, 'x', "--size", "2048x1536 (pixels)");
-  if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000) throw CLI::ValidationError("--size", "that is no camera's picture");
+  if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
+    throw CLI::ValidationError("--size", "that is no camera's picture");
   tracker::ArkTable table;
   table.width_px = static_cast<int>(width_px);
   table.height_px = static_cast<int>(height_px);
@@ -182,18 +187,25 @@ void import_ark(const CalibrateOptions& options) {
 void add_calibrate_command(CLI::App& app) {
   auto* command = app.add_subcommand("calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners");
   const auto options = std::make_shared<CalibrateOptions>();
-  command->add_option("PICTURES", options->pictures, "Pictures of a chessboard, at different slants, all over the camera's view")->check(CLI::ExistingFile);
+  command->add_option("PICTURES", options->pictures,
+      "Pictures of a chessboard, at different slants, all over the camera's view")->check(CLI::ExistingFile);
   command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")->capture_default_str();
-  command->add_option("--square-mm", options->square_mm, "Side of one of its squares")->check(CLI::Range(0.1, 1000.0))->capture_default_str();
-  command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")->capture_default_str();
+  command->add_option("--square-mm", options->square_mm, "Side of one of its squares")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command->add_option("--arena", options->arena,
+      "Width x height of the arena in metres, along x (east) and y (north)")->capture_default_str();
   command->add_option("--corner", options->corners, "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
-  command->add_option("--corners", options->corner_picture, "A picture of the whole table; without --corner its corners are looked for, the upper left "
+  command->add_option("--corners", options->corner_picture,
+      "A picture of the whole table; without --corner its corners are looked for, the upper left "
                       "one being north-west")->check(CLI::ExistingFile);
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena over the picture of the table, to see whether it fits");
   command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
   auto* ark = command->add_option("--import-ark", options->ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
-  command->add_option("--camera-height", options->camera_height_m, "Metres of ARK's cameras above the table")->check(CLI::Range(0.1, 50.0))->needs(ark)
+  command->add_option("--camera-height", options->camera_height_m, "Metres of ARK's cameras above the table")
+      ->check(CLI::Range(0.1, 50.0))
+      ->needs(ark)
       ->capture_default_str();
   command->add_option("--size", options->size, "Pictures of ARK's cameras, width x height in pixels")->needs(ark)->capture_default_str();
   command->footer("Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out table.yaml\n"

@@ -98,7 +98,8 @@ class Outputs {
       } catch (const cv::Exception&) {
         // Said below.
       }
-      if (!written) throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
+      if (!written)
+        throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
     }
     if (options_.json) return;
     fmt::print("{} pictures, {} robots at the end, at most {}\n", frames_, last_, most_);
@@ -118,7 +119,7 @@ class Outputs {
       nlohmann::json robot = {{"track", track.number},
                               {"x_m", number(track.in_arena.x_m, 1e6)},
                               {"y_m", number(track.in_arena.y_m, 1e6)},
-                              {"heading_rad", track.heading_sigma_rad < 3 ? nlohmann::json(number(track.in_arena.heading_rad, 1e5)) : nlohmann::json()},
+                              {"heading_rad", track.heading_sigma_rad < 3 ? number(track.in_arena.heading_rad, 1e5) : std::nan("")},
                               {"led", name_of(track.led)},
                               {"confidence", number(static_cast<double>(track.confidence), 1e3)},
                               {"age_s", number(seconds(track.age), 1e3)},
@@ -134,8 +135,8 @@ class Outputs {
   void write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks, const tracker::Calibration* camera) {
     for (const tracker::Track& track : tracks) {
       const auto at = pixel_of(track, camera);
-      csv_ << fmt::format("{},{:.6f},{},{:.6f},{:.6f},{:.5f},{:.4f},{},{:.3f},{:.3f},{},{:.2f},{:.2f}\n", picture.number, seconds(picture.stamp),
-                          track.number, track.in_arena.x_m, track.in_arena.y_m, track.in_arena.heading_rad, track.heading_sigma_rad,
+      csv_ << fmt::format("{},{:.6f},{},{:.6f},{:.6f},{:.5f},{:.4f},{},{:.3f},{:.3f},{},{:.2f},{:.2f}\n", picture.number,
+                          seconds(picture.stamp), track.number, track.in_arena.x_m, track.in_arena.y_m, track.in_arena.heading_rad, track.heading_sigma_rad,
                           name_of(track.led), track.confidence, seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
                           at ? at->y : std::nan(""));
     }
@@ -144,7 +145,8 @@ class Outputs {
   // As a lab does, tracks' numbers in the place of ids.
   void publish(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks) {
     hal::PoseFrame frame{.stamp = picture.stamp, .number = picture.number, .robots = {}};
-    for (const tracker::Track& track : tracks) frame.robots.push_back({track.number, track.in_arena, track.led, track.confidence, track.age});
+    for (const tracker::Track& track : tracks)
+      frame.robots.push_back({track.number, track.in_arena, track.led, track.confidence, track.age});
     for (const auto& message : hal::to_messages(frame)) bus_->publish(hal::channel::poses, message);
   }
 
@@ -157,7 +159,9 @@ class Outputs {
       } catch (const cv::Exception&) {
         // Said below.
       }
-      if (!video_.isOpened()) throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .mp4 or .avi in a folder that exists", options_.video));
+      if (!video_.isOpened())
+        throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .mp4 or .avi in a folder that exists",
+            options_.video));
     }
     video_.write(drawn);
   }
@@ -193,7 +197,8 @@ tracker::TableTracker make_tracker(const StreamOptions& options, const std::opti
 
 void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration, const cv::Mat& picture) {
   if (!calibration || (picture.cols == calibration->lens.width_px && picture.rows == calibration->lens.height_px)) return;
-  throw std::runtime_error(fmt::format("{} gives pictures of {} x {} pixels, and the calibration {} is for {} x {}; calibrate the camera at this resolution",
+  throw std::runtime_error(fmt::format("{} gives pictures of {} x {} pixels, and the calibration {} is for {} x {}; calibrate the "
+                                       "camera at this resolution",
                                        options.source, picture.cols, picture.rows, options.calibration, calibration->lens.width_px,
                                        calibration->lens.height_px));
 }
@@ -225,7 +230,8 @@ void track_recording(const StreamOptions& options) {
 
 void track_camera(const StreamOptions& options) {
   const auto calibration = calibration_of(options);
-  const auto camera = tracker::open_camera(options.source, calibration ? calibration->lens.width_px : 0, calibration ? calibration->lens.height_px : 0);
+  const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
+  const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
   tracker::TableTracker table = make_tracker(options, calibration);
   Outputs outputs(options, 15);
   const Moment begun = std::chrono::steady_clock::now();

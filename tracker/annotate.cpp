@@ -66,11 +66,13 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
     cv::polylines(picture, circle, true, colour, thick, cv::LINE_AA, shift);
     if (track.heading_sigma_rad < known_heading_rad) {
       const double heading = track.in_arena.heading_rad, length_m = 0.75 * body.diameter_m;
-      const auto tip = fine(camera.to_pixel({centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)}, body.board_m));
+      const auto tip = fine(camera.to_pixel({centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)},
+          body.board_m));
       if (const auto from = fine(middle); tip && from) cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, shift);
     }
     const std::string name = track.robot ? fmt::format("{}{}", *track.robot, track.doubtful ? "?" : "") : fmt::format("#{}", track.number);
-    write(picture, name, {middle->x + 0.8 * r_px, middle->y - 0.8 * r_px}, r_px, track.doubtful ? cv::Scalar(80, 80, 255) : cv::Scalar::all(255));
+    const cv::Scalar ink = track.doubtful ? cv::Scalar(80, 80, 255) : cv::Scalar::all(255);
+    write(picture, name, {middle->x + 0.8 * r_px, middle->y - 0.8 * r_px}, r_px, ink);
   }
 }
 
@@ -80,7 +82,8 @@ void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal
     if (circle.empty()) continue;
     const cv::Scalar colour = colour_of(mark.colour, cv::Scalar::all(150));
     const std::size_t step = mark.dashed ? 2 : 1;
-    for (std::size_t i = 0; i < circle.size(); i += step) cv::line(picture, circle[i], circle[(i + 1) % circle.size()], colour, 2, cv::LINE_AA, shift);
+    for (std::size_t i = 0; i < circle.size(); i += step)
+      cv::line(picture, circle[i], circle[(i + 1) % circle.size()], colour, 2, cv::LINE_AA, shift);
     const auto scale = camera.scale({mark.x_m, mark.y_m}, 0);
     const auto middle = camera.to_pixel({mark.x_m, mark.y_m}, 0);
     if (middle && scale && !mark.text.empty()) write(picture, mark.text, *middle, scale->largest * mark.radius_m / 2, colour);

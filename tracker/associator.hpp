@@ -19,7 +19,7 @@ struct AssociatorSettings {
   double led_offset_rad = 0.7679449;  // driving direction minus LED direction: 44 degrees
   double top_speed_m_s = 0.06;        // nobody walks faster, pushed or played at four times life speed
   double reach_m = 0.016;             // how far a hand moves a robot between two frames without it counting as another one
-  hal::LabTime doubt_after{300'000};  // unseen for this long: nobody acts on the id until it is seen again
+  hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
   hal::LabTime swap_after{800'000};   // unseen for this long: it may be another one when it is seen again, and must be named anew
   hal::LabTime show_for{1'000'000};   // unseen for this long: no longer reported
   hal::LabTime forget_after{5'000'000};  // unseen for this long: gone; what appears there later is a new track

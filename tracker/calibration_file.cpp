@@ -20,7 +20,8 @@ constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 // Reads one camera's keys; every error names file, camera and key.
 class CameraNode {
  public:
-  CameraNode(cv::FileNode node, const std::filesystem::path& file, std::string camera) : node_(node), file_(file), camera_(std::move(camera)) {}
+  CameraNode(cv::FileNode node, const std::filesystem::path& file, std::string camera) : node_(node), file_(file),
+      camera_(std::move(camera)) {}
 
   std::vector<double> numbers(const char* key, std::size_t least, std::size_t most) const {
     const cv::FileNode node = node_[key];

@@ -134,8 +134,8 @@ bool LensFit::add(const cv::Mat& picture) {
 
 FittedLens LensFit::fit() const {
   if (boards_->corners.size() < least_pictures)
-    throw std::runtime_error(fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all over "
-                                         "the view", boards_->corners.size(), least_pictures));
+    throw std::runtime_error(fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all "
+                                         "over the view", boards_->corners.size(), least_pictures));
   const Fit pinhole = boards_->pinhole(), fisheye = boards_->fisheye();
   const bool blind = pinhole.error_px < infinity && !sees_sides(as_lens(LensModel::pinhole, boards_->size, pinhole));
   const bool bent = fisheye.error_px < (blind ? blind_margin : clear_margin) * pinhole.error_px;

@@ -80,7 +80,8 @@ class LiveCamera final : public CameraFeed {
   bool open(cv::VideoCapture& camera, std::string& why) const {
     if (source_kind(source_) == SourceKind::url) {
       why = fmt::format("the camera {} does not answer", source_);
-      return camera.open(source_, cv::CAP_FFMPEG, {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, read_limit_ms});
+      return camera.open(source_, cv::CAP_FFMPEG, {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC,
+          read_limit_ms});
     }
     const std::string device = source_.starts_with('/') ? source_ : "/dev/video" + source_;
     if (::access(device.c_str(), F_OK) != 0) why = fmt::format("there is no camera {}; is it plugged in?", device);

@@ -32,7 +32,8 @@ class ArkNames final : public NameKeeper {
 
   void on_frame(hal::LabTime now, std::span<const Track> tracks) override {
     update_book(tracks);
-    const bool anybody = std::any_of(tracks.begin(), tracks.end(), [&](const Track& track) { return !robot_of(track.number) && track.age.count() == 0; });
+    const auto nameless = [&](const Track& track) { return !robot_of(track.number) && track.age.count() == 0; };
+    const bool anybody = std::any_of(tracks.begin(), tracks.end(), nameless);
     calm_since_ = anybody && !unaccounted_.empty() ? calm_since_.value_or(now) : std::optional<hal::LabTime>();
     if (!asking_ && calm_since_ && now - *calm_since_ >= calm && now >= not_before_) begin();
     if (!asking_) return;
@@ -128,7 +129,9 @@ class ArkNames final : public NameKeeper {
 
 }  // namespace
 
-std::unique_ptr<NameKeeper> make_spelled_names(std::vector<hal::RobotId> expected) { return std::make_unique<SpelledNames>(std::move(expected)); }
+std::unique_ptr<NameKeeper> make_spelled_names(std::vector<hal::RobotId> expected) {
+  return std::make_unique<SpelledNames>(std::move(expected));
+}
 std::unique_ptr<NameKeeper> make_ark_names(std::vector<hal::RobotId> expected) { return std::make_unique<ArkNames>(std::move(expected)); }
 
 }  // namespace arkmesh::tracker

@@ -68,7 +68,8 @@ class PictureFiles final : public Recording {
   explicit PictureFiles(std::vector<fs::path> files) : files_(std::move(files)) {}
   std::optional<Picture> next() override {
     if (next_ == files_.size()) return {};
-    Picture picture{.bgr = read_picture(files_[next_]), .number = static_cast<std::uint32_t>(next_), .name = files_[next_].filename().string()};
+    Picture picture{.bgr = read_picture(files_[next_]), .number = static_cast<std::uint32_t>(next_),
+        .name = files_[next_].filename().string()};
     picture.stamp = hal::LabTime(std::llround(static_cast<double>(next_) * 1e6 / folder_pictures_per_s));
     ++next_;
     return picture;
@@ -110,7 +111,8 @@ class VideoFile final : public Recording {
 }  // namespace
 
 SourceKind source_kind(const std::string& source) {
-  const bool number = !source.empty() && source.size() <= 3 && std::all_of(source.begin(), source.end(), [](unsigned char c) { return std::isdigit(c); });
+  const bool number = !source.empty() && source.size() <= 3 && std::all_of(source.begin(), source.end(),
+      [](unsigned char c) { return std::isdigit(c); });
   if (number || source.starts_with("/dev/video")) return SourceKind::camera;
   for (const char* scheme : {"http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://"})
     if (source.starts_with(scheme)) return SourceKind::url;
@@ -120,14 +122,17 @@ SourceKind source_kind(const std::string& source) {
 std::unique_ptr<Recording> open_recording(const std::string& path) {
   std::error_code error;
   const auto status = fs::status(path, error);
-  if (!fs::exists(status)) throw std::runtime_error(fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL", path));
+  if (!fs::exists(status))
+    throw std::runtime_error(fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL",
+        path));
   if (fs::is_directory(status)) {
     std::vector<fs::path> files;
     for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error))
       if (is_picture_name(it->path()) && it->is_regular_file(error)) files.push_back(it->path());
     if (error) throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", path, error.message()));
     if (files.empty()) throw std::runtime_error(fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", path));
-    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) { return natural_before(a.filename().string(), b.filename().string()); });
+    const auto before = [](const fs::path& a, const fs::path& b) { return natural_before(a.filename().string(), b.filename().string()); };
+    std::sort(files.begin(), files.end(), before);
     return std::make_unique<PictureFiles>(std::move(files));
   }
   if (is_picture_name(path)) return std::make_unique<PictureFiles>(std::vector<fs::path>{path});

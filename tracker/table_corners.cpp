@@ -43,7 +43,8 @@ std::vector<Point> find_table_corners(const cv::Mat& picture) {
   }
   if (best.empty()) return {};
   std::vector<cv::Point2f> fine(best.begin(), best.end());
-  cv::cornerSubPix(grey, fine, cv::Size(5, 5), cv::Size(-1, -1), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-2));
+  cv::cornerSubPix(grey, fine, cv::Size(5, 5), cv::Size(-1, -1), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50,
+      1e-2));
   for (std::size_t i = 0; i < 4; ++i)
     if (cv::norm(fine[i] - cv::Point2f(best[i])) > 5) fine[i] = best[i];
   // Clockwise in the picture (y down), from the corner nearest to the upper left.

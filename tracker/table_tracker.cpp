@@ -34,7 +34,8 @@ DetectorSettings detection_for(const Calibration& camera, const TableSettings& s
 
 }  // namespace
 
-TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings& settings) : settings_(settings), associator_(settings.following) {
+TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings& settings)
+    : settings_(settings), associator_(settings.following) {
   for (Calibration& camera : cameras) {
     View view;
     view.detector = std::make_unique<Detector>(detection_for(camera, settings));
@@ -54,7 +55,8 @@ void TableTracker::detect(View& view, const cv::Mat& picture, std::span<const Pr
   if (search) {
     // Cameras take turns in later searches.
     const bool first = view.since_search > 1'000'000;
-    view.since_search = first ? static_cast<int>((&view - views_.data()) * settings_.search_every / static_cast<std::ptrdiff_t>(views_.size())) : 0;
+    view.since_search = first
+        ? static_cast<int>((&view - views_.data()) * settings_.search_every / static_cast<std::ptrdiff_t>(views_.size())) : 0;
     view.detections = view.detector->search(picture);
   }
   if (!view.calibration) {
@@ -95,7 +97,8 @@ const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const c
     view.detections.clear();
     if (i >= pictures.size() || pictures[i].empty()) continue;
     const cv::Mat& picture = pictures[i];
-    if (view.calibration && (picture.cols != view.calibration->data().lens.width_px || picture.rows != view.calibration->data().lens.height_px)) {
+    if (view.calibration && (picture.cols != view.calibration->data().lens.width_px ||
+        picture.rows != view.calibration->data().lens.height_px)) {
       own_counters_.add("camera.refused.size");
       continue;
     }

@@ -1,4 +1,4 @@
-// From pictures to tracks: detects in each camera's picture, brings the cameras together, follows. No cameras, no threads, no clock, no ids.
+// From pictures to tracks: detects in each camera's picture, brings the cameras together, follows. No threads, no clock, no ids.
 #pragma once
 
 #include <memory>

@@ -40,7 +40,8 @@ class TableWatch final : public hal::kilobot::RobotWatch {
  public:
   TableWatch(std::vector<Eye> eyes, std::vector<Calibration> calibrations, const TableSettings& settings, std::unique_ptr<NameKeeper> names,
              Onlooker onlooker)
-      : eyes_(std::move(eyes)), tracker_(std::move(calibrations), settings), names_(std::move(names)), onlooker_(std::move(onlooker)), poses_(own_counters_) {}
+      : eyes_(std::move(eyes)), tracker_(std::move(calibrations), settings), names_(std::move(names)), onlooker_(std::move(onlooker)),
+        poses_(own_counters_) {}
 
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;

@@ -1,4 +1,4 @@
-// The eyes of a table of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and identity together; one thread.
+// The eyes of a table of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and identity together.
 #pragma once
 
 #include <functional>
@@ -24,15 +24,16 @@ struct Look {
 using Onlooker = std::function<void(const Look&)>;
 
 // Reads [arena.kilobot]: [[arena.kilobot.cameras]] with `source` (required: a number, /dev/video..., or URL) and `calibration`
-// (required: a file of `arkmesh calibrate`) and `camera` (its name there, when the file holds several), one to four of them; `identity` ("spelled", or "ark" for programs that know ARK's messages 120
-// and 119 only); `led_offset_deg` (44: driving direction minus LED direction, counter-clockwise), `board_height_m` (0.0217), `ids` (see
+// (required: a file of `arkmesh calibrate`) and `camera` (its name there, when the file holds several), one to four of them; `identity`
+// ("spelled", or "ark" for programs that know ARK's messages 120 and 119 only); `led_offset_deg` (44: driving direction minus LED direction, counter-clockwise), `board_height_m` (0.0217), `ids` (see
 // robot_ids.hpp). Throws ConfigError, also for a calibration that is not there; a camera that is not there is waited for.
 //
 // `names`: who finds out who is who, in place of `identity`'s.
 //
 // Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again), frame.no_picture (looks for
 // which no camera had anything new).
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {}, const OpenCamera& open = open_camera,
-                                                              std::unique_ptr<NameKeeper> names = nullptr);
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {},
+                                                           const OpenCamera& open = open_camera,
+                                                           std::unique_ptr<NameKeeper> names = nullptr);
 
 }  // namespace arkmesh::tracker

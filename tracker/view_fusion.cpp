@@ -73,7 +73,8 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
       if (items[i].view != items[j].view && apart_m < nearest_bodies_m) pairs.push_back({apart_m, i, j});
     }
   }
-  std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) { return std::tuple(p.apart_m, p.a, p.b) < std::tuple(q.apart_m, q.a, q.b); });
+  const auto nearer = [](const Pair& p, const Pair& q) { return std::tuple(p.apart_m, p.a, p.b) < std::tuple(q.apart_m, q.a, q.b); };
+  std::sort(pairs.begin(), pairs.end(), nearer);
 
   // A group has each camera at most once.
   std::vector<std::vector<std::size_t>> groups(items.size());

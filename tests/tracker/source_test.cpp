@@ -48,7 +48,8 @@ TEST_CASE("a folder gives its pictures in the order of their numbers") {
   // Proves natural order, stamps of ten a second, and that other files are passed over.
   const TemporaryDirectory folder;
   folder.write("notes.txt", "not a picture");
-  for (const int number : {10, 9, 2, 100}) cv::imwrite((folder.path() / ("frame" + std::to_string(number) + ".png")).string(), grey(number));
+  for (const int number : {10, 9, 2, 100})
+    cv::imwrite((folder.path() / ("frame" + std::to_string(number) + ".png")).string(), grey(number));
   auto recording = open_recording(folder.path().string());
   CHECK(recording->pictures() == 4);
   std::uint32_t count = 0;
@@ -99,7 +100,8 @@ TEST_CASE("a camera that is not there says so and does not block") {
   for (const std::string source : {"/dev/video987", "http://127.0.0.1:1/none"}) {
     const auto feed = open_camera(source);
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (feed->trouble().find("no picture has come yet") != std::string::npos && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+    while (feed->trouble().find("no picture has come yet") != std::string::npos && std::chrono::steady_clock::now() < limit)
+      std::this_thread::yield();
     CHECK(feed->trouble().find(source) != std::string::npos);
     CHECK(feed->newest().empty());
   }
