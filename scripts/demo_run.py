@@ -1,5 +1,6 @@
 """The demo after everything is built: runs the labs, checks that they agree, and shows what came out. See scripts/demo."""
 import argparse
+import contextlib
 import datetime
 import json
 import pathlib
@@ -10,9 +11,12 @@ import subprocess
 import sys
 import time
 
-from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, join_hashes, join_results, link_losses
+from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
+# With --room roark is a table of Kilobots: the lab's cameras and overhead controller are those of a virtual room, a process of its own.
+ROOM = ROOT / "experiments/room/roark.toml"
+ROOM_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
 
 
 class Progress:
@@ -63,13 +67,43 @@ def summary(joint, out):
     return "\n".join(lines)
 
 
+@contextlib.contextmanager
+def virtual_room(out, seconds, program=PROGRAM):
+    """The room's process, ready: cameras and overhead controller can be reached."""
+    said = out / "room.txt"
+    command = [program, "room", ROOM, "--truth", out / "truth.csv"]
+    with open(said, "wb") as file:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, preexec_fn=end_with_parent)
+    try:
+        end = time.monotonic() + 20
+        while "commands:" not in said.read_text(errors="replace"):
+            if process.poll() is not None or time.monotonic() > end:
+                words = said.read_text(errors="replace").strip().splitlines() or ["it said nothing"]
+                raise Failed(f"The virtual room did not start: {words[-1]}")
+            time.sleep(0.05)
+        yield
+    finally:
+        process.terminate()
+        try:
+            process.wait(5)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
 def run(arguments, files=LABS, program=PROGRAM):
     out = arguments.out or pathlib.Path("runs") / datetime.datetime.now().strftime("%Y-%m-%d-%H%M%S")
     if out.exists() and any(out.iterdir()):
         raise Failed(f"{out} is not empty; give another folder with --out.")
     out.mkdir(parents=True, exist_ok=True)
-    with LabProcesses(files, out, [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"], program=program) as labs:
+    overrides = [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"]
+    with contextlib.ExitStack() as ending:
+        if arguments.room:
+            ending.enter_context(virtual_room(out, arguments.seconds, program))
+        labs = ending.enter_context(LabProcesses(files, out, overrides, ROOM_OVERRIDES if arguments.room else None, program=program))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
+        if arguments.room:
+            print("demo: roark's robots stand in a virtual room; they are asked who they are, and then play in real time", flush=True)
         progress = Progress(labs)
         try:
             labs.wait(patience_s=max(600, 2 * arguments.seconds), each=progress.show)
@@ -82,14 +116,18 @@ def run(arguments, files=LABS, program=PROGRAM):
     if drawn.returncode != 0:
         raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
     print("\n" + summary(joint, out))
+    for video in sorted(out.glob("*/table-*.mp4")):
+        print(f"annotated video      {video}")
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/demo")
-    parser.add_argument("--seconds", type=float, default=1800)
+    parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --room 120")
+    parser.add_argument("--room", action="store_true", help="roark is a table in a virtual room, seen by a camera, in real time")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
+    arguments.seconds = arguments.seconds or (120 if arguments.room else 1800)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
     try:
         run(arguments)

@@ -22,7 +22,7 @@ class Failed(Exception):
     """One sentence that says what went wrong."""
 
 
-def _end_with_parent():
+def end_with_parent():
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
@@ -65,7 +65,7 @@ class LabProcesses:
         with open(self.said(what, lab), "ab") as said:
             try:
                 self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
-                                                             preexec_fn=_end_with_parent)
+                                                             preexec_fn=end_with_parent)
             except OSError as error:
                 raise Failed(f"{self.program} cannot be started ({error.strerror}); run scripts/build first.") from None
 
