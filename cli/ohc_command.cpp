@@ -149,7 +149,8 @@ int say(const OhcOptions& options, const Saying& saying) {
       begun = now;
     }
   }
-  fmt::print(stderr, "arkmesh: {} was stopped before it had been said for {:.1f} s\n", saying.name, std::chrono::duration<double>(saying.each).count());
+  fmt::print(stderr, "arkmesh: {} was stopped before it had been said for {:.1f} s\n", saying.name,
+             std::chrono::duration<double>(saying.each).count());
   return 1;
 }
 
@@ -171,14 +172,17 @@ int upload(const OhcOptions& options) {
     upload.tend(sender, now);
     if (upload.is_finished() && sender.is_ready(now)) break;
     if (!sender.is_up())
-      controller.progress.show(controller.line().is_open() ? "the controller is starting again" : controller.line().trouble() + "; trying again", now);
+      controller.progress.show(
+          controller.line().is_open() ? "the controller is starting again" : controller.line().trouble() + "; trying again", now);
     else if (upload.is_calling() || (upload.round() == 0 && upload.page() == 0))
       controller.progress.show("calling the robots to their boot loaders; they flash blue", now);
     else
-      controller.progress.show(fmt::format("round {}, page {} of {}, {:.0f} s", upload.round() + 1, upload.page(), upload.pages(), since_s(now)), now);
+      controller.progress.show(
+          fmt::format("round {}, page {} of {}, {:.0f} s", upload.round() + 1, upload.page(), upload.pages(), since_s(now)), now);
   }
-  fmt::print("{} of {} pages sent{}, {:.0f} s\n", upload.round() > 0 ? fmt::format("{} rounds", upload.round()) : fmt::format("{}", upload.page()),
-             upload.pages(), interrupted ? ", stopped" : "", since_s(Controller::now()));
+  fmt::print("{} of {} pages sent{}, {:.0f} s\n",
+             upload.round() > 0 ? fmt::format("{} rounds", upload.round()) : fmt::format("{}", upload.page()), upload.pages(),
+             interrupted ? ", stopped" : "", since_s(Controller::now()));
   return upload.round() > 0 ? 0 : 1;
 }
 
@@ -197,13 +201,15 @@ Packet saying_packet(std::uint8_t type, std::array<std::uint8_t, 9> data = {}) {
 
 // The bytes of a calibration message: 0 save, 1 id, 2 left, 3 right, 4 straight; id, and the duties of each.
 Packet calibrate_packet(std::uint8_t mode, std::uint16_t robot = 0, std::array<std::uint8_t, 4> duties = {}) {
-  return saying_packet(type_calibrate, {mode, static_cast<std::uint8_t>(robot), static_cast<std::uint8_t>(robot >> 8), duties[0], duties[1], duties[2], duties[3]});
+  return saying_packet(type_calibrate, {mode, static_cast<std::uint8_t>(robot), static_cast<std::uint8_t>(robot >> 8), duties[0], duties[1],
+                                        duties[2], duties[3]});
 }
 
 Packet message_packet(const std::vector<std::string>& numbers) {
   const std::uint16_t type = number(numbers.at(0), 255, "TYPE");
   if (type > 127)
-    throw CLI::ValidationError("TYPE", fmt::format("{} belongs to the robots' library; programs have 0 to 127, and commands have names: run, pause, ...", type));
+    throw CLI::ValidationError(
+        "TYPE", fmt::format("{} belongs to the robots' library; programs have 0 to 127, and commands have names: run, pause, ...", type));
   if (numbers.size() > 10) throw CLI::ValidationError("BYTES", fmt::format("a message holds 9 bytes, not {}", numbers.size() - 1));
   std::array<std::uint8_t, 9> data{};
   for (std::size_t i = 1; i < numbers.size(); ++i) data[i - 1] = static_cast<std::uint8_t>(number(numbers[i], 255, "BYTES"));
@@ -240,8 +246,8 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   const auto take = [options](CLI::App* command, const std::string& name, const std::string& help, int least, int most) {
     command->add_option(name, options->numbers, help)->required()->expected(least, most);
   };
-  take(add("message", "A message of a robot program's own", 1, [options] { return std::vector{message_packet(options->numbers)}; }), "TYPE_AND_BYTES",
-       "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
+  take(add("message", "A message of a robot program's own", 1, [options] { return std::vector{message_packet(options->numbers)}; }),
+       "TYPE_AND_BYTES", "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
   take(add("set-uid", "Gives the id N to every robot in sight, and saves it: put one there", 1,
            [options] {
              const std::uint16_t id = number(options->numbers.at(0), 65535, "N");
@@ -250,10 +256,14 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
            }),
        "N", "0 to 65535", 1, 1);
   take(add("left", "Robots turn left with this duty", 1,
-           [options] { return std::vector{calibrate_packet(2, 0, {static_cast<std::uint8_t>(number(options->numbers.at(0), 255, "DUTY")), 0, 0, 0})}; }),
+           [options] {
+             return std::vector{calibrate_packet(2, 0, {static_cast<std::uint8_t>(number(options->numbers.at(0), 255, "DUTY")), 0, 0, 0})};
+           }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("right", "Robots turn right with this duty", 1,
-           [options] { return std::vector{calibrate_packet(3, 0, {0, static_cast<std::uint8_t>(number(options->numbers.at(0), 255, "DUTY")), 0, 0})}; }),
+           [options] {
+             return std::vector{calibrate_packet(3, 0, {0, static_cast<std::uint8_t>(number(options->numbers.at(0), 255, "DUTY")), 0, 0})};
+           }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("straight", "Robots go straight with these duties", 1,
            [options] {
@@ -275,16 +285,19 @@ void add_ohc_command(CLI::App& app) {
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   ohc->require_subcommand(1);
-  ohc->footer("Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n  arkmesh ohc /dev/ttyUSB0 set-uid 12\n"
-              "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
-              "The controller is silent afterwards. Ends with 1 when it cannot be reached.");
+  ohc->footer(
+      "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n  arkmesh ohc /dev/ttyUSB0 "
+      "set-uid 12\n"
+      "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
+      "The controller is silent afterwards. Ends with 1 when it cannot be reached.");
   ohc->parse_complete_callback([] {
     std::signal(SIGINT, [](int) { interrupted = 1; });
     std::signal(SIGTERM, [](int) { interrupted = 1; });
   });
   add_sayings(*ohc, options);
 
-  CLI::App* upload_command = ohc->add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")->fallthrough();
+  CLI::App* upload_command =
+      ohc->add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")->fallthrough();
   upload_command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
   upload_command->add_option("--rounds", options->rounds, "Stop after so many; else go on until Ctrl-C")->check(CLI::Range(1, 1'000'000));
   upload_command->add_option("--boot", options->boot_s, "Call the robots to their boot loaders for so many seconds; robots asleep need 10")
@@ -293,9 +306,10 @@ void add_ohc_command(CLI::App& app) {
   upload_command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
       ->check(CLI::Range(132.0, 10'000.0))
       ->capture_default_str();
-  upload_command->footer("Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
-                         "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing is heard from\n"
-                         "them: look at them, and press Ctrl-C when the last one has it.");
+  upload_command->footer(
+      "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
+      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing is heard from\n"
+      "them: look at them, and press Ctrl-C when the last one has it.");
   upload_command->callback([options] { finish(upload(*options)); });
 }
 

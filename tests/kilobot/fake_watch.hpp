@@ -33,7 +33,8 @@ class FakeWatch final : public hal::kilobot::RobotWatch {
     frame_.emplace();
     frame_->stamp = now;
     frame_->number = static_cast<std::uint32_t>(table_->looks);
-    for (const hal::RobotId robot : table_->robots) frame_->robots.push_back({robot, {table_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
+    for (const hal::RobotId robot : table_->robots)
+      frame_->robots.push_back({robot, {table_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
   }
   std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }
   std::optional<hal::kilobot::Message> question() const override { return table_->question; }

@@ -72,9 +72,10 @@ TEST_CASE("hex: contents and pages") {
 
 TEST_CASE("hex: gaps, order and kinds of records") {
   // Records may come in any order with gaps between; segment and linear bases count, start addresses do not.
-  const Firmware firmware = parse_intel_hex(record(4, 0, {0, 0}) + record(0, 300, {7}) + "\n" + record(3, 0, {0, 0, 0, 0}) + record(2, 0, {0, 0x10}) +
-                                                record(0, 2, {9}) + record(5, 0, {0, 0, 0, 0}) + record(4, 0, {0, 0}) + record(0, 0, {5}) + end_record,
-                                            "robot.hex");
+  const Firmware firmware =
+      parse_intel_hex(record(4, 0, {0, 0}) + record(0, 300, {7}) + "\n" + record(3, 0, {0, 0, 0, 0}) + record(2, 0, {0, 0x10}) +
+                          record(0, 2, {9}) + record(5, 0, {0, 0, 0, 0}) + record(4, 0, {0, 0}) + record(0, 0, {5}) + end_record,
+                      "robot.hex");
   CHECK(firmware.size_bytes() == 301);
   CHECK(firmware.pages() == 3);
   CHECK(firmware.page(0)[0] == 5);

@@ -303,7 +303,8 @@ TEST_CASE("kilobot arena: configuration") {
     return "";
   };
   CHECK(holds(complaint(""), "port"));
-  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+  CHECK(
+      holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
   CHECK(holds(complaint("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
   const PseudoTerminal terminal;
   const std::string port = "kilobot.port = \"" + terminal.port() + "\"\n";

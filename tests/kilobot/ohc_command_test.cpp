@@ -84,9 +84,9 @@ std::filesystem::path small_program(const TemporaryFolder& folder) {
 
 TEST_CASE("ohc: commands") {
   // Each command puts its packet on the line between two stops.
-  const std::vector<std::pair<std::string, std::uint8_t>> commands{{"run", type_run},         {"pause", type_wakeup}, {"reset", type_reset},
-                                                                   {"sleep", type_sleep},     {"wake", type_wakeup},  {"voltage", type_voltage},
-                                                                   {"charge", type_charge}};
+  const std::vector<std::pair<std::string, std::uint8_t>> commands{
+      {"run", type_run},     {"pause", type_wakeup},    {"reset", type_reset},  {"sleep", type_sleep},
+      {"wake", type_wakeup}, {"voltage", type_voltage}, {"charge", type_charge}};
   for (const auto& [name, type] : commands) {
     CAPTURE(name);
     const Outcome outcome = say({name, "--seconds", "0.05"});
@@ -127,7 +127,8 @@ TEST_CASE("ohc: stopping an upload") {
   // Ctrl-C ends an upload without end well: with a stop, a summary and code 0.
   const TemporaryFolder folder;
   Listener listener;
-  Process process(ARKMESH_PROGRAM, {"ohc", listener.port(), "--settle", "0", "upload", small_program(folder), "--boot", "0.1", "--page-ms", "132"},
+  Process process(ARKMESH_PROGRAM,
+                  {"ohc", listener.port(), "--settle", "0", "upload", small_program(folder), "--boot", "0.1", "--page-ms", "132"},
                   folder.path() / "output");
   PacketEar ear;
   std::vector<Packet> heard;
@@ -157,7 +158,8 @@ TEST_CASE("ohc: a real serial device") {
   PseudoTerminal terminal;
   const auto start = [&](const std::string& seconds) {
     return std::make_unique<Process>("/usr/bin/env",
-                                     std::vector<std::string>{"LD_PRELOAD=" + preload, ARKMESH_PROGRAM, "ohc", terminal.port(), "run", "--settle", "0", "--seconds", seconds},
+                                     std::vector<std::string>{"LD_PRELOAD=" + preload, ARKMESH_PROGRAM, "ohc", terminal.port(), "run",
+                                                              "--settle", "0", "--seconds", seconds},
                                      folder.path() / "output");
   };
   PacketEar ear;

@@ -93,7 +93,8 @@ TEST_CASE("on air: composites") {
     std::int64_t slower_percent;
     std::size_t least, most;
   };
-  for (const Row& row : {Row{{}, 0, 1, 3}, Row{{}, 10, 1, 3}, Row{{.spacing = 60ms}, 0, 2, 4}, Row{{.spacing = 42ms, .once = true}, 0, 1, 1}}) {
+  for (const Row& row :
+       {Row{{}, 0, 1, 3}, Row{{}, 10, 1, 3}, Row{{.spacing = 60ms}, 0, 2, 4}, Row{{.spacing = 42ms, .once = true}, 0, 1, 1}}) {
     CAPTURE(row.settings.spacing.count());
     CAPTURE(row.slower_percent);
     AirBench bench(3, row.settings, row.slower_percent);
@@ -105,7 +106,8 @@ TEST_CASE("on air: composites") {
       if (bench.controller.offer({}).waiting > 0) return;
       ++number;
       std::vector<hal::ToRobot> messages;
-      for (hal::RobotId robot = 0; robot < 3; ++robot) messages.push_back({robot, 0, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint16_t>(number & 255)});
+      for (hal::RobotId robot = 0; robot < 3; ++robot)
+        messages.push_back({robot, 0, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint16_t>(number & 255)});
       bench.controller.offer(messages);
     });
     std::map<int, std::size_t> copies;
@@ -200,6 +202,7 @@ TEST_CASE("on air: upload") {
     CHECK(words.size() == 40);
     CHECK(air->device.counters()["ohc.bytes_lost.deaf"] == 0);
     for (const auto& [page, offsets] : words) CHECK(offsets.size() == 22);
-    CHECK(std::ranges::count_if(air->heard, [](const Transmission& sent) { return sent.clean && sent.message.type == type_boot_size; }) > 0);
+    CHECK(std::ranges::count_if(air->heard, [](const Transmission& sent) { return sent.clean && sent.message.type == type_boot_size; }) >
+          0);
   }
 }

@@ -73,11 +73,16 @@ TEST_CASE("packet: worked examples") {
       {"set id 300", forward_packet(message(type_calibrate, {1, 0x2C, 1})), {0x55, 2, 1, 0x2C, 1, 0, 0, 0, 0, 0, 0, 0x8A}, 0xF1},
       {"left 72", forward_packet(message(type_calibrate, {2, 0, 0, 72})), {0x55, 2, 2, 0, 0, 0x48, 0, 0, 0, 0, 0, 0x8A}, 0x97},
       {"right 74", forward_packet(message(type_calibrate, {3, 0, 0, 0, 74})), {0x55, 2, 3, 0, 0, 0, 0x4A, 0, 0, 0, 0, 0x8A}, 0x94},
-      {"straight", forward_packet(message(type_calibrate, {4, 0, 0, 0, 0, 65, 70})), {0x55, 2, 4, 0, 0, 0, 0, 0x41, 0x46, 0, 0, 0x8A}, 0xDE},
+      {"straight",
+       forward_packet(message(type_calibrate, {4, 0, 0, 0, 0, 65, 70})),
+       {0x55, 2, 4, 0, 0, 0, 0, 0x41, 0x46, 0, 0, 0x8A},
+       0xDE},
       {"save", forward_packet(message(type_calibrate)), {0x55, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x8A}, 0xDD},
       {"page 7", boot_page_packet(7, counting_page()), {0x55, 4, 7, 0, 1, 2, 3, 4, 5, 6, 7, 8}, 0x56},
-      {"composite", forward_packet(message(0, {1, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0})),
-       {0x55, 2, 1, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0, 0}, 0x3E},
+      {"composite",
+       forward_packet(message(0, {1, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0})),
+       {0x55, 2, 1, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0, 0},
+       0x3E},
   };
   for (const Example& example : examples) {
     CAPTURE(example.name);

@@ -207,7 +207,8 @@ TEST_CASE("tcp: a connection that ends") {
 
 TEST_CASE("tcp: addresses") {
   // An address without a port, with a wrong one, or of an unknown host is refused with what is expected.
-  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536", "tcp://host:12x", "tcp://host:99999999999"}) {
+  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536", "tcp://host:12x",
+                                 "tcp://host:99999999999"}) {
     CAPTURE(port);
     CHECK_THROWS_AS(make_wire(port), PortError);
   }

@@ -46,8 +46,8 @@ std::string no_permission(const std::string& path) {
   if (::stat(path.c_str(), &about) == 0)
     if (const ::group* entry = ::getgrgid(about.st_gid)) group = entry->gr_name;
   if (const ::passwd* entry = ::getpwuid(::geteuid())) user = entry->pw_name;
-  return fmt::format("no permission to open {}: it belongs to group {}; join it with `sudo usermod -aG {} {}` and log in again", path, group,
-                     group, user);
+  return fmt::format("no permission to open {}: it belongs to group {}; join it with `sudo usermod -aG {} {}` and log in again", path,
+                     group, group, user);
 }
 
 // Why the device cannot be opened, one sentence. `code` is an errno.

@@ -32,8 +32,14 @@ class KilobotArena final : public Arena {
  public:
   KilobotArena(ArenaInfo info, const OverheadSettings& settings, std::chrono::microseconds names_within, std::unique_ptr<Wire> wire,
                std::unique_ptr<RobotWatch> eyes, WallTime& wall)
-      : wall_(wall), info_(std::move(info)), names_within_(names_within), eyes_(std::move(eyes)), poses_(own_counters_), pacer_(info_.frame_period, own_counters_, wall),
-        line_(std::move(wire), own_counters_), controller_(info_, line_, settings, own_counters_) {}
+      : wall_(wall),
+        info_(std::move(info)),
+        names_within_(names_within),
+        eyes_(std::move(eyes)),
+        poses_(own_counters_),
+        pacer_(info_.frame_period, own_counters_, wall),
+        line_(std::move(wire), own_counters_),
+        controller_(info_, line_, settings, own_counters_) {}
 
   // The controller repeats what it heard last for ever, so its last word must be a stop.
   ~KilobotArena() override {
@@ -101,7 +107,8 @@ class KilobotArena final : public Arena {
       }
       const Moment at = now();
       if (at - begun > names_within_)
-        throw std::runtime_error(fmt::format("the table was not ready within {} s: {}", names_within_.count() / 1'000'000, missing(frame.has_value())));
+        throw std::runtime_error(
+            fmt::format("the table was not ready within {} s: {}", names_within_.count() / 1'000'000, missing(frame.has_value())));
       if (at >= say_at) {
         say_at = at + say_again_after;
         spdlog::info("waiting for the table: {}", missing(frame.has_value()));
@@ -119,9 +126,10 @@ class KilobotArena final : public Arena {
     std::vector<RobotId> unnamed;
     std::ranges::set_intersection(eyes_->doubtful(), info_.robots, std::back_inserter(unnamed));
     if (unnamed.empty()) return "not every robot has been seen and named";
-    return fmt::format("{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, and is "
-                       "that their id?",
-                       unnamed.size(), info_.robots.size(), in_words(unnamed));
+    return fmt::format(
+        "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, and is "
+        "that their id?",
+        unnamed.size(), info_.robots.size(), in_words(unnamed));
   }
 
   void serve() {
@@ -208,7 +216,8 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   info.max_robot = max_robot_id;
   const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
   return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot),
-                                        std::chrono::microseconds{std::llround(names_within_s * 1e6)}, std::move(wire), std::move(eyes), wall);
+                                        std::chrono::microseconds{std::llround(names_within_s * 1e6)}, std::move(wire), std::move(eyes),
+                                        wall);
 }
 
 std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes) {

@@ -39,7 +39,8 @@ OverheadSettings read_overhead_settings(const Section& kilobot) {
   out.once = kilobot.flag("once", out.once);
   out.spacing = read_seconds(kilobot, "spacing_s", out.spacing, 0.04, 10);
   if (!out.once && out.spacing < microseconds{50'000})
-    kilobot.refuse("spacing_s", "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with once = true");
+    kilobot.refuse("spacing_s",
+                   "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with once = true");
   out.command_for = read_seconds(kilobot, "command_s", out.command_for, 0.05, 60);
   out.broadcast_for = read_seconds(kilobot, "broadcast_s", out.broadcast_for, 0.05, 60);
   out.waking_for = read_seconds(kilobot, "waking_s", out.waking_for, 0.05, 60);
@@ -170,7 +171,8 @@ void OverheadController::fall_silent(Moment now) {
 }
 
 bool OverheadController::is_silent(Moment now) const {
-  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && sender_.is_ready(now));
+  return !sender_.is_up() ||
+         (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && sender_.is_ready(now));
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -16,7 +16,8 @@ class PacketSender {
  public:
   // `settle`: a controller that begins to live when its port opens (Arduino boards) hears nothing for so long. `line` and `counters`
   // outlive this. Counts `overhead.packets` and, of these, `overhead.parting_stops`.
-  PacketSender(SerialLine& line, std::chrono::microseconds settle, Counters& counters) : line_(line), settle_(settle), counters_(counters) {}
+  PacketSender(SerialLine& line, std::chrono::microseconds settle, Counters& counters)
+      : line_(line), settle_(settle), counters_(counters) {}
 
   // Tends the line. After each opening the controller is told to stop, whatever it did before.
   void tend(Moment now);

@@ -30,13 +30,16 @@ std::vector<RobotId> read_robot_ids(const Section& arena) {
     const auto first = number(std::string_view(part).substr(0, dash));
     const auto last = dash == std::string::npos ? first : number(std::string_view(part).substr(dash + 1));
     if (!first || !last || *first > *last) kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
-    if (*last > max_robot_id) kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that can be spoken to", *last, max_robot_id));
+    if (*last > max_robot_id)
+      kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that can be spoken to", *last, max_robot_id));
     for (RobotId id = *first; id <= *last; ++id) out.push_back(id);
   }
   std::ranges::sort(out);
-  if (const auto twice = std::ranges::adjacent_find(out); twice != out.end()) kilobot.refuse("ids", fmt::format("robot {} is listed twice", *twice));
+  if (const auto twice = std::ranges::adjacent_find(out); twice != out.end())
+    kilobot.refuse("ids", fmt::format("robot {} is listed twice", *twice));
   if (out.empty()) {
-    if (robots > max_robot_id + 1) arena.refuse("robots", fmt::format("must be at most {}: that many Kilobots can be spoken to", max_robot_id + 1));
+    if (robots > max_robot_id + 1)
+      arena.refuse("robots", fmt::format("must be at most {}: that many Kilobots can be spoken to", max_robot_id + 1));
     for (RobotId id = 0; id < robots; ++id) out.push_back(id);
   } else if (out.size() != robots) {
     kilobot.refuse("ids", fmt::format("lists {} robots, but arena.robots is {}; make them agree", out.size(), robots));
