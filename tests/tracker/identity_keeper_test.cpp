@@ -225,3 +225,29 @@ TEST_CASE("identity: whose LED is an answer") {
   watch.look_for(3);
   for (const auto& robot : robots.robots) CHECK(watch.keeper.led_is_answer(robot.track) == (robot.id == 1));
 }
+
+TEST_CASE("identity: robots whose LED shows in some colours only") {
+  // Red cannot be seen of three robots, in whose ids other digits stand too: they are told apart by these, once only they are asked; a robot that
+  // answers nothing and changes its colour once or stays as it is gets no name.
+  const auto blind_to_red = [](std::vector<Track> tracks, const std::vector<TrackNumber>& blind) {
+    for (Track& track : tracks)
+      if (track.led == hal::Led::red && std::ranges::find(blind, track.number) != blind.end()) track.led_seen = false;
+    return tracks;
+  };
+  SpellingRobots robots(ids_from_0(100), {.loss = 0.05});
+  const std::vector<TrackNumber> blind = {robots.by_id(44).track, robots.by_id(53).track, robots.by_id(71).track};
+  IdentityKeeper keeper({.expected = ids_from_0(100)});
+  while (!keeper.everybody_named() && robots.seconds() < 40) keeper.on_frame(robots.now, blind_to_red(robots.next_picture(keeper.question()), blind));
+  MESSAGE("named after ", robots.seconds(), " s");
+  CHECK(keeper.everybody_named());
+  for (const auto& robot : robots.robots) CHECK(keeper.robot_of(robot.track) == robot.id);
+
+  SpellingRobots deaf({1, 2, 3, 4, 70}, {});
+  for (auto& robot : deaf.robots) robot.deaf = robot.id == 70;
+  IdentityKeeper other({.expected = {1, 2, 3, 4, 70}});
+  while (deaf.seconds() < 120) {
+    deaf.by_id(70).own = static_cast<int>(deaf.seconds()) / 3 % 2 ? hal::Led::blue : hal::Led::green;
+    other.on_frame(deaf.now, deaf.next_picture(other.question()));
+    CHECK_FALSE(other.robot_of(deaf.by_id(70).track));
+  }
+}

@@ -35,33 +35,60 @@ void DigitReader::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   asked_at_ = now;
 }
 
-std::vector<DigitReader::Reading> DigitReader::take_readings() {
+std::vector<DigitReader::Reading> DigitReader::take_readings(std::span<const hal::RobotId> candidates) {
   std::vector<Reading> out;
+  std::vector<std::optional<std::uint8_t>> read(order_.size());
   std::vector<std::uint8_t> digits(order_.size());
   for (auto at = votes_.begin(); at != votes_.end();) {
     Reading reading{.track = at->first, .confidence = 1};
-    bool complete = true;
-    for (std::size_t i = 0; i < order_.size() && complete; ++i) {
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
       const auto& votes = at->second[order_[i]];
       const auto most = std::max_element(votes.begin(), votes.end());
       const int all = votes[0] + votes[1] + votes[2], agree = *most;
+      read[i].reset();
       // two pictures at least, and two thirds of all
-      complete = agree >= 2 && 3 * agree >= 2 * all;
-      digits[i] = static_cast<std::uint8_t>(most - votes.begin());
-      if (complete) reading.confidence = std::min(reading.confidence, static_cast<float>(agree) / static_cast<float>(all));
+      if (agree < 2 || 3 * agree < 2 * all) continue;
+      ++known;
+      read[i] = digits[i] = static_cast<std::uint8_t>(most - votes.begin());
+      reading.confidence = std::min(reading.confidence, static_cast<float>(agree) / static_cast<float>(all));
     }
-    if (!complete) {
-      counters_.add("identity.unread.digits");
-      ++at;
-      continue;
-    }
-    if (const auto robot = id_of(digits)) {
+    const bool complete = known == order_.size();
+    const auto robot = complete ? id_of(digits) : fitting(read, candidates);
+    if (robot) {
       reading.robot = *robot;
+      reading.confidence *= static_cast<float>(known) / static_cast<float>(order_.size());
       out.push_back(reading);
     } else {
-      counters_.add("identity.refused.check_word");
+      counters_.add(complete ? "identity.refused.check_word" : "identity.unread.digits");
     }
-    at = votes_.erase(at);
+    at = robot || complete ? votes_.erase(at) : std::next(at);
+  }
+  return out;
+}
+
+// The candidate that contradicts nothing that was read, while all others do in two places. Five digits must have been read, and the colour
+// must have changed as programs do not change it in these seconds.
+std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<std::uint8_t>> digits, std::span<const hal::RobotId> candidates) const {
+  constexpr int least_read = 5, least_changes = 2, least_against_others = 2;
+  int known = 0, changes = 0;
+  std::optional<std::uint8_t> before;
+  for (const auto& digit : digits) {
+    if (!digit) continue;
+    ++known;
+    changes += before && before != digit;
+    before = digit;
+  }
+  if (known < least_read || changes < least_changes) return std::nullopt;
+  std::optional<hal::RobotId> out;
+  for (const hal::RobotId robot : candidates) {
+    if (robot > largest_spelled_id) continue;
+    int against = 0;
+    for (std::size_t i = 0; i < digits.size(); ++i) against += digits[i] && digits[i] != digit_of(spelled(robot, order_[i]));
+    if (against > 0 && against < least_against_others) return std::nullopt;
+    if (against > 0) continue;
+    if (out) return std::nullopt;
+    out = robot;
   }
   return out;
 }

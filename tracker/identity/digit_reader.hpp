@@ -49,11 +49,13 @@ class DigitReader {
     float confidence = 0;   // share of pictures that agree, of the digit that fewest agree on
   };
   // Tracks that spelled an id without doubt, once asking is over. Forgets them. Others stay for the next time, except those
-  // whose check word was wrong: these start anew.
-  std::vector<Reading> take_readings();
+  // whose check word was wrong: these start anew. When only `candidates` were asked, a track of which some digits could not be read is the
+  // one candidate that fits, if no other comes near.
+  std::vector<Reading> take_readings(std::span<const hal::RobotId> candidates = {});
 
  private:
   using Votes = std::array<std::array<std::uint16_t, 3>, most_id_digits + check_digits>;  // by number of digit and digit
+  std::optional<hal::RobotId> fitting(std::span<const std::optional<std::uint8_t>> digits, std::span<const hal::RobotId> candidates) const;
 
   ReadingTimes times_;
   hal::Counters& counters_;

@@ -135,7 +135,9 @@ void IdentityKeeper::ask() {
 }
 
 void IdentityKeeper::use_readings(hal::LabTime now) {
-  const std::vector<DigitReader::Reading> readings = reader_.take_readings();
+  const Audience& asked = reader_.audience();
+  const std::vector<DigitReader::Reading> readings =
+      reader_.take_readings(asked.kind == Audience::Kind::list ? std::span<const hal::RobotId>(asked.robots) : std::span<const hal::RobotId>());
   std::map<hal::RobotId, int> spelled_by;
   duplicates_.clear();
   for (const auto& reading : readings) ++spelled_by[reading.robot];
