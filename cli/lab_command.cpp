@@ -53,8 +53,12 @@ class TrafficWatch {
 
 int run(const LabOptions& options) {
   using WallClock = std::chrono::steady_clock;
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  // The second time ends a lab that is still waiting for its table.
+  for (const int each : {SIGINT, SIGTERM})
+    std::signal(each, [](int number) {
+      interrupted = 1;
+      std::signal(number, SIG_DFL);
+    });
   const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   hal::Config config = hal::Config::from_file(options.file, options.sets);
 

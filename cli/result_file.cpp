@@ -12,7 +12,8 @@ namespace {
 // A counter's name says what became of what it counts; these words say that something was lost, refused, replaced or late.
 bool is_drop(const std::string& name) {
   for (const char* word : {"refused", "lost", "late", "skipped", "missing", "replaced", "not_sent", "not_recorded", "ignored", "failed", "closed",
-                           "gap", "gave_up", "restarted", "dropped", "backed_off", "deeper_than"})
+                           "gap", "gave_up", "restarted", "dropped", "backed_off", "deeper_than", "expired", "withheld", "gone", "frozen",
+                           "no_picture", "unread", "packet_cut"})
     if (name.find(word) != std::string::npos) return true;
   return false;
 }

@@ -168,8 +168,12 @@ std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
 }
 
 int run(const RunOptions& options) {
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  // The second time ends a lab that is still waiting for its table.
+  for (const int each : {SIGINT, SIGTERM})
+    std::signal(each, [](int number) {
+      interrupted = 1;
+      std::signal(number, SIG_DFL);
+    });
   const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   if (options.seeds.empty()) {
     std::filesystem::create_directories(directory);
