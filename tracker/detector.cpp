@@ -80,7 +80,7 @@ class Detector::Search {
     if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
       const Suspect one = suspect(*rim);
       const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
-      if (reached && one.evidence > 0.7 && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
+      if (reached && one.evidence >= settings_.least_confidence && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
     }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px),
