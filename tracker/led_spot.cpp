@@ -184,7 +184,12 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   // colour of metal. The weights separate lit from unlit robots of real pictures, changed in light, noise, blur and size.
   const LedColour colour = led_colour(added);
   const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;
-  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white + (cold ? cold_bonus * colour.confidence : 0.0);
+  const double most_added = std::max({added.blue, added.green, added.red, 1e-9});
+  const double saturation = (most_added - std::min({added.blue, added.green, added.red})) / most_added;
+  // metal is warm, but never that colourful
+  const double vivid = std::clamp((saturation - 0.6) / 0.25, 0.0, 1.0);
+  const double bonus = cold_bonus * (cold ? 1.0 : vivid) * colour.confidence;
+  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white + bonus;
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
   if (brightness < lit) {
     spot.confidence = sure;
