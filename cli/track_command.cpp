@@ -38,14 +38,16 @@ cv::Mat read_picture(const fs::path& file) {
   } catch (const cv::Exception&) {
     throw std::runtime_error(fmt::format("{} is a damaged or too large picture: fewer than 2^30 pixels can be read", file.string()));
   }
-  if (bgr.empty()) throw std::runtime_error(fmt::format("{} is not a picture that can be read: give a PNG, JPEG, BMP or TIFF file", file.string()));
+  if (bgr.empty())
+    throw std::runtime_error(fmt::format("{} is not a picture that can be read: give a PNG, JPEG, BMP or TIFF file", file.string()));
   return bgr;
 }
 
 bool looks_like_picture(const fs::path& file) {
   std::string end = file.extension().string();
   std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp" || end == ".tif" || end == ".tiff" || end == ".webp" || end == ".ppm";
+  return end == ".png" || end == ".jpg" || end == ".jpeg" || end == ".bmp" || end == ".tif" || end == ".tiff" || end == ".webp" ||
+         end == ".ppm";
 }
 
 std::vector<fs::path> pictures_of(const fs::path& folder) {
@@ -64,7 +66,8 @@ void write_picture(const fs::path& file, const cv::Mat& bgr) {
   } catch (const cv::Exception&) {
     // said below
   }
-  if (!written) throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
+  if (!written)
+    throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
 }
 
 // Each picture by itself: pictures of a folder need not be of one camera.
@@ -92,7 +95,8 @@ void track_folder(const TrackOptions& options) {
   for (const fs::path& file : files) {
     const cv::Mat bgr = read_picture(file);
     const std::vector<tracker::Detection> robots = look_at(bgr, options);
-    if (!options.png.empty()) write_picture(fs::path(options.png) / (file.stem().string() + ".png"), with_robots_drawn(bgr, robots, offset_rad));
+    if (!options.png.empty())
+      write_picture(fs::path(options.png) / (file.stem().string() + ".png"), with_robots_drawn(bgr, robots, offset_rad));
     if (options.json) all.push_back({{"picture", file.filename().string()}, {"robots", robots_as_json(robots, offset_rad)}});
     else fmt::print("{}:\n{}", file.filename().string(), robots_as_text(robots, offset_rad));
   }
@@ -105,10 +109,14 @@ void add_track_command(CLI::App& app) {
   auto* track = app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
   const auto options = std::make_shared<TrackOptions>();
   const auto stream = std::make_shared<StreamOptions>();
-  track->add_option("SOURCE", options->source, "A picture, a folder of pictures, a video, a camera's number or device, or a URL")->required();
-  track->add_flag("--json", options->json, "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
-  track->add_option("--png", options->png, "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
-  track->add_option("--calibration", stream->calibration, "Measure in the arena with this file of arkmesh calibrate; else in robots' bodies");
+  track->add_option("SOURCE", options->source, "A picture, a folder of pictures, a video, a camera's number or device, or a URL")
+      ->required();
+  track->add_flag("--json", options->json,
+                  "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
+  track->add_option("--png", options->png,
+                    "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
+  track->add_option("--calibration", stream->calibration,
+                    "Measure in the arena with this file of arkmesh calibrate; else in robots' bodies");
   track->add_option("--camera", stream->camera, "The camera's name in that file, when it holds several");
   track->add_option("--csv", stream->csv, "Write a row for each robot and picture");
   track->add_option("--video", stream->video, "Write a video with the robots drawn on it (.mp4 or .avi)");
@@ -119,10 +127,11 @@ void add_track_command(CLI::App& app) {
       ->check(CLI::Range(-360.0, 360.0))
       ->capture_default_str();
   track->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, where it is known")->check(CLI::Range(6.0, 2000.0));
-  track->footer("Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video drawn.mp4\n"
-                "  arkmesh track 0 --calibration table.yaml --serve 8095\n"
-                "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture stands for itself.\n"
-                "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the picture's right.");
+  track->footer(
+      "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video drawn.mp4\n"
+      "  arkmesh track 0 --calibration table.yaml --serve 8095\n"
+      "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture stands for itself.\n"
+      "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the picture's right.");
   track->callback([options, stream] {
     stream->source = options->source;
     stream->png = options->png;
