@@ -1,0 +1,105 @@
+// Mishaps on a table of Kilobots while an experiment runs: it degrades, says so, recovers, and never invents a pose.
+#include <doctest/doctest.h>
+
+#include "tests/tables/virtual_table.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+namespace {
+
+// Steps until the condition holds; false after `seconds`. No frame on the way says anything wrong.
+bool soon(VirtualTable& table, double seconds, const std::function<bool()>& condition) {
+  for (int n = 0; n < std::lround(seconds * 10); ++n) {
+    table.step();
+    CHECK(table.wrong() == 0);
+    if (condition()) return true;
+  }
+  return false;
+}
+bool everybody_soon(VirtualTable& table, double seconds, int robots = VirtualTable::robots) {
+  return soon(table, seconds, [&] { return table.frame && table.right() == robots; });
+}
+
+}  // namespace
+
+TEST_CASE("table: cameras and controller fail and come back") {
+  // A camera that is gone, dark, frozen or pushed aside, an unplugged controller and a noisy line: each shows in a counter, and afterwards
+  // all robots are where frames say.
+  VirtualTable table;
+  table.start();
+  REQUIRE(everybody_soon(table, 2));
+
+  table.happen("camera camera0 gone");
+  std::uint64_t before = table.counted("poses.lost.no_picture");
+  table.steps(2, [&] { CHECK(!table.frame); });
+  CHECK(table.counted("poses.lost.no_picture") - before >= 19);
+  CHECK(table.counted("camera.gone") == 1);
+  table.happen("camera camera0 ok");
+  CHECK(everybody_soon(table, 20));
+
+  table.happen("camera camera0 frozen");
+  before = table.counted("camera.frozen");
+  table.steps(2, [&] { CHECK(table.wrong() == 0); });
+  CHECK(table.counted("camera.frozen") > before);
+  table.happen("camera camera0 ok");
+  CHECK(everybody_soon(table, 20));
+
+  table.happen("camera camera0 dark");
+  table.steps(2, [&] { CHECK(table.wrong() == 0); });
+  table.happen("camera camera0 ok");
+  CHECK(everybody_soon(table, 20));
+
+  table.happen("ohc unplug");
+  table.steps(2, [&] { CHECK(table.wrong() == 0); });
+  table.happen("ohc plug");
+  table.happen("ohc garbage 500");
+  CHECK(everybody_soon(table, 20));
+  const std::uint64_t sent = table.arena->robots().offer({}).sent;
+  CHECK(soon(table, 10, [&] { return table.arena->robots().offer({}).sent > sent; }));
+}
+
+TEST_CASE("table: robots are taken away, put elsewhere, die") {
+  // A robot off the table or dead is in no frame for long; put elsewhere it is named again and in its new place.
+  VirtualTable table;
+  table.start();
+  REQUIRE(everybody_soon(table, 2));
+
+  const auto id_of = [&](int number) { return table.room().truth()[static_cast<std::size_t>(number)].id; };
+  table.happen("robot 3 take");
+  CHECK(soon(table, 10, [&] { return table.frame && std::ranges::none_of(table.frame->robots, [&](const auto& seen) { return seen.robot == id_of(3); }); }));
+  table.steps(1, [&] { CHECK(table.right() >= VirtualTable::robots - 1); });
+  table.happen("robot 3 put 0.2 -0.2 90");
+  CHECK(everybody_soon(table, 20));
+}
+
+TEST_CASE("table: two robots swapped by hand") {
+  // Lifted for 1.5 s and put down in each other's place: nothing is said to either until it is named again, which takes less than 20 s,
+  // and no frame ever has one in the place of the other.
+  for (const std::uint64_t seed : {1u, 2u}) {
+    CAPTURE(seed);
+    VirtualTable table("", seed);
+    table.start();
+    REQUIRE(everybody_soon(table, 2));
+    table.steps(3);
+    const std::vector<hal::RobotId> swapped{table.room().truth()[1].id, table.room().truth()[5].id};
+    table.happen("swap 1 5 1.5");
+    table.steps(1.5, [&] { CHECK(table.wrong() == 0); });
+    const hal::LabTime down = table.now();
+    std::uint64_t withheld = table.counted("to_robots.withheld.doubtful");
+    bool both = false;
+    while (!both && table.now() - down < hal::LabTime{20'000'000}) {
+      table.step();
+      CHECK(table.wrong() == 0);
+      both = table.right(swapped[0]) && table.right(swapped[1]);
+      if (both) break;
+      // What step() said to those who are not named was not sent.
+      const bool first = table.right(swapped[0]), second = table.right(swapped[1]);
+      const std::uint64_t now = table.counted("to_robots.withheld.doubtful");
+      CHECK(now - withheld >= static_cast<std::uint64_t>(!first + !second));
+      withheld = now;
+    }
+    CHECK(both);
+    MESSAGE("named again " << static_cast<double>((table.now() - down).count()) * 1e-6 << " s after they were put down");
+  }
+}
