@@ -40,7 +40,7 @@ def table_speed(bench):
 
 def table_dhtf(bench):
     """DHTF, all easy, with roark on a table in the virtual room and with roark in ODE: completed tasks."""
-    seconds, seeds = (60, [1]) if bench.short else (600, [1, 2, 3])
+    seconds, seeds = (30, [1]) if bench.short else (600, [1, 2, 3])
     completed = {}
     for kind, file in (("room", "roark_room.toml"), ("ode", "roark.toml")):
         for seed in seeds:
