@@ -24,8 +24,8 @@ bool everybody_soon(VirtualTable& table, double seconds, int robots = VirtualTab
 }  // namespace
 
 TEST_CASE("table: cameras and controller fail and come back") {
-  // A camera that is gone, dark, frozen or pushed aside, an unplugged controller and a noisy line: each shows in a counter, and afterwards
-  // all robots are where frames say.
+  // A camera that is gone, frozen or dark, a controller that is unplugged and garbage on its line: counters show it where there is something to
+  // count, no frame is wrong meanwhile, and afterwards all robots are where frames say.
   VirtualTable table;
   table.start();
   REQUIRE(everybody_soon(table, 2));
@@ -59,8 +59,8 @@ TEST_CASE("table: cameras and controller fail and come back") {
   CHECK(soon(table, 10, [&] { return table.arena->robots().offer({}).sent > sent; }));
 }
 
-TEST_CASE("table: robots are taken away, put elsewhere, die") {
-  // A robot off the table or dead is in no frame for long; put elsewhere it is named again and in its new place.
+TEST_CASE("table: a robot is taken away and put elsewhere") {
+  // A robot off the table is in no frame for long; put elsewhere it is named again and in its new place.
   VirtualTable table;
   table.start();
   REQUIRE(everybody_soon(table, 2));
