@@ -138,18 +138,18 @@ TEST_CASE("a full disk stops the recording, is said, and the run goes on to the 
   // Proves that a run is worth more than its recording.
   const std::string expected = [] {
     const tests::TemporaryFolder folder;
-    REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=40", "--out", folder.path().string()}).code == 0);
+    REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=400", "--out", folder.path().string()}).code == 0);
     const std::string json = tests::read_file(folder.path() / "result.json");
     return json.substr(json.find("\"final_hash\""), 36);
   }();
   const tests::TemporaryFolder folder;
-  // A file size limit of 200 kB in the child stands for the full disk: the write fails the same way.
+  // A file size limit in the child stands for the full disk: the write fails the same way. What compiling the controller writes is smaller.
   ::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{200'000, before.rlim_max};
+  const rlimit small{2'000'000, before.rlim_max};
   ::setrlimit(RLIMIT_FSIZE, &small);
-  const Said said = say({"run", lab_file("shark"), "--set", "run.duration_s=40", "--out", folder.path().string()});
+  const Said said = say({"run", lab_file("shark"), "--set", "run.duration_s=400", "--out", folder.path().string()});
   ::setrlimit(RLIMIT_FSIZE, &before);
   ::signal(SIGXFSZ, SIG_DFL);
   CAPTURE(said.text);
