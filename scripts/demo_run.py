@@ -62,7 +62,7 @@ def summary(joint, out):
     lines += [f"  {name:<42} {number(n)}" for name, n in sorted(drops.items(), key=lambda item: -item[1])[:12]]
     if len(drops) > 12:
         lines += [f"  ... {len(drops) - 12} more in result.json"]
-    lines += [f"final hash           {joint['final_hash']} (the same in all labs)", f"run folder           {out}",
+    lines += [f"final hash           {joint['final_hash']}" + (" (the same in all labs)" if joint["gate"] == "strict" else ""), f"run folder           {out}",
               f"picture              {out / 'picture.png'}"]
     return "\n".join(lines)
 
