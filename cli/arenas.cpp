@@ -31,7 +31,7 @@ struct Entry {
 
 // Shows people what the cameras of a table see.
 tracker::Onlooker window(const hal::Section& arena, const Around& around) {
-  const auto window = std::make_shared<TableWindow>(arena.section("kilobot"), hal::read_arena_config(arena).frame_period, around.bus, around.directory);
+  const auto window = std::make_shared<TableWindow>(arena.section("kilobot"), around.run.lab, hal::read_arena_config(arena).frame_period, around.bus, around.directory);
   return [window](const tracker::Look& look) { window->look(look); };
 }
 

@@ -39,7 +39,9 @@ class RoomFeed final : public tracker::CameraFeed {
  public:
   RoomFeed(RoomEyes& eyes, std::size_t camera, std::string name) : eyes_(eyes), camera_(camera), name_(std::move(name)) {}
   cv::Mat newest() override {
-    if (std::exchange(was_gone_, eyes_.is_gone(camera_)) != eyes_.is_gone(camera_) && was_gone_) counters_.add("camera.gone");
+    const bool gone = eyes_.is_gone(camera_);
+    if (gone && !was_gone_) counters_.add("camera.gone");
+    was_gone_ = gone;
     return eyes_.take(camera_);
   }
   std::string trouble() const override { return eyes_.is_gone(camera_) ? fmt::format("the room's camera {} gives no pictures", name_) : ""; }

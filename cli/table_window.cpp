@@ -20,8 +20,8 @@ constexpr int jpeg_quality = 80;
 
 }  // namespace
 
-TableWindow::TableWindow(const hal::Section& kilobot, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory)
-    : frame_period_(frame_period), directory_(std::move(directory)), keep_video_(kilobot.flag("video", false)) {
+TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory)
+    : lab_(lab), frame_period_(frame_period), directory_(std::move(directory)), keep_video_(kilobot.flag("video", false)) {
   const bool open = kilobot.flag("window", true);
   const auto port = static_cast<std::uint16_t>(kilobot.integer("window_port", 0, 0, 65535));
   if (open) {
@@ -36,9 +36,6 @@ TableWindow::TableWindow(const hal::Section& kilobot, hal::LabTime frame_period,
     if (marks_t message; hal::decode(bytes, message)) marks_ = hal::from_message(message);
   }));
   subscriptions_.push_back(bus.subscribe(hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
-  subscriptions_.push_back(bus.subscribe(hal::channel::arena, [this](std::string_view, std::span<const std::byte> bytes) {
-    if (arena_info_t message; hal::decode(bytes, message)) own_lab_ = message.lab;
-  }));
 }
 
 // Robots of other labs as they would stand here.
@@ -48,7 +45,7 @@ void TableWindow::hear_shared(std::span<const std::byte> bytes) {
   const scenarios::Projection projection{view.shift_x_m, view.shift_y_m, view.turn_rad, view.scale};
   ghosts_.clear();
   for (const lab_view_t& lab : view.labs) {
-    if (lab.lab == own_lab_) continue;
+    if (lab.lab == lab_) continue;
     for (const shared_robot_t& robot : lab.robots) {
       const hal::Pose at = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6});
       ghosts_.push_back({.x_m = at.x_m, .y_m = at.y_m, .radius_m = hal::kilobot_radius_m / 2, .colour = static_cast<hal::Led>(robot.led & 7)});

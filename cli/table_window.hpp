@@ -21,7 +21,7 @@ class TableWindow {
   // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free one; said in the log), and
   // `video` (false; true: one video for each camera in the run folder). Virtual things to draw come over `bus`, which outlives the
   // window. Throws ConfigError when the port is taken.
-  TableWindow(const hal::Section& kilobot, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory);
+  TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory);
 
   // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
   void look(const tracker::Look& look);
@@ -36,6 +36,7 @@ class TableWindow {
   void store(std::size_t camera, const cv::Mat& drawn);
   static std::string stream(std::size_t camera) { return "camera" + std::to_string(camera); }
 
+  std::string lab_;
   hal::LabTime frame_period_;
   std::filesystem::path directory_;
   std::unique_ptr<hal::MjpegServer> server_;  // none: nobody may watch
@@ -43,7 +44,6 @@ class TableWindow {
   std::map<std::size_t, Video> videos_;
   std::vector<hal::Mark> marks_, ghosts_;     // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
-  std::string own_lab_;
 };
 
 }  // namespace arkmesh::cli

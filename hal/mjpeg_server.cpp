@@ -1,13 +1,10 @@
 // Plain sockets that never block. All pictures in flight are shared: a client holds a reference to one of them at most.
 #include "hal/mjpeg_server.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -20,6 +17,8 @@
 #include <string_view>
 #include <utility>
 
+#include "hal/listening_socket.hpp"
+
 namespace arkmesh::hal {
 namespace {
 
@@ -29,57 +28,6 @@ using Bytes = std::shared_ptr<const std::string>;
 constexpr std::size_t most_request_bytes = 4096;
 constexpr std::chrono::seconds request_within{5}, progress_within{10};
 constexpr std::string_view boundary = "arkmeshpicture";
-
-class Socket {
- public:
-  explicit Socket(int handle) : handle_(handle) {}
-  Socket(Socket&& other) noexcept : handle_(std::exchange(other.handle_, -1)) {}
-  Socket& operator=(Socket&&) = delete;
-  ~Socket() {
-    if (handle_ >= 0) ::close(handle_);
-  }
-  int get() const { return handle_; }
-
- private:
-  int handle_;
-};
-
-void no_waiting(int handle) {
-  ::fcntl(handle, F_SETFL, ::fcntl(handle, F_GETFL) | O_NONBLOCK);
-  ::fcntl(handle, F_SETFD, FD_CLOEXEC);
-}
-
-Socket listen_on(const std::string& address, std::uint16_t port) {
-  addrinfo hints{}, *found = nullptr;
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
-  const std::string numeric = address == "localhost" ? "127.0.0.1" : address;
-  if (::getaddrinfo(numeric.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    throw std::runtime_error(
-        fmt::format("'{}' is no address to show pictures on; give an IP address of this machine, such as 127.0.0.1", address));
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
-  Socket out(::socket(found->ai_family, SOCK_STREAM, 0));
-  const int yes = 1;
-  ::setsockopt(out.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (out.get() < 0 || ::bind(out.get(), found->ai_addr, found->ai_addrlen) != 0 || ::listen(out.get(), 16) != 0) {
-    const int why = errno;
-    if (why == EADDRINUSE)
-      throw std::runtime_error(fmt::format(
-          "TCP port {} of {} is in use by another program; stop it (ss -ltnp shows it) or give the pictures another port", port, address));
-    if (why == EACCES) throw std::runtime_error(fmt::format("TCP port {} is not allowed to ordinary users; take one above 1023", port));
-    throw std::runtime_error(fmt::format("cannot show pictures on {} port {}: {}", address, port, std::strerror(why)));
-  }
-  no_waiting(out.get());
-  return out;
-}
-
-std::uint16_t port_of(int handle) {
-  sockaddr_storage name{};
-  socklen_t size = sizeof name;
-  if (::getsockname(handle, reinterpret_cast<sockaddr*>(&name), &size) != 0) return 0;
-  return ntohs(name.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(name).sin6_port
-                                          : reinterpret_cast<const sockaddr_in&>(name).sin_port);
-}
 
 std::string response(std::string_view status, std::string_view type, std::string_view body) {
   return fmt::format("HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}",
@@ -91,7 +39,7 @@ std::string response(std::string_view status, std::string_view type, std::string
 struct MjpegServer::State {
   enum class Stage { asking, watching, leaving };  // leaving: as soon as everything is sent
   struct Client {
-    Socket socket;
+    Handle socket;
     Stage stage = Stage::asking;
     std::string request, stream;
     Bytes out;  // in flight
@@ -99,11 +47,11 @@ struct MjpegServer::State {
     Monotonic::time_point since;  // of the stage, or of the last byte that it took
   };
 
-  State(const std::string& address, std::uint16_t wanted) : listener(listen_on(address, wanted)), port(port_of(listener.get())) {}
+  State(const std::string& address, std::uint16_t wanted) : listener(listen_on(address, wanted, "pictures")), port(port_of(listener.get())) {}
 
   void accept() {
     for (std::size_t k = 0; k < most_clients; ++k) {
-      Socket socket(::accept(listener.get(), nullptr, nullptr));
+      Handle socket(::accept(listener.get(), nullptr, nullptr));
       if (socket.get() < 0) return;
       if (clients.size() >= most_clients) {
         counters.add("mjpeg.refused.too_many");
@@ -210,7 +158,7 @@ struct MjpegServer::State {
     Bytes jpeg, part;
   };
 
-  Socket listener;
+  Handle listener;
   std::uint16_t port;
   std::list<Client> clients;
   std::map<std::string, Stream> streams;

@@ -10,21 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "hal/listening_socket.hpp"
+
 namespace arkmesh::sim_ode::room {
 
-// A file descriptor that closes itself.
-class Handle {
- public:
-  explicit Handle(int fd = -1) : fd_(fd) {}
-  Handle(Handle&& other) noexcept;
-  Handle& operator=(Handle&& other) noexcept;
-  ~Handle();
-  int get() const { return fd_; }
-  explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  int fd_;
-};
+using hal::Handle;
 
 // Raw, so that every byte passes. Whoever has it open learns that it is gone when this is destroyed.
 class PseudoTerminal {

@@ -2,11 +2,14 @@
 // Frames are composed of robots cut from real pictures. Reading JPEG is timed apart.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "tests/support/picture_changes.hpp"
 #include "tracker/detector.hpp"
+#include "tracker/table_tracker.hpp"
 
 namespace {
 
@@ -97,6 +100,29 @@ void ten_frames(benchmark::State& state) {
   }
 }
 
+// From the decoded frame to poses in the arena, lens distortion and parallax taken off, a whole search each tenth frame.
+void whole_way(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const tests::Scene& scene = frame(static_cast<int>(state.range(0)));
+  constexpr double focal_px = 2000;
+  tracker::CameraData data;
+  data.lens = {.width_px = scene.bgr.cols, .height_px = scene.bgr.rows, .distortion = {-0.02, 0, 0, 0}};
+  const double matrix[] = {focal_px, 0, scene.bgr.cols / 2.0, 0, focal_px, scene.bgr.rows / 2.0, 0, 0, 1}, down[] = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  std::copy(std::begin(matrix), std::end(matrix), std::begin(data.lens.matrix));
+  std::copy(std::begin(down), std::end(down), std::begin(data.rotation));
+  // as high as robots of that size ask for
+  const tracker::TableSettings settings;
+  data.translation_m[2] = focal_px * settings.body.diameter_m / (2 * scene.robots[0].r_px) + settings.body.board_m;
+  data.arena_width_m = data.arena_height_m = 3;
+  tracker::TableTracker table({tracker::Calibration(data)}, settings);
+  hal::LabTime now{0};
+  const auto look = [&] { return table.look(now += hal::LabTime{66'667}, std::span(&scene.bgr, 1)).size(); };
+  for (int i = 0; i < 10; ++i) look();
+  std::size_t tracks = 0;
+  for (auto _ : state) tracks = look();
+  state.counters["tracks"] = static_cast<double>(tracks);
+}
+
 void read_jpeg(benchmark::State& state) {
   cv::setNumThreads(1);
   std::vector<std::uint8_t> bytes;
@@ -110,6 +136,7 @@ BENCHMARK(search)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 BENCHMARK(follow)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 // a multiple of ten, so that searches have their share
 BENCHMARK(ten_frames)->Arg(100)->Arg(250)->Iterations(200)->Unit(benchmark::kMillisecond);
+BENCHMARK(whole_way)->Arg(100)->Arg(250)->Iterations(200)->Unit(benchmark::kMillisecond);
 BENCHMARK(read_jpeg)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 
 }  // namespace
