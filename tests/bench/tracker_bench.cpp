@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/support/picture_changes.hpp"
+#include "tests/support/collage.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/table_tracker.hpp"
 
