@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <cmath>
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -17,6 +17,15 @@ namespace arkmesh::cli {
 namespace {
 
 constexpr int jpeg_quality = 80;
+constexpr hal::LabTime outage_after{1'500'000}, outage_every{1'000'000};
+
+// What people want to know at a glance.
+std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now) {
+  const auto count = [&](auto is) { return std::count_if(tracks.begin(), tracks.end(), is); };
+  const auto seen = count([](const tracker::Track& track) { return track.age.count() == 0; });
+  const auto named = count([](const tracker::Track& track) { return track.robot && !track.doubtful; });
+  return fmt::format("{:.1f} s: {} robots in sight, {} known by name", static_cast<double>(now.count()) * 1e-6, seen, named);
+}
 
 }  // namespace
 
@@ -30,6 +39,7 @@ TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, ha
     } catch (const std::runtime_error& wrong) {
       kilobot.refuse("window_port", wrong.what());
     }
+    for (std::size_t k = 0; k < kilobot.sections("cameras").size(); ++k) server_->announce(stream(k));
     spdlog::info("the table is to be seen at http://127.0.0.1:{}/", server_->port());
   }
   subscriptions_.push_back(bus.subscribe(hal::channel::marks, [this](std::string_view, std::span<const std::byte> bytes) {
@@ -57,19 +67,46 @@ void TableWindow::look(const tracker::Look& look) {
   if (server_) server_->serve();
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];
-    const bool watched = server_ && server_->watchers(stream(k)) > 0;
-    if (picture.empty() || !(watched || keep_video_)) continue;
-    cv::Mat drawn = picture.clone();
-    if (const tracker::Calibration* camera = look.tracker.calibration(k)) {
-      tracker::draw_marks(drawn, *camera, marks_);
-      tracker::draw_marks(drawn, *camera, ghosts_);
-      tracker::draw_tracks(drawn, *camera, look.tracker.tracks());
+    if (picture.empty()) {
+      show_outage(k, look.now);
+      continue;
     }
+    last_[k] = {.picture = picture, .at = look.now, .said = look.now};
+    if (!watched(k) && !keep_video_) continue;
+    cv::Mat drawn = draw(picture, k, look.tracker);
     if (keep_video_) store(k, drawn);
-    std::vector<unsigned char> jpeg;
-    if (watched && cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) server_->show(stream(k), std::as_bytes(std::span(jpeg)));
+    if (!watched(k)) continue;
+    tracker::draw_caption(drawn, caption(look.tracker.tracks(), look.now));
+    show(k, drawn);
   }
   if (server_) server_->serve();
+}
+
+cv::Mat TableWindow::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
+  cv::Mat drawn = picture.clone();
+  if (const tracker::Calibration* seen_by = tracker.calibration(camera)) {
+    tracker::draw_border(drawn, *seen_by);
+    tracker::draw_marks(drawn, *seen_by, marks_);
+    tracker::draw_marks(drawn, *seen_by, ghosts_);
+    tracker::draw_tracks(drawn, *seen_by, tracker.tracks());
+  }
+  return drawn;
+}
+
+// Nobody takes a picture that stands still for the table.
+void TableWindow::show_outage(std::size_t camera, hal::LabTime now) {
+  const auto last = last_.find(camera);
+  if (last == last_.end() || now - last->second.at < outage_after || now - last->second.said < outage_every || !watched(camera)) return;
+  last->second.said = now;
+  cv::Mat drawn;
+  last->second.picture.convertTo(drawn, -1, 0.4);
+  tracker::draw_caption(drawn, fmt::format("no new picture for {:.0f} s", static_cast<double>((now - last->second.at).count()) * 1e-6));
+  show(camera, drawn);
+}
+
+void TableWindow::show(std::size_t camera, const cv::Mat& drawn) {
+  std::vector<unsigned char> jpeg;
+  if (cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) server_->show(stream(camera), std::as_bytes(std::span(jpeg)));
 }
 
 void TableWindow::store(std::size_t camera, const cv::Mat& drawn) {

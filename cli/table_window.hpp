@@ -33,6 +33,10 @@ class TableWindow {
   };
 
   void hear_shared(std::span<const std::byte> bytes);
+  bool watched(std::size_t camera) const { return server_ && server_->watchers(stream(camera)) > 0; }
+  cv::Mat draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const;
+  void show(std::size_t camera, const cv::Mat& drawn);
+  void show_outage(std::size_t camera, hal::LabTime now);
   void store(std::size_t camera, const cv::Mat& drawn);
   static std::string stream(std::size_t camera) { return "camera" + std::to_string(camera); }
 
@@ -42,6 +46,11 @@ class TableWindow {
   std::unique_ptr<hal::MjpegServer> server_;  // none: nobody may watch
   bool keep_video_;
   std::map<std::size_t, Video> videos_;
+  struct Last {
+    cv::Mat picture;
+    hal::LabTime at{0}, said{0};             // when it came; when it was last shown as one that is all there is
+  };
+  std::map<std::size_t, Last> last_;          // of each camera
   std::vector<hal::Mark> marks_, ghosts_;     // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };

@@ -53,6 +53,7 @@ class Outputs {
     if (!options.publish.empty()) bus_.emplace(options.publish);
     if (options.serve_port >= 0) {
       server_.emplace("127.0.0.1", static_cast<std::uint16_t>(options.serve_port));
+      server_->announce("table");
       fmt::print(stderr, "http://127.0.0.1:{}/table shows the robots\n", server_->port());
     }
   }

@@ -10,7 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
+#include <initializer_list>
 #include <list>
 #include <map>
 #include <stdexcept>
@@ -27,6 +27,7 @@ using Bytes = std::shared_ptr<const std::string>;
 
 constexpr std::size_t most_request_bytes = 4096;
 constexpr std::chrono::seconds request_within{5}, progress_within{10};
+constexpr std::chrono::seconds fresh_for{1}, picture_within{5};  // an older picture is shown only when no newer one comes
 constexpr std::string_view boundary = "arkmeshpicture";
 
 std::string response(std::string_view status, std::string_view type, std::string_view body) {
@@ -37,7 +38,8 @@ std::string response(std::string_view status, std::string_view type, std::string
 }  // namespace
 
 struct MjpegServer::State {
-  enum class Stage { asking, watching, leaving };  // leaving: as soon as everything is sent
+  // glancing: wants one picture, the next; leaving: as soon as everything is sent
+  enum class Stage { asking, watching, glancing, leaving };
   struct Client {
     Handle socket;
     Stage stage = Stage::asking;
@@ -109,25 +111,42 @@ struct MjpegServer::State {
       counters.add("mjpeg.refused.no_such_stream");
       return leave_with(client, response("404 Not Found", "text/plain", "no such stream; / lists them\n"));
     }
-    if (single) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
-    client.stage = Stage::watching;
-    client.stream = name;
     client.since = Monotonic::now();
+    const bool fresh = stream->second.jpeg && client.since - stream->second.shown < fresh_for;
+    if (single && fresh) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
+    client.stage = single ? Stage::glancing : Stage::watching;
+    client.stream = name;
+    if (single) return;
     client.out = std::make_shared<const std::string>(fmt::format(
         "HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
         "--{0}\r\n{1}",
-        boundary, *stream->second.part));
+        boundary, fresh ? *stream->second.part : ""));
     client.sent = 0;
   }
 
+  // Who waited for one picture and sees none come gets the last there was.
+  void give_up_waiting(Client& client, Monotonic::time_point now) {
+    if (client.stage != Stage::glancing || now - client.since <= picture_within) return;
+    const auto stream = streams.find(client.stream);
+    if (stream != streams.end() && stream->second.jpeg) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
+    counters.add("mjpeg.refused.no_picture");
+    leave_with(client, response("503 Service Unavailable", "text/plain", "no picture has come yet\n"));
+  }
+
+  // All streams one below the other. A picture whose stream ended is asked for again until it is back; a page without any, as well.
   std::string page() const {
-    std::string out = "<!DOCTYPE html><title>arkmesh</title>\n";
+    std::string out =
+        "<!DOCTYPE html><title>arkmesh</title>\n<style>body { background: #222; color: #ccc; font-family: sans-serif }\n"
+        "img { max-width: 100% } a { color: inherit }</style>\n";
     for (const auto& [name, stream] : streams) {
       std::string text;
       for (char c : name) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-      out += fmt::format("<p><a href=\"/{0}\">{0}</a><br><img src=\"/{0}\" style=\"max-width:100%\"></p>\n", text);
+      out += fmt::format("<p><a href=\"/{0}\">{0}</a><br><img src=\"/{0}\" alt=\"no picture\"></p>\n", text);
     }
-    return streams.empty() ? out + "<p>No pictures yet.</p>\n" : out;
+    if (streams.empty()) return out + "<meta http-equiv=\"refresh\" content=\"2\"><p>No pictures yet.</p>\n";
+    return out +
+           "<script>\nfor (const picture of document.images) {\n  const path = picture.getAttribute('src');\n"
+           "  picture.onerror = () => setTimeout(() => { picture.src = path + '?' + Date.now(); }, 1000);\n}\n</script>\n";
   }
 
   // False: the client has gone, or is done.
@@ -153,10 +172,17 @@ struct MjpegServer::State {
     return true;
   }
 
-  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next.
+  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next. Neither: none has been shown.
   struct Stream {
     Bytes jpeg, part;
+    Monotonic::time_point shown;
   };
+
+  std::size_t waiting_for(const std::string& stream, std::initializer_list<Stage> stages) const {
+    return static_cast<std::size_t>(std::ranges::count_if(clients, [&](const Client& client) {
+      return client.stream == stream && std::ranges::find(stages, client.stage) != stages.end();
+    }));
+  }
 
   Handle listener;
   std::uint16_t port;
@@ -175,14 +201,21 @@ const Counters& MjpegServer::counters() const {
   return state_->counters;
 }
 
+void MjpegServer::announce(const std::string& stream) {
+  state_->streams[stream];
+}
+
 void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpeg) {
   const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
   State::Stream& entry = state_->streams[stream];
   entry.jpeg = std::make_shared<const std::string>(bytes);
   entry.part = std::make_shared<const std::string>(
       fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(), bytes, boundary));
+  entry.shown = Monotonic::now();
   for (State::Client& client : state_->clients) {
-    if (client.stage != State::Stage::watching || client.stream != stream) continue;
+    if (client.stream != stream) continue;
+    if (client.stage == State::Stage::glancing) state_->leave_with(client, response("200 OK", "image/jpeg", *entry.jpeg));
+    if (client.stage != State::Stage::watching) continue;
     if (client.out) {
       state_->counters.add("mjpeg.skipped");
       continue;
@@ -196,20 +229,23 @@ void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpe
 
 void MjpegServer::close(const std::string& stream) {
   if (state_->streams.erase(stream) == 0) return;
-  std::erase_if(state_->clients,
-                [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; });
+  std::erase_if(state_->clients, [&](const State::Client& client) {
+    return client.stream == stream && (client.stage == State::Stage::watching || client.stage == State::Stage::glancing);
+  });
 }
 
 std::size_t MjpegServer::watchers(const std::string& stream) const {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      state_->clients, [&](const State::Client& client) { return client.stage == State::Stage::watching && client.stream == stream; }));
+  return state_->waiting_for(stream, {State::Stage::watching, State::Stage::glancing});
 }
 
 // Those who have left make room for those who come.
 void MjpegServer::serve() {
   const Monotonic::time_point now = Monotonic::now();
-  std::erase_if(state_->clients,
-                [&](State::Client& client) { return !state_->read(client) || !state_->write(client) || state_->too_slow(client, now); });
+  std::erase_if(state_->clients, [&](State::Client& client) {
+    if (!state_->read(client)) return true;
+    state_->give_up_waiting(client, now);
+    return !state_->write(client) || state_->too_slow(client, now);
+  });
   state_->accept();
 }
 

@@ -90,4 +90,23 @@ void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal
   }
 }
 
+void draw_border(cv::Mat& picture, const Calibration& camera) {
+  const double east = camera.data().arena_width_m / 2, north = camera.data().arena_height_m / 2;
+  const Point corners[] = {{-east, north}, {east, north}, {east, -north}, {-east, -north}};
+  constexpr int steps = 32;  // of each side: lenses bend them
+  std::optional<cv::Point> before;
+  for (int i = 0; i <= 4 * steps; ++i) {
+    const Point from = corners[i / steps % 4], to = corners[(i / steps + 1) % 4];
+    const double along = i % steps / static_cast<double>(steps);
+    const auto at = fine(camera.to_pixel({from.x + (to.x - from.x) * along, from.y + (to.y - from.y) * along}, 0));
+    if (at && before) cv::line(picture, *before, *at, cv::Scalar(200, 200, 0), 1, cv::LINE_AA, shift);
+    before = at;
+  }
+}
+
+void draw_caption(cv::Mat& picture, const std::string& text) {
+  const double size_px = std::clamp(picture.rows / 24.0, 14.0, 32.0);
+  write(picture, text, {size_px / 2, 1.2 * size_px}, size_px, cv::Scalar::all(255));
+}
+
 }  // namespace arkmesh::tracker

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "hal/types.hpp"
 #include "tracker/calibration.hpp"
@@ -19,5 +20,9 @@ namespace arkmesh::tracker {
 // doubtful, or #number of a track that nobody has named.
 void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body = {});
 void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks);
+// The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is another's.
+void draw_border(cv::Mat& picture, const Calibration& camera);
+// One line of text in the upper left corner.
+void draw_caption(cv::Mat& picture, const std::string& text);
 
 }  // namespace arkmesh::tracker

@@ -48,6 +48,7 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     for (Eye& eye : eyes_) pictures.push_back(newest(eye));
     if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
       own_counters_.add("frame.no_picture");
+      if (onlooker_) onlooker_({now, pictures, tracker_});
       return;
     }
     const std::vector<Track>& tracks = tracker_.look(now, pictures);

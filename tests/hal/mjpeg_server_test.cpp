@@ -135,6 +135,39 @@ TEST_CASE("a stream has its parts with their lengths, a single picture and a pag
   CHECK(serve_until(server, [&] { return !watcher.read(); }));
 }
 
+TEST_CASE("clients come to a stream of which nothing was shown yet, and have its first picture") {
+  // As in a program that encodes pictures only while somebody watches: one client streams, one wants a single picture.
+  MjpegServer server("127.0.0.1", 0);
+  server.announce("table");
+  RawClient watcher(server.port()), glancer(server.port());
+  bool watcher_sent = false, glancer_sent = false;
+  REQUIRE(serve_until(server, [&] {
+    if (!watcher_sent) watcher_sent = watcher.send("GET /table HTTP/1.1\r\n\r\n");
+    if (!glancer_sent) glancer_sent = glancer.send("GET /table.jpg HTTP/1.1\r\n\r\n");
+    return server.watchers("table") == 2;
+  }));
+  const auto picture = jpeg(100);
+  const std::string bytes(picture.begin(), picture.end());
+  show(server, "table", picture);
+  CHECK(serve_until(server, [&] { return !glancer.read(); }));
+  CHECK(glancer.got.starts_with("HTTP/1.1 200 OK\r\n"));
+  CHECK(glancer.got.ends_with("\r\n\r\n" + bytes));
+  CHECK(serve_until(server, [&] {
+    watcher.read();
+    return watcher.got.find(bytes) != std::string::npos;
+  }));
+  CHECK(server.watchers("table") == 1);
+  CHECK(answer_to(server, "GET / HTTP/1.0\r\n\r\n").find("src=\"/table\"") != std::string::npos);
+}
+
+TEST_CASE("who wants one picture of a stream without any is told so") {
+  // After a few seconds, and not never.
+  MjpegServer server("127.0.0.1", 0);
+  server.announce("table");
+  CHECK(answer_to(server, "GET /table.jpg HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 503"));
+  CHECK(server.counters()["mjpeg.refused.no_picture"] == 1);
+}
+
 TEST_CASE("nonsense is answered and counted") {
   // No such stream, no such verb, a request without end, bytes of all kinds.
   MjpegServer server("127.0.0.1", 0);
