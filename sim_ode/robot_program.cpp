@@ -166,7 +166,7 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
   };
   const auto link = [&](const fs::path& part) {
     compile({"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib / "robot.ld").string(), part.string(),
-             (kilolib / "robot.c").string(), "-lm", "-o", object.string()});
+             (kilolib / "robot.c").string(), (kilolib / "avr_libc.c").string(), "-lm", "-o", object.string()});
   };
   // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting takes time.
   const auto build_counted = [&] {
