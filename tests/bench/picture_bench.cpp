@@ -1,4 +1,5 @@
-// How well robots are found on pictures that were changed in many ways: a row each. A new detector for each picture, no size given.
+// How well robots are found on pictures that were changed in many ways: a row each. A new detector for each picture, no
+// size given.
 //   detect_in_pictures [part of "group: name"] [--dump FOLDER, pictures with what is wrong drawn on them]
 #include <fmt/format.h>
 
@@ -15,29 +16,34 @@ namespace {
 using namespace arkmesh;
 
 // Missed robots red, what is no robot magenta, wrong colours yellow.
-void dump(const std::string& file, const tests::Scene& scene, const std::vector<tracker::Detection>& found, const tests::Score& score) {
+void dump(const std::string& file, const tests::Scene& scene, const std::vector<tracker::Detection>& found,
+          const tests::Score& score) {
   const double scale = std::max(1.0, 900.0 / scene.bgr.cols);
   cv::Mat picture;
   cv::resize(scene.bgr, picture, {}, scale, scale, cv::INTER_NEAREST);
   const auto circle = [&](double x, double y, double r, const cv::Scalar& colour) {
-    cv::circle(picture, cv::Point2d((x + 0.5) * scale, (y + 0.5) * scale), static_cast<int>(r * scale), colour, 2, cv::LINE_AA);
+    cv::circle(picture, cv::Point2d((x + 0.5) * scale, (y + 0.5) * scale), static_cast<int>(r * scale), colour, 2,
+               cv::LINE_AA);
   };
   std::vector<char> seen(scene.robots.size(), 0);
   for (std::size_t i = 0; i < found.size(); ++i) {
     const int robot = score.robot_of[i];
     if (robot < 0) {
       circle(found[i].x_px, found[i].y_px, found[i].r_px, {255, 0, 255});
-      cv::putText(picture, fmt::format("{:.2f}", found[i].confidence), cv::Point2d(found[i].x_px * scale, found[i].y_px * scale),
-                  cv::FONT_HERSHEY_SIMPLEX, 0.5, {255, 0, 255});
+      cv::putText(picture, fmt::format("{:.2f}", found[i].confidence),
+                  cv::Point2d(found[i].x_px * scale, found[i].y_px * scale), cv::FONT_HERSHEY_SIMPLEX, 0.5,
+                  {255, 0, 255});
       continue;
     }
     seen[static_cast<std::size_t>(robot)] = 1;
     const tests::TrueRobot& truth = scene.robots[static_cast<std::size_t>(robot)];
-    if (found[i].led == truth.led) circle(found[i].x_px, found[i].y_px, found[i].r_px, {0, 200, 0});
+    if (found[i].led == truth.led)
+      circle(found[i].x_px, found[i].y_px, found[i].r_px, {0, 200, 0});
     else {
       circle(found[i].x_px, found[i].y_px, found[i].r_px, {0, 255, 255});
       cv::putText(picture, fmt::format("{}>{}", static_cast<int>(truth.led), static_cast<int>(found[i].led)),
-                  cv::Point2d(found[i].x_px * scale, found[i].y_px * scale), cv::FONT_HERSHEY_SIMPLEX, 0.5, {0, 255, 255});
+                  cv::Point2d(found[i].x_px * scale, found[i].y_px * scale), cv::FONT_HERSHEY_SIMPLEX, 0.5,
+                  {0, 255, 255});
     }
   }
   for (std::size_t i = 0; i < seen.size(); ++i)
@@ -50,12 +56,14 @@ void dump(const std::string& file, const tests::Scene& scene, const std::vector<
 int main(int count, char** words) {
   std::string wanted, folder;
   for (int i = 1; i < count; ++i) {
-    if (std::string(words[i]) == "--dump" && i + 1 < count) folder = words[++i];
-    else wanted = words[i];
+    if (std::string(words[i]) == "--dump" && i + 1 < count)
+      folder = words[++i];
+    else
+      wanted = words[i];
   }
   const std::vector<tests::Scene> real = tests::real_scenes();
-  fmt::print("{:44} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>8}\n", "change", "robots", "false", "prec", "recall", "centre", "colour",
-             "lit", "heading");
+  fmt::print("{:44} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>8}\n", "change", "robots", "false", "prec", "recall",
+             "centre", "colour", "lit", "heading");
   for (const tests::PictureSeries& row : tests::picture_series(real)) {
     const std::string name = row.group + ": " + row.name;
     if (name.find(wanted) == std::string::npos) continue;
@@ -72,8 +80,8 @@ int main(int count, char** words) {
       }
     }
     const tests::Score sum = tests::total(all);
-    fmt::print("{:44} {:>6} {:>6} {:>6.3f} {:>6.3f} {:>7.2f} {:>6.3f} {:>6.3f} {:>8.2f}\n", name, sum.robots, sum.detections - sum.matched,
-               sum.precision(), sum.recall(), sum.centre_error_px, sum.colours(),
+    fmt::print("{:44} {:>6} {:>6} {:>6.3f} {:>6.3f} {:>7.2f} {:>6.3f} {:>6.3f} {:>8.2f}\n", name, sum.robots,
+               sum.detections - sum.matched, sum.precision(), sum.recall(), sum.centre_error_px, sum.colours(),
                sum.leds_lit ? static_cast<double>(sum.leds_found) / sum.leds_lit : 1.0, sum.heading_error_deg);
     std::fflush(stdout);
   }

@@ -1,4 +1,4 @@
-// What may happen to a picture of robots on its way to the detector: other light, other cameras, other tables.
+// What may happen to a picture of robots on its way to the detector: a list of changes, each with a name.
 #pragma once
 
 #include <functional>
@@ -17,17 +17,5 @@ struct PictureChange {
 
 // Turned, mirrored, brighter, darker, uneven light, noise, blur, compression, other hue, negative, seen at an angle.
 std::vector<PictureChange> picture_changes();
-
-// Robots cut from the real pictures and put on another table.
-struct Collage {
-  int width_px = 1024, height_px = 768, robots = 40;
-  double diameter_px = 32;
-  std::string table = "light";  // light, dark, black, wood, felt, checks, speckle
-  bool touching = false;        // many in clusters
-  bool distractors = false;     // coins, cables, paper, glints, a larger round board
-  double noise = 2;             // standard deviation, grey levels
-  unsigned seed = 1;
-};
-Scene collage(const std::vector<Scene>& cut_from, const Collage& options);
 
 }  // namespace arkmesh::tests

@@ -19,6 +19,7 @@ struct Scene {
   std::string name;
   cv::Mat bgr;
   std::vector<TrueRobot> robots;
+  std::vector<TrueRobot> also = {};  // cut by the picture's border: not asked for, and not wrong
 };
 
 hal::Led led_named(const std::string& name);
@@ -45,6 +46,8 @@ struct Score {
   double colours() const { return matched ? static_cast<double>(colours_right) / matched : 1.0; }
 };
 Score score(const std::vector<tracker::Detection>& found, const std::vector<TrueRobot>& robots);
+// Without detections of what is not asked for.
+Score score(std::vector<tracker::Detection> found, const Scene& scene);
 // Sums of several scores; means weighted by the robots.
 Score total(const std::vector<Score>& scores);
 // "precision 1.000 recall 1.000 centre 0.51 px colour 100 % heading 2.1 deg"

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/support/picture_changes.hpp"
+#include "tests/support/robot_pictures.hpp"
 #include "tracker/detector.hpp"
 
 namespace arkmesh::tests {

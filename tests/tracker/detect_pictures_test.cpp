@@ -8,6 +8,7 @@
 #include <opencv2/videoio.hpp>
 #include <sstream>
 
+#include "tests/support/collage.hpp"
 #include "tests/support/picture_changes.hpp"
 #include "tracker/detector.hpp"
 
@@ -15,7 +16,7 @@ namespace arkmesh::tests {
 namespace {
 
 // One setting for all, no radius given: a new detector for each picture.
-Score score_of(const Scene& scene) { return score(tracker::Detector().search(scene.bgr), scene.robots); }
+Score score_of(const Scene& scene) { return score(tracker::Detector().search(scene.bgr), scene); }
 
 Score score_of(const std::vector<Scene>& scenes, const std::function<Scene(const Scene&)>& change) {
   std::vector<Score> all;
