@@ -10,6 +10,8 @@
 
 #include "cli/chore_table.hpp"
 #include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/status_line.hpp"
 #include "tracker/identity/id_assigner.hpp"
 
 namespace arkmesh::cli {

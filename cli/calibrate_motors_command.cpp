@@ -13,6 +13,8 @@
 
 #include "cli/chore_table.hpp"
 #include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/status_line.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tracker/identity/identity_keeper.hpp"
 #include "tracker/identity/motor_calibrator.hpp"

@@ -1,11 +1,9 @@
 #include "cli/chore_table.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <numeric>
 #include <set>
@@ -44,7 +42,6 @@ class ChoreNames final : public tracker::NameKeeper {
 namespace {
 
 constexpr hal::LabTime slice{20'000}, copies_apart{60'000};
-volatile std::sig_atomic_t interrupted = 0;
 
 hal::Config read_config(const ChoreOptions& options) {
   hal::Config config = hal::Config::from_file(options.file, options.sets);
@@ -117,29 +114,6 @@ void ChoreTable::withhold(std::span<const hal::RobotId> doubtful) {
 
 void ChoreTable::name(tracker::TrackNumber track, hal::RobotId robot) {
   if (names_) names_->namings.push_back({track, robot, 1});
-}
-
-StatusLine::StatusLine(std::string what) : what_(std::move(what)), terminal_(isatty(2) == 1) {}
-
-void StatusLine::show(const std::string& text) {
-  const auto now = std::chrono::steady_clock::now();
-  if (now < due_) return;
-  due_ = now + std::chrono::milliseconds(terminal_ ? 100 : 1000);
-  fmt::print(stderr, "{}{}: {}{}", terminal_ ? "\r" : "", what_, text, terminal_ ? "\033[K" : "\n");
-  open_ = terminal_;
-}
-
-void StatusLine::done() {
-  if (std::exchange(open_, false)) fmt::print(stderr, "\r\033[K");
-}
-
-bool operator_stops() {
-  static const bool listens = [] {
-    std::signal(SIGINT, [](int) { interrupted = 1; });
-    std::signal(SIGTERM, [](int) { interrupted = 1; });
-    return true;
-  }();
-  return listens && interrupted;
 }
 
 std::vector<hal::RobotId> parse_ids(const std::string& text, hal::RobotId largest, const std::string& option) {

@@ -59,25 +59,6 @@ class ChoreTable {
   std::vector<tracker::Track> tracks_;
 };
 
-// How far it is, on stderr: in place on a terminal, a line each second elsewhere.
-class StatusLine {
- public:
-  explicit StatusLine(std::string what);
-  ~StatusLine() { done(); }
-  StatusLine(const StatusLine&) = delete;
-  StatusLine& operator=(const StatusLine&) = delete;
-  void show(const std::string& text);
-  void done();
-
- private:
-  std::string what_;
-  bool terminal_, open_ = false;
-  std::chrono::steady_clock::time_point due_{};
-};
-
-// True once the operator has pressed Ctrl-C; begins to listen for it at the first call.
-bool operator_stops();
-
 // "0-99,200" to ids in that order. Throws CLI::ValidationError for `option`: no such list, an id above `largest`, one twice.
 std::vector<hal::RobotId> parse_ids(const std::string& text, hal::RobotId largest, const std::string& option);
 

@@ -1,9 +1,9 @@
 // `arkmesh lab`: one lab as a process of its own, on its LCM bus; its gateway is another process.
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/lab_session.hpp"
 #include "cli/neighbour_watch.hpp"
+#include "cli/operator_stop.hpp"
 #include "cli/progress.hpp"
 #include "cli/result_file.hpp"
 #include "hal/messages.hpp"
@@ -21,7 +22,6 @@
 namespace arkmesh::cli {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
 
 struct LabOptions {
   std::string file, out;
@@ -53,12 +53,7 @@ class TrafficWatch {
 
 int run(const LabOptions& options) {
   using WallClock = std::chrono::steady_clock;
-  // The second time ends a lab that is still waiting for its table.
-  for (const int each : {SIGINT, SIGTERM})
-    std::signal(each, [](int number) {
-      interrupted = 1;
-      std::signal(number, SIG_DFL);
-    });
+  std::ignore = operator_stops();  // from now on
   const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   hal::Config config = hal::Config::from_file(options.file, options.sets);
 
@@ -79,7 +74,7 @@ int run(const LabOptions& options) {
   auto before = WallClock::now();
   bool moves = false;
   for (;;) {
-    if (interrupted) lab.stop("stopped by the operator");
+    if (operator_stops()) lab.stop("stopped by the operator");
     const auto step = lab.step(std::chrono::duration_cast<std::chrono::microseconds>(before.time_since_epoch()));
     if (step == scenarios::LabRun::Step::ended) break;
     const bool waits = step == scenarios::LabRun::Step::waiting;

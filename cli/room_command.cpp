@@ -3,14 +3,15 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <csignal>
 #include <memory>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
 #include "hal/config.hpp"
 #include "sim_ode/room/room.hpp"
 #include "sim_ode/room/room_record.hpp"
@@ -18,8 +19,6 @@
 
 namespace arkmesh::cli {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
 
 struct RoomOptions {
   std::string file, truth, video, calibration;
@@ -39,7 +38,7 @@ void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, d
   const hal::LabTime period = room.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
   cv::Mat picture;
   int shown = 0;
-  for (std::int64_t frame = 0; frame * period <= end && !interrupted; ++frame) {
+  for (std::int64_t frame = 0; frame * period <= end && !operator_stops(); ++frame) {
     room.advance_to(frame * period);
     record.add_truth(room);
     if (record.wants_pictures())
@@ -60,7 +59,7 @@ void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, doub
   std::fflush(stdout);
   std::string terminal = server.terminal();
   const hal::LabTime end{static_cast<std::int64_t>(seconds * 1e6)};
-  while (!interrupted && (seconds == 0 || room.now() < end)) {
+  while (!operator_stops() && (seconds == 0 || room.now() < end)) {
     std::this_thread::sleep_until(server.step());
     if (const std::string now = server.terminal(); now != terminal) {
       terminal = now;
@@ -73,8 +72,7 @@ void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, doub
 }
 
 void run(const RoomOptions& options) {
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  std::ignore = operator_stops();  // from now on
   const hal::Config config = hal::Config::from_file(options.file, options.sets);
   sim_ode::room::Room room(config.root());
   config.refuse_unknown();

@@ -3,12 +3,12 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -17,13 +17,13 @@
 
 #include "cli/commands.hpp"
 #include "cli/joint_run.hpp"
+#include "cli/operator_stop.hpp"
 #include "cli/progress.hpp"
 #include "cli/result_file.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
 
 struct RunOptions {
   std::vector<std::string> files, sets;
@@ -75,7 +75,7 @@ int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem
   const double period_s = static_cast<double>(run.lab(0).config().period.count()) * 1e-6;
   const auto begun = std::chrono::steady_clock::now();
   while (run.step()) {
-    if (interrupted)
+    if (operator_stops())
       for (std::size_t i = 0; i < run.size(); ++i) run.lab(i).run().stop("stopped by the operator");
     if (show && run.steps() % 64 == 0)
       progress.show(run.lab(0).run().period(), run.lab(0).run().last_period(), period_s);
@@ -117,7 +117,7 @@ int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last, 
     fmt::print(stderr, "seed {} {}  ({}/{})\n", running[pid], good ? "done" : "failed", ++done, last - first + 1);
     running.erase(pid);
   };
-  for (std::int64_t seed = first; seed <= last && !interrupted; ++seed) {
+  for (std::int64_t seed = first; seed <= last && !operator_stops(); ++seed) {
     while (static_cast<int>(running.size()) >= options.jobs) reap();
     const pid_t pid = ::fork();
     if (pid == 0) {
@@ -156,7 +156,7 @@ int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last, 
     table << '\n';
   }
   fmt::print("{} runs, {} failed; table in {}\n", last - first + 1, failed, (directory / "seeds.csv").string());
-  return failed == 0 && !interrupted ? 0 : 1;
+  return failed == 0 && !operator_stops() ? 0 : 1;
 }
 
 std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
@@ -168,12 +168,7 @@ std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
 }
 
 int run(const RunOptions& options) {
-  // The second time ends a lab that is still waiting for its table.
-  for (const int each : {SIGINT, SIGTERM})
-    std::signal(each, [](int number) {
-      interrupted = 1;
-      std::signal(number, SIG_DFL);
-    });
+  std::ignore = operator_stops();  // from now on
   const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   if (options.seeds.empty()) {
     std::filesystem::create_directories(directory);
