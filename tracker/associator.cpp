@@ -127,6 +127,7 @@ void Associator::meet(Life& life, const Seen& seen, hal::LabTime now) {
   Track& track = life.track;
   track.led_seen = seen.led_confidence >= certain_led;
   if (track.led_seen) track.led = seen.led;
+  track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
   if (seen.led_heading_rad) life.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
   life.last_seen = now;
@@ -136,6 +137,7 @@ void Associator::meet(Life& life, const Seen& seen, hal::LabTime now) {
 
 void Associator::miss(Life& life, hal::LabTime now) {
   life.track.led_seen = false;
+  life.track.primary_confidence = 0;
   life.track.confidence *= static_cast<float>(std::exp(-2 * seconds(now - now_)));
   if (!life.shown || now - life.last_seen <= settings_.show_for) return;
   life.shown = false;
@@ -167,6 +169,7 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
     life.established = seen[i].confidence >= clear_confidence;
     life.track.led_seen = seen[i].led_confidence >= certain_led;
     if (life.track.led_seen) life.track.led = seen[i].led;
+    life.track.primary = seen[i].primary, life.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
       life.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad), seen[i].led_heading_sigma_rad);
     lives_.push_back(std::move(life));

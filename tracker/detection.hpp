@@ -13,6 +13,8 @@ struct Detection {
   hal::Led led = hal::Led::off;
   float led_confidence = 0;           // 0..1 that the colour is right; 0 says nothing about the LED could be seen
   double led_x_px = 0, led_y_px = 0;  // centre of the bright core; not a number when the LED is off
+  hal::Led primary = hal::Led::off;   // what an LED that is known to show red, green or blue shows: see LedSpot
+  float primary_confidence = 0;
 };
 
 }  // namespace arkmesh::tracker

@@ -187,7 +187,8 @@ class Detector::Search {
   static Detection detection(const cv::Mat& bgr, const Suspect& one) {
     const Circle& circle = one.rim.circle;
     const LedSpot led = find_led(bgr, circle);
-    return {circle.x_px, circle.y_px, circle.r_px, static_cast<float>(one.evidence), led.led, led.confidence, led.x_px, led.y_px};
+    return {circle.x_px, circle.y_px, circle.r_px, static_cast<float>(one.evidence), led.led, led.confidence, led.x_px, led.y_px,
+            led.primary, led.primary_confidence};
   }
 
   DetectorSettings settings_;

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 #include <opencv2/core.hpp>
 
 #include "tracker/led_colour.hpp"
@@ -85,6 +87,13 @@ Light dark_board(const Rings& seen) {
       ++pixels;
     }
   return {mean.blue / pixels, mean.green / pixels, mean.red / pixels};
+}
+
+std::pair<hal::Led, float> primary_of(const Light& added) {
+  std::array<std::pair<double, hal::Led>, 3> light{{{added.red, hal::Led::red}, {added.green, hal::Led::green}, {added.blue, hal::Led::blue}}};
+  std::stable_sort(light.begin(), light.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (!(light[0].first > 0)) return {hal::Led::off, 0.0F};
+  return {light[0].second, static_cast<float>(1 - std::max(light[1].first, 0.0) / light[0].first)};
 }
 
 }  // namespace
@@ -183,6 +192,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much, and have the warm or grey
   // colour of metal. The weights separate lit from unlit robots of real pictures, changed in light, noise, blur and size.
   const LedColour colour = led_colour(added);
+  std::tie(spot.primary, spot.primary_confidence) = primary_of(added);
   const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;
   const double most_added = std::max({added.blue, added.green, added.red, 1e-9});
   const double saturation = (most_added - std::min({added.blue, added.green, added.red})) / most_added;

@@ -27,7 +27,8 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
     const auto scale = camera.scale(*place, body.board_m);
     if (!scale || !(scale->smallest > 1)) continue;
 
-    Seen one{.x_m = place->x, .y_m = place->y, .confidence = found.confidence, .led = found.led, .led_confidence = found.led_confidence};
+    Seen one{.x_m = place->x, .y_m = place->y, .confidence = found.confidence, .led = found.led, .led_confidence = found.led_confidence,
+             .primary = found.primary, .primary_confidence = found.primary_confidence};
     // A robot that the picture's edge cuts is placed less well, and so is one seen from aside.
     const double cut = inside_px < found.r_px ? 3 : 1;
     one.sigma_m = std::hypot(camera_noise_m, cut * (centre_noise_px + centre_noise_part * found.r_px) / scale->smallest);
@@ -105,6 +106,7 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
       weight += w, x += w * seen.x_m, y += w * seen.y_m;
       doubt *= 1 - seen.confidence;
       if (seen.led_confidence > one.led_confidence) one.led = seen.led, one.led_confidence = seen.led_confidence;
+      if (seen.primary_confidence > one.primary_confidence) one.primary = seen.primary, one.primary_confidence = seen.primary_confidence;
       if (!seen.led_heading_rad) continue;
       const double lw = 1 / (seen.led_heading_sigma_rad * seen.led_heading_sigma_rad);
       led_weight += lw, led_x += lw * std::cos(*seen.led_heading_rad), led_y += lw * std::sin(*seen.led_heading_rad);

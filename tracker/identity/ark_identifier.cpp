@@ -29,9 +29,9 @@ void ArkIdentifier::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   if (!asked_at_) asked_at_ = now;
   if (now - *asked_at_ < settings_.times.settle) return;
   for (const Track& track : tracks) {
-    if (!track.led_seen || track.doubtful || track.age > blind) continue;
+    if (track.doubtful || track.age > blind || (!track.led_seen && track.primary_confidence == 0)) continue;
     Count& count = counts_[track.number];
-    ++(track.led == hal::Led::blue ? count.blue : count.other);
+    ++(answer_of(track) == hal::Led::blue ? count.blue : count.other);
   }
   if (++pictures_ < settings_.times.pictures) return;
   conclude(now);

@@ -21,8 +21,8 @@ void DigitReader::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   if (now - *asked_at_ < times_.settle) return;
 
   for (const Track& track : tracks) {
-    if (!track.led_seen) continue;
-    if (const auto digit = digit_of(track.led)) {
+    if (!track.led_seen && track.primary_confidence == 0) continue;
+    if (const auto digit = digit_of(answer_of(track))) {
       std::uint16_t& votes = votes_[track.number][order_[position_]][*digit];
       if (votes < 1000) ++votes;
     } else {

@@ -51,6 +51,12 @@ std::span<const std::uint8_t> digit_order(int digits) {
   return std::span(orders[n]).first(n + check_digits);
 }
 
+hal::Led answer_of(const Track& track) {
+  constexpr float clear = 0.25F;
+  if (track.primary_confidence > 0) return track.primary_confidence >= clear ? track.primary : hal::Led::off;
+  return track.led_seen && digit_of(track.led) ? track.led : hal::Led::off;
+}
+
 hal::Led spelled(hal::RobotId robot, int number) {
   const std::uint32_t word = number < most_id_digits ? robot : check_word(robot);
   const std::uint32_t digit = word / power_of_3(number < most_id_digits ? number : number - most_id_digits) % 3;

@@ -9,6 +9,7 @@
 
 #include "hal/platforms/kilobot/message.hpp"
 #include "hal/types.hpp"
+#include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
 
@@ -32,6 +33,10 @@ constexpr std::optional<std::uint8_t> digit_of(hal::Led led) {
     default: return std::nullopt;
   }
 }
+
+// What the LED of a robot shows that has been asked and so shows red, green or blue: in a neighbour's light that is clearer than which of all
+// colours it may be. Off when it is not clear, or when it clearly is none of them.
+hal::Led answer_of(const Track& track);
 
 // What the robot shows for digit `number` of digit_order().
 hal::Led spelled(hal::RobotId robot, int number);
