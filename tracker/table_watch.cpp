@@ -27,6 +27,8 @@ struct Eye {
   std::string trouble;      // as last said
 };
 
+constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
+
 // Real cameras are never that quiet: their noise differs from picture to picture.
 bool same_picture(const cv::Mat& a, const cv::Mat& b) {
   if (a.size() != b.size() || a.type() != b.type()) return false;
@@ -39,9 +41,10 @@ bool same_picture(const cv::Mat& a, const cv::Mat& b) {
 class TableWatch final : public hal::kilobot::RobotWatch {
  public:
   TableWatch(std::vector<Eye> eyes, std::vector<Calibration> calibrations, const TableSettings& settings, std::unique_ptr<NameKeeper> names,
-             Onlooker onlooker)
+             std::vector<hal::RobotId> expected, Onlooker onlooker)
       : eyes_(std::move(eyes)), tracker_(std::move(calibrations), settings), names_(std::move(names)), onlooker_(std::move(onlooker)),
-        poses_(own_counters_) {}
+        poses_(own_counters_),
+        expected_(std::move(expected)), doubtful_(expected_) {}
 
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
@@ -54,13 +57,14 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     const std::vector<Track>& tracks = tracker_.look(now, pictures);
     names_->on_frame(now, tracks);
     for (const Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
+    update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
     poses_.put(frame(now));
     if (onlooker_) onlooker_({now, pictures, tracker_});
   }
 
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
   std::optional<hal::kilobot::Message> question() const override { return names_->question(); }
-  std::span<const hal::RobotId> doubtful() const override { return names_->doubtful(); }
+  std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
 
   const hal::Counters& counters() const override {
@@ -87,6 +91,19 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     }
     eye.last = picture;
     return picture;
+  }
+
+  // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not show it. A camera that
+  // gave nothing new is no such picture.
+  void update_doubtful(bool all_cameras) {
+    const std::span<const hal::RobotId> nameless = names_->doubtful();
+    doubtful_.assign(nameless.begin(), nameless.end());
+    for (const Track& track : tracker_.tracks()) {
+      if (track.age <= (all_cameras ? hal::LabTime{0} : doubt_after) && !track.doubtful) continue;
+      if (const auto robot = names_->robot_of(track.number)) doubtful_.push_back(*robot);
+    }
+    std::ranges::sort(doubtful_);
+    doubtful_.erase(std::ranges::unique(doubtful_).begin(), doubtful_.end());
   }
 
   // Robots whose name is sure. Those out of sight are in it for as long as their name stays sure, with their age.
@@ -117,6 +134,8 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
   std::uint32_t number_ = 0;
+  hal::LabTime seen_at_{0};              // when any camera last gave a picture
+  std::vector<hal::RobotId> expected_, doubtful_;
   std::map<TrackNumber, hal::Led> leds_;  // what the programs show
 };
 
@@ -170,8 +189,8 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& a
     const Lens& lens = calibrations[i].data().lens;
     eyes[i].feed = open(eyes[i].source, lens.width_px, lens.height_px);
   }
-  if (!names) names = identity == "ark" ? make_ark_names(std::move(expected)) : make_spelled_names(std::move(expected));
-  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names), std::move(onlooker));
+  if (!names) names = identity == "ark" ? make_ark_names(expected) : make_spelled_names(expected);
+  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names), std::move(expected), std::move(onlooker));
 }
 
 }  // namespace arkmesh::tracker

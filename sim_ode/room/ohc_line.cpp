@@ -30,7 +30,10 @@ void OhcLine::deliver_until(std::int64_t until_us) {
 
 void OhcLine::sent_until(std::int64_t until_us, std::vector<Transmission>& out) {
   deliver_until(until_us);
+  const std::size_t before = out.size();
   device_.sent_until(until_us, out);
+  if (!listener_) return;
+  for (std::size_t k = before; k < out.size(); ++k) listener_(out[k]);
 }
 
 void OhcLine::unplug(std::int64_t now_us) {

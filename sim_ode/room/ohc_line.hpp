@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <span>
+#include <utility>
 
 #include "hal/random.hpp"
 #include "sim_ode/room/ohc_device.hpp"
@@ -30,6 +32,9 @@ class OhcLine final : public OverheadSource {
   // From now on that share of the bytes comes with a wrong bit.
   void set_noise(double share) { noise_ = share; }
 
+  // Hears each message that was on the air, in order, whether a robot heard it or not.
+  void listen(std::function<void(const Transmission&)> listener) { listener_ = std::move(listener); }
+
   void sent_until(std::int64_t until_us, std::vector<Transmission>& out) override;
   bool on_air(std::int64_t from_us, std::int64_t to_us) const override { return device_.on_air(from_us, to_us); }
 
@@ -48,6 +53,7 @@ class OhcLine final : public OverheadSource {
   std::int64_t free_at_12_ = 0;  // when the line is free again, twelfths of a microsecond: a byte takes 3125 of them
   double noise_ = 0;
   hal::RandomStream chance_;
+  std::function<void(const Transmission&)> listener_;
   hal::Counters counters_;
 };
 

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "hal/config.hpp"
@@ -31,6 +33,8 @@ class Room {
   // Bytes that the host writes to the overhead controller now. More than line_free() would be lost.
   void write_serial(std::span<const std::uint8_t> bytes) { line_.write(bytes, now().count()); }
   std::size_t line_free() const { return line_.free(); }
+  // Hears each message that the overhead controller sent, with its times since the room began.
+  void listen(std::function<void(const Transmission&)> listener) { line_.listen(std::move(listener)); }
   bool ohc_plugged() const { return line_.plugged(); }
 
   // What that camera sees now; false: it is gone.

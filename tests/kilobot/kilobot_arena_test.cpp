@@ -86,7 +86,7 @@ TEST_CASE("kilobot arena: what it is") {
 
 TEST_CASE("kilobot arena: names first") {
   // advance_to(0) asks the robots what the eyes want to know and ends when everybody is named; lab time stands still, the eyes' does not.
-  Table table;
+  Table table("kilobot.again_s = 0");
   table.eyes_see->question = Message{{1}, 120, 0};
   table.eyes_see->named_after_looks = 80;
   table.frame(0);
@@ -221,7 +221,7 @@ TEST_CASE("kilobot arena: swapped robots") {
 
 TEST_CASE("kilobot arena: overhead controller gone and back") {
   // Frames go on while the controller is gone; old commands expire, newer ones are sent when it is back.
-  Table table;
+  Table table("kilobot.again_s = 0");
   table.frame(0);
   table.cable->plugged = false;
   table.arena->robots().command({Kind::run});
@@ -245,7 +245,7 @@ TEST_CASE("kilobot arena: the last word") {
   // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise repeat it for
   // ever; a command for robots asleep is not waited for.
   for (const bool asleep : {false, true}) {
-    Table table;
+    Table table("kilobot.again_s = 0");
     table.frame(0);
     if (asleep) table.arena->robots().command({Kind::sleep});
     table.frame(10);

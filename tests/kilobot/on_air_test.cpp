@@ -11,6 +11,7 @@
 
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
+#include "hal/random.hpp"
 #include "sim_ode/room/ohc_device.hpp"
 
 using namespace arkmesh;
@@ -32,8 +33,11 @@ struct Air {
   std::deque<std::pair<std::int64_t, std::uint8_t>> coming;  // when its stop bit comes
   OhcDevice device;
   std::vector<Transmission> heard;
+  double spoils = 0;  // that share of the bytes
+  hal::RandomStream chance{1, "air"};
 
   void put(std::uint8_t byte) {
+    if (spoils > 0 && chance.uniform() < spoils) byte ^= 4;
     line_free_twelfths = std::max(line_free_twelfths, now_us * 12) + byte_twelfths;
     coming.emplace_back(line_free_twelfths / 12, byte);
   }
@@ -148,6 +152,36 @@ TEST_CASE("on air: commands, questions and silence") {
   bench.air->heard.clear();
   bench.run(2000ms, [] {});
   CHECK(bench.air->heard.empty());
+}
+
+TEST_CASE("on air: a line that spoils packets") {
+  // What matters goes over the line more than once: on one that spoils every fourth packet commands and questions reach the air all the
+  // same, and in the end there is silence. Said once, some of them do not.
+  for (const bool again : {true, false}) {
+    CAPTURE(again);
+    AirBench bench(3, {.broadcast_for = 500ms, .again_after = again ? 100ms : 0ms});
+    bench.air->spoils = 0.002;
+    bench.run(2600ms, [] {});
+    int commands = 0, questions = 0, loud = 0;
+    for (std::uint8_t n = 0; n < 20; ++n) {
+      bench.air->heard.clear();
+      bench.controller.command({.kind = hal::FleetCommand::Kind::broadcast, .type = 99, .data = {n}});
+      bench.run(700ms, [] {});
+      bench.controller.ask(Message{{n}, 120, 0});
+      bench.run(500ms, [] {});
+      const auto clean = [&](std::uint8_t type) {
+        return std::ranges::any_of(bench.air->heard, [&](const Transmission& sent) { return sent.clean && sent.message.type == type && sent.message.data[0] == n; });
+      };
+      commands += clean(99);
+      questions += clean(120);
+      bench.controller.ask({});
+      bench.run(600ms, [] {});
+      loud += bench.air->device.on_air(bench.air->now_us - 20'000, bench.air->now_us);
+    }
+    CHECK((commands == 20) == again);
+    CHECK((questions == 20) == again);
+    CHECK((loud == 0) == again);
+  }
 }
 
 TEST_CASE("on air: questions between composites") {

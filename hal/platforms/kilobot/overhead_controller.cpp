@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace arkmesh::hal::kilobot {
@@ -11,6 +12,7 @@ using std::chrono::microseconds;
 
 constexpr std::size_t most_commands = 64;  // waiting; a flood is refused, not stored
 constexpr std::uint32_t nobody = 1023;
+constexpr int stops_for_sure = 3;          // where the line may spoil one
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -45,6 +47,9 @@ OverheadSettings read_overhead_settings(const Section& kilobot) {
   out.broadcast_for = read_seconds(kilobot, "broadcast_s", out.broadcast_for, 0.05, 60);
   out.waking_for = read_seconds(kilobot, "waking_s", out.waking_for, 0.05, 60);
   out.expire_after = read_seconds(kilobot, "expire_s", out.expire_after, 0, 3600);
+  out.again_after = read_seconds(kilobot, "again_s", microseconds{100'000}, 0, 10);
+  if (out.again_after > microseconds{0} && out.again_after < usual_spacing)
+    kilobot.refuse("again_s", "must be 0 or at least 0.055: each copy needs its time on the air");
   out.settle = read_seconds(kilobot, "settle_s", out.settle, 0, 60);
   return out;
 }
@@ -88,13 +93,25 @@ void OverheadController::tend(Moment now) {
     expire(now);
   }
   if (!sender_.is_ready(now)) return;
+  if (repeat_command(now)) return;
   on_air_command_.reset();
   if (!held_ && send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
   const bool wants_composite = !held_ && (composite_ || board_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
-  if (!question_ && sender_.is_repeating() && sender_.send(stop_packet(), stop_spacing, now)) asked_.reset(), on_air_composite_.reset();
+  if (!question_) send_stop(now);
+}
+
+// A stop that the line spoils would leave the last words on the air for ever.
+void OverheadController::send_stop(Moment now) {
+  if (sender_.is_repeating()) stops_left_ = says_again() ? stops_for_sure : 1;
+  else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after) return;
+  sender_.part(now);
+  asked_.reset();
+  on_air_composite_.reset();
+  stopped_at_ = now;
+  --stops_left_;
 }
 
 // A line that was lost took with it what the controller was repeating.
@@ -103,6 +120,7 @@ void OverheadController::note_loss() {
   openings_ = sender_.openings();
   if (!lost) return;
   asked_.reset();
+  stops_left_ = 0;
   on_air_composite_.reset();
   if (!on_air_command_) return;
   commands_.push_front(*std::exchange(on_air_command_, std::nullopt));
@@ -124,22 +142,47 @@ void OverheadController::expire(Moment now) {
 
 bool OverheadController::send_command(Moment now) {
   if (commands_.empty()) return false;
+  Command& command = commands_.front();
+  const microseconds first = says_again() ? std::min(command.repeat_for, settings_.again_after) : command.repeat_for;
   // true even if a stop had to go first: nothing may overtake
-  if (!sender_.send(forward_packet(commands_.front().message), commands_.front().repeat_for, now)) return true;
+  if (!sender_.send(forward_packet(command.message), first, now)) return true;
   counters_.add("fleet_command.sent");
-  on_air_command_ = std::move(commands_.front());
+  command.left = command.repeat_for - first;
+  on_air_command_ = std::move(command);
   commands_.pop_front();
   asked_.reset();
   on_air_composite_.reset();
   return true;
 }
 
+// By turns a stop and the command, until it has been on the air for as long as it should.
+bool OverheadController::repeat_command(Moment now) {
+  if (!on_air_command_) return false;
+  microseconds& left = on_air_command_->left;
+  if (left < stop_spacing + usual_spacing && sender_.is_repeating()) return false;
+  if (sender_.is_repeating()) {
+    sender_.part(now);
+    left -= stop_spacing;
+  } else {
+    const microseconds next = std::min(left, settings_.again_after);
+    left -= next;
+    std::ignore = sender_.send(forward_packet(on_air_command_->message), next, now);  // behind a stop nothing is in its way
+  }
+  return true;
+}
+
 bool OverheadController::send_question(Moment now) {
-  if (asked_ == question_) return true;  // the controller repeats it
+  if (asked_ == question_) {
+    if (!says_again() || now - asked_at_ < settings_.again_after) return true;  // the controller repeats it
+    sender_.part(now);
+    asked_.reset();
+    return true;
+  }
   // a question is repeated by the controller, whatever composites are
   if (!sender_.send(forward_packet(*question_), std::max(settings_.spacing, usual_spacing), now)) return true;
   counters_.add("overhead.questions");
   asked_ = question_;
+  asked_at_ = now;
   on_air_composite_.reset();
   return true;
 }
@@ -172,7 +215,7 @@ void OverheadController::fall_silent(Moment now) {
 
 bool OverheadController::is_silent(Moment now) const {
   return !sender_.is_up() ||
-         (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && sender_.is_ready(now));
+         (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -1,6 +1,7 @@
 // The way to a table of Kilobots: decides what the overhead controller says next. Fleet commands first, then the standing
 // question and the registers of single robots in turn, and silence when there is nothing to say, because robots talk to each other
-// on the same channel. Time is the caller's; nothing here blocks.
+// on the same channel. What matters goes over the line more than once, because nobody says whether it came through. Time is the caller's;
+// nothing here blocks.
 #pragma once
 
 #include <chrono>
@@ -26,10 +27,11 @@ struct OverheadSettings {
   std::chrono::microseconds broadcast_for{200'000};   // broadcast_s: a broadcast
   std::chrono::microseconds waking_for{10'000'000};   // waking_s: the command after `sleep`; robots asleep listen every 8 s
   std::chrono::microseconds expire_after{5'000'000};  // expire_s: what could not be sent for so long, the line being down, is dropped
+  std::chrono::microseconds again_after{0};           // again_s: what stays on the air goes over the line again, behind a stop; 0: never
   std::chrono::microseconds settle{2'500'000};        // settle_s: a controller that starts when its port opens is deaf for so long
 };
 
-// The keys of [arena.kilobot] in the comments above. Throws ConfigError.
+// The keys of [arena.kilobot] in the comments above; again_s is 0.1 when it is not there. Throws ConfigError.
 OverheadSettings read_overhead_settings(const Section& kilobot);
 
 // Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`,
@@ -67,10 +69,14 @@ class OverheadController final : public RobotLink {
     Message message;
     std::chrono::microseconds repeat_for{0};
     std::optional<Moment> since;  // none: the next tend() says
+    std::chrono::microseconds left{0};  // of repeat_for, when it is on the air
   };
   void expire(Moment now);
   void note_loss();
   bool send_command(Moment now);
+  bool repeat_command(Moment now);
+  void send_stop(Moment now);
+  bool says_again() const { return settings_.again_after.count() > 0; }
   bool send_question(Moment now);
   bool send_composite(Moment now);
 
@@ -83,6 +89,8 @@ class OverheadController final : public RobotLink {
   bool asleep_ = false;                    // the last command put the robots to sleep
   std::optional<Message> question_;
   std::optional<Message> asked_;           // the question that was sent last, while the last packet was one
+  Moment asked_at_{}, stopped_at_{};
+  int stops_left_ = 0;                     // to be sent while there is nothing to say
   std::optional<Message> composite_;       // made up, to be sent
   std::optional<Message> on_air_composite_;
   std::vector<RobotId> withheld_;

@@ -63,6 +63,12 @@ bool PacketSender::send(const Packet& packet, std::chrono::microseconds hold, Mo
   return true;
 }
 
+void PacketSender::part(Moment now) {
+  assert(is_ready(now));
+  const Packet last = last_.value_or(Packet{});
+  put(parting_stop(last, last), stop_spacing, now);
+}
+
 bool PacketSender::is_repeating() const { return last_ && repeats(*last_); }
 
 void PacketSender::cut_short(Moment now) {

@@ -31,6 +31,8 @@ class PacketSender {
   // Call it only when ready. True: the packet goes out, or is on the air already and stays there; nothing else begins for `hold`,
   // counted from its first byte. False: a stop had to go first, offer the packet again when ready.
   [[nodiscard]] bool send(const Packet& packet, std::chrono::microseconds hold, Moment now);
+  // A stop, behind which the packet on the air can be sent once more: nobody says whether the line has spoilt it. Call it only when ready.
+  void part(Moment now);
   // The controller repeats something: only a stop makes the air free.
   bool is_repeating() const;
   // The next packet need not wait for the hold of the last one to end.
