@@ -3,13 +3,29 @@
 #include <algorithm>
 
 namespace arkmesh::tracker {
+namespace {
 
-void DigitReader::ask(const Audience& audience, int digits) {
+// What pictures say of one digit: two at least, and two thirds of all.
+struct Read {
+  std::uint8_t digit = 0;
+  int agree = 0, all = 0;
+  bool clear() const { return agree >= 2 && 3 * agree >= 2 * all; }
+};
+
+Read read_of(const std::array<std::uint16_t, 3>& votes) {
+  const auto most = std::max_element(votes.begin(), votes.end());
+  return {static_cast<std::uint8_t>(most - votes.begin()), *most, votes[0] + votes[1] + votes[2]};
+}
+
+}  // namespace
+
+void DigitReader::ask(const Audience& audience, int digits, std::span<const TrackNumber> only) {
   audience_ = audience;
   const auto order = digit_order(digits);
   // other digits are another spelling
   if (order.size() != order_.size()) votes_.clear();
   order_ = order;
+  to_ask_ = missing(only);
   position_ = 0;
   pictures_ = 0;
   asked_at_.reset();
@@ -23,7 +39,7 @@ void DigitReader::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   for (const Track& track : tracks) {
     if (!track.led_seen && track.primary_confidence == 0) continue;
     if (const auto digit = digit_of(answer_of(track))) {
-      std::uint16_t& votes = votes_[track.number][order_[position_]][*digit];
+      std::uint16_t& votes = votes_[track.number][to_ask_[position_]][*digit];
       if (votes < 1000) ++votes;
     } else {
       counters_.add("identity.ignored.colour");
@@ -35,6 +51,21 @@ void DigitReader::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   asked_at_ = now;
 }
 
+// Who was seen too late, or lit badly for a while, needs the rest only. A whole spelling when nothing is missing: somebody was not
+// believed, and has to say it again.
+std::vector<std::uint8_t> DigitReader::missing(std::span<const TrackNumber> tracks) const {
+  std::vector<std::uint8_t> out;
+  for (const std::uint8_t digit : order_) {
+    const bool lacks = std::any_of(tracks.begin(), tracks.end(), [&](TrackNumber track) {
+      const auto at = votes_.find(track);
+      return at == votes_.end() || !read_of(at->second[digit]).clear();
+    });
+    if (lacks) out.push_back(digit);
+  }
+  if (out.empty()) out.assign(order_.begin(), order_.end());
+  return out;
+}
+
 std::vector<DigitReader::Reading> DigitReader::take_readings(std::span<const hal::RobotId> candidates) {
   std::vector<Reading> out;
   std::vector<std::optional<std::uint8_t>> read(order_.size());
@@ -43,15 +74,12 @@ std::vector<DigitReader::Reading> DigitReader::take_readings(std::span<const hal
     Reading reading{.track = at->first, .confidence = 1};
     std::size_t known = 0;
     for (std::size_t i = 0; i < order_.size(); ++i) {
-      const auto& votes = at->second[order_[i]];
-      const auto most = std::max_element(votes.begin(), votes.end());
-      const int all = votes[0] + votes[1] + votes[2], agree = *most;
+      const Read one = read_of(at->second[order_[i]]);
       read[i].reset();
-      // two pictures at least, and two thirds of all
-      if (agree < 2 || 3 * agree < 2 * all) continue;
+      if (!one.clear()) continue;
       ++known;
-      read[i] = digits[i] = static_cast<std::uint8_t>(most - votes.begin());
-      reading.confidence = std::min(reading.confidence, static_cast<float>(agree) / static_cast<float>(all));
+      read[i] = digits[i] = one.digit;
+      reading.confidence = std::min(reading.confidence, static_cast<float>(one.agree) / static_cast<float>(one.all));
     }
     const bool complete = known == order_.size();
     const auto robot = complete ? id_of(digits) : fitting(read, candidates);

@@ -26,8 +26,9 @@ class DigitReader {
  public:
   explicit DigitReader(ReadingTimes times, hal::Counters& counters) : times_(times), counters_(counters) {}
 
-  // Begins to ask. What was read before stays, for tracks that were not read to the end: forget() what no longer holds.
-  void ask(const Audience& audience, int digits);
+  // Begins to ask. What was read before stays, for tracks that were not read to the end: forget() what no longer holds. Of `only` tracks
+  // what one of them at least has not been read of is asked; when there are none, everything.
+  void ask(const Audience& audience, int digits, std::span<const TrackNumber> only = {});
   // The track may be another robot from now on.
   void forget(TrackNumber track) { votes_.erase(track); }
   void forget_all() { votes_.clear(); }
@@ -35,13 +36,13 @@ class DigitReader {
   // One picture of the table; `now` is when it came, never decreasing.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
 
-  bool asking() const { return position_ < order_.size(); }
+  bool asking() const { return position_ < to_ask_.size(); }
   const Audience& audience() const { return audience_; }
   // The digit in question and how many there are, for people who wait.
   int position() const { return static_cast<int>(position_); }
-  int digits() const { return static_cast<int>(order_.size()); }
+  int digits() const { return static_cast<int>(to_ask_.size()); }
   // Meaningful while asking.
-  hal::kilobot::Message question() const { return digit_question(audience_, order_[position_]); }
+  hal::kilobot::Message question() const { return digit_question(audience_, to_ask_[position_]); }
 
   struct Reading {
     TrackNumber track = 0;
@@ -55,13 +56,15 @@ class DigitReader {
 
  private:
   using Votes = std::array<std::array<std::uint16_t, 3>, most_id_digits + check_digits>;  // by number of digit and digit
+  std::vector<std::uint8_t> missing(std::span<const TrackNumber> tracks) const;
   std::optional<hal::RobotId> fitting(std::span<const std::optional<std::uint8_t>> digits, std::span<const hal::RobotId> candidates) const;
 
   ReadingTimes times_;
   hal::Counters& counters_;
   Audience audience_;
-  std::span<const std::uint8_t> order_;
-  std::size_t position_ = 0;
+  std::span<const std::uint8_t> order_;   // of a whole spelling
+  std::vector<std::uint8_t> to_ask_;      // of it, in that order
+  std::size_t position_ = 0;              // in to_ask_
   std::optional<hal::LabTime> asked_at_;  // the digit in question
   int pictures_ = 0;                      // looked at for it
   std::map<TrackNumber, Votes> votes_;

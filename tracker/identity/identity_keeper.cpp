@@ -128,7 +128,10 @@ void IdentityKeeper::ask() {
   const bool part = by_name && !std::all_of(unaccounted_.begin(), unaccounted_.end(), [&](hal::RobotId robot) { return audience.includes(robot); });
   if (part || asked_part_) reader_.forget_all();
   asked_part_ = part;
-  reader_.ask(audience, digits_needed(audience));
+  std::vector<TrackNumber> nameless;
+  for (const auto& [number, entry] : book_)
+    if (!entry.sure() && entry.seen) nameless.push_back(number);
+  reader_.ask(audience, digits_needed(audience), nameless);
   asked_ = true;
   tell_end_until_.reset();
   ++passes_;
