@@ -3,8 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -24,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CalibrateOptions {
-  std::vector<std::string> pictures, corners;
+  std::vector<std::string> pictures, corners, marks;
   std::string board = "7x6", arena = "1x1", corner_picture, out, name = "camera0", png, ark, size = "2048x1536";
   double square_mm = 25, camera_height_m = 1.6;
 };
@@ -97,6 +99,21 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
   return corners;
 }
 
+// "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
+std::vector<tracker::Mark> marks_of(const CalibrateOptions& options) {
+  std::vector<tracker::Mark> marks;
+  for (const std::string& text : options.marks) {
+    tracker::Mark mark;
+    char rest = 0;
+    const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y, &mark.in_arena.x, &mark.in_arena.y, &rest);
+    const double numbers[] = {mark.in_pixels.x, mark.in_pixels.y, mark.in_arena.x, mark.in_arena.y};
+    if (read != 4 || !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
+      throw CLI::ValidationError("--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+    marks.push_back(mark);
+  }
+  return marks;
+}
+
 // The arena's outline and a grid of tenths over the picture, so that one sees whether it lies on the table.
 void draw_check(const CalibrateOptions& options, const tracker::CameraData& data) {
   if (options.png.empty()) return;
@@ -149,11 +166,13 @@ void calibrate(const CalibrateOptions& options) {
   fmt::print("lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({} pictures; as {}: {:.3f} px)\n",
              fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm, lens.pictures,
              fisheye ? "pinhole" : "fisheye", lens.other_error_px);
-  const tracker::CameraData data = tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m);
+  const std::vector<tracker::Mark> marks = marks_of(options);
+  const tracker::CameraData data = marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
+                                                 : tracker::place_camera(lens.lens, marks, width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
-  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; corners off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1],
-             data.error_px, data.error_mm);
+  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1],
+             marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
   if (const auto scale = camera.scale({0, 0}, tracker::board_height_m))
     fmt::print("a robot in the middle is {:.1f} px wide\n", (scale->largest + scale->smallest) / 2 * 0.033);
   draw_check(options, data);
@@ -199,6 +218,10 @@ void add_calibrate_command(CLI::App& app) {
   command->add_option("--corners", options->corner_picture,
       "A picture of the whole table; without --corner its corners are looked for, the upper left "
                       "one being north-west")->check(CLI::ExistingFile);
+  command->add_option("--mark", options->marks,
+      "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x east, y north of the arena's middle); "
+      "four times or more, spread over the view, for a camera that does not see all four corners")
+      ->excludes("--corner");
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena over the picture of the table, to see whether it fits");
   command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();

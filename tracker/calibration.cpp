@@ -107,15 +107,21 @@ std::optional<Point> Calibration::ideal(Point in_pixels) const {
   if (data_.lens.distortion.empty()) return Point{bent.x(), bent.y()};
   const double radius = std::hypot(bent.x(), bent.y());
   if (radius < 1e-12) return Point{bent.x(), bent.y()};
-  // The radial part by halving: the distortion grows up to reach_.
+  // The radial part by Newton's method, within bounds: the distortion grows up to reach_.
   const bool fisheye = data_.lens.model == LensModel::fisheye;
   if (radial(reach_) < radius * (fisheye ? 1 : 0.98)) return {};
-  double low = 0, high = reach_;
-  for (int i = 0; i < 45; ++i) {
-    const double middle = (low + high) / 2;
-    (radial(middle) < radius ? low : high) = middle;
+  double low = 0, high = reach_, found = std::min(radius, reach_);
+  for (int i = 0; i < 60; ++i) {
+    constexpr double h = 1e-6;
+    const double off = radial(found) - radius;
+    (off < 0 ? low : high) = found;
+    double next = found - off * h / (radial(found + h) - radius - off);
+    if (!(next >= low && next <= high)) next = (low + high) / 2;
+    const double step = std::abs(next - found);
+    found = next;
+    if (step < 1e-13) break;
   }
-  const double straight = (fisheye ? std::tan(low) : low) / radius;
+  const double straight = (fisheye ? std::tan(found) : found) / radius;
   Point guess{bent.x() * straight, bent.y() * straight};
   if (fisheye || (data_.lens.distortion[2] == 0 && data_.lens.distortion[3] == 0)) return guess;
   // The tangential part by Newton's method with a numeric derivative.

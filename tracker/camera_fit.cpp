@@ -50,6 +50,19 @@ bool sees_sides(const Lens& lens) {
 
 double turn(const Point& a, const Point& b, const Point& c) { return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x); }
 
+// Whether all marks lie on nearly one line of the table: the smaller spread is below a tenth of the larger.
+bool narrow(std::span<const Mark> marks) {
+  const double n = static_cast<double>(marks.size());
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  for (const Mark& mark : marks) x += mark.in_arena.x / n, y += mark.in_arena.y / n;
+  for (const Mark& mark : marks) {
+    const double off_x = mark.in_arena.x - x, off_y = mark.in_arena.y - y;
+    xx += off_x * off_x, xy += off_x * off_y, yy += off_y * off_y;
+  }
+  const double root = std::sqrt((xx - yy) * (xx - yy) / 4 + xy * xy);
+  return !((xx + yy) / 2 - root > 0.01 * ((xx + yy) / 2 + root));
+}
+
 }  // namespace
 
 struct LensFit::Boards {
@@ -152,54 +165,67 @@ FittedLens LensFit::fit() const {
   return fitted;
 }
 
+CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double arena_width_m, double arena_height_m) {
+  if (marks.size() < 4) throw std::runtime_error(fmt::format("a camera's place takes four marks or more, not {}", marks.size()));
+  CameraData data;
+  data.lens = lens;
+  data.arena_width_m = arena_width_m;
+  data.arena_height_m = arena_height_m;
+  data.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  // Straightened, the marks are seen by the simplest camera there is.
+  const Calibration straightener(data);
+  std::vector<cv::Point2d> straight;
+  std::vector<cv::Point3d> table;
+  for (const Mark& mark : marks) {
+    // 1 m above the table the place on it is the direction, turned over.
+    const auto at = straightener.to_arena(mark.in_pixels, 0);
+    if (!at)
+      throw std::runtime_error(fmt::format("the point {:.0f},{:.0f} is outside what this lens can see", mark.in_pixels.x, mark.in_pixels.y));
+    straight.emplace_back(at->x, -at->y);
+    table.emplace_back(mark.in_arena.x, mark.in_arena.y, 0);
+  }
+  if (narrow(marks))
+    throw std::runtime_error("the marks lie on one line; take some on both sides of it, all over what the camera sees");
+  const char* const wrong = "no camera sees these points at such places of the table; are the points and --arena right?";
+  try {
+    cv::Mat turned, moved, rotation;
+    if (!cv::solvePnP(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved, false, cv::SOLVEPNP_IPPE))
+      throw std::runtime_error(wrong);
+    cv::solvePnPRefineLM(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved);
+    cv::Rodrigues(turned, rotation);
+    std::copy(rotation.begin<double>(), rotation.end<double>(), data.rotation.begin());
+    std::copy(moved.begin<double>(), moved.end<double>(), data.translation_m.begin());
+  } catch (const cv::Exception&) {
+    throw std::runtime_error(wrong);
+  }
+
+  try {
+    const Calibration placed(data);
+    double square_px = 0, square_m = 0;
+    for (const Mark& mark : marks) {
+      const auto pixel = placed.to_pixel(mark.in_arena, 0);
+      const auto place = placed.to_arena(mark.in_pixels, 0);
+      if (!pixel || !place) throw std::invalid_argument("one is outside what this lens can see");
+      square_px += std::pow(pixel->x - mark.in_pixels.x, 2) + std::pow(pixel->y - mark.in_pixels.y, 2);
+      square_m += std::pow(place->x - mark.in_arena.x, 2) + std::pow(place->y - mark.in_arena.y, 2);
+    }
+    data.error_px = std::sqrt(square_px / static_cast<double>(marks.size()));
+    data.error_mm = 1000 * std::sqrt(square_m / static_cast<double>(marks.size()));
+  } catch (const std::invalid_argument& why) {
+    throw std::runtime_error(fmt::format("these points put the camera where none can be ({}); are the points and --arena right?", why.what()));
+  }
+  return data;
+}
+
 CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, double arena_width_m, double arena_height_m) {
   if (corners.size() != 4)
     throw std::runtime_error(fmt::format("the arena has four corners, not {}; give each as --corner x,y", corners.size()));
   for (int i = 0; i < 4; ++i)
     if (!(turn(corners[i], corners[(i + 1) % 4], corners[(i + 2) % 4]) > 0))
       throw std::runtime_error("the corners must go round the arena clockwise from its north-west one, as they are in the picture");
-
-  // Straightened, the corners are seen by the simplest camera there is.
-  CameraData data;
-  data.lens = lens;
-  data.arena_width_m = arena_width_m;
-  data.arena_height_m = arena_height_m;
-  data.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
-  const Calibration straightener(data);
-  std::vector<cv::Point2d> straight;
-  for (const Point& corner : corners) {
-    // 1 m above the table the place on it is the direction, turned over.
-    const auto at = straightener.to_arena(corner, 0);
-    if (!at) throw std::runtime_error(fmt::format("the corner {:.0f},{:.0f} is outside what this lens can see", corner.x, corner.y));
-    straight.emplace_back(at->x, -at->y);
-  }
   const double east = arena_width_m / 2, north = arena_height_m / 2;
-  const std::vector<cv::Point3d> table = {{-east, north, 0}, {east, north, 0}, {east, -north, 0}, {-east, -north, 0}};
-  cv::Mat turned, moved, rotation;
-  if (!cv::solvePnP(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved, false, cv::SOLVEPNP_IPPE))
-    throw std::runtime_error("no camera sees these corners as a rectangle of that size; are --corner and --arena right?");
-  cv::solvePnPRefineLM(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved);
-  cv::Rodrigues(turned, rotation);
-  std::copy(rotation.begin<double>(), rotation.end<double>(), data.rotation.begin());
-  std::copy(moved.begin<double>(), moved.end<double>(), data.translation_m.begin());
-
-  try {
-    const Calibration placed(data);
-    double square_px = 0, square_m = 0;
-    for (int i = 0; i < 4; ++i) {
-      const auto pixel = placed.to_pixel({table[i].x, table[i].y}, 0);
-      const auto place = placed.to_arena(corners[i], 0);
-      if (!pixel || !place) throw std::invalid_argument("a corner is outside what this lens can see");
-      square_px += std::pow(pixel->x - corners[i].x, 2) + std::pow(pixel->y - corners[i].y, 2);
-      square_m += std::pow(place->x - table[i].x, 2) + std::pow(place->y - table[i].y, 2);
-    }
-    data.error_px = std::sqrt(square_px / 4);
-    data.error_mm = 1000 * std::sqrt(square_m / 4);
-  } catch (const std::invalid_argument& wrong) {
-    throw std::runtime_error(fmt::format("these corners put the camera where none can be ({}); are --corner and --arena right?",
-                                         wrong.what()));
-  }
-  return data;
+  const Mark marks[] = {{corners[0], {-east, north}}, {corners[1], {east, north}}, {corners[2], {east, -north}}, {corners[3], {-east, -north}}};
+  return place_camera(lens, marks, arena_width_m, arena_height_m);
 }
 
 }  // namespace arkmesh::tracker

@@ -1,7 +1,8 @@
-// Finds a lens from pictures of a chessboard, and a camera's place from the arena's corners.
+// Finds a lens from pictures of a chessboard, and a camera's place from the arena's corners or from marks on the table.
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "tracker/calibration.hpp"
@@ -42,7 +43,16 @@ class LensFit {
   std::unique_ptr<Boards> boards_;
 };
 
-// `corners`: where the arena's corners are in the picture, from the north-west one clockwise. The error is that of the corners. Throws
+// A point of the table whose place is known, and where a picture shows it.
+struct Mark {
+  Point in_pixels, in_arena;
+};
+
+// From four marks or more, spread over the view: for cameras that do not see the whole arena. The error is that of the marks. Throws
+// std::runtime_error with one sentence when no camera sees them so.
+CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double arena_width_m, double arena_height_m);
+
+// `corners`: where the arena's corners are in the picture, from the north-west one clockwise. Throws
 // std::runtime_error with one sentence when they cannot be the corners of a rectangle seen from above.
 CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, double arena_width_m, double arena_height_m);
 

@@ -9,6 +9,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <span>
 #include <stdexcept>
 
 #include "tests/hal/temporary_directory.hpp"
@@ -291,4 +292,25 @@ TEST_CASE("a table that stands out shows its corners") {
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
   CHECK(find_table_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
+}
+
+TEST_CASE("a camera that sees no corner of the arena gets its place from marks") {
+  // Proves that points anywhere on the table do instead of corners, that more of them average clicks that are a little off, and what is refused.
+  const CameraData truth = tilted(LensModel::pinhole, {-0.25, 0.06, 0.001, -0.002});
+  const Calibration camera(truth);
+  std::vector<Mark> marks;
+  for (const Point& at : {Point{-0.2, 0.3}, Point{0.1, 0.3}, Point{0.3, 0.1}, Point{0.25, -0.2}, Point{-0.1, -0.3}, Point{-0.3, -0.1}})
+    marks.push_back({*camera.to_pixel(at, 0), at});
+  const CameraData placed = place_camera(truth.lens, marks, 3, 2);
+  for (int i = 0; i < 3; ++i) CHECK(placed.translation_m[i] == doctest::Approx(truth.translation_m[i]).epsilon(1e-4));
+  CHECK(placed.error_mm < 0.01);
+  CHECK(placed.arena_width_m == 3);
+  for (std::size_t i = 0; i < marks.size(); ++i) marks[i].in_pixels.x += i % 2 ? 0.5 : -0.5;
+  const Calibration nearly(place_camera(truth.lens, marks, 3, 2));
+  const auto middle = nearly.to_arena(*camera.to_pixel({0, 0}, board_height_m), board_height_m);
+  CHECK(std::hypot(middle->x, middle->y) < 0.0008);
+  CHECK(contains(refusal([&] { place_camera(truth.lens, std::span(marks).first(3), 3, 2); }), "four"));
+  const std::vector<Mark> line = {{*camera.to_pixel({-0.3, 0}, 0), {-0.3, 0}}, {*camera.to_pixel({-0.1, 0}, 0), {-0.1, 0}},
+                                  {*camera.to_pixel({0.1, 0}, 0), {0.1, 0}}, {*camera.to_pixel({0.3, 0}, 0), {0.3, 0}}};
+  CHECK(contains(refusal([&] { place_camera(truth.lens, line, 3, 2); }), "one line"));
 }
