@@ -36,24 +36,29 @@ TableFilm::TableFilm(const hal::Config& room, Robots robots) : room_(room.root()
       };
       if (std::any_of(scene.robots.begin(), scene.robots.end(), beside)) continue;
       const int half = static_cast<int>(1.4 * robot.r_px) + 3;
-      const cv::Rect part = cv::Rect(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half) &
-                            cv::Rect({}, scene.bgr.size());
-      const double led_rad = robot.led == hal::Led::off ? 0 : std::atan2(robot.led_y_px - robot.y_px, robot.led_x_px - robot.x_px);
+      const cv::Rect part =
+          cv::Rect(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half) &
+          cv::Rect({}, scene.bgr.size());
+      const double led_rad =
+          robot.led == hal::Led::off ? 0 : std::atan2(robot.led_y_px - robot.y_px, robot.led_x_px - robot.x_px);
       cut_outs_.push_back({scene.bgr(part).clone(), robot.x_px - part.x, robot.y_px - part.y, robot.r_px, led_rad});
     }
 }
 
 double TableFilm::robot_radius_px(std::size_t camera) const {
   const auto& pose = room_.camera(camera).pose();
-  const auto at = room_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m, room_.config().scene.robot_height_m);
+  const auto at =
+      room_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m, room_.config().scene.robot_height_m);
   return hal::kilobot_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
 }
 
 void TableFilm::next() {
   room_.advance_to(begun_ + ++frame_ * room_.config().frame_period);
   for (std::size_t k = 0; k < pictures_.size(); ++k) {
-    if (empty_.empty()) room_.picture(k, pictures_[k]);
-    else photograph(k, pictures_[k]);
+    if (empty_.empty())
+      room_.picture(k, pictures_[k]);
+    else
+      photograph(k, pictures_[k]);
   }
 }
 
@@ -61,16 +66,18 @@ void TableFilm::photograph(std::size_t camera, cv::Mat& out) const {
   empty_[camera].copyTo(out);
   const auto truth = room_.truth();
   for (std::size_t i = 0; i < truth.size(); ++i)
-    if (truth[i].seen.on_table) paste(cut_outs_[i * 7 % cut_outs_.size()], truth[i].seen, room_.camera(camera).model(), out);
+    if (truth[i].seen.on_table)
+      paste(cut_outs_[i * 7 % cut_outs_.size()], truth[i].seen, room_.camera(camera).model(), out);
   room_.camera(camera).add_noise(static_cast<std::uint64_t>(room_.now().count()), out);
 }
 
-void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model, cv::Mat& out) const {
+void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model,
+                      cv::Mat& out) const {
   const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, room_.config().scene.robot_height_m);
   if (!at) return;
   const double r_px = hal::kilobot_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
-  const int reach = static_cast<int>(1.3 * r_px) + 1, left = static_cast<int>(at->x_px) - reach, top = static_cast<int>(at->y_px) - reach,
-            side = 2 * reach + 1;
+  const int reach = static_cast<int>(1.3 * r_px) + 1, left = static_cast<int>(at->x_px) - reach,
+            top = static_cast<int>(at->y_px) - reach, side = 2 * reach + 1;
   if (left + side <= 0 || top + side <= 0 || left >= out.cols || top >= out.rows) return;
   const double led = robot.pose.heading_rad + led_off_heading_rad, east = std::cos(led), north = std::sin(led);
   const double turn = std::atan2(at->yx * east + at->yy * north, at->xx * east + at->xy * north) - cut_out.led_rad;
@@ -86,10 +93,12 @@ void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, 
       const double off_x = left + x - at->x_px, off_y = top + y - at->y_px;
       const double cover = std::clamp(r_px * 1.01 - std::hypot(off_x, off_y) + 0.5, 0.0, 1.0);
       // a soft shadow beside the robot
-      const double shade = 1 - 0.25 * std::clamp(1.25 - std::hypot(off_x - 0.12 * r_px, off_y - 0.12 * r_px) / r_px, 0.0, 1.0);
+      const double shade =
+          1 - 0.25 * std::clamp(1.25 - std::hypot(off_x - 0.12 * r_px, off_y - 0.12 * r_px) / r_px, 0.0, 1.0);
       cv::Vec3b& pixel = out.at<cv::Vec3b>(top + y, left + x);
       for (int k = 0; k < 3; ++k)
-        pixel[k] = cv::saturate_cast<std::uint8_t>(cover * patch.at<cv::Vec3b>(y, x)[k] + (1 - cover) * shade * pixel[k]);
+        pixel[k] =
+            cv::saturate_cast<std::uint8_t>(cover * patch.at<cv::Vec3b>(y, x)[k] + (1 - cover) * shade * pixel[k]);
     }
 }
 

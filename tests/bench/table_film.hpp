@@ -1,5 +1,6 @@
-// A film of Kilobots that walk on a virtual table, frame by frame, with the truth. The table, its cameras and the robots' ways are those of a
-// room; the robots may be cut from real pictures, turned and put where the room's are, because drawn ones are smoother than real ones.
+// A film of Kilobots that walk on a virtual table, frame by frame, with the truth. The table, its cameras and the
+// robots' ways are those of a room; the robots may be cut from real pictures, turned and put where the room's are,
+// because drawn ones are smoother than real ones.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -32,7 +33,8 @@ class TableFilm {
     double x_px, y_px, r_px, led_rad;  // within it; the direction of the LED as the picture shows it, y down
   };
   void photograph(std::size_t camera, cv::Mat& out) const;
-  void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model, cv::Mat& out) const;
+  void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model,
+             cv::Mat& out) const;
 
   sim_ode::room::Room room_;
   hal::LabTime begun_{0};

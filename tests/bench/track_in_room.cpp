@@ -1,6 +1,6 @@
-// How well robots are followed: renders a virtual room frame by frame, tracks it as a lab would, and compares with the truth.
-// track_in_room ROOM.toml [SECONDS] [--lapses] [--calibration FILE] [--jpeg QUALITY]
-// Who is who is taken from the truth, as tests/support/table_referee.hpp says.
+// How well robots are followed: renders a virtual room frame by frame, tracks it as a lab would, and compares with the
+// truth. track_in_room ROOM.toml [SECONDS] [--lapses] [--calibration FILE] [--jpeg QUALITY] Who is who is taken from
+// the truth, as tests/support/table_referee.hpp says.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -24,9 +24,9 @@ using namespace arkmesh;
 struct Options {
   std::string room;
   double seconds = 60;
-  bool lapses = false;           // says of each what happened
-  std::string calibration;       // of that file in place of the true one
-  std::optional<int> jpeg;       // pictures go through JPEG of that quality, as through a camera's stream
+  bool lapses = false;      // says of each what happened
+  std::string calibration;  // of that file in place of the true one
+  std::optional<int> jpeg;  // pictures go through JPEG of that quality, as through a camera's stream
 };
 
 // Processor time of this thread.
@@ -40,8 +40,10 @@ std::vector<tracker::Calibration> calibrations_of(const sim_ode::room::Room& roo
   const sim_ode::room::Scene& scene = room.config().scene;
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < room.cameras(); ++k) {
-    if (options.calibration.empty()) cameras.push_back(tests::true_calibration(room.camera(k).model_at_first(), scene.width_m, scene.height_m));
-    else cameras.emplace_back(tracker::read_calibration(options.calibration, room.camera(k).settings().name));
+    if (options.calibration.empty())
+      cameras.push_back(tests::true_calibration(room.camera(k).model_at_first(), scene.width_m, scene.height_m));
+    else
+      cameras.emplace_back(tracker::read_calibration(options.calibration, room.camera(k).settings().name));
   }
   return cameras;
 }
@@ -53,15 +55,20 @@ void through_jpeg(cv::Mat& picture, int quality) {
 }
 
 void print(const tests::TableScore& score) {
-  const auto percent = [&](std::uint64_t part) { return 100 * static_cast<double>(part) / static_cast<double>(score.robot_frames); };
+  const auto percent = [&](std::uint64_t part) {
+    return 100 * static_cast<double>(part) / static_cast<double>(score.robot_frames);
+  };
   const double seen = static_cast<double>(score.seen);
-  fmt::print("  tracked               {:.4f} % of robot-frames ({:.4f} % without doubt, {:.4f} % seen in the frame itself)\n", percent(score.tracked),
-             percent(score.sure), percent(score.seen));
-  fmt::print("  wrong ids             {} robot-frames, and {} of doubtful tracks, on which nobody acts\n", score.wrong, score.wrong_doubted);
-  fmt::print("  strangers             {} track-frames with no robot there, {} on a robot that has a track already\n", score.strangers, score.twice);
+  fmt::print(
+      "  tracked               {:.4f} % of robot-frames ({:.4f} % without doubt, {:.4f} % seen in the frame itself)\n",
+      percent(score.tracked), percent(score.sure), percent(score.seen));
+  fmt::print("  wrong ids             {} robot-frames, and {} of doubtful tracks, on which nobody acts\n", score.wrong,
+             score.wrong_doubted);
+  fmt::print("  strangers             {} track-frames with no robot there, {} on a robot that has a track already\n",
+             score.strangers, score.twice);
   fmt::print("  named                 {} times\n", score.namings);
-  fmt::print("  centre RMS            {:.3f} mm (mean {:.3f}, {:.3f}; worst {:.2f})\n", score.centre_rms_mm(), 1000 * score.sum_x_m / seen,
-             1000 * score.sum_y_m / seen, 1000 * score.most_m);
+  fmt::print("  centre RMS            {:.3f} mm (mean {:.3f}, {:.3f}; worst {:.2f})\n", score.centre_rms_mm(),
+             1000 * score.sum_x_m / seen, 1000 * score.sum_y_m / seen, 1000 * score.most_m);
   fmt::print("  heading RMS, LED on   {:.2f} degrees ({} looks)\n", score.heading_rms_deg(), score.headings);
   fmt::print("  LED colour right      {:.2f} % of those seen\n", score.led_right_percent());
   constexpr std::string_view names[] = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};
@@ -93,8 +100,10 @@ int measure(const Options& options) {
   for (; static_cast<double>((frame * period).count()) * 1e-6 < options.seconds; ++frame) {
     room.advance_to(begun + frame * period);
     for (std::size_t k = 0; k < room.cameras(); ++k) {
-      if (!room.picture(k, pictures[k])) pictures[k].release();
-      else if (options.jpeg) through_jpeg(pictures[k], *options.jpeg);
+      if (!room.picture(k, pictures[k]))
+        pictures[k].release();
+      else if (options.jpeg)
+        through_jpeg(pictures[k], *options.jpeg);
     }
     const double before_s = cpu_s();
     table.look(room.now(), pictures);
@@ -104,8 +113,8 @@ int measure(const Options& options) {
   fmt::print("{} robots, {} frames ({:.0f} s), {} camera(s)\n", room.robots(), frame, options.seconds, room.cameras());
   print(referee.score());
   const double frames = static_cast<double>(frame);
-  fmt::print("  tracking              {:.2f} ms of processor time a frame; the room itself {:.2f} ms\n", 1000 * tracking_s / frames,
-             1000 * (cpu_s() - begun_s - tracking_s) / frames);
+  fmt::print("  tracking              {:.2f} ms of processor time a frame; the room itself {:.2f} ms\n",
+             1000 * tracking_s / frames, 1000 * (cpu_s() - begun_s - tracking_s) / frames);
   for (const auto& [name, total] : table.counters().all()) fmt::print("  {:<21} {}\n", name, total);
   if (options.lapses)
     for (const std::string& lapse : referee.lapses()) fmt::print("{}\n", lapse);
@@ -118,11 +127,16 @@ Options read(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     const bool more = i + 1 < argc;
-    if (word == "--lapses") options.lapses = true;
-    else if (word == "--calibration" && more) options.calibration = argv[++i];
-    else if (word == "--jpeg" && more) options.jpeg = std::atoi(argv[++i]);
-    else if (place++ == 0) options.room = word;
-    else options.seconds = std::atof(argv[i]);
+    if (word == "--lapses")
+      options.lapses = true;
+    else if (word == "--calibration" && more)
+      options.calibration = argv[++i];
+    else if (word == "--jpeg" && more)
+      options.jpeg = std::atoi(argv[++i]);
+    else if (place++ == 0)
+      options.room = word;
+    else
+      options.seconds = std::atof(argv[i]);
   }
   return options;
 }

@@ -1,5 +1,6 @@
-// Judges how well a table is tracked, frame by frame, against the truth of a virtual room. Names tracks from the truth, as an identifier
-// would: all in the first frame, later ones and doubtful ones after two seconds in which they stayed so.
+// Judges how well a table is tracked, frame by frame, against the truth of a virtual room. Names tracks from the truth,
+// as an identifier would: at once in the first second, which is not judged; later ones and doubtful ones after two
+// seconds in which they stayed so.
 #pragma once
 
 #include <array>
@@ -18,19 +19,19 @@ namespace arkmesh::tests {
 
 // What was true and what is judged: robots and tracks, frame by frame.
 struct TableScore {
-  std::uint64_t robot_frames = 0;    // of robots on the table
-  std::uint64_t tracked = 0;         // a track of the robot's own name is on it
-  std::uint64_t sure = 0;            // ... and free of doubt: messages go to it
-  std::uint64_t seen = 0;            // ... and was seen in this very frame
-  std::uint64_t wrong = 0;           // a name free of doubt is that of another robot
-  std::uint64_t wrong_doubted = 0;   // a doubtful name is
-  std::uint64_t strangers = 0;       // a track seen in this frame where no robot is
-  std::uint64_t twice = 0;           // a second track on one robot, both seen in this frame
+  std::uint64_t robot_frames = 0;   // of robots on the table
+  std::uint64_t tracked = 0;        // a track of the robot's own name is on it
+  std::uint64_t sure = 0;           // ... and free of doubt: messages go to it
+  std::uint64_t seen = 0;           // ... and was seen in this very frame
+  std::uint64_t wrong = 0;          // a name free of doubt is that of another robot
+  std::uint64_t wrong_doubted = 0;  // a doubtful name is
+  std::uint64_t strangers = 0;      // a track seen in this frame where no robot is
+  std::uint64_t twice = 0;          // a second track on one robot, both seen in this frame
   std::uint64_t namings = 0;
-  std::uint64_t headings = 0;        // of robots seen with their LED on
+  std::uint64_t headings = 0;                                 // of robots seen with their LED on
   double square_m = 0, sum_x_m = 0, sum_y_m = 0, most_m = 0;  // of the centres of those seen
   double square_rad = 0;
-  std::array<std::array<std::uint64_t, 8>, 8> led{};          // [true][seen], of LEDs that were seen
+  std::array<std::array<std::uint64_t, 8>, 8> led{};  // [true][seen], of LEDs that were seen
 
   double tracked_percent() const { return 100.0 * static_cast<double>(tracked) / static_cast<double>(robot_frames); }
   double centre_rms_mm() const;
@@ -51,7 +52,7 @@ class TableReferee {
   void note(hal::LabTime now, std::string what);
 
   TableScore score_;
-  bool begun_ = false;
+  std::optional<hal::LabTime> begun_;
   std::map<tracker::TrackNumber, hal::LabTime> nameless_since_, strange_since_;
   std::vector<bool> lost_;
   std::map<tracker::TrackNumber, hal::RobotId> wrong_;
@@ -59,6 +60,7 @@ class TableReferee {
 };
 
 // The camera as it was made, known without error.
-tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m, double arena_height_m);
+tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m,
+                                      double arena_height_m);
 
 }  // namespace arkmesh::tests
