@@ -15,6 +15,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tracker/calibration_file.hpp"
+#include "tracker/camera_guard.hpp"
 #include "tracker/source.hpp"
 
 namespace arkmesh::tracker {
@@ -25,6 +26,8 @@ struct Eye {
   std::unique_ptr<CameraFeed> feed;
   cv::Mat last;
   std::string trouble;      // as last said
+  CameraGuard guard;
+  bool amiss = false, moved = false;  // as last said: the picture does not show what it should; because the camera hangs elsewhere
 };
 
 constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
@@ -48,13 +51,20 @@ class TableWatch final : public hal::kilobot::RobotWatch {
 
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
+    no_use_ = false;
     for (Eye& eye : eyes_) pictures.push_back(newest(eye));
+    for (std::size_t i = 0; i < eyes_.size(); ++i)
+      if (!pictures[i].empty() && !in_place(i, pictures[i])) pictures[i].release();
     if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
       own_counters_.add("frame.no_picture");
+      // one that is no use tells more than none at all
+      if (no_use_ || now - seen_at_ >= doubt_after) doubtful_ = expected_;
       if (onlooker_) onlooker_({now, pictures, tracker_});
       return;
     }
+    seen_at_ = now;
     const std::vector<Track>& tracks = tracker_.look(now, pictures);
+    for (std::size_t i = 0; i < eyes_.size(); ++i) learn(i, pictures[i]);
     names_->on_frame(now, tracks);
     for (const Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
     update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
@@ -87,10 +97,57 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     if (picture.empty()) return picture;
     if (same_picture(picture, eye.last)) {
       own_counters_.add("camera.frozen");
+      no_use_ = true;
       return {};
     }
     eye.last = picture;
     return picture;
+  }
+
+  // Whether places in that picture can be believed.
+  bool in_place(std::size_t camera, const cv::Mat& picture) {
+    Eye& eye = eyes_[camera];
+    const Calibration* const calibration = tracker_.calibration(camera);
+    if (!eye.guard.has_learnt() || !calibration || picture.cols != calibration->data().lens.width_px ||
+        picture.rows != calibration->data().lens.height_px)
+      return true;
+    using Verdict = CameraGuard::Verdict;
+    const Verdict verdict = eye.guard.look(picture, *calibration);
+    if (verdict == Verdict::in_place) {
+      eye.moved = false;
+      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the table as it should", eye.source);
+      return true;
+    }
+    no_use_ = true;
+    own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
+    if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
+      own_counters_.add("camera.unrecognised");
+      spdlog::warn("the camera {} does not show the table: dark, covered, or turned away? Its pictures are not used", eye.source);
+    }
+    auto now = eye.guard.realigned();
+    if ((now || verdict == Verdict::moved) && !std::exchange(eye.moved, true)) {
+      own_counters_.add("camera.moved");
+      spdlog::warn("the camera {} hangs elsewhere than it did: its pictures are not used until it is clear where", eye.source);
+    }
+    if (now) {
+      const auto before = calibration->position_m(), after = now->position_m();
+      spdlog::warn("the camera {} hangs {:.1f} mm from where it did, and its calibration follows; calibrate it anew when there is time", eye.source,
+                   1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
+      tracker_.realign(camera, std::move(*now));
+      own_counters_.add("camera.realigned");
+    }
+    return false;
+  }
+
+  // The first picture in which robots are is the one that the calibration is for.
+  void learn(std::size_t camera, const cv::Mat& picture) {
+    Eye& eye = eyes_[camera];
+    const Calibration* const calibration = tracker_.calibration(camera);
+    if (picture.empty() || eye.guard.has_learnt() || !calibration || tracker_.detections(camera).empty()) return;
+    std::vector<Circle> robots;
+    for (const Detection& robot : tracker_.detections(camera)) robots.push_back({robot.x_px, robot.y_px, robot.r_px});
+    eye.guard.learn(picture, robots, *calibration);
+    spdlog::debug("the camera {} is watched by {} marks on the table", eye.source, eye.guard.marks());
   }
 
   // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not show it. A camera that
@@ -134,6 +191,7 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
   std::uint32_t number_ = 0;
+  bool no_use_ = false;                  // a camera gave a picture that shows nothing of now, or from elsewhere
   hal::LabTime seen_at_{0};              // when any camera last gave a picture
   std::vector<hal::RobotId> expected_, doubtful_;
   std::map<TrackNumber, hal::Led> leds_;  // what the programs show
@@ -183,7 +241,7 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& a
     if (source_kind(source) == SourceKind::recording)
       camera.refuse("source", "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
     calibrations.push_back(read_calibration_of(camera, calibrations.size(), cameras.size(), arena));
-    eyes.push_back({.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}});
+    eyes.push_back({.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}, .guard = CameraGuard()});
   }
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const Lens& lens = calibrations[i].data().lens;

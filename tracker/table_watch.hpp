@@ -31,7 +31,9 @@ using Onlooker = std::function<void(const Look&)>;
 // `names`: who finds out who is who, in place of `identity`'s.
 //
 // Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again), frame.no_picture (looks for
-// which no camera had anything new).
+// which no camera had anything new that could be believed), camera.moved and camera.unrecognised (times that a picture did not show the
+// table as the first one did), camera.refused.moved and .unrecognised (pictures not used for that), camera.realigned (times a calibration
+// followed a camera).
 std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {},
                                                            const OpenCamera& open = open_camera,
                                                            std::unique_ptr<NameKeeper> names = nullptr);

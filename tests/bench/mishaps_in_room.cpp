@@ -3,8 +3,7 @@
 //
 //   mishaps_in_room FIRST_SEED SEEDS ROBOTS SECONDS "AT_S COMMAND" ...
 //
-// Mishaps are commands of a room (`arkmesh room --help`), at their seconds since the robots began to walk; `frame` commands apart they are
-// those of its control port. After the last one the run goes on for SECONDS, or until everybody has been right for 2 s.
+// Mishaps are commands of a room (`arkmesh room --help`), at their seconds since the robots began to walk. After the last one the run goes on for SECONDS, or until everybody has been right for 2 s.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -25,8 +24,8 @@ struct Mishap {
 
 struct Score {
   double right_after_s = -1;  // the last mishap
-  int wrong = 0, blind = 0, turned = 0;
-  double named_s = 0;
+  int wrong = 0, blind = 0;
+  double named_s = 0, off_m = 0;  // until everybody was named; the farthest that a fresh sighting was off
 };
 
 Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mishap>& mishaps, bool verbose) {
@@ -42,6 +41,10 @@ Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mish
     const double now_s = 0.1 * n;
     for (; next < mishaps.size() && mishaps[next].at_s <= now_s; ++next) table.happen(mishaps[next].command);
     table.step();
+    if (table.frame)
+      for (const auto& seen : table.frame->robots)
+        if (const auto at = table.truth(seen.robot); at && seen.age == hal::LabTime{0})
+          score.off_m = std::max(score.off_m, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
     for (const hal::RobotId id : table.arena->info().robots) {
       if (!table.wrong(id)) continue;
       ++score.wrong;
@@ -89,8 +92,8 @@ int main(int argc, char** argv) {
   double longest_s = 0;
   for (int seed = first; seed < first + seeds; ++seed) {
     const Score score = run(static_cast<std::uint64_t>(seed), std::atoi(argv[3]), std::atof(argv[4]), mishaps, verbose);
-    fmt::print("seed {}: named at first {:.1f} s, right after {:.1f} s, wrong frames {}, blind messages {}\n", seed, score.named_s, score.right_after_s,
-               score.wrong, score.blind);
+    fmt::print("seed {}: named at first {:.1f} s, right after {:.1f} s, wrong frames {}, blind messages {}, at most {:.1f} mm off\n", seed, score.named_s,
+               score.right_after_s, score.wrong, score.blind, 1000 * score.off_m);
     std::fflush(stdout);
     late += score.right_after_s < 0;
     wrong += score.wrong;

@@ -59,6 +59,40 @@ TEST_CASE("table: cameras and controller fail and come back") {
   CHECK(soon(table, 10, [&] { return table.arena->robots().offer({}).sent > sent; }));
 }
 
+TEST_CASE("table: a camera is knocked about") {
+  // Whether by 3 mm or so far that no mark is where it was: from then on no frame is made from places that are off, the counters say so,
+  // and frames come again when it is clear where the camera hangs now, also when it is put back. Turned away it shows nothing until then.
+  struct Row {
+    const char* knock;
+    bool followed;
+  };
+  for (const Row& row : {Row{"0 0.003", true}, Row{"0.03 -0.02 2", true}, Row{"0.4 0.3 40", false}}) {
+    CAPTURE(row.knock);
+    VirtualTable table;
+    table.start();
+    REQUIRE(everybody_soon(table, 2));
+    const auto off_m = [&] {
+      double most = 0;
+      for (const hal::Sighting& seen : table.frame ? table.frame->robots : std::vector<hal::Sighting>{})
+        if (const auto at = table.truth(seen.robot)) most = std::max(most, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
+      return most;
+    };
+    for (const std::string& command : {std::string("camera camera0 move ") + row.knock, std::string("camera camera0 ok")}) {
+      const std::uint64_t lost = table.counted("poses.lost.no_picture"), moved = table.counted("camera.moved");
+      const bool back = command.ends_with("ok");
+      table.happen(command);
+      table.step();
+      CHECK(table.frame.has_value() == (back && !row.followed));
+      table.steps(10, [&] { CHECK(off_m() < 0.003); });
+      CHECK(table.counted("camera.moved") == moved + row.followed);
+      CHECK(table.counted("poses.lost.no_picture") > lost - back);
+      if (row.followed || back) CHECK(table.right() == VirtualTable::robots);
+      else CHECK(!table.frame);
+    }
+    CHECK(table.counted("camera.realigned") == (row.followed ? 2 : 0));
+  }
+}
+
 TEST_CASE("table: a robot is taken away and put elsewhere") {
   // A robot off the table is in no frame for long; put elsewhere it is named again and in its new place.
   VirtualTable table;
