@@ -79,5 +79,17 @@ def table_dhtf(bench):
     return (room > 0 if bench.short else abs(off) <= 25), value, "tasks" if bench.short else "within 25 %"
 
 
-TABLE = [table_accuracy, table_speed, table_thousand, table_dhtf]
+def table_swap(bench):
+    """Two robots swapped by hand on a table of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
+    seeds, held_s = 1 if bench.short else 5, 1.5
+    rows = re.findall(r"right after ([-\d.]+) s, wrong frames (\d+), blind messages (\d+)",
+                      lines_of([bench.built("mishaps_in_room"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
+    seconds = [float(row[0]) - held_s for row in rows]
+    wrong, blind = (sum(int(row[k]) for row in rows) for k in (1, 2))
+    print("  right after", ", ".join(f"{each:.1f}" for each in seconds), "s")
+    met = len(rows) == seeds and all(0 <= each <= 20 for each in seconds) and wrong == 0 and blind == 0
+    return met, f"at most {max(seconds):.1f} s, {wrong} wrong frames, {blind} messages meanwhile", "20 s, 0, 0"
+
+
+TABLE = [table_accuracy, table_speed, table_thousand, table_dhtf, table_swap]
 NOT_JUDGED_SHORT = {table_speed, table_thousand}

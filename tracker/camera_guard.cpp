@@ -20,6 +20,8 @@ constexpr int columns = 12, rows = 9;               // the picture is divided in
 constexpr std::size_t most_marks = 40;              // the best of them
 constexpr double certain_px = 0.12;                 // a mark's place is known to so much, given the picture's noise
 constexpr double least_likeness = 0.75;             // correlation with the template
+constexpr double roughly_px = 0.3, precisely_px = 0.05;
+constexpr std::size_t turns = 4;
 constexpr double farthest_px = 5;                   // that a mark is followed without searching
 constexpr std::size_t fewest_marks = 8, fewest_for_fit = 6;
 constexpr int small_width = 480, small_half = 8, small_reach = 56;  // searching, in the shrunk picture
@@ -70,24 +72,24 @@ void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, cons
   marks_.clear();
   shrunk_ = std::max(1, (bgr.cols + small_width - 1) / small_width);
   small_ = shrink(bgr, shrunk_);
-  cv::Mat grey, strength;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  cv::cornerMinEigenVal(grey, strength, side, 3);
+  const int by = (bgr.cols + 959) / 960;  // corners are chosen in a smaller picture
+  cv::Mat strength;
+  cv::cornerMinEigenVal(shrink(bgr, by), strength, std::max(3, side / by), 3);
   const double noise = std::max(1.0, noise_of(bgr));
   for (int field = 0; field < columns * rows; ++field) {
-    const int left = field % columns * bgr.cols / columns, right = (field % columns + 1) * bgr.cols / columns;
-    const int top = field / columns * bgr.rows / rows, bottom = (field / columns + 1) * bgr.rows / rows;
+    const int left = field % columns * strength.cols / columns, right = (field % columns + 1) * strength.cols / columns;
+    const int top = field / columns * strength.rows / rows, bottom = (field / columns + 1) * strength.rows / rows;
     float best = 0;
     cv::Point at(-1, -1);
-    const int edge = half + 3;
-    for (int y = std::max(top, edge); y < std::min(bottom, bgr.rows - edge); ++y)
-      for (int x = std::max(left, edge); x < std::min(right, bgr.cols - edge); ++x) {
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) {
         if (strength.at<float>(y, x) <= best) continue;
+        const cv::Point here(x * by + by / 2, y * by + by / 2);
         // a robot and its light
-        if (std::any_of(robots.begin(), robots.end(), [&](const Circle& robot) { return std::hypot(robot.x_px - x, robot.y_px - y) < 2 * robot.r_px + 1.5 * half; }))
-          continue;
+        const auto hidden = [&](const Circle& robot) { return std::hypot(robot.x_px - here.x, robot.y_px - here.y) < 2 * robot.r_px + 1.5 * half; };
+        if (std::any_of(robots.begin(), robots.end(), hidden)) continue;
         best = strength.at<float>(y, x);
-        at = {x, y};
+        at = here;
       }
     if (at.x < 0) continue;
     Mark mark{.x_px = static_cast<double>(at.x), .y_px = static_cast<double>(at.y)};
@@ -120,7 +122,7 @@ void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, cons
 }
 
 // Follows a mark from a place where it may be; false when it is not to be seen near there.
-bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px) const {
+bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px, double within_px) const {
   std::array<float, side * side> now;
   const double from_x_px = x_px, from_y_px = y_px, determinant = mark.xx * mark.yy - mark.xy * mark.xy;
   double likeness = 0;
@@ -140,7 +142,7 @@ bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px)
     const double move_x = (mark.yy * off_x - mark.xy * off_y) / determinant, move_y = (mark.xx * off_y - mark.xy * off_x) / determinant;
     x_px -= std::clamp(move_x, -2.0, 2.0), y_px -= std::clamp(move_y, -2.0, 2.0);
     if (std::hypot(x_px - from_x_px, y_px - from_y_px) > farthest_px) return false;
-    if (std::abs(move_x) + std::abs(move_y) < 0.05) break;
+    if (std::abs(move_x) + std::abs(move_y) < within_px) break;
   }
   mark.off_x_px = x_px - mark.at_x_px, mark.off_y_px = y_px - mark.at_y_px;
   return likeness >= least_likeness;
@@ -148,15 +150,22 @@ bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px)
 
 CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& calibration) {
   if (marks_.size() < fewest_marks) return Verdict::in_place;
-  std::vector<double> off;
-  for (Mark& mark : marks_) {
-    mark.seen = find(mark, bgr, mark.at_x_px, mark.at_y_px);
-    if (mark.seen) off.push_back(std::hypot(mark.off_x_px, mark.off_y_px));
-  }
-  const bool recognised = static_cast<double>(off.size()) >= std::max(4.0, settings_.least_seen * static_cast<double>(marks_.size()));
   const auto scale = calibration.scale({0, 0}, 0);
   const double most_px = std::max(settings_.tolerance_px, settings_.tolerance_m * (scale ? scale->smallest : 0));
-  off_px_ = off.empty() ? 0 : median(off);
+  // By turns every fourth mark; when half of these are not seen where they belong, all of them. `seen` is what is recognised.
+  const auto compare = [&](std::size_t first, std::size_t step) {
+    std::vector<double> off;
+    std::size_t looked_at = 0;
+    for (std::size_t i = first; i < marks_.size(); i += step, ++looked_at) {
+      marks_[i].seen = find(marks_[i], bgr, marks_[i].at_x_px, marks_[i].at_y_px, step > 1 ? roughly_px : precisely_px);
+      if (marks_[i].seen) off.push_back(std::hypot(marks_[i].off_x_px, marks_[i].off_y_px));
+    }
+    const bool recognised = static_cast<double>(off.size()) >= std::max(4.0, (step > 1 ? 0.5 : settings_.least_seen) * static_cast<double>(looked_at));
+    off_px_ = off.empty() ? 0 : median(off);
+    return recognised;
+  };
+  bool recognised = compare(turn_++ % turns, turns);
+  if (!recognised || off_px_ > most_px) recognised = compare(0, 1);
   if (recognised && off_px_ <= most_px) {
     amiss_ = 0;
     tried_.reset();
@@ -208,7 +217,7 @@ void CameraGuard::search(const cv::Mat& bgr) {
   for (Mark& mark : marks_) {
     const double x = whole.at<double>(0, 0) * mark.at_x_px + whole.at<double>(0, 1) * mark.at_y_px + whole.at<double>(0, 2);
     const double y = whole.at<double>(1, 0) * mark.at_x_px + whole.at<double>(1, 1) * mark.at_y_px + whole.at<double>(1, 2);
-    mark.seen = find(mark, bgr, x, y);
+    mark.seen = find(mark, bgr, x, y, precisely_px);
   }
 }
 

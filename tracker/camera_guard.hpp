@@ -54,7 +54,7 @@ class CameraGuard {
     double energy = 0, xx = 0, xy = 0, yy = 0, sigma_px = 0;
   };
 
-  bool find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px) const;
+  bool find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px, double within_px) const;
   void search(const cv::Mat& bgr);
   std::optional<Calibration> fit(const Calibration& from) const;
 
@@ -64,6 +64,7 @@ class CameraGuard {
   cv::Mat small_;              // the first picture, shrunk and grey
   int shrunk_ = 1;
   double off_px_ = 0;
+  std::size_t turn_ = 0;
   int amiss_ = 0;              // pictures in a row
   std::optional<Calibration> tried_, found_;
 };
