@@ -169,6 +169,7 @@ class Detector::Search {
     std::erase_if(suspects, [&](const Suspect& one) {
       return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px || 2 * one.rim.circle.r_px > settings_.largest_diameter_px;
     });
+    for (Suspect& one : suspects) one.evidence *= one.clear;
     const auto r_px = common_radius_px(std::move(suspects), bgr.cols, bgr.rows);
     if (!r_px) return {};
     return 2 * *r_px;
@@ -183,11 +184,16 @@ class Detector::Search {
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5, 60, suspects);
     const double tolerance = settings_.diameter_tolerance;
     const Likeness common = likeness(suspects, r_px, tolerance);
-    for (Suspect& one : suspects) one.evidence = confidence(one, common, tolerance);
+    // Where robots are, one at least is beyond doubt, by itself and among the others: else it is a view of clutter.
+    double clearest = 0;
+    for (Suspect& one : suspects) {
+      const double among = confidence(one, common, tolerance);
+      clearest = std::max(clearest, std::min(among, one.clear * one.evidence));
+      one.evidence = among;
+    }
     std::sort(suspects.begin(), suspects.end());
     std::vector<Detection> found;
-    // Where robots are, one at least is beyond doubt: a view with doubtful ones only is a view of clutter.
-    if (suspects.empty() || suspects.front().evidence < std::max(0.65, settings_.least_confidence)) return found;
+    if (clearest < std::max(0.65, settings_.least_confidence)) return found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
     for (const Suspect& one : suspects) {
       if (one.evidence < settings_.least_confidence) break;

@@ -43,16 +43,6 @@ void rises(const float* __restrict along, int count, float* __restrict rise) {
   }
 }
 
-float between(const ShrunkPicture& patch, float x, float y) {
-  const int ix = static_cast<int>(x), iy = static_cast<int>(y);
-  const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
-  const std::int16_t* upper = patch.row(iy) + ix;
-  const std::int16_t* lower = upper + patch.width;
-  const float top = static_cast<float>(upper[0]) + fx * static_cast<float>(upper[1] - upper[0]);
-  const float bottom = static_cast<float>(lower[0]) + fx * static_cast<float>(lower[1] - lower[0]);
-  return (top + fy * (bottom - top)) * 0.125F;
-}
-
 }  // namespace
 
 void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span) {
@@ -88,7 +78,7 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
         along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[index[static_cast<std::size_t>(k)]]);
     } else {
       for (int k = 0; k < known; ++k)
-        along[static_cast<std::size_t>(k)] = between(picture, x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
+        along[static_cast<std::size_t>(k)] = picture.at(x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
     }
     if (reach == 2) rises<2>(along.data(), known, step.data());
     else rises<3>(along.data(), known, step.data());
@@ -211,35 +201,7 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     std::nth_element(offs.begin(), offs.begin() + offs_count / 2, offs.begin() + offs_count);
     rim.scatter = offs[static_cast<std::size_t>(offs_count / 2)] / fitted.r;
   }
-  // Grey level of rings round the centre, each looked at in 16 directions.
-  const float most_x = static_cast<float>(patch_.width) - 1.001F, most_y = static_cast<float>(patch_.height) - 1.001F;
-  std::array<float, 5 * 16> within{};
-  std::size_t within_count = 0;
-  for (std::size_t ring = 0; ring < rim.rings.size(); ++ring) {
-    const float far = (0.1F * static_cast<float>(ring) + 0.05F) * fitted.r;
-    float sum = 0;
-    int count = 0;
-    for (std::size_t ray = ring % 2; ray < static_cast<std::size_t>(rays); ray += 3) {
-      const float px = static_cast<float>(x) + fitted.x + far * towards.x[ray],
-                  py = static_cast<float>(y) + fitted.y + far * towards.y[ray];
-      if (!(px >= 0 && py >= 0 && px <= most_x && py <= most_y)) continue;
-      const float value = fitted.r > 11 ? 0.125F * static_cast<float>(patch_.row(static_cast<int>(py + 0.5F))[static_cast<int>(px + 0.5F)])
-                                        : between(patch_, px, py);
-      if (ring < 9 && ring % 2 == 0) within[within_count++] = value;
-      sum += value;
-      ++count;
-    }
-    rim.rings[ring] = count ? sum / static_cast<float>(count) : 0;
-  }
-  if (within_count == 0) return;
-  // Median deviation: a glint or an LED alone does not count.
-  const auto middle = within.begin() + static_cast<std::ptrdiff_t>(within_count / 2),
-             end = within.begin() + static_cast<std::ptrdiff_t>(within_count);
-  std::nth_element(within.begin(), middle, end);
-  const float usual = *middle;
-  for (auto value = within.begin(); value != end; ++value) *value = std::abs(*value - usual);
-  std::nth_element(within.begin(), middle, end);
-  rim.activity = *middle;
+  rim.face = face_of(patch_, static_cast<float>(x) + fitted.x, static_cast<float>(y) + fitted.y, fitted.r);
 }
 
 std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tracker/circle.hpp"
+#include "tracker/face.hpp"
 #include "tracker/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
@@ -19,9 +20,7 @@ struct Rim {
   float inside = 0;        // part of the rays whose edge would lie inside the picture
   float contrast = 0;      // median step over the edge, in grey levels
   float scatter = 0;       // of the edges round the circle, as a part of its radius (median deviation)
-  float activity = 0;      // median deviation of the grey level within 0.9 of the radius, in grey levels
-  // Mean grey level in rings round the centre; ring i reaches from 0.1 i to 0.1 (i + 1) of the radius.
-  std::array<float, 13> rings{};
+  Face face;               // what it encloses
 };
 
 // Keeps its working memory from call to call.

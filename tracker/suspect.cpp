@@ -10,7 +10,9 @@ namespace {
 // Circles of different robots have their centres at least this part of a radius apart; touching ones, two radii.
 constexpr double least_apart = 1.5;
 
-double ramp(double value, double none, double all) { return std::clamp((value - none) / (all - none), 0.0, 1.0); }
+double ramp(double value, double none, double all) {
+  return std::clamp((value - none) / (all - none), 0.0, 1.0);
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -19,13 +21,32 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin cell may be plain.
-double looks(double weber, double activity) { return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.02, 0.07)); }
+// Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin
+// cell may be plain.
+double looks(double weber, double activity) {
+  return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.02, 0.07));
+}
 
-// How much one suspect says about the size of all: clutter is plentiful but weak, and small circles are easily imagined.
+// Whether it has a board like a robot's: motley with parts, dark gaps between them; and something on it, not the table
+// itself as a ring has.
+double likeness_of(const Face& face, double outside) {
+  const double coin = static_cast<double>(face.coin), board = static_cast<double>(face.board),
+               low = static_cast<double>(face.board_low);
+  // in parts of the brightness here; what is nowhere dark is seen through haze
+  const double range = std::max(std::max({outside, coin, board}) - 0.7 * low, 15.0);
+  const double motley = ramp((static_cast<double>(face.board_high) - low) / range, 0.06, 0.18);
+  const double gaps = ramp((board - low) / range, 0.01, 0.05);
+  const double dark_table = ramp((outside - board) / range, 0.3, 0.1);
+  const double solid =
+      std::max(ramp((coin - board) / range, 0.8, 0.6), dark_table * ramp((coin - outside) / range, 0.1, 0.25));
+  return motley * gaps * solid;
+}
+
+// How much one suspect says about the size of all: clutter is plentiful but weak and open, and small circles are easily
+// imagined.
 double vote(const Suspect& one) {
   const double squared = one.evidence * one.evidence;
-  return squared * squared * squared * std::min(1.0, one.rim.circle.r_px / 8);
+  return static_cast<double>(one.rim.closed) * squared * squared * squared * std::min(1.0, one.rim.circle.r_px / 8);
 }
 
 }  // namespace
@@ -33,16 +54,27 @@ double vote(const Suspect& one) {
 bool Suspect::operator<(const Suspect& other) const {
   if (evidence != other.evidence) return evidence > other.evidence;
   if (rim.support != other.rim.support) return rim.support > other.rim.support;
-  return rim.circle.y_px != other.rim.circle.y_px ? rim.circle.y_px < other.rim.circle.y_px : rim.circle.x_px < other.rim.circle.x_px;
+  return rim.circle.y_px != other.rim.circle.y_px ? rim.circle.y_px < other.rim.circle.y_px
+                                                  : rim.circle.x_px < other.rim.circle.x_px;
 }
 
 Suspect suspect(const Rim& rim) {
-  const double outside = (rim.rings[11] + rim.rings[12]) / 2, board = rim.rings[8];
+  const double outside = (rim.face.rings[11] + rim.face.rings[12]) / 2, board = rim.face.rings[8];
   Suspect one{rim, rim.contrast / std::max({outside, board, 25.0})};
-  const double step = std::abs(outside - (rim.rings[3] + rim.rings[6] + board) / 3);
-  one.activity = rim.activity / std::max(step, 1.0);
+  const double step = std::abs(outside - (rim.face.rings[3] + rim.face.rings[6] + board) / 3);
+  one.activity = rim.face.activity / std::max(step, 1.0);
   one.shape = ramp(rim.support, 0.4, 0.75) * ramp(rim.closed, 0.05, 0.28) * ramp(rim.inside, 0.3, 0.6);
-  one.evidence = one.shape * looks(one.weber, one.activity);
+  one.likeness = likeness_of(rim.face, outside);
+  // Things on a picture are round by chance, too; then the step over the rim is small beside what varies outside it
+  // anyway.
+  one.clear =
+      ramp(rim.contrast / std::max(static_cast<double>(rim.face.outside_high - rim.face.outside_low), 8.0), 0.15, 0.45);
+  // Only on dark tables are robots brighter than what surrounds them, down to their gaps.
+  const double brightest =
+      std::max({outside, static_cast<double>(rim.face.coin), static_cast<double>(rim.face.board), 15.0});
+  const double low = static_cast<double>(rim.face.board_low);
+  one.clear *= std::max(ramp((low - outside) / brightest, 0.25, 0.1), ramp(outside / brightest, 0.75, 0.6));
+  one.evidence = one.shape * looks(one.weber, one.activity) * one.likeness;
   return one;
 }
 
@@ -56,12 +88,15 @@ std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_
     // Only strong suspects can name a size.
     const double r_px = suspects[i].rim.circle.r_px;
     if (suspects[i].evidence < 0.4) break;
-    if (std::any_of(groups.begin(), groups.end(), [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; })) continue;
+    if (std::any_of(groups.begin(), groups.end(),
+                    [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
+      continue;
     Places places(least_apart * r_px, width_px, height_px);
     std::vector<double> radii;
     Group group{r_px, 0};
     for (const Suspect& one : suspects) {
-      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, least_apart * r_px)) continue;
+      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, least_apart * r_px))
+        continue;
       places.add(one.rim.circle);
       group.votes += vote(one);
       if (one.evidence > 0.5) radii.push_back(one.rim.circle.r_px);
@@ -110,7 +145,8 @@ Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tole
       const double off = one->rim.circle.r_px - (r0 + per_x * x + per_y * y), part = off / (0.15 * common.r_px);
       if (part * part >= 1) continue;
       const double weight = (1 - part * part) * (1 - part * part);
-      s0 += weight, sx += weight * x, sy += weight * y, sxx += weight * x * x, sxy += weight * x * y, syy += weight * y * y;
+      s0 += weight, sx += weight * x, sy += weight * y, sxx += weight * x * x, sxy += weight * x * y,
+          syy += weight * y * y;
       b0 += weight * off, bx += weight * off * x, by += weight * off * y;
     }
     // Stiff against tilting: as if robots of the mean size stood far out on all sides.
@@ -131,7 +167,8 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
   const Circle& circle = suspect.rim.circle;
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
   // A weak rim among weak rims is as good as a strong one among strong ones.
-  double value = suspect.shape * std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
+  double value = suspect.shape * suspect.likeness *
+                 std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
   if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);
   if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.15, 0.4);
@@ -139,10 +176,14 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
 }
 
 Places::Places(double cell_px, int width_px, int height_px)
-    : cell_px_(std::max(cell_px, 1.0)), wide_(static_cast<int>(width_px / cell_px_) + 3), high_(static_cast<int>(height_px / cell_px_) + 3),
+    : cell_px_(std::max(cell_px, 1.0)),
+      wide_(static_cast<int>(width_px / cell_px_) + 3),
+      high_(static_cast<int>(height_px / cell_px_) + 3),
       cells_(static_cast<std::size_t>(wide_) * static_cast<std::size_t>(high_)) {}
 
-void Places::add(const Circle& circle) { cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle); }
+void Places::add(const Circle& circle) {
+  cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle);
+}
 
 bool Places::taken(const Circle& circle, double least_px) const {
   const int x = column(circle.x_px), y = line(circle.y_px);
@@ -153,8 +194,12 @@ bool Places::taken(const Circle& circle, double least_px) const {
   return false;
 }
 
-int Places::column(double x_px) const { return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1); }
-int Places::line(double y_px) const { return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1); }
+int Places::column(double x_px) const {
+  return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1);
+}
+int Places::line(double y_px) const {
+  return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1);
+}
 std::size_t Places::cell(int x, int y) const {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x);
 }

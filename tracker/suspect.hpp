@@ -14,7 +14,9 @@ struct Suspect {
   double weber = 0;     // step over the rim, as a part of the brighter side
   double activity = 0;  // how much the grey level varies within, as a part of the difference to the outside
   double shape = 0;     // 0..1: how closed and round the rim is
-  double evidence = 0;  // 0..1, of this rim alone: closed, strong, with something inside it
+  double likeness = 0;  // 0..1: what is inside is like a robot's board and coin cell
+  double clear = 0;     // 0..1: how far the step over the rim stands out from what varies outside anyway
+  double evidence = 0;  // 0..1, of this rim alone: its shape, its step and what is inside together
   bool operator<(const Suspect& other) const;  // stronger first; ties by place
 };
 
@@ -22,9 +24,9 @@ Suspect suspect(const Rim& rim);
 
 // What the robots of one view have in common.
 struct Likeness {
-  double r_px = 0;                       // at the picture's origin ...
-  double r_per_x = 0, r_per_y = 0;       // ... and how it drifts over the view, px per px
-  double weber = 0, activity = 0;        // medians
+  double r_px = 0;                  // at the picture's origin ...
+  double r_per_x = 0, r_per_y = 0;  // ... and how it drifts over the view, px per px
+  double weber = 0, activity = 0;   // medians
   bool darker = true;
   double r_at(double x_px, double y_px) const { return r_px + r_per_x * x_px + r_per_y * y_px; }
 };
