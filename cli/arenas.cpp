@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/operator_stop.hpp"
 #include "cli/room_arena.hpp"
 #include "cli/table_window.hpp"
 #include "hal/arena_config.hpp"
@@ -39,7 +40,7 @@ const std::vector<Entry>& arenas() {
   static const std::vector<Entry> table = {
       {"ode", {"ode"}, [](auto& arena, auto& a) { return sim_ode::make_ode_arena(arena, a.run.lab, a.run.seed); }},
       {"kilobot", {"kilobot"}, [](auto& arena, auto& a) {
-         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, tracker::make_table_watch(arena, window(arena, a)));
+         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, tracker::make_table_watch(arena, window(arena, a)), operator_stops);
        }},
       {"room", {"room", "kilobot"}, [](auto& arena, auto& a) { return make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
       {"replay", {"replay"}, [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},

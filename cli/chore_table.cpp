@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "cli/operator_stop.hpp"
+#include "cli/room_arena.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "scenarios/run_config.hpp"
 #include "sim_ode/ode_arena.hpp"
@@ -43,12 +45,17 @@ namespace {
 
 constexpr hal::LabTime slice{20'000}, copies_apart{60'000};
 
+// Simulated robots have the chore's program loaded by hands that need no hex file.
+std::vector<std::string> program_set(const ChoreOptions& options) {
+  if (options.program.empty()) return {};
+  return {"arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / options.program).string()};
+}
+
 hal::Config read_config(const ChoreOptions& options) {
   hal::Config config = hal::Config::from_file(options.file, options.sets);
-  if (options.program.empty() || config.root().section("arena").text("use", "ode") != "ode") return config;
-  // simulated robots have it loaded by hands that need no hex file
+  if (config.root().section("arena").text("use", "ode") != "ode") return config;
   std::vector<std::string> sets = options.sets;
-  sets.push_back("arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / options.program).string());
+  for (const std::string& set : program_set(options)) sets.push_back(set);
   return hal::Config::from_file(options.file, sets);
 }
 
@@ -58,10 +65,13 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
   const hal::Section root = config_.root(), arena = root.section("arena");
   const scenarios::RunConfig run = scenarios::read_run_config(root);
   const std::string use = arena.text("use", "ode");
-  if (use == "kilobot") {
+  simulated_ = use != "kilobot";
+  if (use == "kilobot" || use == "room") {
     auto names = std::make_unique<ChoreNames>();
     names_ = names.get();
-    arena_ = hal::kilobot::make_kilobot_arena(arena, run.lab, tracker::make_table_watch(arena, {}, tracker::open_camera, std::move(names)));
+    if (use == "room") arena_ = make_room_arena(arena, run.lab, run.seed, {}, std::move(names), program_set(options));
+    else
+      arena_ = hal::kilobot::make_kilobot_arena(arena, run.lab, tracker::make_table_watch(arena, {}, tracker::open_camera, std::move(names)), operator_stops);
   } else if (use == "ode") {
     arena_ = sim_ode::make_ode_arena(arena, run.lab, run.seed);
     numbers_.resize(arena_->info().robots.size());
@@ -69,7 +79,7 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
     hal::RandomStream chance(run.seed, run.lab + "/chores");
     for (std::size_t i = numbers_.size(); i > 1; --i) std::swap(numbers_[i - 1], numbers_[chance.below(i)]);
   } else {
-    arena.refuse("use", "has no robots to talk to; take \"kilobot\" or \"ode\"");
+    arena.refuse("use", "has no robots to talk to; take \"kilobot\", \"room\" or \"ode\"");
   }
   arena_->advance_to(now_);
 }

@@ -1,5 +1,5 @@
 // A lab's table for the chores before an experiment, when robots have no names yet: tracks of whoever is there come in, broadcasts and
-// messages go out. Real tables and simulated ones alike.
+// messages go out. Real tables, virtual rooms and simulated arenas alike.
 #pragma once
 
 #include <chrono>
@@ -34,7 +34,8 @@ class ChoreTable {
   ~ChoreTable();
 
   const hal::ArenaInfo& info() const { return arena_->info(); }
-  bool is_simulated() const { return names_ == nullptr; }
+  // Robots of a simulation or a virtual room have the chore's program already.
+  bool is_simulated() const { return simulated_; }
   // Since the table was there.
   hal::LabTime now() const { return now_; }
   double seconds() const { return static_cast<double>(now_.count()) * 1e-6; }
@@ -47,12 +48,14 @@ class ChoreTable {
   void withhold(std::span<const hal::RobotId> doubtful);
   hal::RobotLink& robots() { return arena_->robots(); }
   const hal::Counters& counters() const { return arena_->counters(); }
+  hal::Arena& arena() { return *arena_; }
 
  private:
   void look_at_simulation();
 
   hal::Config config_;
-  ChoreNames* names_ = nullptr;            // owned by the arena; null: simulated
+  bool simulated_ = false;
+  ChoreNames* names_ = nullptr;            // owned by the arena; null: no cameras, poses without names are looked at
   std::unique_ptr<hal::Arena> arena_;
   hal::LabTime now_{0}, next_copy_{0};
   std::vector<tracker::TrackNumber> numbers_;   // of simulated robots

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/operator_stop.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
 
@@ -104,7 +105,7 @@ class RoomTime final : public hal::WallTime {
 
 class RoomArena final : public hal::Arena {
  public:
-  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, tracker::Onlooker onlooker)
+  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, tracker::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), room_(config_.root()), eyes_(room_), time_(room_, eyes_) {
     config_.refuse_unknown();
     const hal::Section kilobot = arena.section("kilobot");
@@ -115,8 +116,8 @@ class RoomArena final : public hal::Arena {
       const std::size_t camera = next++;
       return std::make_unique<RoomFeed>(eyes_, camera, room_.camera(camera).settings().name);
     };
-    arena_ = hal::kilobot::make_kilobot_arena(arena, lab, tracker::make_table_watch(arena, std::move(onlooker), open), std::make_unique<RoomWire>(room_),
-                                              time_);
+    arena_ = hal::kilobot::make_kilobot_arena(arena, lab, tracker::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
+                                              std::make_unique<RoomWire>(room_), time_, operator_stops);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }
@@ -138,9 +139,15 @@ class RoomArena final : public hal::Arena {
 }  // namespace
 
 std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed, tracker::Onlooker onlooker) {
+  return make_room_arena(arena, lab, seed, std::move(onlooker), nullptr, {});
+}
+
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed, tracker::Onlooker onlooker,
+                                            std::unique_ptr<tracker::NameKeeper> names, std::vector<std::string> sets) {
   const std::filesystem::path file = arena.section("room").path("file", "");
   if (file.empty()) arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
-  return std::make_unique<RoomArena>(hal::Config::from_file(file, {fmt::format("room.seed={}", seed)}), arena, lab, std::move(onlooker));
+  sets.push_back(fmt::format("room.seed={}", seed));
+  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, lab, std::move(onlooker), std::move(names));
 }
 
 sim_ode::room::Room& room_of(hal::Arena& arena) {

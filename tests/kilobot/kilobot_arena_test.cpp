@@ -129,6 +129,28 @@ TEST_CASE("kilobot arena: not ready in time") {
   CHECK(holds(mute.failure(), "there is no cable"));
 }
 
+TEST_CASE("kilobot arena: begins without somebody") {
+  // When the wait is over, as many robots as may be missing are counted and left out; one more ends the lab, and so does an operator, at once.
+  Table table("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
+  table.eyes_see->in_doubt = {2};
+  table.frame(0);
+  CHECK(table.arena->counters()["robots.missing_at_start"] == 1);
+  CHECK(table.arena->poses().latest().has_value());
+
+  Table two("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
+  two.eyes_see->in_doubt = {2, 3};
+  CHECK(holds(two.failure(), "2 of 4 robots have not been seen and named (2, 3)"));
+
+  Table stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
+  stopped.eyes_see->in_doubt = {2};
+  const Moment begun = stopped.wall.now();
+  stopped.arena = make_kilobot_arena(section("kilobot.may_miss = 1"), "roark", std::make_unique<FakeWatch>(stopped.eyes_see),
+                                     std::make_unique<FakeWire>(stopped.cable), stopped.wall, [&] { return stopped.wall.now() - begun > 5s; });
+  const std::string said = stopped.failure();
+  CHECK(holds(said, "stopped by the operator; waited for the table: 1 of 4 robots"));
+  CHECK(stopped.wall.now() - begun < 7s);
+}
+
 TEST_CASE("kilobot arena: real time") {
   // Lab time begins with the first later call, however long after frame 0, and each frame is looked at in its moment.
   Table table;

@@ -30,11 +30,18 @@ constexpr LabTime blind_after = 1s;                            // no frame for s
 
 class KilobotArena final : public Arena {
  public:
-  KilobotArena(ArenaInfo info, const OverheadSettings& settings, std::chrono::microseconds names_within, std::unique_ptr<Wire> wire,
+  // What the beginning puts up with.
+  struct Patience {
+    std::chrono::microseconds names_within;
+    std::size_t may_miss = 0;
+    OperatorStops stops;
+  };
+
+  KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<Wire> wire,
                std::unique_ptr<RobotWatch> eyes, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
-        names_within_(names_within),
+        patience_(std::move(patience)),
         eyes_(std::move(eyes)),
         poses_(own_counters_),
         pacer_(info_.frame_period, own_counters_, wall),
@@ -106,9 +113,12 @@ class KilobotArena final : public Arena {
         return;
       }
       const Moment at = now();
-      if (at - begun > names_within_)
+      if (patience_.stops && patience_.stops()) throw std::runtime_error("stopped by the operator; waited for the table: " + missing(frame.has_value()));
+      if (at - begun > patience_.names_within) {
+        if (frame && controller_.is_up() && may_begin_without(unnamed())) return begin_without(std::move(*frame));
         throw std::runtime_error(
-            fmt::format("the table was not ready within {} s: {}", names_within_.count() / 1'000'000, missing(frame.has_value())));
+            fmt::format("the table was not ready within {} s: {}", patience_.names_within.count() / 1'000'000, missing(frame.has_value())));
+      }
       if (at >= say_at) {
         say_at = at + say_again_after;
         spdlog::info("waiting for the table: {}", missing(frame.has_value()));
@@ -117,19 +127,37 @@ class KilobotArena final : public Arena {
     }
   }
 
+  std::vector<RobotId> unnamed() const {
+    std::vector<RobotId> out;
+    std::ranges::set_intersection(eyes_->doubtful(), info_.robots, std::back_inserter(out));
+    return out;
+  }
+
+  bool may_begin_without(const std::vector<RobotId>& robots) const {
+    return !robots.empty() && robots.size() <= patience_.may_miss && robots.size() < info_.robots.size();
+  }
+
+  // The eyes go on looking for the others.
+  void begin_without(PoseFrame frame) {
+    own_counters_.add("robots.missing_at_start", unnamed().size());
+    spdlog::warn("the lab begins without {} of {} robots ({}): nothing is said to them until they are found", unnamed().size(), info_.robots.size(),
+                 in_words(unnamed()));
+    put(std::move(frame), LabTime{0});
+    controller_.hold(false);
+  }
+
   // What the wait at the beginning waits for.
   std::string missing(bool pictures) const {
     if (!controller_.is_up() && !line_.is_open())
       return line_.trouble().empty() ? "the overhead controller does not answer the connection" : line_.trouble();
     if (!controller_.is_up()) return "the overhead controller is starting";
     if (!pictures) return "the cameras give no picture";
-    std::vector<RobotId> unnamed;
-    std::ranges::set_intersection(eyes_->doubtful(), info_.robots, std::back_inserter(unnamed));
-    if (unnamed.empty()) return "not every robot has been seen and named";
+    const std::vector<RobotId> robots = unnamed();
+    if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
         "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, and is "
-        "that their id?",
-        unnamed.size(), info_.robots.size(), in_words(unnamed));
+        "that their id? arena.kilobot.may_miss lets the lab begin without some",
+        robots.size(), info_.robots.size(), in_words(robots));
   }
 
   void serve() {
@@ -184,7 +212,7 @@ class KilobotArena final : public Arena {
 
   WallTime& wall_;
   ArenaInfo info_;
-  std::chrono::microseconds names_within_;
+  Patience patience_;
   std::unique_ptr<RobotWatch> eyes_;
   Counters own_counters_;
   mutable Counters counters_;  // with those of the eyes, brought up to date when somebody looks
@@ -202,7 +230,7 @@ class KilobotArena final : public Arena {
 }  // namespace
 
 std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall) {
+                                          std::unique_ptr<Wire> wire, WallTime& wall, OperatorStops stops) {
   const ArenaConfig config = read_arena_config(arena);
   const Section kilobot = arena.section("kilobot");
   ArenaInfo info;
@@ -215,12 +243,13 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   info.frame_period = config.frame_period;
   info.max_robot = max_robot_id;
   const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
-  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot),
-                                        std::chrono::microseconds{std::llround(names_within_s * 1e6)}, std::move(wire), std::move(eyes),
-                                        wall);
+  KilobotArena::Patience patience{.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)},
+                                  .may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023)),
+                                  .stops = std::move(stops)};
+  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), std::move(patience), std::move(wire), std::move(eyes), wall);
 }
 
-std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes) {
+std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes, OperatorStops stops) {
   const Section kilobot = arena.section("kilobot");
   const std::string port = kilobot.required_text("port");
   std::unique_ptr<Wire> wire;
@@ -232,7 +261,7 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   // a device that is not there now is a mistake in the file or on the table; later it is a fault that heals
   wire->open();
   if (wire->check() == Wire::State::closed) kilobot.refuse("port", wire->trouble());
-  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire));
+  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire), machine_time(), std::move(stops));
 }
 
 }  // namespace arkmesh::hal::kilobot
