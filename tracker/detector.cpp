@@ -9,6 +9,7 @@
 #include "tracker/led_spot.hpp"
 #include "tracker/round_votes.hpp"
 #include "tracker/suspect.hpp"
+#include "tracker/tint.hpp"
 
 namespace arkmesh::tracker {
 
@@ -195,28 +196,33 @@ class Detector::Search {
     std::vector<Detection> found;
     if (clearest < std::max(0.65, settings_.least_confidence)) return found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
-    for (const Suspect& one : suspects) {
-      if (one.evidence < settings_.least_confidence) break;
-      if (places.taken(one.rim.circle, 1.5 * r_px)) continue;
-      places.add(one.rim.circle);
-      found.push_back(detection(bgr, one));
-    }
+    std::vector<Circle> boards;
+    std::erase_if(suspects, [&](const Suspect& one) {
+      const Circle& circle = one.rim.circle;
+      if (one.evidence < settings_.least_confidence || places.taken(circle, 1.5 * r_px)) return true;
+      places.add(circle);
+      boards.push_back(circle);
+      return false;
+    });
+    untint_ = untinting(bgr, boards);
+    for (const Suspect& one : suspects) found.push_back(detection(bgr, one));
     return found;
   }
 
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
   double least_step() const { return std::max(4.0, 1.2 * noise_ / picture_.block); }
 
-  static Detection detection(const cv::Mat& bgr, const Suspect& one) {
+  Detection detection(const cv::Mat& bgr, const Suspect& one) const {
     const Circle& circle = one.rim.circle;
-    const LedSpot led = find_led(bgr, circle);
+    const LedSpot led = find_led(bgr, circle, untint_);
     return {circle.x_px, circle.y_px, circle.r_px, static_cast<float>(one.evidence), led.led, led.confidence, led.x_px, led.y_px,
             led.primary, led.primary_confidence};
   }
 
   DetectorSettings settings_;
   std::optional<double> diameter_px_;
-  double noise_ = 0;  // of the picture looked at, in grey levels
+  double noise_ = 0;         // of the picture looked at, in grey levels
+  Light untint_{1, 1, 1};    // of the picture last searched
   ShrunkPicture picture_;
   RoundVotes votes_;
   RimFinder rims_;

@@ -98,7 +98,7 @@ std::pair<hal::Led, float> primary_of(const Light& added) {
 
 }  // namespace
 
-LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
+LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   static const Directions towards;
   const double none = std::numeric_limits<double>::quiet_NaN();
   const double r_px = board.r_px;
@@ -162,6 +162,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
   const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
   const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)),
             to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
+  const auto by_blue = static_cast<float>(untint.blue), by_green = static_cast<float>(untint.green), by_red = static_cast<float>(untint.red);
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
@@ -178,7 +179,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board) {
         const float weight = value - core_level;
         core_x += weight * dx, core_y += weight * dy, core_weight += weight;
       }
-      const float blue = pixel[0] - dark_blue, green = pixel[1] - dark_green, red = pixel[2] - dark_red;
+      const float blue = (pixel[0] - dark_blue) * by_blue, green = (pixel[1] - dark_green) * by_green, red = (pixel[2] - dark_red) * by_red;
       const float bright = std::max(blue, std::max(green, red));
       const float out_x = static_cast<float>(column - board.x_px);
       if (bright < 8 || out_x * out_x + out_y * out_y > r_squared || std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240) continue;

@@ -3,6 +3,7 @@
 
 #include "hal/types.hpp"
 #include "tracker/circle.hpp"
+#include "tracker/led_colour.hpp"
 
 namespace cv {
 class Mat;
@@ -21,6 +22,7 @@ struct LedSpot {
 };
 
 // `board` is the circle round the robot's outer edge in an 8-bit BGR picture.
-LedSpot find_led(const cv::Mat& bgr, const Circle& board);
+// `untint`: see untinting().
+LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint = {1, 1, 1});
 
 }  // namespace arkmesh::tracker
