@@ -16,8 +16,10 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "hal/arena_config.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
+#include "tracker/source.hpp"
 #include "tracker/table_corners.hpp"
 
 namespace arkmesh::cli {
@@ -49,12 +51,7 @@ std::pair<double, double> sides_of(const CalibrateOptions& options) {
 }
 
 cv::Mat read_picture(const std::string& file) {
-  cv::Mat picture;
-  try {
-    picture = cv::imread(file, cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    // Said below.
-  }
+  cv::Mat picture = tracker::read_picture(file);
   if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or no picture", file));
   return picture;
 }
@@ -72,7 +69,8 @@ tracker::FittedLens fit_lens(const CalibrateOptions& options) {
       const std::string what = wrong.what();
       throw std::runtime_error(what.starts_with(file) ? what : fmt::format("{} {}", file, what));
     }
-    fmt::print("{}: {}\n", file, found ? "chessboard found" : "no whole chessboard of that size; left out");
+    fmt::print("{}: {}\n", file,
+               found ? std::string("chessboard found") : fmt::format("no whole chessboard with {} inner corners; left out", options.board));
     std::fflush(stdout);
   }
   return fit.fit();
@@ -94,7 +92,7 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
     throw std::runtime_error(fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
-        options.corner_picture));
+                                         options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
 }
@@ -105,10 +103,12 @@ std::vector<tracker::Mark> marks_of(const CalibrateOptions& options) {
   for (const std::string& text : options.marks) {
     tracker::Mark mark;
     char rest = 0;
-    const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y, &mark.in_arena.x, &mark.in_arena.y, &rest);
+    const int read =
+        std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y, &mark.in_arena.x, &mark.in_arena.y, &rest);
     const double numbers[] = {mark.in_pixels.x, mark.in_pixels.y, mark.in_arena.x, mark.in_arena.y};
     if (read != 4 || !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
-      throw CLI::ValidationError("--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+      throw CLI::ValidationError("--mark",
+                                 fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
     marks.push_back(mark);
   }
   return marks;
@@ -147,13 +147,24 @@ void draw_check(const CalibrateOptions& options, const tracker::CameraData& data
     throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options.png));
 }
 
+// Whether robots are large enough in the picture is what people can still change.
+std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
+  const auto scale = tracker::Calibration(data).scale(at, tracker::board_height_m);
+  if (!scale) return "";
+  const double width_px = (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot_radius_m;
+  return fmt::format(": a robot there is {:.1f} px wide{}", width_px,
+                     width_px < 12 ? ", too few: bring the camera nearer, or take more pixels" : "");
+}
+
 // Adds the camera to those of the file, or takes the place of its namesake.
 void write_into(const CalibrateOptions& options, const tracker::CameraData& data) {
   std::vector<tracker::NamedCamera> cameras;
   if (fs::exists(options.out)) cameras = tracker::read_calibrations(options.out);
   const auto same = std::find_if(cameras.begin(), cameras.end(), [&](const auto& camera) { return camera.name == options.name; });
-  if (same != cameras.end()) same->data = data;
-  else cameras.push_back({options.name, data});
+  if (same != cameras.end())
+    same->data = data;
+  else
+    cameras.push_back({options.name, data});
   tracker::write_calibrations(options.out, cameras);
   fmt::print("{}: {} camera{} ({})\n", options.out, cameras.size(), cameras.size() == 1 ? "" : "s", options.name);
 }
@@ -173,8 +184,7 @@ void calibrate(const CalibrateOptions& options) {
   const auto place = camera.position_m();
   fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1],
              marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
-  if (const auto scale = camera.scale({0, 0}, tracker::board_height_m))
-    fmt::print("a robot in the middle is {:.1f} px wide\n", (scale->largest + scale->smallest) / 2 * 0.033);
+  if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
   write_into(options, data);
 }
@@ -195,7 +205,7 @@ void import_ark(const CalibrateOptions& options) {
   for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, table)) {
     cameras.push_back({fmt::format("camera{}", cameras.size()), data});
     const auto place = tracker::Calibration(data).position_m();
-    fmt::print("camera{}: over {:.3f},{:.3f}\n", cameras.size() - 1, place[0], place[1]);
+    fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1], robot_width(data, {place[0], place[1]}));
   }
   tracker::write_calibrations(options.out, cameras);
   fmt::print("{}: {} cameras\n", options.out, cameras.size());
@@ -206,21 +216,25 @@ void import_ark(const CalibrateOptions& options) {
 void add_calibrate_command(CLI::App& app) {
   auto* command = app.add_subcommand("calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners");
   const auto options = std::make_shared<CalibrateOptions>();
-  command->add_option("PICTURES", options->pictures,
-      "Pictures of a chessboard, at different slants, all over the camera's view")->check(CLI::ExistingFile);
+  command->add_option("PICTURES", options->pictures, "Pictures of a chessboard, at different slants, all over the camera's view")
+      ->check(CLI::ExistingFile);
   command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")->capture_default_str();
   command->add_option("--square-mm", options->square_mm, "Side of one of its squares")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
-  command->add_option("--arena", options->arena,
-      "Width x height of the arena in metres, along x (east) and y (north)")->capture_default_str();
+  command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")
+      ->capture_default_str();
   command->add_option("--corner", options->corners, "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
-  command->add_option("--corners", options->corner_picture,
-      "A picture of the whole table; without --corner its corners are looked for, the upper left "
-                      "one being north-west")->check(CLI::ExistingFile);
-  command->add_option("--mark", options->marks,
-      "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x east, y north of the arena's middle); "
-      "four times or more, spread over the view, for a camera that does not see all four corners")
+  command
+      ->add_option("--corners", options->corner_picture,
+                   "A picture of the whole table; without --corner its corners are looked for, the upper left "
+                   "one being north-west")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--mark", options->marks,
+                   "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x east, y north of the "
+                   "arena's middle); "
+                   "four times or more, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena over the picture of the table, to see whether it fits");
@@ -231,9 +245,13 @@ void add_calibrate_command(CLI::App& app) {
       ->needs(ark)
       ->capture_default_str();
   command->add_option("--size", options->size, "Pictures of ARK's cameras, width x height in pixels")->needs(ark)->capture_default_str();
-  command->footer("Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out table.yaml\n"
-                  "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out table.yaml");
-  command->callback([options] { options->ark.empty() ? calibrate(*options) : import_ark(*options); });
+  command->footer(
+      "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out table.yaml\n"
+      "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out table.yaml");
+  command->callback([options] {
+    tracker::quieten_libraries();
+    options->ark.empty() ? calibrate(*options) : import_ark(*options);
+  });
 }
 
 }  // namespace arkmesh::cli

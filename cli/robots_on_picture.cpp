@@ -43,7 +43,6 @@ nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, dou
     list.push_back({{"x_px", number(robot.x_px, 1e3)},
                     {"y_px", number(robot.y_px, 1e3)},
                     {"r_px", number(robot.r_px, 1e3)},
-                    {"confidence", number(static_cast<double>(robot.confidence), 1e3)},
                     {"led", name_of(robot.led)},
                     {"led_x_px", number(robot.led_x_px, 1e3)},
                     {"led_y_px", number(robot.led_y_px, 1e3)},

@@ -14,7 +14,7 @@ namespace arkmesh::cli {
 double led_heading_rad(const tracker::Detection& robot);
 double heading_rad(const tracker::Detection& robot, double led_offset_rad);
 
-// A list of {x_px, y_px, r_px, confidence, led, led_x_px, led_y_px, heading_rad, led_heading_rad}; what an unlit LED leaves unknown is
+// A list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, led_heading_rad}; what an unlit LED leaves unknown is
 // null.
 nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, double led_offset_rad);
 std::string robots_as_text(const std::vector<tracker::Detection>& robots, double led_offset_rad);

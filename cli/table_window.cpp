@@ -29,7 +29,8 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
 
 }  // namespace
 
-TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory)
+TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
+                         std::filesystem::path directory)
     : lab_(lab), frame_period_(frame_period), directory_(std::move(directory)), keep_video_(kilobot.flag("video", false)) {
   const bool open = kilobot.flag("window", true);
   const auto port = static_cast<std::uint16_t>(kilobot.integer("window_port", 0, 0, 65535));
@@ -45,7 +46,8 @@ TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, ha
   subscriptions_.push_back(bus.subscribe(hal::channel::marks, [this](std::string_view, std::span<const std::byte> bytes) {
     if (marks_t message; hal::decode(bytes, message)) marks_ = hal::from_message(message);
   }));
-  subscriptions_.push_back(bus.subscribe(hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
+  subscriptions_.push_back(
+      bus.subscribe(hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
 }
 
 // Robots of other labs as they would stand here.
@@ -58,7 +60,8 @@ void TableWindow::hear_shared(std::span<const std::byte> bytes) {
     if (lab.lab == lab_) continue;
     for (const shared_robot_t& robot : lab.robots) {
       const hal::Pose at = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6});
-      ghosts_.push_back({.x_m = at.x_m, .y_m = at.y_m, .radius_m = hal::kilobot_radius_m / 2, .colour = static_cast<hal::Led>(robot.led & 7)});
+      ghosts_.push_back(
+          {.x_m = at.x_m, .y_m = at.y_m, .radius_m = hal::kilobot_radius_m / 2, .colour = static_cast<hal::Led>(robot.led & 7)});
     }
   }
 }
@@ -106,7 +109,8 @@ void TableWindow::show_outage(std::size_t camera, hal::LabTime now) {
 
 void TableWindow::show(std::size_t camera, const cv::Mat& drawn) {
   std::vector<unsigned char> jpeg;
-  if (cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) server_->show(stream(camera), std::as_bytes(std::span(jpeg)));
+  if (cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality}))
+    server_->show(stream(camera), std::as_bytes(std::span(jpeg)));
 }
 
 void TableWindow::store(std::size_t camera, const cv::Mat& drawn) {

@@ -18,10 +18,11 @@ namespace arkmesh::cli {
 
 class TableWindow {
  public:
-  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free one; said in the log), and
-  // `video` (false; true: one video for each camera in the run folder). Virtual things to draw come over `bus`, which outlives the
+  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free one; said in the log),
+  // and `video` (false; true: one video for each camera in the run folder). Virtual things to draw come over `bus`, which outlives the
   // window. Throws ConfigError when the port is taken.
-  TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus, std::filesystem::path directory);
+  TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
+              std::filesystem::path directory);
 
   // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
   void look(const tracker::Look& look);
@@ -48,10 +49,10 @@ class TableWindow {
   std::map<std::size_t, Video> videos_;
   struct Last {
     cv::Mat picture;
-    hal::LabTime at{0}, said{0};             // when it came; when it was last shown as one that is all there is
+    hal::LabTime at{0}, said{0};  // when it came; when it was last shown as one that is all there is
   };
-  std::map<std::size_t, Last> last_;          // of each camera
-  std::vector<hal::Mark> marks_, ghosts_;     // the scenario's; robots of other labs, where they are in this arena
+  std::map<std::size_t, Last> last_;       // of each camera
+  std::vector<hal::Mark> marks_, ghosts_;  // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };
 

@@ -14,7 +14,7 @@ struct StreamOptions {
   double seconds = 0;              // of the source's time; 0: to its end, or until Ctrl-C
 };
 
-// Throws std::runtime_error with one sentence.
-void track_stream(const StreamOptions& options);
+// False when some pictures of a recording could not be read; each was named. Throws std::runtime_error with one sentence.
+bool track_stream(const StreamOptions& options);
 
 }  // namespace arkmesh::cli

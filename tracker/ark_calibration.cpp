@@ -57,6 +57,17 @@ std::optional<cv::Point2f> corner(const cv::FileStorage& in, char digit) {
   return {};
 }
 
+// Upper left, upper right, lower left, lower right of an area worth the name: going round, every turn is to the right.
+bool go_round(const std::vector<cv::Point2f>& corners) {
+  const cv::Point2f round[] = {corners[0], corners[1], corners[3], corners[2]};
+  for (int i = 0; i < 4; ++i) {
+    const cv::Point2f there = round[(i + 1) % 4] - round[i], on = round[(i + 2) % 4] - round[(i + 1) % 4];
+    // A hundredth of a right angle's area: clicked twice, or all on one line.
+    if (!(there.cross(on) > 0.01 * cv::norm(there) * cv::norm(on)) || !(cv::norm(there) > 1)) return false;
+  }
+  return true;
+}
+
 // A pixel in the plane that all cameras of the file share.
 Eigen::Vector2d in_plane(const Eigen::Matrix3d& onto_plane, double x_px, double y_px) {
   const Eigen::Vector3d at = onto_plane * Eigen::Vector3d(x_px, y_px, 1);
@@ -106,6 +117,9 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   if (ks.empty() || ks.size() != rs.size() || ks.size() > 16 || corners.size() != 4)
     refuse(file, fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
                              "and holds {} K, {} R and {} corners", ks.size(), rs.size(), corners.size()));
+
+  if (!go_round(corners))
+    refuse(file, "its corners 1 to 4 are not an arena's: upper left, upper right, lower left, lower right of the overview, in pixels");
 
   // The frame of the overview: all pictures' corners on the common plane, as the stitching's plane projection finds it.
   std::vector<Eigen::Matrix3d> onto_plane;

@@ -33,6 +33,22 @@ Lens as_lens(LensModel model, cv::Size size, const Fit& fit) {
   return lens;
 }
 
+// The inner corners to a pixel or two. In small pictures the search is quick also where there is no such board, which in a large one takes
+// half a minute; what is too fine for them is left to the other method.
+std::vector<cv::Point2f> find_chessboard(const cv::Mat& grey, cv::Size size) {
+  constexpr double small_px = 640;
+  const double scale = std::min(1.0, small_px / std::max(grey.cols, grey.rows));
+  cv::Mat small = grey;
+  if (scale < 1) cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  std::vector<cv::Point2f> corners;
+  if (cv::findChessboardCorners(small, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {
+    for (cv::Point2f& at : corners) at = (at + cv::Point2f(0.5f, 0.5f)) / scale - cv::Point2f(0.5f, 0.5f);
+    return corners;
+  }
+  if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE)) corners.clear();
+  return corners;
+}
+
 // Whether every side of the picture is within the lens's reach: beyond it a strong distortion folds over.
 bool sees_sides(const Lens& lens) {
   try {
@@ -130,9 +146,9 @@ bool LensFit::add(const cv::Mat& picture) {
                                          picture.cols, picture.rows, boards_->size.width, boards_->size.height));
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  std::vector<cv::Point2f> corners;
   const cv::Size size(boards_->board.columns, boards_->board.rows);
-  if (!cv::findChessboardCorners(grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) return false;
+  std::vector<cv::Point2f> corners = find_chessboard(grey, size);
+  if (corners.empty()) return false;
   // The window of the refinement stays within a square.
   double least = infinity;
   for (std::size_t i = 1; i < corners.size(); ++i)
@@ -148,7 +164,9 @@ bool LensFit::add(const cv::Mat& picture) {
 FittedLens LensFit::fit() const {
   if (boards_->corners.size() < least_pictures)
     throw std::runtime_error(fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all "
-                                         "over the view", boards_->corners.size(), least_pictures));
+                                         "over the view, and count its inner corners: {} x {} are looked for, as of {} x {} squares",
+                                         boards_->corners.size(), least_pictures, boards_->board.columns, boards_->board.rows,
+                                         boards_->board.columns + 1, boards_->board.rows + 1));
   const Fit pinhole = boards_->pinhole(), fisheye = boards_->fisheye();
   const bool blind = pinhole.error_px < infinity && !sees_sides(as_lens(LensModel::pinhole, boards_->size, pinhole));
   const bool bent = fisheye.error_px < (blind ? blind_margin : clear_margin) * pinhole.error_px;

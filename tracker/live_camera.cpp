@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include <utility>
 
 #include "tracker/source.hpp"
+#include "tracker/url_trouble.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -65,6 +67,7 @@ class LiveCamera final : public CameraFeed {
         cv::VideoCapture camera;
         if (open(camera, why)) any = read_all(camera);
         if (any) why = fmt::format("the camera {} gives no pictures any more", source_);
+        else if (source_kind(source_) == SourceKind::url && !stopping()) why = url_trouble(source_);
       } catch (const cv::Exception&) {
         why = fmt::format("the camera {} failed", source_);
       }
@@ -79,8 +82,10 @@ class LiveCamera final : public CameraFeed {
 
   bool open(cv::VideoCapture& camera, std::string& why) const {
     if (source_kind(source_) == SourceKind::url) {
-      why = fmt::format("the camera {} does not answer", source_);
-      return camera.open(source_, cv::CAP_FFMPEG, {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC,
+      // FFmpeg knows kinds of URLs in small letters only
+      std::string url = source_;
+      std::transform(url.begin(), url.begin() + static_cast<long>(url.find(':')), url.begin(), [](unsigned char c) { return std::tolower(c); });
+      return camera.open(url, cv::CAP_FFMPEG, {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC,
           read_limit_ms});
     }
     const std::string device = source_.starts_with('/') ? source_ : "/dev/video" + source_;
@@ -121,7 +126,7 @@ class LiveCamera final : public CameraFeed {
   std::condition_variable wake_;
   bool stopping_ = false;
   cv::Mat newest_;
-  std::string trouble_ = "no picture has come yet";
+  std::string trouble_ = fmt::format("no picture has come yet from {}", source_);
   hal::Counters counters_;
   std::thread thread_;        // last: begins when all else is there
 };

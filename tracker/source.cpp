@@ -21,12 +21,9 @@ namespace fs = std::filesystem;
 
 constexpr double folder_pictures_per_s = 10;
 
-bool is_picture_name(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})
-    if (ending == known) return true;
-  return false;
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
 }
 
 // frame9 before frame10. The names themselves decide where numbers do not.
@@ -50,17 +47,6 @@ bool natural_before(const std::string& a, const std::string& b) {
   }
   if (i < a.size() || j < b.size()) return j < b.size();
   return a < b;
-}
-
-cv::Mat read_picture(const fs::path& file) {
-  cv::Mat picture;
-  try {
-    picture = cv::imread(file.string(), cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    // An absurd size, for example: as good as unreadable.
-  }
-  if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or no picture", file.string()));
-  return picture;
 }
 
 class PictureFiles final : public Recording {
@@ -114,9 +100,42 @@ SourceKind source_kind(const std::string& source) {
   const bool number = !source.empty() && source.size() <= 3 && std::all_of(source.begin(), source.end(),
       [](unsigned char c) { return std::isdigit(c); });
   if (number || source.starts_with("/dev/video")) return SourceKind::camera;
-  for (const char* scheme : {"http://", "https://", "rtsp://", "rtmp://", "udp://", "tcp://"})
-    if (source.starts_with(scheme)) return SourceKind::url;
-  return SourceKind::recording;
+  const std::size_t colon = source.find("://");
+  if (colon == std::string::npos || colon == 0 || !std::all_of(source.begin(), source.begin() + static_cast<long>(colon),
+                                                               [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-'; }))
+    return SourceKind::recording;
+  const std::string scheme = lower(source.substr(0, colon));
+  for (const char* known : {"http", "https", "rtsp", "rtmp", "udp", "tcp"})
+    if (scheme == known) return SourceKind::url;
+  throw std::runtime_error(fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
+}
+
+bool is_picture_name(const fs::path& file) {
+  const std::string ending = lower(file.extension().string());
+  for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})
+    if (ending == known) return true;
+  return false;
+}
+
+std::vector<fs::path> pictures_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (is_picture_name(it->path()) && it->is_regular_file(error)) files.push_back(it->path());
+  if (error) throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", folder.string(), error.message()));
+  if (files.empty())
+    throw std::runtime_error(fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", folder.string()));
+  const auto before = [](const fs::path& a, const fs::path& b) { return natural_before(a.filename().string(), b.filename().string()); };
+  std::sort(files.begin(), files.end(), before);
+  return files;
+}
+
+cv::Mat read_picture(const fs::path& file) {
+  try {
+    return cv::imread(file.string(), cv::IMREAD_COLOR);
+  } catch (const cv::Exception&) {
+    return {};  // an absurd size, for example: as good as unreadable
+  }
 }
 
 std::unique_ptr<Recording> open_recording(const std::string& path) {
@@ -125,16 +144,7 @@ std::unique_ptr<Recording> open_recording(const std::string& path) {
   if (!fs::exists(status))
     throw std::runtime_error(fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL",
         path));
-  if (fs::is_directory(status)) {
-    std::vector<fs::path> files;
-    for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error))
-      if (is_picture_name(it->path()) && it->is_regular_file(error)) files.push_back(it->path());
-    if (error) throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", path, error.message()));
-    if (files.empty()) throw std::runtime_error(fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", path));
-    const auto before = [](const fs::path& a, const fs::path& b) { return natural_before(a.filename().string(), b.filename().string()); };
-    std::sort(files.begin(), files.end(), before);
-    return std::make_unique<PictureFiles>(std::move(files));
-  }
+  if (fs::is_directory(status)) return std::make_unique<PictureFiles>(pictures_of(path));
   if (is_picture_name(path)) return std::make_unique<PictureFiles>(std::vector<fs::path>{path});
   return std::make_unique<VideoFile>(path);
 }

@@ -3,17 +3,19 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/types.hpp"
 
 namespace arkmesh::tracker {
 
 struct Picture {
-  cv::Mat bgr;                 // 8 bit
+  cv::Mat bgr;                 // 8 bit; empty: this file of a folder is damaged or no picture
   hal::LabTime stamp{0};       // since the first picture
   std::uint32_t number = 0;    // from 0
   std::string name;            // the file, where each picture is one
@@ -22,7 +24,7 @@ struct Picture {
 class Recording {
  public:
   virtual ~Recording() = default;
-  // Nothing after the last. Throws std::runtime_error with one sentence for a picture that cannot be read.
+  // Nothing after the last.
   virtual std::optional<Picture> next() = 0;
   // How many there are, as far as is known beforehand.
   virtual std::optional<std::uint32_t> pictures() const = 0;
@@ -31,8 +33,16 @@ class Recording {
 
 enum class SourceKind { camera, url, recording };
 
-// A camera's number or /dev/video..., a URL, or a path. Looks at the spelling only.
+// A camera's number or /dev/video..., a URL, or a path. Looks at the spelling only. Throws std::runtime_error with one sentence for a URL
+// of a kind that no camera speaks.
 SourceKind source_kind(const std::string& source);
+
+// Whether a file's name ends as pictures' names do.
+bool is_picture_name(const std::filesystem::path& file);
+// The pictures of a folder by name, numbers in names as numbers. Throws std::runtime_error with one sentence when there are none.
+std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& folder);
+// 8-bit BGR; empty when the file is damaged or no picture.
+cv::Mat read_picture(const std::filesystem::path& file);
 
 // A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws std::runtime_error with
 // one sentence: not there, empty, no pictures in it, not readable.

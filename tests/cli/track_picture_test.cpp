@@ -1,11 +1,15 @@
 // `arkmesh track` on pictures: what it prints, draws, and says of bad input.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "tests/support/process.hpp"
 #include "tests/support/robot_pictures.hpp"
@@ -40,6 +44,7 @@ TEST_CASE("track prints a picture's robots as JSON") {
   int unlit = 0;
   for (const nlohmann::json& robot : list) {
     for (const char* key : {"x_px", "y_px", "r_px", "led", "led_x_px", "led_y_px", "heading_rad", "led_heading_rad"}) CHECK(robot.contains(key));
+    CHECK(robot.size() == 8);
     if (robot["led"] == "off") {
       ++unlit;
       for (const char* key : {"led_x_px", "led_y_px", "heading_rad", "led_heading_rad"}) CHECK(robot[key].is_null());
@@ -71,6 +76,51 @@ TEST_CASE("track goes through a folder of pictures and draws") {
   CHECK(cv::norm(before, after, cv::NORM_INF) > 50);
 }
 
+TEST_CASE("a damaged picture in a folder is named and left out, and the others are not lost") {
+  // Proves it for single pictures and for a folder that is followed as a clip: results of the rest, one sentence, exit code 1.
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "clip");
+  for (const char* name : {"bodyguard_f003.png", "bodyguard_f010.png"})
+    std::filesystem::copy_file(pictures + name, folder.path() / "clip" / name);
+  std::ofstream(folder.path() / "clip/bodyguard_f005.png") << "these are no pixels";
+  const Ran single = track({(folder.path() / "clip").string()});
+  CAPTURE(single.output);
+  CHECK(single.code == 1);
+  CHECK(single.output.find("bodyguard_f005.png is damaged or no picture") != std::string::npos);
+  CHECK(single.output.find("bodyguard_f010.png:\n28 robots") != std::string::npos);
+  const std::string csv = (folder.path() / "rows.csv").string();
+  const Ran clip = track({(folder.path() / "clip").string(), "--csv", csv});
+  CAPTURE(clip.output);
+  CHECK(clip.code == 1);
+  CHECK(clip.output.find("bodyguard_f005.png is damaged or no picture") != std::string::npos);
+  std::ifstream rows(csv);
+  const std::string text(std::istreambuf_iterator<char>(rows), {});
+  CHECK(std::count(text.begin(), text.end(), '\n') == 1 + 2 * 28);
+}
+
+TEST_CASE("who opens the page of track --serve sees the robots") {
+  // Proves, with a real process and OpenCV in a browser's place, that pictures come though nobody watched when it began, and that
+  // robots are drawn on them.
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "clip");
+  for (int i = 0; i < 300; ++i)
+    std::filesystem::create_symlink(pictures + "bodyguard_f010.png", folder.path() / "clip" / (std::to_string(i) + ".png"));
+  Process process(ARKMESH_PROGRAM, {"track", (folder.path() / "clip").string(), "--serve", "0"}, folder.path() / "out.txt");
+  const std::string says = "/table shows the robots";
+  REQUIRE(eventually(20s, [&] { return process.output().find(says) != std::string::npos; }));
+  const std::string output = process.output();
+  const std::size_t begin = output.find("http://");
+  cv::VideoCapture capture(output.substr(begin, output.find(" shows", begin) - begin), cv::CAP_FFMPEG);
+  cv::Mat seen;
+  REQUIRE(capture.isOpened());
+  REQUIRE(capture.read(seen));
+  const cv::Mat original = cv::imread(pictures + "bodyguard_f010.png");
+  REQUIRE(seen.size() == original.size());
+  CHECK(cv::norm(original, seen, cv::NORM_INF) > 80);
+  process.signal(SIGINT);
+  CHECK(process.wait(20s) == 0);
+}
+
 TEST_CASE("track says what is wrong with its source") {
   // Proves: no file, no picture, an empty folder, a place that cannot be written: one sentence each that names it, and exit code 1.
   TemporaryFolder folder;
@@ -81,6 +131,9 @@ TEST_CASE("track says what is wrong with its source") {
            {{(folder.path() / "none.png").string()}, "none.png"},
            {{words}, "words.png"},
            {{empty}, "empty"},
+           {{"ftp://camera/1"}, "not at ftp"},
+           {{"http://127.0.0.1:1/camera"}, "nobody listens on port 1 of 127.0.0.1"},
+           {{"http://127.0.0.1:1/camera", "--seconds", "1"}, "http://127.0.0.1:1/camera"},
            {{pictures + "bodyguard_f003.png", "--png", empty + "/no/folder.png"}, "folder.png"}}) {
     const Ran ran = track(arguments);
     CAPTURE(ran.output);
@@ -90,6 +143,7 @@ TEST_CASE("track says what is wrong with its source") {
   }
   CHECK(track({}).code == 2);
   CHECK(track({pictures + "bodyguard_f003.png", "--diameter", "-3"}).code == 2);
+  CHECK(track({pictures + "bodyguard_f003.png", "--camera", "north"}).code == 2);
 }
 
 }  // namespace

@@ -243,6 +243,18 @@ TEST_CASE("a calibration of ARK is taken over") {
     CHECK(std::hypot(high->x - middle->x, high->y - middle->y) ==
           doctest::Approx(std::hypot(low->x - middle->x, low->y - middle->y) * (1 - 0.03 / 1.6)).epsilon(1e-3));
   }
+  // Corners in another order, the same four times, on one line: no arena.
+  const std::vector<std::vector<cv::Point2f>> wrong_corners = {{{1341, 81}, {202, 71}, {138, 1464}, {1367, 1512}},
+                                                               {{202, 71}, {202, 71}, {202, 71}, {202, 71}},
+                                                               {{100, 100}, {1400, 100}, {400, 100}, {900, 100}}};
+  for (const auto& wrong : wrong_corners) {
+    {
+      cv::FileStorage out(file.string(), cv::FileStorage::WRITE);
+      for (int i = 0; i < 4; ++i) out << "corner" + std::to_string(i + 1) << wrong[i];
+      out << "R" << rs << "K" << ks;
+    }
+    CHECK(contains(refusal([&] { import_ark_calibration(file, {}); }), "are not an arena's"));
+  }
   std::ofstream(file) << "%YAML:1.0\n---\nK: 3\n";
   CHECK(contains(refusal([&] { import_ark_calibration(file, {}); }), "0 K, 0 R and 0 corners"));
 }
@@ -292,6 +304,20 @@ TEST_CASE("a table that stands out shows its corners") {
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
   CHECK(find_table_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
+}
+
+TEST_CASE("a table as bright as what is around it shows its corners by its colour") {
+  // Proves it with robots, a sheet of paper beside it, and light that falls from one side.
+  cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(105, 150, 190));
+  const std::vector<cv::Point> table = {{150, 60}, {800, 90}, {790, 680}, {130, 650}};
+  cv::fillConvexPoly(picture, table, cv::Scalar(158, 160, 156), cv::LINE_AA);
+  cv::rectangle(picture, cv::Rect(0, 250, 110, 160), cv::Scalar::all(250), cv::FILLED);
+  for (int i = 0; i < 9; ++i) cv::circle(picture, cv::Point(250 + 200 * (i % 3), 180 + 180 * (i / 3)), 26, cv::Scalar::all(40), cv::FILLED, cv::LINE_AA);
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) picture.at<cv::Vec3b>(y, x) *= 0.9 + 0.15 * x / picture.cols;
+  const std::vector<Point> found = find_table_corners(picture);
+  REQUIRE(found.size() == 4);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
 }
 
 TEST_CASE("a camera that sees no corner of the arena gets its place from marks") {
