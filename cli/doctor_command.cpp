@@ -20,6 +20,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -27,6 +28,8 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "cli/commands.hpp"
+#include "cli/doctor_finding.hpp"
+#include "cli/table_devices.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "hal/messages.hpp"
@@ -40,13 +43,6 @@ namespace fs = std::filesystem;
 constexpr const char* lcm_group = "239.255.76.67";              // LCM's own default group; any would do
 constexpr long wanted_buffer_bytes = 4 << 20;                    // what the sample files ask for: recv_buf_size=4194304
 constexpr std::uintmax_t wanted_disk_bytes = std::uintmax_t{1} << 30;
-
-// What a check found: empty `problem` when all is well.
-struct Finding {
-  std::string what;      // the thing looked at
-  std::string problem;   // one sentence
-  std::string mend;      // what to do, a command where there is one
-};
 
 // A descriptor that closes itself.
 class Descriptor {
@@ -240,8 +236,9 @@ void say(const Finding& finding, int& problems) {
 }
 
 // What one lab's file needs from the machine: its LCM port to itself, and its TCP port.
-void examine_lab(const std::string& file, bool multicast_works, int& problems) {
-  const auto root = hal::Config::from_file(file).root();
+void examine_lab(const std::string& file, const std::vector<std::string>& sets, bool multicast_works, int& problems) {
+  const hal::Config config = hal::Config::from_file(file, sets);
+  const auto root = config.root();
   const std::string lab = root.section("lab").required_text("name");
   const std::string url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0");
   const std::string listen = root.section("gateway").text("listen", "");
@@ -260,6 +257,8 @@ void examine_lab(const std::string& file, bool multicast_works, int& problems) {
     say(finding, problems);
   }
   if (!listen.empty()) say(listening(listen, heard.gateways.contains(lab)), problems);
+  if (root.section("arena").text("use", "ode") == "kilobot")
+    for (const Finding& finding : table_of(root.section("arena"))) say(finding, problems);
 }
 
 }  // namespace
@@ -267,9 +266,11 @@ void examine_lab(const std::string& file, bool multicast_works, int& problems) {
 void add_doctor_command(CLI::App& app) {
   auto* command = app.add_subcommand("doctor", "Says what is wrong with this machine, and the command that mends it");
   const auto file = std::make_shared<std::string>();
-  command->add_option("LABFILE", *file, "Also look at what this lab needs: its LCM port and its TCP port");
+  command->add_option("LABFILE", *file, "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real table");
+  const auto sets = std::make_shared<std::vector<std::string>>();
+  command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
   command->footer("Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
-  command->callback([file] {
+  command->callback([file, sets] {
     int problems = 0;
     const Finding route = multicast();
     say(route, problems);
@@ -279,7 +280,9 @@ void add_doctor_command(CLI::App& app) {
     say(plots(), problems);
     say(spy(), problems);
     say(disk(), problems);
-    if (!file->empty()) examine_lab(*file, route.problem.empty(), problems);
+    for (const Finding& finding : serial_ports()) say(finding, problems);
+    for (const Finding& finding : cameras()) say(finding, problems);
+    if (!file->empty()) examine_lab(*file, *sets, route.problem.empty(), problems);
     fmt::print("{}\n", problems == 0 ? "Nothing is wrong." : problems == 1 ? "1 problem." : fmt::format("{} problems.", problems));
     if (problems != 0) throw CLI::RuntimeError(1);
   });

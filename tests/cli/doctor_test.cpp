@@ -217,3 +217,19 @@ TEST_CASE("a lab file that is wrong") {
   CHECK(has(examined.words(), "lab.toml:2: lab.name"));
   CHECK(examined.code() != 0);
 }
+
+TEST_CASE("a table whose controller and camera are not there") {
+  // The doctor tries what a lab with a real table names: one line for each that is missing, with the reason; in simulation it does not ask.
+  const std::string table = lab_text(7873, "") +
+      "[arena]\nuse = \"kilobot\"\n[arena.kilobot]\nport = \"tcp://127.0.0.1:1\"\n[[arena.kilobot.cameras]]\n"
+      "source = \"/dev/video987\"\ncalibration = \"none.yaml\"\n";
+  const LabFile file(table);
+  Command examined(doctor + " " + file.path());
+  const std::string words = examined.words();
+  CAPTURE(words);
+  CHECK(examined.code() == 1);
+  CHECK(has(line_of(words, "overhead controller tcp://127.0.0.1:1"), "Connection refused"));
+  CHECK(has(line_of(words, "problem  camera /dev/video987"), "there is no camera /dev/video987; is it plugged in?"));
+  Command simulated(doctor + " " + file.path() + " --set arena.use=ode");
+  CHECK(!has(simulated.words(), "overhead controller"));
+}
