@@ -1,6 +1,8 @@
 // The `arkmesh` program: picks the subcommand, turns every failure into one sentence and an exit code.
 #include <csignal>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -32,6 +34,16 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const CLI::RuntimeError& e) {
     return e.get_exit_code();
+  } catch (const CLI::RequiredError& e) {
+    // A command that there is not looks to CLI11 as if none had been given.
+    const CLI::App* command = &app;
+    std::string name = app.get_name();
+    for (; !command->get_subcommands().empty(); command = command->get_subcommands().front())
+      name += " " + command->get_subcommands().front()->get_name();
+    const std::vector<std::string> rest = command->remaining();
+    if (rest.empty() || command->get_require_subcommand_min() == 0) return app.exit(e) == 0 ? 0 : 2;
+    fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
+    return 2;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   } catch (const arkmesh::hal::ConfigError& e) {

@@ -50,6 +50,11 @@ std::string no_permission(const std::string& path) {
                      group, group, user);
 }
 
+bool is_pseudo_terminal(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::canonical(path, ignored).string().starts_with("/dev/pts/");
+}
+
 // Why the device cannot be opened, one sentence. `code` is an errno.
 std::string why_not(const std::string& path, int code) {
   switch (code) {
@@ -66,7 +71,10 @@ std::string why_not(const std::string& path, int code) {
     case EWOULDBLOCK: return fmt::format("{} is in use by another program; `fuser -v {}` names it", path, path);
     case ENOTTY:
     case EINVAL:
-    case EISDIR: return fmt::format("{} is not a serial port", path);
+    case EISDIR:
+      if (is_pseudo_terminal(path))
+        return fmt::format("{} is a pseudo-terminal, not a serial port; arkmesh room offers the same controller as tcp://HOST:PORT", path);
+      return fmt::format("{} is not a serial port", path);
     default: return fmt::format("{} cannot be opened: {}", path, std::strerror(code));
   }
 }
