@@ -74,7 +74,7 @@ def table_naming(bench):
             after = float(re.search(r"all named after\s+(-?[\d.]+)", done.stdout)[1])
             seconds.setdefault(protocol, []).append(after if after >= 0 else float("inf"))
             wrong += int(re.search(r"wrong names\s+(\d+)", done.stdout)[1])
-            print("  " + "; ".join(line.strip() for line in done.stdout.splitlines()[:4]))
+            print("  " + "; ".join(line.strip() for line in done.stdout.splitlines() if not line.startswith("["))[:150])
     slowest = max(seconds["spelled"])
     ark = f", {max(seconds['ark']):.0f} s with ARK's messages" if "ark" in seconds else ""
     met = slowest < 15 and wrong == 0 and all(after < float("inf") for values in seconds.values() for after in values)
