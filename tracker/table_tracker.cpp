@@ -38,7 +38,8 @@ TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings
     : settings_(settings), associator_(settings.following) {
   for (Calibration& camera : cameras) {
     View view;
-    view.detector = std::make_unique<Detector>(detection_for(camera, settings));
+    view.plane = PlaneView::of(camera, settings.body.board_m);
+    view.detector = std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : camera, settings));
     view.calibration = std::move(camera);
     views_.push_back(std::move(view));
   }
@@ -49,8 +50,9 @@ TableTracker::TableTracker(const TableSettings& settings) : settings_(settings),
   views_.back().detector = std::make_unique<Detector>(settings.detection);
 }
 
-void TableTracker::detect(View& view, const cv::Mat& picture, std::span<const Prospect> prospects, bool somebody_missing) {
+void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing) {
   view.detections.clear();
+  const cv::Mat& picture = view.plane ? view.plane->turn(as_taken) : as_taken;
   const bool search = !view.calibration || ++view.since_search >= (somebody_missing ? eager_search_every : settings_.search_every);
   if (search) {
     // Cameras take turns in later searches.
@@ -64,15 +66,16 @@ void TableTracker::detect(View& view, const cv::Mat& picture, std::span<const Pr
     if (view.detections.empty() || !diameter_px) return;
     view.calibration = Calibration::overhead(picture.cols, picture.rows, settings_.body.diameter_m / *diameter_px);
   }
+  const Calibration& calibration = view.plane ? view.plane->calibration() : *view.calibration;
   // Where robots should be, more is seen than in a search of everything.
   std::vector<Expected> where;
   for (const Prospect& prospect : prospects) {
-    const auto pixel = view.calibration->to_pixel({prospect.x_m, prospect.y_m}, settings_.body.board_m);
+    const auto pixel = calibration.to_pixel({prospect.x_m, prospect.y_m}, settings_.body.board_m);
     if (!pixel) continue;
-    const auto scale = view.calibration->scale({prospect.x_m, prospect.y_m}, settings_.body.board_m);
+    const auto scale = calibration.scale({prospect.x_m, prospect.y_m}, settings_.body.board_m);
     if (!scale) continue;
     const double r_px = (scale->largest + scale->smallest) / 4 * settings_.body.diameter_m;
-    if (view.calibration->inside_px(*pixel) < -0.5 * r_px) continue;
+    if (calibration.inside_px(*pixel) < -0.5 * r_px) continue;
     where.push_back({pixel->x, pixel->y, r_px, std::min(prospect.reach_m * scale->largest, widest_reach * r_px)});
   }
   const std::size_t searched = view.detections.size();
@@ -84,6 +87,7 @@ void TableTracker::detect(View& view, const cv::Mat& picture, std::span<const Pr
     const auto end = view.detections.begin() + static_cast<std::ptrdiff_t>(searched);
     if (std::none_of(view.detections.begin(), end, same)) view.detections.push_back(*followed);
   }
+  if (view.plane) view.detections = view.plane->in_camera(view.detections);
 }
 
 const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const cv::Mat> pictures) {

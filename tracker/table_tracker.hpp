@@ -12,6 +12,7 @@
 #include "tracker/associator.hpp"
 #include "tracker/calibration.hpp"
 #include "tracker/detector.hpp"
+#include "tracker/plane_view.hpp"
 #include "tracker/track.hpp"
 #include "tracker/view_fusion.hpp"
 
@@ -50,12 +51,13 @@ class TableTracker {
  private:
   struct View {
     std::optional<Calibration> calibration;
+    std::optional<PlaneView> plane;  // of a camera that looks aslant: there robots are looked for
     std::unique_ptr<Detector> detector;
     int since_search = 1'000'000;
     std::vector<Detection> detections;
   };
 
-  void detect(View& view, const cv::Mat& picture, std::span<const Prospect> prospects, bool somebody_missing);
+  void detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing);
 
   TableSettings settings_;
   std::vector<View> views_;

@@ -13,6 +13,7 @@
 
 #include "hal/config.hpp"
 #include "sim_ode/room/room.hpp"
+#include "tests/support/fitted_cameras.hpp"
 #include "tests/support/table_referee.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/table_tracker.hpp"
@@ -25,7 +26,9 @@ struct Options {
   std::string room;
   double seconds = 60;
   bool lapses = false;      // says of each what happened
-  std::string calibration;  // of that file in place of the true one
+  std::string calibration;  // of that file in place of the true one,
+  int boards = 0;           // or fitted to so many pictures of a chessboard and to marks clicked by hand
+  bool by_turns = false;    // each camera takes its pictures at a time of its own: one picture at each look
   std::optional<int> jpeg;  // pictures go through JPEG of that quality, as through a camera's stream
 };
 
@@ -40,7 +43,15 @@ std::vector<tracker::Calibration> calibrations_of(const sim_ode::room::Room& roo
   const sim_ode::room::Scene& scene = room.config().scene;
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < room.cameras(); ++k) {
-    if (options.calibration.empty())
+    if (options.boards > 0) {
+      const tests::FittedCamera fitted = tests::fit_by_hand(room, k, {.boards = options.boards});
+      cameras.push_back(fitted.calibration);
+      fmt::print(
+          "{}: lens to {:.2f} px, marks to {:.2f} px = {:.2f} mm; {:.2f} mm off the truth at worst, {:.2f} mm away "
+          "from the border\n",
+          room.camera(k).settings().name, fitted.lens_error_px, fitted.marks_error_px, fitted.marks_error_mm,
+          fitted.worst_mm, fitted.worst_within_mm);
+    } else if (options.calibration.empty())
       cameras.push_back(tests::true_calibration(room.camera(k).model_at_first(), scene.width_m, scene.height_m));
     else
       cameras.emplace_back(tracker::read_calibration(options.calibration, room.camera(k).settings().name));
@@ -98,17 +109,22 @@ int measure(const Options& options) {
   room.command("say run");
   const hal::LabTime begun = room.now();
   for (; static_cast<double>((frame * period).count()) * 1e-6 < options.seconds; ++frame) {
-    room.advance_to(begun + frame * period);
-    for (std::size_t k = 0; k < room.cameras(); ++k) {
-      if (!room.picture(k, pictures[k]))
-        pictures[k].release();
-      else if (options.jpeg)
-        through_jpeg(pictures[k], *options.jpeg);
+    // all cameras at once, or one after the other
+    const std::size_t turns = options.by_turns ? room.cameras() : 1;
+    for (std::size_t turn = 0; turn < turns; ++turn) {
+      room.advance_to(begun + (frame * static_cast<std::int64_t>(turns) + static_cast<std::int64_t>(turn)) * period /
+                                  static_cast<std::int64_t>(turns));
+      for (std::size_t k = 0; k < room.cameras(); ++k) {
+        if ((options.by_turns && k != turn) || !room.picture(k, pictures[k]))
+          pictures[k].release();
+        else if (options.jpeg)
+          through_jpeg(pictures[k], *options.jpeg);
+      }
+      const double before_s = cpu_s();
+      table.look(room.now(), pictures);
+      tracking_s += cpu_s() - before_s;
+      referee.judge(room.now(), room.truth(), table);
     }
-    const double before_s = cpu_s();
-    table.look(room.now(), pictures);
-    tracking_s += cpu_s() - before_s;
-    referee.judge(room.now(), room.truth(), table);
   }
   fmt::print("{} robots, {} frames ({:.0f} s), {} camera(s)\n", room.robots(), frame, options.seconds, room.cameras());
   print(referee.score());
@@ -131,6 +147,10 @@ Options read(int argc, char** argv) {
       options.lapses = true;
     else if (word == "--calibration" && more)
       options.calibration = argv[++i];
+    else if (word == "--by-turns")
+      options.by_turns = true;
+    else if (word == "--by-hand" && more)
+      options.boards = std::atoi(argv[++i]);
     else if (word == "--jpeg" && more)
       options.jpeg = std::atoi(argv[++i]);
     else if (place++ == 0)
@@ -146,7 +166,9 @@ Options read(int argc, char** argv) {
 int main(int argc, char** argv) {
   const Options options = read(argc, argv);
   if (options.room.empty() || !(options.seconds > 0)) {
-    fmt::print(stderr, "track_in_room ROOM.toml [SECONDS] [--lapses] [--calibration FILE] [--jpeg QUALITY]\n");
+    fmt::print(stderr,
+               "track_in_room ROOM.toml [SECONDS] [--lapses] [--calibration FILE | --by-hand BOARDS] [--jpeg QUALITY] "
+               "[--by-turns]\n");
     return 2;
   }
   try {

@@ -10,6 +10,7 @@
 #include "hal/config.hpp"
 #include "tests/bench/table_film.hpp"
 #include "tests/support/collage.hpp"
+#include "tests/support/fitted_cameras.hpp"
 #include "tests/support/table_referee.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/table_tracker.hpp"
@@ -253,7 +254,7 @@ BENCHMARK_CAPTURE(whole_way, drawn_short, bench::Robots::drawn)
     ->Iterations(20)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(whole_table, long, 30)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(whole_table, short, 5)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(whole_table, short, 12)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(read_jpeg)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -146,17 +146,4 @@ void TableReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker
   }
 }
 
-tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m,
-                                      double arena_height_m) {
-  tracker::CameraData data;
-  data.lens.width_px = model.width_px();
-  data.lens.height_px = model.height_px();
-  for (int i = 0; i < 9; ++i) data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
-  data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
-  for (int i = 0; i < 3; ++i) data.translation_m[i] = model.translation()[i];
-  data.arena_width_m = arena_width_m;
-  data.arena_height_m = arena_height_m;
-  return tracker::Calibration(std::move(data));
-}
-
 }  // namespace arkmesh::tests

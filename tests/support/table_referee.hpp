@@ -59,8 +59,4 @@ class TableReferee {
   std::vector<std::string> lapses_;
 };
 
-// The camera as it was made, known without error.
-tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m,
-                                      double arena_height_m);
-
 }  // namespace arkmesh::tests
