@@ -9,13 +9,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/arena_config.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 enum Kind : std::uint8_t { turn_left = 1, turn_right = 2, stop = 3, straight = 4, right_duty = 5 };
 constexpr std::uint8_t store_turns_type = 110, store_straights_type = 111;
 
-constexpr double body_radius_m = 0.0165;
+constexpr double body_radius_m = hal::kilobot_radius_m;
 // Speeds over path, multiples of the measure by second: nearly still; turns and straights as they should be; far too fast.
 constexpr double crawl = 0.25, low = 0.70, turn_high = 0.95, straight_high = 1.10, dash = 1.5;
 constexpr double net_low = 0.60, net_high = 14.0 / 15;    // over ground
@@ -26,7 +28,6 @@ constexpr double off_chord = 0.9;
 constexpr int checks_in_a_row = 10;
 constexpr double bend_rad_s = 0.035;                      // 2 degrees a second: worth a change before the end
 constexpr double bend_per_duty_rad_s = 0.012;             // what one step of one motor does to a straight, roughly
-constexpr double way_m = 0.22;                            // room that a straight should have
 constexpr double least_way_m = 0.17;                      // with less it looks for another place first
 constexpr int most_contacts = 60;
 constexpr hal::LabTime walk_lasts{7'000'000}, turn_lasts{20'000'000};
@@ -45,7 +46,8 @@ double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::num
 
 }  // namespace
 
-MotorCalibrator::MotorCalibrator(MotorSettings settings, std::span<const hal::RobotId> robots) : settings_(settings) {
+MotorCalibrator::MotorCalibrator(MotorSettings settings, std::span<const hal::RobotId> robots)
+    : settings_(settings), ground_(settings.width_m, settings.height_m, 2 * settings.measure_m) {
   const int duty = settings_.first_duty;
   for (hal::RobotId id : robots.first(std::min<std::size_t>(robots.size(), 256))) {
     robots_[id].duties = {duty, duty, duty, duty};
@@ -82,8 +84,8 @@ void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const ha
   if (trial.errand != Errand::none) return run_errand(id, robot, trial, seen.pose, places, now);
   if (robot.stage == Stage::aiming) return aim(id, robot, trial, seen.pose, places, now);
   // what it does now is not its motors' doing, or will soon not be
-  if (touches(id, seen.pose, places)) return meet(id, robot, trial, now);
-  if (robot.stage != Stage::straight && trial.log.lasted_s() == 0 && crowded(id, seen.pose, places)) return meet(id, robot, trial, now);
+  if (ground_.touches(id, seen.pose, places)) return meet(id, robot, trial, now);
+  if (robot.stage != Stage::straight && trial.log.lasted_s() == 0 && ground_.crowded(id, seen.pose, places)) return meet(id, robot, trial, now);
   trial.log.add(now, seen.pose.x_m, seen.pose.y_m);
   robot.stage == Stage::straight ? look_at_straight(id, robot, trial, now) : look_at_turn(id, robot, trial, now);
 }
@@ -183,11 +185,11 @@ void MotorCalibrator::begin_errand(hal::RobotId id, Robot& robot, Trial& trial, 
 void MotorCalibrator::run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now) {
   const hal::LabTime lasted = now - *trial.told_at;
   if (trial.errand == Errand::turning) {
-    choose_way(id, trial, pose, places);
+    trial.aim_rad = ground_.freest_way(id, pose, places).course_rad;
     if (std::abs(wrapped(trial.aim_rad - pose.heading_rad)) > 0.25 && lasted < turn_lasts) return;
     trial.errand = Errand::walking;
   } else {
-    const bool blocked = lasted > 2 * settings_.settle && free_way_m(id, pose, pose.heading_rad, places) < body_radius_m;
+    const bool blocked = lasted > 2 * settings_.settle && ground_.free_way_m(id, pose, pose.heading_rad, places) < body_radius_m;
     if (lasted < walk_lasts && !blocked) return;
     trial.errand = Errand::none;
   }
@@ -195,66 +197,17 @@ void MotorCalibrator::run_errand(hal::RobotId id, Robot& robot, Trial& trial, co
   tell(id, robot, trial, now);
 }
 
-double MotorCalibrator::choose_way(hal::RobotId id, Trial& trial, const hal::Pose& pose, const Places& places) const {
-  constexpr int courses = 36;
-  double best_m = -1;
-  for (int k = 0; k < courses && best_m < way_m; ++k) {
-    const double course = pose.heading_rad + k * 2 * std::numbers::pi / courses;
-    const double free_m = free_way_m(id, pose, course, places);
-    if (free_m <= best_m + 1e-9) continue;
-    best_m = free_m;
-    trial.aim_rad = course;
-  }
-  return best_m;
-}
-
 // Turns left until the way ahead is free; where there is none it goes elsewhere first.
 void MotorCalibrator::aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now) {
-  if (choose_way(id, trial, pose, places) < least_way_m) {
+  const OpenGround::Way way = ground_.freest_way(id, pose, places);
+  trial.aim_rad = way.course_rad;
+  if (way.free_m < least_way_m) {
     counters_.add("calibration.repeated.no_way");
     if (++trial.contacts > most_contacts) return fail(id, robot, trial, "finds no free way to go straight; give the robots more room", now);
     return begin_errand(id, robot, trial, now);
   }
   const bool too_long = now - *trial.told_at > turn_lasts;
   if (std::abs(wrapped(trial.aim_rad - pose.heading_rad)) < 0.1 || too_long) enter(id, robot, trial, Stage::straight, now);
-}
-
-// How far it gets before it meets a wall or a robot where they are now; not farther than it needs.
-double MotorCalibrator::free_way_m(hal::RobotId id, const hal::Pose& pose, double course_rad, const Places& places) const {
-  const double dx = std::cos(course_rad), dy = std::sin(course_rad), margin_m = body_radius_m + 0.006;
-  double free_m = way_m;
-  const auto wall = [&free_m](double place_m, double towards, double limit_m) {
-    if (towards > 1e-9) free_m = std::min(free_m, std::max(0.0, (limit_m - place_m) / towards));
-  };
-  wall(pose.x_m, dx, settings_.width_m / 2 - margin_m);
-  wall(-pose.x_m, -dx, settings_.width_m / 2 - margin_m);
-  wall(pose.y_m, dy, settings_.height_m / 2 - margin_m);
-  wall(-pose.y_m, -dy, settings_.height_m / 2 - margin_m);
-  const double clear_m = 2 * body_radius_m + 0.015;
-  for (const auto& [other, place] : places) {
-    if (other == id) continue;
-    const double ahead_m = (place.x_m - pose.x_m) * dx + (place.y_m - pose.y_m) * dy;
-    const double beside_m = std::abs((place.y_m - pose.y_m) * dx - (place.x_m - pose.x_m) * dy);
-    if (ahead_m > 0 && beside_m < clear_m) free_m = std::min(free_m, std::max(0.0, ahead_m - std::sqrt(clear_m * clear_m - beside_m * beside_m)));
-  }
-  return free_m;
-}
-
-bool MotorCalibrator::touches(hal::RobotId id, const hal::Pose& pose, const Places& places) const {
-  const double near_m = body_radius_m + 0.0015;
-  if (std::abs(pose.x_m) > settings_.width_m / 2 - near_m || std::abs(pose.y_m) > settings_.height_m / 2 - near_m) return true;
-  return std::any_of(places.begin(), places.end(), [&](const auto& other) {
-    return other.first != id && std::hypot(other.second.x_m - pose.x_m, other.second.y_m - pose.y_m) < 2 * near_m;
-  });
-}
-
-// Somebody or a wall is nearer than a turn needs.
-bool MotorCalibrator::crowded(hal::RobotId id, const hal::Pose& pose, const Places& places) const {
-  const double turn_m = 2 * settings_.measure_m + body_radius_m;   // from where it stands to the far side of its circle
-  if (std::abs(pose.x_m) > settings_.width_m / 2 - turn_m || std::abs(pose.y_m) > settings_.height_m / 2 - turn_m) return true;
-  return std::any_of(places.begin(), places.end(), [&](const auto& other) {
-    return other.first != id && std::hypot(other.second.x_m - pose.x_m, other.second.y_m - pose.y_m) < turn_m + body_radius_m;
-  });
 }
 
 void MotorCalibrator::change(hal::RobotId id, Robot& robot, Trial& trial, int left_by, int right_by, hal::LabTime now) {

@@ -16,6 +16,7 @@
 #include "hal/types.hpp"
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/motion_log.hpp"
+#include "tracker/identity/open_ground.hpp"
 
 namespace arkmesh::tracker {
 
@@ -77,7 +78,6 @@ class MotorCalibrator {
     bool early_look = false;          // at this straight, before its end
   };
 
-  using Places = std::vector<std::pair<hal::RobotId, hal::Pose>>;
   void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places, hal::LabTime now);
   void look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void look_at_straight(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
@@ -85,11 +85,6 @@ class MotorCalibrator {
   void begin_errand(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
   void aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
-  // The freest way, the first to the left if several are free enough. Returns how far it is free and sets trial.aim_rad.
-  double choose_way(hal::RobotId id, Trial& trial, const hal::Pose& pose, const Places& places) const;
-  bool crowded(hal::RobotId id, const hal::Pose& pose, const Places& places) const;
-  double free_way_m(hal::RobotId id, const hal::Pose& pose, double course_rad, const Places& places) const;
-  bool touches(hal::RobotId id, const hal::Pose& pose, const Places& places) const;
   void change(hal::RobotId id, Robot& robot, Trial& trial, int left_by, int right_by, hal::LabTime now);
   void enter(hal::RobotId id, Robot& robot, Trial& trial, Stage stage, hal::LabTime now);
   void fail(hal::RobotId id, Robot& robot, Trial& trial, std::string why, hal::LabTime now);
@@ -98,6 +93,7 @@ class MotorCalibrator {
   void store(const hal::PoseFrame& frame);
 
   MotorSettings settings_;
+  OpenGround ground_;
   hal::Counters counters_;
   std::map<hal::RobotId, Robot> robots_;
   std::map<hal::RobotId, Trial> trials_;
