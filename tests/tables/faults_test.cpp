@@ -138,6 +138,33 @@ TEST_CASE("table: two robots swapped by hand") {
   }
 }
 
+TEST_CASE("table: swapped while nobody can see or hear it") {
+  // In the dark, before a camera that is frozen, with the controller unplugged, all of it at once and among three: no frame is ever wrong,
+  // nothing is said to a robot that no frame names, and everybody is named again when the last trouble is over.
+  const std::vector<std::vector<std::pair<double, const char*>>> stories{
+      {{0, "camera camera0 dark"}, {1, "swap 1 5 1.2"}, {3, "camera camera0 ok"}},
+      {{0, "camera camera0 frozen"}, {1, "swap 1 5 1.2"}, {10, "camera camera0 ok"}},
+      {{0, "ohc unplug"}, {0.5, "swap 1 5 1.2"}, {2, "swap 5 6 1.2"}, {4, "ohc plug"}, {4, "ohc garbage 500"}},
+      {{0, "swap 1 5 1.2"}, {0.5, "ohc unplug"}, {1, "camera camera0 gone"}, {2, "camera camera0 move 0.01 0"}, {2, "swap 2 3 1"}, {3.5, "camera camera0 ok"},
+       {3.5, "ohc plug"}}};
+  for (const auto& story : stories) {
+    CAPTURE(&story - stories.data());
+    VirtualTable table;
+    table.start();
+    REQUIRE(everybody_soon(table, 2));
+    table.steps(2);
+    double now_s = 0;
+    for (const auto& [at_s, mishap] : story) {
+      table.steps(at_s - now_s, [&] { CHECK(table.wrong() == 0); });
+      now_s = at_s;
+      table.happen(mishap);
+    }
+    table.steps(1.5, [&] { CHECK(table.wrong() == 0); });
+    CHECK(everybody_soon(table, 20));
+    CHECK(table.said_blindly() == 0);
+  }
+}
+
 TEST_CASE("table: a robot dies and comes back, while the line to the controller is noisy") {
   // Bytes are spoilt and no frame puts anybody in a wrong place. The dead robot is seen dark where it lies; powered and told to run again,
   // it shines and drives.
