@@ -42,6 +42,11 @@ double likeness_of(const Face& face, double outside) {
   return motley * gaps * solid;
 }
 
+// A robot among robots may be less like one than what shows that there are robots at all.
+double tolerated(double likeness) {
+  return std::min(1.0, 2 * likeness);
+}
+
 // How much one suspect says about the size of all: clutter is plentiful but weak and open, and small circles are easily
 // imagined.
 double vote(const Suspect& one) {
@@ -69,12 +74,13 @@ Suspect suspect(const Rim& rim) {
   // anyway.
   one.clear =
       ramp(rim.contrast / std::max(static_cast<double>(rim.face.outside_high - rim.face.outside_low), 8.0), 0.15, 0.45);
+  one.clear *= one.likeness;
   // Only on dark tables are robots brighter than what surrounds them, down to their gaps.
   const double brightest =
       std::max({outside, static_cast<double>(rim.face.coin), static_cast<double>(rim.face.board), 15.0});
   const double low = static_cast<double>(rim.face.board_low);
   one.clear *= std::max(ramp((low - outside) / brightest, 0.25, 0.1), ramp(outside / brightest, 0.75, 0.6));
-  one.evidence = one.shape * looks(one.weber, one.activity) * one.likeness;
+  one.evidence = one.shape * looks(one.weber, one.activity) * tolerated(one.likeness);
   return one;
 }
 
@@ -167,7 +173,7 @@ double confidence(const Suspect& suspect, const Likeness& others, double toleran
   const Circle& circle = suspect.rim.circle;
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
   // A weak rim among weak rims is as good as a strong one among strong ones.
-  double value = suspect.shape * suspect.likeness *
+  double value = suspect.shape * tolerated(suspect.likeness) *
                  std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
   if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);

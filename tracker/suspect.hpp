@@ -15,7 +15,7 @@ struct Suspect {
   double activity = 0;  // how much the grey level varies within, as a part of the difference to the outside
   double shape = 0;     // 0..1: how closed and round the rim is
   double likeness = 0;  // 0..1: what is inside is like a robot's board and coin cell
-  double clear = 0;     // 0..1: how far the step over the rim stands out from what varies outside anyway
+  double clear = 0;     // 0..1: how surely there are robots in the view if this is seen: not for each robot to reach
   double evidence = 0;  // 0..1, of this rim alone: its shape, its step and what is inside together
   bool operator<(const Suspect& other) const;  // stronger first; ties by place
 };

@@ -1,0 +1,50 @@
+// Rows of the table that detect_in_pictures prints, with what is really reached; the weak ones, too.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tests/support/picture_series.hpp"
+#include "tracker/detector.hpp"
+
+namespace arkmesh::tests {
+namespace {
+
+struct Row {
+  const char* name;      // group: name
+  int most_false;        // detections of what is no robot
+  double least_recall;   // of the robots
+  double least_colours;  // of the LEDs
+};
+
+TEST_CASE("hard pictures") {
+  // Proves: what docs/tracking.md says of pictures of few robots, among things that are none, in false colours and on
+  // other tables.
+  const std::vector<Scene> real = real_scenes();
+  const std::vector<PictureSeries> series = picture_series(real);
+  for (const Row& row :
+       {Row{"cut out: 1 robot", 0, 0.96, 0.96}, Row{"cut out: 1 robot, 12 px", 0, 0.96, 0.9},
+        Row{"cut out: 2 robots, 20 px", 0, 0.98, 0.95}, Row{"cut out: border, 80 % visible, 20 px", 0, 0.98, 0.97},
+        Row{"clutter: with black discs, 1 robot", 0, 0.9, 0.9}, Row{"clutter: with coins, 1 robot", 1, 0.9, 0.9},
+        Row{"clutter: with hands, 1 robot", 1, 0.9, 0.9}, Row{"clutter: with caps, 1 robot", 50, 0.7, 0.7},
+        Row{"no robot: emptied, x 1", 0, 1, 1}, Row{"no robot: emptied, x 0.3", 0, 1, 1},
+        Row{"no robot: only black discs", 0, 1, 1}, Row{"no robot: only LEDs", 0, 1, 1},
+        Row{"no robot: only cables", 0, 1, 1}, Row{"white balance: warm", 0, 0.99, 0.85},
+        Row{"white balance: very cool", 0, 0.99, 0.85}, Row{"table: grey, 20 px", 2, 0.88, 0.65},
+        Row{"table: white, 20 px", 0, 0.97, 0.6}}) {
+    CAPTURE(row.name);
+    const auto found = std::find_if(series.begin(), series.end(),
+                                    [&](const PictureSeries& one) { return one.group + ": " + one.name == row.name; });
+    REQUIRE(found != series.end());
+    std::vector<Score> all;
+    for (const Scene& scene : found->make()) all.push_back(score(tracker::Detector().search(scene.bgr), scene));
+    const Score sum = total(all);
+    fmt::print("{:40} {}\n", row.name, text(sum));
+    CHECK(sum.detections - sum.matched <= row.most_false);
+    CHECK(sum.recall() >= row.least_recall);
+    CHECK(sum.colours() >= row.least_colours);
+  }
+}
+
+}  // namespace
+}  // namespace arkmesh::tests
