@@ -54,8 +54,7 @@ void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, doub
   sim_ode::room::RoomServer server(room, record);
   for (std::size_t k = 0; k < room.cameras(); ++k) fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
   const std::string link = room.config().ohc_link.empty() ? "" : " (" + room.config().ohc_link + ")";
-  fmt::print("overhead controller: tcp://{}:{}; for programs other than arkmesh {}{}\n", room.config().listen, server.ohc_port(),
-             server.terminal(), link);
+  fmt::print("overhead controller: tcp://{}:{} or {}{}\n", room.config().listen, server.ohc_port(), server.terminal(), link);
   fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", room.config().listen, server.control_port());
   std::fflush(stdout);
   std::string terminal = server.terminal();

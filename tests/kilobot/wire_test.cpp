@@ -146,10 +146,30 @@ TEST_CASE("serial device: a device that talks") {
 TEST_CASE("serial device: for one program alone") {
   // A second user of the same device is told that it is in use.
   PseudoTerminal terminal;
-  const auto first = make_wire(terminal.port());
-  first->open();
-  REQUIRE(first->check() == Wire::State::open);
-  check_holds(trouble_with(terminal.port()), "in use by another program");
+  for (const std::string& port : {terminal.port(), terminal.link()}) {
+    const auto first = make_wire(port);
+    first->open();
+    REQUIRE(first->check() == Wire::State::open);
+    check_holds(trouble_with(terminal.port()), "in use by another program");
+    check_holds(trouble_with(terminal.link()), "in use by another program");
+  }
+}
+
+TEST_CASE("serial device: a pseudo-terminal by its own name") {
+  // What socat or a virtual room offers is opened although libserialport knows no such terminals; bytes, unplugging and plugging in work alike.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  SerialLine line(make_wire(terminal.link()), counters);
+  line.tend(now());
+  check_delivery(line, 20, [&] { return terminal.read(); });
+  CHECK((terminal.settings().c_oflag & OPOST) == 0);
+  terminal.say(std::string(1000, 'x'));
+  terminal.unplug();
+  CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+  terminal.plug();
+  CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
+  check_delivery(line, 3, [&] { return terminal.read(); });
+  CHECK(counters["overhead.line_lost"] == 1);
 }
 
 TEST_CASE("serial device: what is no device") {

@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "hal/platforms/kilobot/packet.hpp"
+#include "hal/platforms/kilobot/terminal_wire.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -50,11 +51,6 @@ std::string no_permission(const std::string& path) {
                      group, group, user);
 }
 
-bool is_pseudo_terminal(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::canonical(path, ignored).string().starts_with("/dev/pts/");
-}
-
 // Why the device cannot be opened, one sentence. `code` is an errno.
 std::string why_not(const std::string& path, int code) {
   switch (code) {
@@ -71,10 +67,7 @@ std::string why_not(const std::string& path, int code) {
     case EWOULDBLOCK: return fmt::format("{} is in use by another program; `fuser -v {}` names it", path, path);
     case ENOTTY:
     case EINVAL:
-    case EISDIR:
-      if (is_pseudo_terminal(path))
-        return fmt::format("{} is a pseudo-terminal, not a serial port; arkmesh room offers the same controller as tcp://HOST:PORT", path);
-      return fmt::format("{} is not a serial port", path);
+    case EISDIR: return fmt::format("{} is not a serial port", path);
     default: return fmt::format("{} cannot be opened: {}", path, std::strerror(code));
   }
 }
@@ -90,7 +83,8 @@ int first_look(const std::string& path) {
 }  // namespace
 
 void DeviceWire::open() {
-  if (port_) return;
+  if (port_ || (terminal_ && terminal_->check() != State::closed)) return;
+  terminal_.reset();
   if (const int code = first_look(path_)) return lose(why_not(path_, code));
   // libserialport knows devices by the names under /sys/class/tty, so names such as /dev/serial/by-id/... are followed for it
   if (sp_get_port_by_name(path_.c_str(), &port_) != SP_OK) {
@@ -98,7 +92,9 @@ void DeviceWire::open() {
     const std::string device = std::filesystem::canonical(path_, ignored).string();
     if (sp_get_port_by_name(device.c_str(), &port_) != SP_OK) {
       port_ = nullptr;
-      return lose(why_not(path_, ENOTTY));
+      if (!device.starts_with("/dev/pts/")) return lose(why_not(path_, ENOTTY));
+      terminal_ = std::make_unique<TerminalWire>(path_);
+      return terminal_->open();
     }
   }
   if (sp_open(port_, SP_MODE_READ_WRITE) != SP_OK) {
@@ -124,6 +120,7 @@ void DeviceWire::open() {
 }
 
 Wire::State DeviceWire::check() {
+  if (terminal_) return terminal_->check();
   if (!port_) return State::closed;
   int fd = -1;
   sp_get_port_handle(port_, &fd);
@@ -143,6 +140,7 @@ Wire::State DeviceWire::check() {
 }
 
 std::size_t DeviceWire::write(std::span<const std::uint8_t> bytes) {
+  if (terminal_) return terminal_->write(bytes);
   if (!port_ || bytes.empty()) return 0;
   const sp_return written = sp_nonblocking_write(port_, bytes.data(), bytes.size());
   if (written >= 0) return static_cast<std::size_t>(written);
@@ -154,6 +152,7 @@ std::size_t DeviceWire::write(std::span<const std::uint8_t> bytes) {
 }
 
 std::size_t DeviceWire::waiting_bytes() {
+  if (terminal_) return terminal_->waiting_bytes();
   if (!port_) return 0;
   const sp_return waiting = sp_output_waiting(port_);
   return waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
