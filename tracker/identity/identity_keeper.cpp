@@ -185,6 +185,10 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
   }
   counters_.add("identity.named", static_cast<std::uint64_t>(named));
 
+  // a part of a spelling that somebody with a name gave would pass for another's later
+  for (const auto& [number, entry] : book_)
+    if (entry.sure()) reader_.forget(number);
+
   barren_passes_ = named > 0 ? 0 : barren_passes_ + 1;
   update_unaccounted();
   const bool all = std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure() || !entry.second.seen; });
