@@ -51,6 +51,7 @@ class Detector::Search {
       if (const auto one = near(bgr, where[i]))
         claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i, detection(bgr, *one)});
     }
+    if (claims.empty()) return seen;
     // Nearest first: two places that see the same robot do not both get it.
     std::sort(claims.begin(), claims.end(),
               [](const Claim& a, const Claim& b) { return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place; });
