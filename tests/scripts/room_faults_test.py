@@ -94,7 +94,7 @@ class RoomFaults(unittest.TestCase):
     def test_mishaps(self):
         (self.folder / "room.toml").write_text(ROOM.format(root=ROOT))
         self.start("room", "room", self.folder / "room.toml", "--calibration", self.folder / "table.yaml")
-        where = self.until(60, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)\ncommands: ([\d.]+):(\d+)", self.said("room")), "the room's start")
+        where = self.until(60, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)[^\n]*\ncommands: ([\d.]+):(\d+)", self.said("room")), "the room's start")
         self.control = where[3], int(where[4])
         (self.folder / "lab.toml").write_text(LAB.format(root=ROOT, camera=where[1], ohc=where[2], folder=self.folder))
         self.start("lab", "lab", self.folder / "lab.toml", "--set", "run.duration_s=10000", "--out", self.folder / "run")
