@@ -64,8 +64,10 @@ def table_thousand(bench):
 
 def table_naming(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080: how long after everything was switched on each has its name, by both protocols."""
+    if bench.short:
+        return None  # a test has the deadline
     room, seconds, wrong = ROOT / "experiments/room/hundred.toml", {}, 0
-    for protocol, seeds in (("spelled", [1] if bench.short else [1, 2, 3, 4, 5]), ("ark", [] if bench.short else [1])):
+    for protocol, seeds in (("spelled", [1, 2, 3, 4, 5]), ("ark", [1])):
         for seed in seeds:
             # ends with 3 when somebody has no name, which is a figure too
             done = subprocess.run([bench.built("name_in_room"), room, protocol, str(seed)], capture_output=True, text=True)
@@ -76,9 +78,8 @@ def table_naming(bench):
             wrong += int(re.search(r"wrong names\s+(\d+)", done.stdout)[1])
             print("  " + "; ".join(line.strip() for line in done.stdout.splitlines() if not line.startswith("["))[:150])
     slowest = max(seconds["spelled"])
-    ark = f", {max(seconds['ark']):.0f} s with ARK's messages" if "ark" in seconds else ""
     met = slowest < 15 and wrong == 0 and all(after < float("inf") for values in seconds.values() for after in values)
-    return met, f"all named in {slowest:.1f} s{ark}, {wrong} wrong names", "15 s, 0"
+    return met, f"all named in {slowest:.1f} s, {max(seconds['ark']):.0f} s with ARK's messages, {wrong} wrong names", "15 s, 0"
 
 
 def table_dhtf(bench):
