@@ -37,17 +37,21 @@ DetectorSettings detection_for(const Calibration& camera, const TableSettings& s
 TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings& settings)
     : settings_(settings), associator_(settings.following) {
   for (Calibration& camera : cameras) {
-    View view;
-    view.plane = PlaneView::of(camera, settings.body.board_m);
-    view.detector = std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : camera, settings));
-    view.calibration = std::move(camera);
-    views_.push_back(std::move(view));
+    views_.emplace_back();
+    realign(views_.size() - 1, std::move(camera));
   }
 }
 
 TableTracker::TableTracker(const TableSettings& settings) : settings_(settings), associator_(settings.following) {
   views_.emplace_back();
   views_.back().detector = std::make_unique<Detector>(settings.detection);
+}
+
+void TableTracker::realign(std::size_t camera, Calibration calibration) {
+  View& view = views_[camera];
+  view.plane = PlaneView::of(calibration, settings_.body.board_m);
+  view.detector = std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : calibration, settings_));
+  view.calibration = std::move(calibration);
 }
 
 void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing) {

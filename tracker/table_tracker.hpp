@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "hal/counters.hpp"
@@ -42,8 +41,8 @@ class TableTracker {
   std::size_t cameras() const { return views_.size(); }
   // Nothing while the size of robots in the picture is not known yet.
   const Calibration* calibration(std::size_t camera) const { return views_[camera].calibration ? &*views_[camera].calibration : nullptr; }
-  // The camera hangs elsewhere than it did.
-  void realign(std::size_t camera, Calibration calibration) { views_[camera].calibration = std::move(calibration); }
+  // The camera hangs like this from now on.
+  void realign(std::size_t camera, Calibration calibration);
   // What the last look found in that camera's picture.
   const std::vector<Detection>& detections(std::size_t camera) const { return views_[camera].detections; }
   const hal::Counters& counters() const;
