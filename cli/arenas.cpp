@@ -32,18 +32,27 @@ struct Entry {
 
 // Shows people what the cameras of a table see.
 tracker::Onlooker window(const hal::Section& arena, const Around& around) {
-  const auto window = std::make_shared<TableWindow>(arena.section("kilobot"), around.run.lab, hal::read_arena_config(arena).frame_period, around.bus, around.directory);
+  const auto window =
+      std::make_shared<TableWindow>(arena.section("kilobot"), around.run.lab,
+                                    hal::read_arena_config(arena).frame_period, around.bus, around.directory);
   return [window](const tracker::Look& look) { window->look(look); };
 }
 
 const std::vector<Entry>& arenas() {
   static const std::vector<Entry> table = {
       {"ode", {"ode"}, [](auto& arena, auto& a) { return sim_ode::make_ode_arena(arena, a.run.lab, a.run.seed); }},
-      {"kilobot", {"kilobot"}, [](auto& arena, auto& a) {
-         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, tracker::make_table_watch(arena, window(arena, a)), operator_stops);
+      {"kilobot",
+       {"kilobot"},
+       [](auto& arena, auto& a) {
+         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, tracker::make_table_watch(arena, window(arena, a)),
+                                                 operator_stops);
        }},
-      {"room", {"room", "kilobot"}, [](auto& arena, auto& a) { return make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
-      {"replay", {"replay"}, [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},
+      {"room",
+       {"room", "kilobot"},
+       [](auto& arena, auto& a) { return make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
+      {"replay",
+       {"replay"},
+       [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},
       {"null", {}, [](auto& arena, auto& a) { return hal::make_null_arena(arena, a.run.lab); }},
   };
   return table;
@@ -57,7 +66,8 @@ std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios
   std::vector<std::string> names;
   for (const Entry& entry : arenas()) names.push_back(entry.name);
   const std::string use = arena.choice("use", "ode", names);
-  const auto chosen = std::find_if(arenas().begin(), arenas().end(), [&](const Entry& entry) { return entry.name == use; });
+  const auto chosen =
+      std::find_if(arenas().begin(), arenas().end(), [&](const Entry& entry) { return entry.name == use; });
   if (chosen == arenas().end()) arena.refuse("use", "names no arena");
   // The keys of arenas that are not in use stay in the file, so that one key swaps them.
   for (const std::string& name : names)

@@ -11,8 +11,8 @@
 
 namespace arkmesh::cli {
 
-// The arena that arena.use asks for. An arena with cameras draws what it hears on `bus` over their pictures and keeps videos in
-// `directory`; the bus outlives the arena. Throws ConfigError.
+// The arena that arena.use asks for. An arena with cameras draws what it hears on `bus` over their pictures and keeps
+// videos in `directory`; the bus outlives the arena. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const scenarios::RunConfig& run, hal::Bus& bus,
                                        const std::filesystem::path& directory);
 

@@ -1,4 +1,5 @@
-// `arkmesh calibrate`: pictures of a chessboard and of the arena's corners in, a calibration file out, with its error in millimetres.
+// `arkmesh calibrate`: pictures of a chessboard and of the arena's corners in, a calibration file out, with its error
+// in millimetres.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -34,11 +35,12 @@ struct CalibrateOptions {
 };
 
 // "7x6" or "120.5,33": two numbers above or at 0 and nothing else.
-std::pair<double, double> two_numbers(const std::string& text, char between, const std::string& option, const std::string& example) {
+std::pair<double, double> two_numbers(const std::string& text, char between, const std::string& option,
+                                      const std::string& example) {
   double first = 0, second = 0;
   char separator = 0, rest = 0;
-  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between || !(first >= 0) ||
-      !(second >= 0))
+  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between ||
+      !(first >= 0) || !(second >= 0))
     throw CLI::ValidationError(option, fmt::format("{} is not of the form {}", text, example));
   return {first, second};
 }
@@ -58,7 +60,8 @@ cv::Mat read_picture(const std::string& file) {
 
 tracker::FittedLens fit_lens(const CalibrateOptions& options) {
   const auto [columns, rows] = two_numbers(options.board, 'x', "--board", "7x6 (inner corners)");
-  if (columns < 3 || rows < 3 || columns > 50 || rows > 50 || columns != static_cast<int>(columns) || rows != static_cast<int>(rows))
+  if (columns < 3 || rows < 3 || columns > 50 || rows > 50 || columns != static_cast<int>(columns) ||
+      rows != static_cast<int>(rows))
     throw CLI::ValidationError("--board", "a chessboard has 3 to 50 inner corners along each side");
   tracker::LensFit fit({static_cast<int>(columns), static_cast<int>(rows), options.square_mm});
   for (const std::string& file : options.pictures) {
@@ -70,7 +73,8 @@ tracker::FittedLens fit_lens(const CalibrateOptions& options) {
       throw std::runtime_error(what.starts_with(file) ? what : fmt::format("{} {}", file, what));
     }
     fmt::print("{}: {}\n", file,
-               found ? std::string("chessboard found") : fmt::format("no whole chessboard with {} inner corners; left out", options.board));
+               found ? std::string("chessboard found")
+                     : fmt::format("no whole chessboard with {} inner corners; left out", options.board));
     std::fflush(stdout);
   }
   return fit.fit();
@@ -84,15 +88,18 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
   }
   if (!corners.empty()) return corners;
   if (options.corner_picture.empty())
-    throw CLI::ValidationError("--corner", "give the arena's corners: four times --corner x,y, or a picture with --corners");
+    throw CLI::ValidationError("--corner",
+                               "give the arena's corners: four times --corner x,y, or a picture with --corners");
   const cv::Mat picture = read_picture(options.corner_picture);
   if (picture.cols != lens.width_px || picture.rows != lens.height_px)
-    throw std::runtime_error(fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
-                                         options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
+    throw std::runtime_error(
+        fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
+                    options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
-    throw std::runtime_error(fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
-                                         options.corner_picture));
+    throw std::runtime_error(
+        fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
+                    options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
 }
@@ -103,12 +110,13 @@ std::vector<tracker::Mark> marks_of(const CalibrateOptions& options) {
   for (const std::string& text : options.marks) {
     tracker::Mark mark;
     char rest = 0;
-    const int read =
-        std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y, &mark.in_arena.x, &mark.in_arena.y, &rest);
+    const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
+                                 &mark.in_arena.x, &mark.in_arena.y, &rest);
     const double numbers[] = {mark.in_pixels.x, mark.in_pixels.y, mark.in_arena.x, mark.in_arena.y};
-    if (read != 4 || !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
-      throw CLI::ValidationError("--mark",
-                                 fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+    if (read != 4 ||
+        !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
+      throw CLI::ValidationError(
+          "--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
     marks.push_back(mark);
   }
   return marks;
@@ -117,15 +125,17 @@ std::vector<tracker::Mark> marks_of(const CalibrateOptions& options) {
 // The arena's outline and a grid of tenths over the picture, so that one sees whether it lies on the table.
 void draw_check(const CalibrateOptions& options, const tracker::CameraData& data) {
   if (options.png.empty()) return;
-  cv::Mat picture = options.corner_picture.empty() ? cv::Mat(data.lens.height_px, data.lens.width_px, CV_8UC3, cv::Scalar::all(60))
-                                                   : read_picture(options.corner_picture);
+  cv::Mat picture = options.corner_picture.empty()
+                        ? cv::Mat(data.lens.height_px, data.lens.width_px, CV_8UC3, cv::Scalar::all(60))
+                        : read_picture(options.corner_picture);
   const tracker::Calibration camera(data);
   const auto draw = [&](tracker::Point from, tracker::Point to, const cv::Scalar& colour, int thick) {
     constexpr int steps = 40;
     std::optional<tracker::Point> before;
     for (int i = 0; i <= steps; ++i) {
       const auto at = camera.to_pixel({from.x + (to.x - from.x) * i / steps, from.y + (to.y - from.y) * i / steps}, 0);
-      if (at && before) cv::line(picture, cv::Point2d(before->x, before->y), cv::Point2d(at->x, at->y), colour, thick, cv::LINE_AA);
+      if (at && before)
+        cv::line(picture, cv::Point2d(before->x, before->y), cv::Point2d(at->x, at->y), colour, thick, cv::LINE_AA);
       before = at;
     }
   };
@@ -144,7 +154,8 @@ void draw_check(const CalibrateOptions& options, const tracker::CameraData& data
     // Said below.
   }
   if (!written)
-    throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options.png));
+    throw std::runtime_error(
+        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options.png));
 }
 
 // Whether robots are large enough in the picture is what people can still change.
@@ -160,7 +171,8 @@ std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
 void write_into(const CalibrateOptions& options, const tracker::CameraData& data) {
   std::vector<tracker::NamedCamera> cameras;
   if (fs::exists(options.out)) cameras = tracker::read_calibrations(options.out);
-  const auto same = std::find_if(cameras.begin(), cameras.end(), [&](const auto& camera) { return camera.name == options.name; });
+  const auto same =
+      std::find_if(cameras.begin(), cameras.end(), [&](const auto& camera) { return camera.name == options.name; });
   if (same != cameras.end())
     same->data = data;
   else
@@ -171,19 +183,23 @@ void write_into(const CalibrateOptions& options, const tracker::CameraData& data
 
 void calibrate(const CalibrateOptions& options) {
   const auto [width_m, height_m] = sides_of(options);
-  if (options.pictures.empty()) throw CLI::ValidationError("PICTURES", "give pictures of a chessboard, or --import-ark FILE");
+  if (options.pictures.empty())
+    throw CLI::ValidationError("PICTURES", "give pictures of a chessboard, or --import-ark FILE");
   const tracker::FittedLens lens = fit_lens(options);
   const bool fisheye = lens.lens.model == tracker::LensModel::fisheye;
-  fmt::print("lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({} pictures; as {}: {:.3f} px)\n",
-             fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm, lens.pictures,
-             fisheye ? "pinhole" : "fisheye", lens.other_error_px);
+  fmt::print(
+      "lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({} pictures; as {}: "
+      "{:.3f} px)\n",
+      fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
+      lens.pictures, fisheye ? "pinhole" : "fisheye", lens.other_error_px);
   const std::vector<tracker::Mark> marks = marks_of(options);
-  const tracker::CameraData data = marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
-                                                 : tracker::place_camera(lens.lens, marks, width_m, height_m);
+  const tracker::CameraData data =
+      marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
+                    : tracker::place_camera(lens.lens, marks, width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
-  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2], place[0], place[1],
-             marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
+  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
+             place[0], place[1], marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
   write_into(options, data);
@@ -205,7 +221,8 @@ void import_ark(const CalibrateOptions& options) {
   for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, table)) {
     cameras.push_back({fmt::format("camera{}", cameras.size()), data});
     const auto place = tracker::Calibration(data).position_m();
-    fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1], robot_width(data, {place[0], place[1]}));
+    fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1],
+               robot_width(data, {place[0], place[1]}));
   }
   tracker::write_calibrations(options.out, cameras);
   fmt::print("{}: {} cameras\n", options.out, cameras.size());
@@ -214,17 +231,22 @@ void import_ark(const CalibrateOptions& options) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app) {
-  auto* command = app.add_subcommand("calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners");
+  auto* command = app.add_subcommand(
+      "calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners");
   const auto options = std::make_shared<CalibrateOptions>();
-  command->add_option("PICTURES", options->pictures, "Pictures of a chessboard, at different slants, all over the camera's view")
+  command
+      ->add_option("PICTURES", options->pictures,
+                   "Pictures of a chessboard, at different slants, all over the camera's view")
       ->check(CLI::ExistingFile);
-  command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")->capture_default_str();
+  command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")
+      ->capture_default_str();
   command->add_option("--square-mm", options->square_mm, "Side of one of its squares")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")
       ->capture_default_str();
-  command->add_option("--corner", options->corners, "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
+  command->add_option("--corner", options->corners,
+                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
   command
       ->add_option("--corners", options->corner_picture,
                    "A picture of the whole table; without --corner its corners are looked for, the upper left "
@@ -232,21 +254,26 @@ void add_calibrate_command(CLI::App& app) {
       ->check(CLI::ExistingFile);
   command
       ->add_option("--mark", options->marks,
-                   "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x east, y north of the "
+                   "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
+                   "east, y north of the "
                    "arena's middle); "
                    "four times or more, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena over the picture of the table, to see whether it fits");
   command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
-  auto* ark = command->add_option("--import-ark", options->ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
+  auto* ark = command->add_option("--import-ark", options->ark, "Take an ARK calibration over instead")
+                  ->check(CLI::ExistingFile);
   command->add_option("--camera-height", options->camera_height_m, "Metres of ARK's cameras above the table")
       ->check(CLI::Range(0.1, 50.0))
       ->needs(ark)
       ->capture_default_str();
-  command->add_option("--size", options->size, "Pictures of ARK's cameras, width x height in pixels")->needs(ark)->capture_default_str();
+  command->add_option("--size", options->size, "Pictures of ARK's cameras, width x height in pixels")
+      ->needs(ark)
+      ->capture_default_str();
   command->footer(
-      "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out table.yaml\n"
+      "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out "
+      "table.yaml\n"
       "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out table.yaml");
   command->callback([options] {
     tracker::quieten_libraries();

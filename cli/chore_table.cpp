@@ -22,7 +22,9 @@ namespace arkmesh::cli {
 // Stands where names are found out, and lets the chore do it.
 class ChoreNames final : public tracker::NameKeeper {
  public:
-  void on_frame(hal::LabTime, std::span<const tracker::Track> seen) override { tracks.assign(seen.begin(), seen.end()); }
+  void on_frame(hal::LabTime, std::span<const tracker::Track> seen) override {
+    tracks.assign(seen.begin(), seen.end());
+  }
   std::optional<hal::kilobot::Message> question() const override { return said; }
   std::vector<tracker::Naming> take_namings() override { return std::exchange(namings, {}); }
   // Frames hold nobody: tracks are what a chore looks at.
@@ -69,9 +71,11 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
   if (use == "kilobot" || use == "room") {
     auto names = std::make_unique<ChoreNames>();
     names_ = names.get();
-    if (use == "room") arena_ = make_room_arena(arena, run.lab, run.seed, {}, std::move(names), program_set(options));
+    if (use == "room")
+      arena_ = make_room_arena(arena, run.lab, run.seed, {}, std::move(names), program_set(options));
     else
-      arena_ = hal::kilobot::make_kilobot_arena(arena, run.lab, tracker::make_table_watch(arena, {}, tracker::open_camera, std::move(names)), operator_stops);
+      arena_ = hal::kilobot::make_kilobot_arena(
+          arena, run.lab, tracker::make_table_watch(arena, {}, tracker::open_camera, std::move(names)), operator_stops);
   } else if (use == "ode") {
     arena_ = sim_ode::make_ode_arena(arena, run.lab, run.seed);
     numbers_.resize(arena_->info().robots.size());
@@ -112,8 +116,13 @@ void ChoreTable::look_at_simulation() {
   tracks_.clear();
   for (std::size_t i = 0; i < frame->robots.size(); ++i) {
     const hal::Sighting& seen = frame->robots[i];
-    tracks_.push_back({.number = numbers_[i], .in_arena = seen.pose, .led = seen.led, .led_seen = seen.led != hal::Led::off,
-                       .confidence = seen.confidence, .heading_sigma_rad = 0, .age = seen.age});
+    tracks_.push_back({.number = numbers_[i],
+                       .in_arena = seen.pose,
+                       .led = seen.led,
+                       .led_seen = seen.led != hal::Led::off,
+                       .confidence = seen.confidence,
+                       .heading_sigma_rad = 0,
+                       .age = seen.age});
   }
   std::sort(tracks_.begin(), tracks_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
 }
@@ -127,7 +136,9 @@ void ChoreTable::name(tracker::TrackNumber track, hal::RobotId robot) {
 }
 
 std::vector<hal::RobotId> parse_ids(const std::string& text, hal::RobotId largest, const std::string& option) {
-  const auto refuse = [&](const std::string& why) { throw CLI::ValidationError(option, fmt::format("\"{}\" {}; write ids such as 0-99,200", text, why)); };
+  const auto refuse = [&](const std::string& why) {
+    throw CLI::ValidationError(option, fmt::format("\"{}\" {}; write ids such as 0-99,200", text, why));
+  };
   std::vector<hal::RobotId> out;
   std::set<hal::RobotId> known;
   for (std::size_t at = 0; at <= text.size();) {
@@ -136,7 +147,9 @@ std::vector<hal::RobotId> parse_ids(const std::string& text, hal::RobotId larges
     at = end + 1;
     unsigned long first = 0, last = 0;
     char rest = 0;
-    const bool digits = part.size() <= 11 && !part.empty() && part.find_first_not_of("0123456789-") == std::string::npos && part.front() != '-' && part.back() != '-';
+    const bool digits = part.size() <= 11 && !part.empty() &&
+                        part.find_first_not_of("0123456789-") == std::string::npos && part.front() != '-' &&
+                        part.back() != '-';
     const int found = digits ? std::sscanf(part.c_str(), "%lu-%lu%c", &first, &last, &rest) : 0;
     if (found != 1 && found != 2) refuse("is no list of ids");
     if (found == 1) last = first;

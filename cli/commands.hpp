@@ -1,5 +1,5 @@
-// The subcommands of `arkmesh`: each function adds one to the program. A callback ends the program with another code than 0
-// by throwing CLI::RuntimeError(code).
+// The subcommands of `arkmesh`: each function adds one to the program. A callback ends the program with another code
+// than 0 by throwing CLI::RuntimeError(code).
 #pragma once
 
 namespace CLI {

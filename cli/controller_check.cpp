@@ -1,5 +1,5 @@
-// The robot's library is not at hand; stand-ins of known size take its place in the link, so that what the program itself brings
-// along, parts of the C library included, is the difference to an empty program.
+// The robot's library is not at hand; stand-ins of known size take its place in the link, so that what the program
+// itself brings along, parts of the C library included, is the difference to an empty program.
 #include "cli/controller_check.hpp"
 
 #include <fmt/format.h>
@@ -67,7 +67,8 @@ struct Folder {
     std::error_code error;
     fs::path base = fs::temp_directory_path(error);
     std::string name = ((error ? fs::path("/tmp") : base) / "arkmesh-check-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error(fmt::format("no directory can be made in {} to build in", base.string()));
+    if (!mkdtemp(name.data()))
+      throw std::runtime_error(fmt::format("no directory can be made in {} to build in", base.string()));
     path = name;
   }
   ~Folder() {
@@ -80,11 +81,13 @@ struct Folder {
 };
 
 void write(const fs::path& file, const char* text) {
-  if (!(std::ofstream(file) << text)) throw std::runtime_error(file.string() + " cannot be written; free some space or set TMPDIR");
+  if (!(std::ofstream(file) << text))
+    throw std::runtime_error(file.string() + " cannot be written; free some space or set TMPDIR");
 }
 
 // The lines with one of `marks`, at most `most`.
-std::vector<std::string> lines_with(const std::string& output, std::initializer_list<const char*> marks, std::size_t most) {
+std::vector<std::string> lines_with(const std::string& output, std::initializer_list<const char*> marks,
+                                    std::size_t most) {
   std::vector<std::string> found;
   std::istringstream lines(output);
   for (std::string line; found.size() < most && std::getline(lines, line);)
@@ -122,10 +125,28 @@ class Builder {
   // Compiles `source`, returns what the compiler said. Throws when it does not compile.
   std::string compile(const fs::path& source, const std::string& object) const {
     // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
-    const sim_ode::Finished done = sim_ode::run_to_end(
-        {"avr-gcc", "-mmcu=atmega328p", "-DF_CPU=8000000", "-std=gnu99", "-fgnu89-inline", "-Os", "-funsigned-char", "-funsigned-bitfields",
-         "-fpack-struct", "-fshort-enums", "-fcommon", "-Wtype-limits", "-Wconversion", "-fno-diagnostics-show-caret", "-idirafter", kilolib().string(), "-include", (folder_ / "prelude.h").string(), "-c",
-         source.string(), "-o", (folder_ / object).string()});
+    const sim_ode::Finished done = sim_ode::run_to_end({"avr-gcc",
+                                                        "-mmcu=atmega328p",
+                                                        "-DF_CPU=8000000",
+                                                        "-std=gnu99",
+                                                        "-fgnu89-inline",
+                                                        "-Os",
+                                                        "-funsigned-char",
+                                                        "-funsigned-bitfields",
+                                                        "-fpack-struct",
+                                                        "-fshort-enums",
+                                                        "-fcommon",
+                                                        "-Wtype-limits",
+                                                        "-Wconversion",
+                                                        "-fno-diagnostics-show-caret",
+                                                        "-idirafter",
+                                                        kilolib().string(),
+                                                        "-include",
+                                                        (folder_ / "prelude.h").string(),
+                                                        "-c",
+                                                        source.string(),
+                                                        "-o",
+                                                        (folder_ / object).string()});
     if (done.status == 127 || (done.status == -1 && done.output.empty()))
       throw std::runtime_error("avr-gcc, the robot's compiler, is missing; apt-get install gcc-avr avr-libc");
     if (done.status != 0) refuse("does not compile for the robot", source, done.output);
@@ -135,7 +156,8 @@ class Builder {
     const fs::path elf = folder_ / (object + ".elf");
     // Room for more than a robot has, so that what does not fit can be measured too.
     const sim_ode::Finished done = sim_ode::run_to_end(
-        {"avr-gcc", "-mmcu=atmega328p", "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000,--defsym=__DATA_REGION_LENGTH__=0xf000",
+        {"avr-gcc", "-mmcu=atmega328p",
+         "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000,--defsym=__DATA_REGION_LENGTH__=0xf000",
          (folder_ / object).string(), (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
     if (done.status != 0) refuse("does not link for the robot", source, done.output);
     return measure(elf);
@@ -144,8 +166,10 @@ class Builder {
  private:
   static fs::path kilolib() { return sim_ode::kilolib_folder(); }
   [[noreturn]] static void refuse(const char* what, const fs::path& source, const std::string& output) {
-    const auto errors = lines_with(output, {"error:", "undefined reference", "multiple definition", "overflowed", "will not fit"}, 1);
-    throw std::runtime_error(fmt::format("{} {}: {}", source.string(), what, errors.empty() ? output.substr(0, output.find('\n')) : errors[0]));
+    const auto errors =
+        lines_with(output, {"error:", "undefined reference", "multiple definition", "overflowed", "will not fit"}, 1);
+    throw std::runtime_error(fmt::format("{} {}: {}", source.string(), what,
+                                         errors.empty() ? output.substr(0, output.find('\n')) : errors[0]));
   }
   fs::path folder_;
 };
@@ -166,7 +190,8 @@ CheckedProgram check_program(const fs::path& program) {
   for (const std::string& line : lines_with(said, {"[-Woverflow]", "[-Wshift-count-overflow]", "[-Wtype-limits]"}, 100))
     out.warnings.push_back(line);
   // Of conversions only those that squeeze something wider into an int of 16 bits; others are on a PC as they are here.
-  for (const std::string& line : lines_with(said, {"to ‘int’", "to 'int'", "to ‘unsigned int’", "to 'unsigned int'"}, 100))
+  for (const std::string& line :
+       lines_with(said, {"to ‘int’", "to 'int'", "to ‘unsigned int’", "to 'unsigned int'"}, 100))
     if (line.find("long") != std::string::npos) out.warnings.push_back(line);
   return out;
 }

@@ -12,9 +12,9 @@ inline constexpr int flash_limit_bytes = 28160, flash_library_bytes = 7054;
 inline constexpr int ram_limit_bytes = 2048, ram_library_bytes = 110;
 
 struct CheckedProgram {
-  int flash_bytes = 0;                 // program and library
-  int ram_bytes = 0;                   // static, program and library; the stack needs what remains
-  std::vector<std::string> warnings;   // of places that depend on how wide an int is
+  int flash_bytes = 0;                // program and library
+  int ram_bytes = 0;                  // static, program and library; the stack needs what remains
+  std::vector<std::string> warnings;  // of places that depend on how wide an int is
   bool fits() const { return flash_bytes <= flash_limit_bytes && ram_bytes <= ram_limit_bytes; }
 };
 

@@ -35,7 +35,8 @@ struct RunOptions {
 std::optional<std::pair<double, double>> two_numbers(const std::string& text, char between) {
   double first = 0, second = 0;
   char separator = 0, rest = 0;
-  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between) return {};
+  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between)
+    return {};
   return std::pair(first, second);
 }
 
@@ -65,7 +66,8 @@ class PosesFile {
   // All of it is in the file, or the disk is full.
   const fs::path& finished() {
     out_.close();
-    if (!out_) throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", path_.string()));
+    if (!out_)
+      throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", path_.string()));
     return path_;
   }
 
@@ -78,7 +80,8 @@ class PosesFile {
 // Beside an installed program, or among the sources.
 fs::path drawing_script() {
   std::error_code ignored;
-  const fs::path installed = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / "draw_swarm";
+  const fs::path installed =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / "draw_swarm";
   return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
 }
 
@@ -96,9 +99,11 @@ void check_writable(const char* option, const std::string& file) {
 void draw(const RunOptions& options, const std::optional<fs::path>& poses) {
   if (options.png.empty() && options.video.empty()) return;
   const fs::path script = drawing_script();
-  std::vector<std::string> command = {script.string(), "--arena", fmt::format("{}x{}", options.swarm.width_m, options.swarm.height_m)};
+  std::vector<std::string> command = {script.string(), "--arena",
+                                      fmt::format("{}x{}", options.swarm.width_m, options.swarm.height_m)};
   command.push_back(poses ? poses->string() : "--try");
-  if (options.swarm.light) command.push_back(fmt::format("--light={},{}", options.swarm.light->x_m, options.swarm.light->y_m));
+  if (options.swarm.light)
+    command.push_back(fmt::format("--light={},{}", options.swarm.light->x_m, options.swarm.light->y_m));
   if (!options.png.empty()) command.insert(command.end(), {"--png", options.png});
   if (!options.video.empty()) command.insert(command.end(), {"--video", options.video});
   const sim_ode::Finished done = sim_ode::run_to_end(command);
@@ -106,7 +111,8 @@ void draw(const RunOptions& options, const std::optional<fs::path>& poses) {
   std::string last = done.output;
   while (last.ends_with('\n')) last.pop_back();
   if (const auto line = last.rfind('\n'); line != std::string::npos) last.erase(0, line + 1);
-  throw std::runtime_error(last.empty() ? fmt::format("{} cannot be started; it needs /usr/bin/python3", script.string()) : last);
+  throw std::runtime_error(
+      last.empty() ? fmt::format("{} cannot be started; it needs /usr/bin/python3", script.string()) : last);
 }
 
 // Returns the exit code.
@@ -166,9 +172,9 @@ int run_controller(RunOptions options) {
   progress.done();
 
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
-  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name, options.swarm.robots,
-             simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s, report.text(swarm->arena().counters()),
-             text.left_out(swarm->lost_text()));
+  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(),
+             name, options.swarm.robots, simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s,
+             report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
   std::fflush(stdout);
   if (poses) draw(options, poses->finished());
   if (failure.empty()) return 0;
@@ -179,9 +185,11 @@ int run_controller(RunOptions options) {
 int check_controller(const fs::path& program) {
   const CheckedProgram checked = check_program(program);
   for (const std::string& warning : checked.warnings) fmt::print("{}\n", warning);
-  fmt::print("{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain for the stack)\n",
-             program.filename().string(), checked.flash_bytes, flash_limit_bytes, flash_library_bytes, checked.ram_bytes, ram_limit_bytes,
-             ram_library_bytes, std::max(0, ram_limit_bytes - checked.ram_bytes));
+  fmt::print(
+      "{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain "
+      "for the stack)\n",
+      program.filename().string(), checked.flash_bytes, flash_limit_bytes, flash_library_bytes, checked.ram_bytes,
+      ram_limit_bytes, ram_library_bytes, std::max(0, ram_limit_bytes - checked.ram_bytes));
   if (checked.fits()) return 0;
   fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.filename().string());
   return 1;
@@ -197,27 +205,36 @@ void add_controller_command(CLI::App& app) {
   auto* run = controller->add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
   const auto options = std::make_shared<RunOptions>();
   run->add_option("PROGRAM", options->swarm.program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
-  run->add_option("--robots", options->swarm.robots, "How many robots")->check(CLI::Range(1, 100000))->capture_default_str();
+  run->add_option("--robots", options->swarm.robots, "How many robots")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
   run->add_option("--seconds", options->seconds, "Simulated time")->check(CLI::Range(0.1, 1e6))->capture_default_str();
   run->add_option("--arena", options->arena, "Width x height in metres")->capture_default_str();
   run->add_option("--light", options->light, "A lamp at x,y, metres from the arena's centre");
-  run->add_option("--spacing", options->swarm.spacing_m, "Start on a square grid with this spacing in metres, not at random")
+  run->add_option("--spacing", options->swarm.spacing_m,
+                  "Start on a square grid with this spacing in metres, not at random")
       ->check(CLI::Range(0.033, 10.0));
   run->add_option("--seed", options->swarm.seed, "Everything that is random follows from it")->capture_default_str();
   run->add_option("--png", options->png, "Draw the end of the run");
   run->add_option("--video", options->video, "Draw all of it (mp4)");
   run->add_option("--csv", options->csv, "Write where each robot was, ten times a second");
-  run->add_option("--text", options->text_lines, "How many lines of what each robot prints to show")->check(CLI::Range(0, 1000000))->capture_default_str();
-  run->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
-              "Ends with 1 when the program does not compile, crashes or never returns.");
+  run->add_option("--text", options->text_lines, "How many lines of what each robot prints to show")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  run->footer(
+      "Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
+      "Ends with 1 when the program does not compile, crashes or never returns.");
   run->callback([options] {
     if (const int code = run_controller(*options)) throw CLI::RuntimeError(code);
   });
 
-  auto* check = controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");
+  auto* check =
+      controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");
   const auto program = std::make_shared<std::string>();
   check->add_option("PROGRAM", *program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
-  check->footer("Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Ends with 1 when the program does not build or does not fit.");
+  check->footer(
+      "Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Ends with 1 when the program does not build or "
+      "does not fit.");
   check->callback([program] {
     if (const int code = check_controller(*program)) throw CLI::RuntimeError(code);
   });

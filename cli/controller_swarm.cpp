@@ -29,9 +29,9 @@ std::vector<hal::Pose> grid_places(const SwarmOptions& options) {
 }
 
 hal::Config arena_config(const SwarmOptions& options) {
-  std::string text = fmt::format(
-      "[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n[arena.ode]\ncontroller = {}\n", options.robots,
-      hal::to_toml(options.width_m), hal::to_toml(options.height_m), hal::to_toml(std::filesystem::absolute(options.program).string()));
+  std::string text = fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n[arena.ode]\ncontroller = {}\n",
+                                 options.robots, hal::to_toml(options.width_m), hal::to_toml(options.height_m),
+                                 hal::to_toml(std::filesystem::absolute(options.program).string()));
   const std::vector<hal::Pose> places =
       options.places.empty() && options.spacing_m > 0 ? grid_places(options) : options.places;
   if (!places.empty()) {
@@ -40,7 +40,8 @@ hal::Config arena_config(const SwarmOptions& options) {
       for (const double number : {place.x_m, place.y_m, place.heading_rad}) numbers.push_back(hal::to_toml(number));
     text += fmt::format("start_poses = [{}]\n", fmt::join(numbers, ", "));
   }
-  if (options.light) text += fmt::format("lamp = [{}, {}]\n", hal::to_toml(options.light->x_m), hal::to_toml(options.light->y_m));
+  if (options.light)
+    text += fmt::format("lamp = [{}, {}]\n", hal::to_toml(options.light->x_m), hal::to_toml(options.light->y_m));
   std::vector<std::string> overrides;
   for (const std::string& setting : options.settings) overrides.push_back("arena." + setting);
   return hal::Config::from_text(text, "controller run", overrides);

@@ -1,11 +1,12 @@
-// `arkmesh doctor`: says in plain words what on this machine would keep a lab from working, and the command that mends it.
-// Looks only; changes nothing.
+// `arkmesh doctor`: says in plain words what on this machine would keep a lab from working, and the command that mends
+// it. Looks only; changes nothing.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -21,8 +22,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <CLI/CLI.hpp>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
@@ -40,15 +39,17 @@ namespace {
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
-constexpr const char* lcm_group = "239.255.76.67";              // LCM's own default group; any would do
-constexpr long wanted_buffer_bytes = 4 << 20;                    // what the sample files ask for: recv_buf_size=4194304
+constexpr const char* lcm_group = "239.255.76.67";  // LCM's own default group; any would do
+constexpr long wanted_buffer_bytes = 4 << 20;       // what the sample files ask for: recv_buf_size=4194304
 constexpr std::uintmax_t wanted_disk_bytes = std::uintmax_t{1} << 30;
 
 // A descriptor that closes itself.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() { if (fd_ >= 0) ::close(fd_); }
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   operator int() const { return fd_; }
@@ -69,7 +70,8 @@ sockaddr_in address(const char* ip, std::uint16_t port) {
 Finding multicast() {
   const std::string route = "as root: ip link set lo up; ip route add 224.0.0.0/4 dev lo";
   Finding finding{"multicast on this machine", "", route};
-  const Descriptor in(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)), out(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const Descriptor in(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)),
+      out(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   auto any = address("0.0.0.0", 0);
   socklen_t length = sizeof any;
   if (in < 0 || out < 0 || ::bind(in, reinterpret_cast<sockaddr*>(&any), sizeof any) != 0 ||
@@ -94,7 +96,8 @@ Finding multicast() {
   }
   pollfd waiting{in, POLLIN, 0};
   if (::poll(&waiting, 1, 1000) != 1) {
-    finding.problem = "a multicast message sent on this machine does not come back: a firewall drops it, or the interface is down";
+    finding.problem =
+        "a multicast message sent on this machine does not come back: a firewall drops it, or the interface is down";
     finding.mend = "let UDP to 239.0.0.0/8 pass on lo; " + route;
   }
   return finding;
@@ -102,11 +105,13 @@ Finding multicast() {
 
 Finding receive_buffer() {
   const std::string file = "/proc/sys/net/core/rmem_max";
-  Finding finding{"receive buffer (net.core.rmem_max)", "", fmt::format("as root: sysctl -w net.core.rmem_max={}", wanted_buffer_bytes)};
+  Finding finding{"receive buffer (net.core.rmem_max)", "",
+                  fmt::format("as root: sysctl -w net.core.rmem_max={}", wanted_buffer_bytes)};
   long bytes = 0;
   // Network namespaces do not show the limit; it is then that of the machine around them.
   if (std::ifstream in(file); in >> bytes && bytes < wanted_buffer_bytes)
-    finding.problem = fmt::format("the kernel allows {} bytes, and LCM loses bursts of messages below {}", bytes, wanted_buffer_bytes);
+    finding.problem = fmt::format("the kernel allows {} bytes, and LCM loses bursts of messages below {}", bytes,
+                                  wanted_buffer_bytes);
   return finding;
 }
 
@@ -131,8 +136,11 @@ Finding needs_program(const std::string& name, const std::string& purpose, const
 
 Finding plots() {
   Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
-  const char* ask = "/usr/bin/python3 -c 'import importlib.util as u, sys; sys.exit(u.find_spec(\"matplotlib\") is None)' >/dev/null 2>&1";
-  if (std::system(ask) != 0) finding.problem = "/usr/bin/python3 with matplotlib is missing: scripts/plot draws with it";
+  const char* ask =
+      "/usr/bin/python3 -c 'import importlib.util as u, sys; sys.exit(u.find_spec(\"matplotlib\") is None)' >/dev/null "
+      "2>&1";
+  if (std::system(ask) != 0)
+    finding.problem = "/usr/bin/python3 with matplotlib is missing: scripts/plot draws with it";
   return finding;
 }
 
@@ -141,7 +149,8 @@ Finding spy() {
   const fs::path java = program("java");
   std::error_code ignored;
   const fs::path home = fs::canonical(java, ignored).parent_path().parent_path();
-  if (java.empty()) finding.problem = "the program java is missing: lcm-spy needs it";
+  if (java.empty())
+    finding.problem = "the program java is missing: lcm-spy needs it";
   else if (!fs::exists(home / "lib/libawt_xawt.so") && !fs::exists(home / "lib/amd64/libawt_xawt.so"))
     finding.problem = "the Java that is installed has no screen (headless), and lcm-spy opens windows";
   else
@@ -156,12 +165,13 @@ Finding disk() {
   const auto space = fs::space(here, error);
   Finding finding{"free disk space", "", "delete old run folders, or give another disk with --out"};
   if (!error && space.available < wanted_disk_bytes)
-    finding.problem = fmt::format("{} has {} MB left; recordings stop when the disk is full", here.string(), space.available >> 20);
+    finding.problem =
+        fmt::format("{} has {} MB left; recordings stop when the disk is full", here.string(), space.available >> 20);
   return finding;
 }
 
-// The lab that sent a message, when it is one of the three types that begin with a lab's name. Reads no further: what comes
-// from a shared bus may be anything.
+// The lab that sent a message, when it is one of the three types that begin with a lab's name. Reads no further: what
+// comes from a shared bus may be anything.
 std::optional<std::string> sender(std::span<const std::byte> bytes) {
   if (bytes.size() < 12) return {};
   const auto big_endian = [&](std::size_t at, int n) {
@@ -171,7 +181,7 @@ std::optional<std::string> sender(std::span<const std::byte> bytes) {
   };
   const auto type = static_cast<std::int64_t>(big_endian(0, 8));
   if (type != lab_status_t::getHash() && type != peers_t::getHash() && type != world_t::getHash()) return {};
-  const auto length = big_endian(8, 4);   // of the text with its closing zero
+  const auto length = big_endian(8, 4);  // of the text with its closing zero
   if (length < 2 || length > hal::max_lab_name + 1 || bytes.size() < 12 + length) return {};
   std::string name(reinterpret_cast<const char*>(bytes.data()) + 12, length - 1);
   if (!hal::is_lab_name(name)) return {};
@@ -214,14 +224,16 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   const int on = 1;
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   const auto there = address(where.substr(0, colon).c_str(), static_cast<std::uint16_t>(port));
-  if (::bind(socket, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0 && ::listen(socket, 1) == 0) return finding;
+  if (::bind(socket, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0 && ::listen(socket, 1) == 0)
+    return finding;
   if (gateway_is_running) {
     finding.what += " (in use by this lab's own gateway)";
     return finding;
   }
   finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", port)
                                         : fmt::format("cannot listen there: {}", std::strerror(errno));
-  finding.mend = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen", port);
+  finding.mend =
+      fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen", port);
   return finding;
 }
 
@@ -244,7 +256,8 @@ void examine_lab(const std::string& file, const std::vector<std::string>& sets, 
   const std::string listen = root.section("gateway").text("listen", "");
   Heard heard;
   if (multicast_works) {
-    Finding finding{"LCM port of lab " + lab, "", "give each lab on this machine a port of its own in bus.url of its file"};
+    Finding finding{"LCM port of lab " + lab, "",
+                    "give each lab on this machine a port of its own in bus.url of its file"};
     try {
       hal::Bus bus(url);
       heard = listen_on(bus);
@@ -266,10 +279,13 @@ void examine_lab(const std::string& file, const std::vector<std::string>& sets, 
 void add_doctor_command(CLI::App& app) {
   auto* command = app.add_subcommand("doctor", "Says what is wrong with this machine, and the command that mends it");
   const auto file = std::make_shared<std::string>();
-  command->add_option("LABFILE", *file, "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real table");
+  command->add_option(
+      "LABFILE", *file,
+      "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real table");
   const auto sets = std::make_shared<std::vector<std::string>>();
   command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
-  command->footer("Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
+  command->footer(
+      "Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
   command->callback([file, sets] {
     int problems = 0;
     const Finding route = multicast();
@@ -283,7 +299,9 @@ void add_doctor_command(CLI::App& app) {
     for (const Finding& finding : serial_ports()) say(finding, problems);
     for (const Finding& finding : cameras()) say(finding, problems);
     if (!file->empty()) examine_lab(*file, *sets, route.problem.empty(), problems);
-    fmt::print("{}\n", problems == 0 ? "Nothing is wrong." : problems == 1 ? "1 problem." : fmt::format("{} problems.", problems));
+    fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
+                       : problems == 1 ? "1 problem."
+                                       : fmt::format("{} problems.", problems));
     if (problems != 0) throw CLI::RuntimeError(1);
   });
 }

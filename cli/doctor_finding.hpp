@@ -6,9 +6,9 @@
 namespace arkmesh::cli {
 
 struct Finding {
-  std::string what;      // the thing looked at
-  std::string problem;   // one sentence; empty when all is well
-  std::string mend;      // what to do, a command where there is one
+  std::string what;     // the thing looked at
+  std::string problem;  // one sentence; empty when all is well
+  std::string mend;     // what to do, a command where there is one
 };
 
 }  // namespace arkmesh::cli

@@ -24,7 +24,7 @@ struct IdentifyOptions {
   ChoreOptions table;
   std::string protocol = "spelled", ids;
   bool any = false;
-  double most_s = 0;   // 0: as long as it may take
+  double most_s = 0;  // 0: as long as it may take
 };
 
 struct Found {
@@ -56,8 +56,10 @@ Found ask_spelled(ChoreTable& table, const std::vector<hal::RobotId>& expected, 
       out.took_s = table.seconds();
     }
     const auto progress = keeper.progress();
-    status.show(fmt::format("{:.1f} s, {} of {} robots named, {}", table.seconds(), progress.named, progress.tracks,
-                            progress.digits ? fmt::format("round {}, digit {} of {}", progress.passes, progress.digit, progress.digits) : "nobody is asked"));
+    status.show(fmt::format(
+        "{:.1f} s, {} of {} robots named, {}", table.seconds(), progress.named, progress.tracks,
+        progress.digits ? fmt::format("round {}, digit {} of {}", progress.passes, progress.digit, progress.digits)
+                        : "nobody is asked"));
   }
   for (const auto& [number, track] : tracks)
     if (const auto robot = keeper.robot_of(number)) out.robots[*robot] = {number, *robot, confidence[number]};
@@ -67,7 +69,8 @@ Found ask_spelled(ChoreTable& table, const std::vector<hal::RobotId>& expected, 
   return out;
 }
 
-Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s, bool runtime, Tracks& tracks) {
+Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s, bool runtime,
+                 Tracks& tracks) {
   tracker::ArkIdentifier identifier({.candidates = expected, .runtime = runtime});
   StatusLine status("identify");
   Found out{.rounds = 1};
@@ -82,7 +85,8 @@ Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, d
       out.took_s = table.seconds();
     }
     if (const auto called = identifier.called())
-      status.show(fmt::format("{:.1f} s, {} of {} robots named, calling {}", table.seconds(), identifier.named(), tracks.size(), *called));
+      status.show(fmt::format("{:.1f} s, {} of {} robots named, calling {}", table.seconds(), identifier.named(),
+                              tracks.size(), *called));
   }
   out.duplicates = identifier.duplicates();
   return out;
@@ -90,30 +94,37 @@ Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, d
 
 int identify(const IdentifyOptions& options) {
   ChoreTable table(options.table);
-  std::vector<hal::RobotId> expected = options.ids.empty() ? table.info().robots : parse_ids(options.ids, table.info().max_robot, "--ids");
+  std::vector<hal::RobotId> expected =
+      options.ids.empty() ? table.info().robots : parse_ids(options.ids, table.info().max_robot, "--ids");
   std::sort(expected.begin(), expected.end());
   if (options.any) expected.clear();
   const bool spelled = options.protocol == "spelled";
   const auto candidates = static_cast<double>(expected.empty() ? table.info().max_robot + 1 : expected.size());
   const double most_s = options.most_s > 0 ? options.most_s : spelled ? 120 : 60 + 3 * candidates;
   Tracks tracks;
-  const Found found = spelled ? ask_spelled(table, expected, most_s, tracks) : ask_as_ark(table, expected, most_s, options.protocol == "ark-runtime", tracks);
+  const Found found = spelled ? ask_spelled(table, expected, most_s, tracks)
+                              : ask_as_ark(table, expected, most_s, options.protocol == "ark-runtime", tracks);
 
-  if (!found.robots.empty()) fmt::print("{:>6} {:>9} {:>9} {:>12} {:>10}\n", "robot", "x_m", "y_m", "heading_deg", "confidence");
+  if (!found.robots.empty())
+    fmt::print("{:>6} {:>9} {:>9} {:>12} {:>10}\n", "robot", "x_m", "y_m", "heading_deg", "confidence");
   for (const auto& [robot, naming] : found.robots) {
     const hal::Pose pose = tracks.contains(naming.track) ? tracks.at(naming.track).in_arena : hal::Pose{};
-    fmt::print("{:>6} {:>9.4f} {:>9.4f} {:>12.1f} {:>10.2f}\n", robot, pose.x_m, pose.y_m, pose.heading_rad * 180 / std::numbers::pi, naming.confidence);
+    fmt::print("{:>6} {:>9.4f} {:>9.4f} {:>12.1f} {:>10.2f}\n", robot, pose.x_m, pose.y_m,
+               pose.heading_rad * 180 / std::numbers::pi, naming.confidence);
     std::erase_if(tracks, [&](const auto& track) { return track.first == naming.track; });
   }
-  for (const auto& [number, track] : tracks) fmt::print("nameless: a robot at x {:.4f} m, y {:.4f} m\n", track.in_arena.x_m, track.in_arena.y_m);
+  for (const auto& [number, track] : tracks)
+    fmt::print("nameless: a robot at x {:.4f} m, y {:.4f} m\n", track.in_arena.x_m, track.in_arena.y_m);
   std::vector<hal::RobotId> missing;
   for (hal::RobotId robot : expected)
     if (!found.robots.contains(robot)) missing.push_back(robot);
   if (!missing.empty()) fmt::print("not found: {}\n", hal::kilobot::in_words(missing));
   if (!found.duplicates.empty())
-    fmt::print("several robots have the same id: {}; give them ids of their own with `arkmesh assign-ids`\n", hal::kilobot::in_words(found.duplicates));
+    fmt::print("several robots have the same id: {}; give them ids of their own with `arkmesh assign-ids`\n",
+               hal::kilobot::in_words(found.duplicates));
   if (!found.strangers.empty()) fmt::print("not expected, but there: {}\n", hal::kilobot::in_words(found.strangers));
-  fmt::print("{} of {} robots named in {:.1f} s\n", found.robots.size(), expected.empty() ? found.robots.size() + tracks.size() : expected.size(), found.took_s);
+  fmt::print("{} of {} robots named in {:.1f} s\n", found.robots.size(),
+             expected.empty() ? found.robots.size() + tracks.size() : expected.size(), found.took_s);
   return missing.empty() && !found.robots.empty() && (!options.any || tracks.empty()) ? 0 : 1;
 }
 
@@ -122,16 +133,26 @@ int identify(const IdentifyOptions& options) {
 void add_identify_command(CLI::App& app) {
   const auto options = std::make_shared<IdentifyOptions>();
   CLI::App* command = app.add_subcommand("identify", "Find out which robot on a lab's table is which");
-  command->add_option("file", options->table.file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
+  command->add_option("file", options->table.file, "The lab's configuration file")
+      ->required()
+      ->check(CLI::ExistingFile);
   command->add_option("--set", options->table.sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
-  command->add_option("--protocol", options->protocol, "spelled: programs with arkmesh_id.h, all robots at once; ark, ark-runtime: ARK's message 120 or 119, one by one")
+  command
+      ->add_option("--protocol", options->protocol,
+                   "spelled: programs with arkmesh_id.h, all robots at once; ark, ark-runtime: ARK's message 120 or "
+                   "119, one by one")
       ->check(CLI::IsMember({"spelled", "ark", "ark-runtime"}))
       ->capture_default_str();
   command->add_option("--ids", options->ids, "Whom to expect, such as 0-11,40 (default: the lab's robots)");
   command->add_flag("--any", options->any, "Expect nobody in particular: whoever answers")->excludes("--ids");
-  command->add_option("--seconds", options->most_s, "Give up after this time (default: 120, with ARK's messages 3 for each id)")->check(CLI::Range(1.0, 1e5));
-  command->footer("Examples:\n  arkmesh identify lab.toml\n  arkmesh identify lab.toml --any\n  arkmesh identify lab.toml --protocol ark --ids 0-19\n"
-                  "Robots need not RUN. Ends with 1 when somebody expected was not found.");
+  command
+      ->add_option("--seconds", options->most_s,
+                   "Give up after this time (default: 120, with ARK's messages 3 for each id)")
+      ->check(CLI::Range(1.0, 1e5));
+  command->footer(
+      "Examples:\n  arkmesh identify lab.toml\n  arkmesh identify lab.toml --any\n  arkmesh identify lab.toml "
+      "--protocol ark --ids 0-19\n"
+      "Robots need not RUN. Ends with 1 when somebody expected was not found.");
   command->callback([options] {
     if (const int code = identify(*options)) throw CLI::RuntimeError(code);
   });

@@ -1,11 +1,11 @@
 #include "cli/joint_run.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
 #include <stdexcept>
-
-#include <fmt/format.h>
 
 #include "cli/result_file.hpp"
 
@@ -31,8 +31,9 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   }
   for (const auto& member : labs_)
     if (member->session->config().labs.size() != labs_.size())
-      throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->session->config().lab,
-                                         member->session->config().labs.size(), labs_.size()));
+      throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given",
+                                         member->session->config().lab, member->session->config().labs.size(),
+                                         labs_.size()));
   for (const auto& member : labs_) start_gateway(member->session->config().lab);
 }
 
@@ -44,16 +45,21 @@ JointRun::Member& JointRun::member(const std::string& name) {
   throw std::out_of_range("no lab " + name);
 }
 
-LabSession& JointRun::lab(const std::string& name) { return *member(name).session; }
+LabSession& JointRun::lab(const std::string& name) {
+  return *member(name).session;
+}
 
-void JointRun::kill_gateway(const std::string& lab) { member(lab).gateway.reset(); }
+void JointRun::kill_gateway(const std::string& lab) {
+  member(lab).gateway.reset();
+}
 
 void JointRun::start_gateway(const std::string& lab) {
   Member& m = member(lab);
   std::vector<std::unique_ptr<gateway::Link>> links;
   for (const std::string& peer : m.session->config().labs)
     if (peer != lab) links.push_back(network_.end(lab, peer));
-  m.gateway = std::make_unique<gateway::Gateway>(*m.public_bus, lab, ++boots_, m.session->gateway().exports, std::move(links));
+  m.gateway =
+      std::make_unique<gateway::Gateway>(*m.public_bus, lab, ++boots_, m.session->gateway().exports, std::move(links));
 }
 
 bool JointRun::step() {
@@ -76,7 +82,8 @@ bool JointRun::step() {
 
 bool JointRun::links_up() const {
   return std::all_of(labs_.begin(), labs_.end(), [](const auto& m) {
-    return m->gateway && std::all_of(m->gateway->links().begin(), m->gateway->links().end(), [](const auto& l) { return l->stats().up; });
+    return m->gateway && std::all_of(m->gateway->links().begin(), m->gateway->links().end(),
+                                     [](const auto& l) { return l->stats().up; });
   });
 }
 

@@ -1,15 +1,15 @@
-// Several labs in one process and one thread: each with its own buses, nonce and gateway, joined by loopback links. Time-outs, repetition and
-// lingering count steps of one millisecond, not wall time, so a run's course depends on its configuration alone.
+// Several labs in one process and one thread: each with its own buses, nonce and gateway, joined by loopback links.
+// Time-outs, repetition and lingering count steps of one millisecond, not wall time, so a run's course depends on its
+// configuration alone.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "cli/lab_session.hpp"
 #include "gateway/gateway.hpp"

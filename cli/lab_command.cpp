@@ -1,13 +1,13 @@
 // `arkmesh lab`: one lab as a process of its own, on its LCM bus; its gateway is another process.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include "arkmesh/peers_t.hpp"
 #include "cli/commands.hpp"
@@ -22,27 +22,28 @@
 namespace arkmesh::cli {
 namespace {
 
-
 struct LabOptions {
   std::string file, out;
   std::vector<std::string> sets;
 };
 
-// What came from each peer, and what our gateway last said of the link. Counted here, because a gateway that was killed and
-// started again counts from 0.
+// What came from each peer, and what our gateway last said of the link. Counted here, because a gateway that was killed
+// and started again counts from 0.
 class TrafficWatch {
  public:
   explicit TrafficWatch(hal::Bus& bus)
-      : arrived_(bus.subscribe("[^/]+/.+", [this](std::string_view channel, std::span<const std::byte> bytes) {
-          Traffic& t = traffic_[std::string(channel.substr(0, channel.find('/')))];
-          ++t.received_messages;
-          t.received_bytes += bytes.size();
-        })),
+      : arrived_(bus.subscribe("[^/]+/.+",
+                               [this](std::string_view channel, std::span<const std::byte> bytes) {
+                                 Traffic& t = traffic_[std::string(channel.substr(0, channel.find('/')))];
+                                 ++t.received_messages;
+                                 t.received_bytes += bytes.size();
+                               })),
         links_(bus.subscribe(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) {
           peers_t message;
           if (!scenarios::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
           for (const peer_t& peer : message.peers)
-            for (const counter_t& c : peer.counters) traffic_[peer.lab].counters[c.name] = static_cast<std::uint64_t>(c.value);
+            for (const counter_t& c : peer.counters)
+              traffic_[peer.lab].counters[c.name] = static_cast<std::uint64_t>(c.value);
         })) {}
   const std::map<std::string, Traffic>& traffic() const { return traffic_; }
 
@@ -54,7 +55,8 @@ class TrafficWatch {
 int run(const LabOptions& options) {
   using WallClock = std::chrono::steady_clock;
   std::ignore = operator_stops();  // from now on
-  const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
+  const std::filesystem::path directory =
+      options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   hal::Config config = hal::Config::from_file(options.file, options.sets);
 
   LabSession session(std::move(config), directory);
@@ -62,8 +64,9 @@ int run(const LabOptions& options) {
   NeighbourWatch neighbours(public_bus, session.nonce());
   neighbours.listen(std::chrono::milliseconds(1200));
   if (const std::string other = neighbours.other(); !other.empty())
-    throw hal::ConfigError(fmt::format("{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",
-                                       options.file, session.bus_url(), other));
+    throw hal::ConfigError(fmt::format(
+        "{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",
+        options.file, session.bus_url(), other));
   session.join(public_bus);
   TrafficWatch traffic(session.bus());
   scenarios::LabRun& lab = session.run();
@@ -79,7 +82,8 @@ int run(const LabOptions& options) {
     if (step == scenarios::LabRun::Step::ended) break;
     const bool waits = step == scenarios::LabRun::Step::waiting;
     const auto between = WallClock::now();
-    if (between > before && moves) (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(between - before).count();
+    if (between > before && moves)
+      (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(between - before).count();
     public_bus.drain(std::chrono::milliseconds(waits ? 20 : 0));
     before = WallClock::now();
     if (moves) (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(before - between).count();
@@ -95,8 +99,8 @@ int run(const LabOptions& options) {
     fmt::print(stderr, "arkmesh: lab {} ended early: {}\n", session.config().lab, lab.reason());
     return 1;
   }
-  fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", session.config().lab, lab.period(), hash_text(lab.final_hash()),
-             directory.string());
+  fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", session.config().lab, lab.period(),
+             hash_text(lab.final_hash()), directory.string());
   return 0;
 }
 
@@ -108,7 +112,8 @@ void add_lab_command(CLI::App& app) {
   command->add_option("file", options->file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
   command->add_option("--set", options->sets, "Override a key: --set run.seed=7")->allow_extra_args(false);
-  command->footer("Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");
+  command->footer(
+      "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");
   command->callback([options] {
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
   });

@@ -1,11 +1,11 @@
 #include "cli/lab_session.hpp"
 
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
 #include <chrono>
 #include <fstream>
 #include <random>
-
-#include <fmt/chrono.h>
-#include <fmt/format.h>
 
 #include "cli/arenas.hpp"
 #include "hal/messages.hpp"
@@ -17,8 +17,10 @@ std::unique_ptr<scenarios::Scenario> make_scenario(const hal::Section& root, con
   std::string known;
   std::unique_ptr<scenarios::Scenario> scenario;
   for (const scenarios::CatalogueEntry& entry : scenarios::catalogue()) {
-    if (entry.name == run.scenario) scenario = entry.make(root.section("scenario").section(run.scenario), run.labs);
-    else root.section("scenario").leave_alone(entry.name);
+    if (entry.name == run.scenario)
+      scenario = entry.make(root.section("scenario").section(run.scenario), run.labs);
+    else
+      root.section("scenario").leave_alone(entry.name);
     known += (known.empty() ? "" : ", ") + entry.name;
   }
   if (scenario) return scenario;
@@ -26,7 +28,8 @@ std::unique_ptr<scenarios::Scenario> make_scenario(const hal::Section& root, con
 }
 
 std::int64_t wall_utime() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
 }
 
 }  // namespace
@@ -42,7 +45,10 @@ std::filesystem::path default_run_directory() {
 }
 
 LabSession::LabSession(hal::Config config, const std::filesystem::path& directory)
-    : config_(std::move(config)), directory_(directory), run_config_(scenarios::read_run_config(config_.root())), nonce_(random_nonce()),
+    : config_(std::move(config)),
+      directory_(directory),
+      run_config_(scenarios::read_run_config(config_.root())),
+      nonce_(random_nonce()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_url_ = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
@@ -57,8 +63,8 @@ LabSession::LabSession(hal::Config config, const std::filesystem::path& director
 
   recorder_ = std::make_unique<hal::Recorder>(directory_, wall_utime(), options);
   std::ofstream(directory_ / "config.toml") << config_.effective();
-  run_ = std::make_unique<scenarios::LabRun>(run_config_, scenarios::shared_settings(config_), *arena_, *scenario_, private_bus_,
-                                             *recorder_, nonce_);
+  run_ = std::make_unique<scenarios::LabRun>(run_config_, scenarios::shared_settings(config_), *arena_, *scenario_,
+                                             private_bus_, *recorder_, nonce_);
 }
 
 LabSession::~LabSession() = default;

@@ -1,4 +1,5 @@
-// One lab made from its configuration: arena, scenario, private bus, recorder and run, in the order in which they need each other.
+// One lab made from its configuration: arena, scenario, private bus, recorder and run, in the order in which they need
+// each other.
 #pragma once
 
 #include <filesystem>

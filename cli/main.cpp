@@ -1,11 +1,11 @@
 // The `arkmesh` program: picks the subcommand, turns every failure into one sentence and an exit code.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
 #include <string>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include "cli/commands.hpp"
 #include "hal/config.hpp"

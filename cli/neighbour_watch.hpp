@@ -1,5 +1,5 @@
-// Finds another lab process on our LCM port: labs on one UDP port hear each other whatever their multicast group, which would mix
-// two labs' messages without any error.
+// Finds another lab process on our LCM port: labs on one UDP port hear each other whatever their multicast group, which
+// would mix two labs' messages without any error.
 #pragma once
 
 #include <chrono>

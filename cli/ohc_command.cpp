@@ -26,25 +26,30 @@ using namespace hal::kilobot;
 
 struct OhcOptions {
   std::string port;
-  double seconds = 0;      // 0: what suits the command
+  double seconds = 0;  // 0: what suits the command
   double settle_s = 2.5;
   std::vector<std::string> numbers;
   std::filesystem::path program;
-  int rounds = 0;          // 0: until somebody stops it
+  int rounds = 0;  // 0: until somebody stops it
   double boot_s = 3, page_ms = 165;
 };
 
-std::chrono::microseconds from_seconds(double seconds) { return std::chrono::microseconds{static_cast<std::int64_t>(seconds * 1e6)}; }
+std::chrono::microseconds from_seconds(double seconds) {
+  return std::chrono::microseconds{static_cast<std::int64_t>(seconds * 1e6)};
+}
 
 void finish(bool done) {
   if (!done) throw CLI::RuntimeError(1);
 }
 
-std::uint8_t duty(const std::string& text, const std::string& what) { return static_cast<std::uint8_t>(parse_number(text, 255, what)); }
+std::uint8_t duty(const std::string& text, const std::string& what) {
+  return static_cast<std::uint8_t>(parse_number(text, 255, what));
+}
 
 std::vector<Packet> give_id(const std::string& text) {
   const std::uint16_t id = parse_number(text, 65535, "N");
-  if (id > max_robot_id) fmt::print(stderr, "arkmesh: robots with ids above {} cannot be spoken to one by one\n", max_robot_id);
+  if (id > max_robot_id)
+    fmt::print(stderr, "arkmesh: robots with ids above {} cannot be spoken to one by one\n", max_robot_id);
   return {calibrate_packet(Calibrate::id, id), calibrate_packet(Calibrate::save)};
 }
 
@@ -72,23 +77,30 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   add("stop", "The controller falls silent", 0.04, [] { return std::vector<Packet>{stop_packet()}; });
   add("lamp", "Switches the controller's lamp on or off", 0.04, [] { return std::vector{led_toggle_packet()}; });
 
-  const auto take = [options](CLI::App* command, const std::string& name, const std::string& help, int least, int most) {
+  const auto take = [options](CLI::App* command, const std::string& name, const std::string& help, int least,
+                              int most) {
     command->add_option(name, options->numbers, help)->required()->expected(least, most);
   };
-  take(add("message", "A message of a robot program's own", 1, [options] { return std::vector{message_packet(options->numbers)}; }),
+  take(add("message", "A message of a robot program's own", 1,
+           [options] { return std::vector{message_packet(options->numbers)}; }),
        "TYPE_AND_BYTES", "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
   take(add("set-uid", "Gives the id N to every robot in sight, and saves it: put one there", 1,
            [options] { return give_id(options->numbers.at(0)); }),
        "N", "0 to 65535", 1, 1);
   take(add("left", "Robots turn left with this duty", 1,
-           [options] { return std::vector{calibrate_packet(Calibrate::left, 0, {duty(options->numbers.at(0), "DUTY"), 0, 0, 0})}; }),
+           [options] {
+             return std::vector{calibrate_packet(Calibrate::left, 0, {duty(options->numbers.at(0), "DUTY"), 0, 0, 0})};
+           }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("right", "Robots turn right with this duty", 1,
-           [options] { return std::vector{calibrate_packet(Calibrate::right, 0, {0, duty(options->numbers.at(0), "DUTY"), 0, 0})}; }),
+           [options] {
+             return std::vector{calibrate_packet(Calibrate::right, 0, {0, duty(options->numbers.at(0), "DUTY"), 0, 0})};
+           }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("straight", "Robots go straight with these duties", 1,
            [options] {
-             const std::uint8_t left = duty(options->numbers.at(0), "LEFT"), right = duty(options->numbers.at(1), "RIGHT");
+             const std::uint8_t left = duty(options->numbers.at(0), "LEFT"),
+                                right = duty(options->numbers.at(1), "RIGHT");
              return std::vector{calibrate_packet(Calibrate::straight, 0, {0, 0, left, right})};
            }),
        "LEFT_AND_RIGHT", "Each 0 to 255; a little lower than for turning", 2, 2);
@@ -97,10 +109,15 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
 }
 
 void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
-  CLI::App* command = ohc.add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")->fallthrough();
+  CLI::App* command =
+      ohc.add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")
+          ->fallthrough();
   command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
-  command->add_option("--rounds", options->rounds, "Stop after so many; else go on until Ctrl-C")->check(CLI::Range(1, 1'000'000));
-  command->add_option("--boot", options->boot_s, "Call the robots to their boot loaders for so many seconds; robots asleep need 10")
+  command->add_option("--rounds", options->rounds, "Stop after so many; else go on until Ctrl-C")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--boot", options->boot_s,
+                   "Call the robots to their boot loaders for so many seconds; robots asleep need 10")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
   command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
@@ -108,7 +125,8 @@ void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
       ->capture_default_str();
   command->footer(
       "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
-      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing is heard from\n"
+      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing "
+      "is heard from\n"
       "them: look at them, and press Ctrl-C when the last one has it. Ends with 1 when not even one round was sent.");
   command->callback([options] {
     Firmware firmware = read_intel_hex(options->program);
@@ -125,17 +143,23 @@ void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
 void add_ohc_command(CLI::App& app) {
   const auto options = std::make_shared<OhcOptions>();
   CLI::App* ohc = app.add_subcommand("ohc", "Drives an overhead controller by hand");
-  ohc->add_option("PORT", options->port, "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh room)")->required();
-  ohc->add_option("--seconds", options->seconds, "Repeat the command for so long (usually 1, wake 10)")->check(CLI::Range(0.04, 86400.0));
-  ohc->add_option("--settle", options->settle_s, "Wait so long after opening: boards that start then hear nothing before")
+  ohc->add_option("PORT", options->port,
+                  "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh room)")
+      ->required();
+  ohc->add_option("--seconds", options->seconds, "Repeat the command for so long (usually 1, wake 10)")
+      ->check(CLI::Range(0.04, 86400.0));
+  ohc->add_option("--settle", options->settle_s,
+                  "Wait so long after opening: boards that start then hear nothing before")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   ohc->require_subcommand(1);
   ohc->footer(
-      "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n  arkmesh ohc /dev/ttyUSB0 "
+      "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n  arkmesh "
+      "ohc /dev/ttyUSB0 "
       "set-uid 12\n"
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
-      "Each subcommand has a --help of its own. The controller is silent afterwards, also after Ctrl-C; if arkmesh was killed, or the\n"
+      "Each subcommand has a --help of its own. The controller is silent afterwards, also after Ctrl-C; if arkmesh was "
+      "killed, or the\n"
       "cable pulled, it goes on with what it was told: arkmesh ohc PORT stop. Ends with 1 when it cannot be reached.");
   ohc->parse_complete_callback([] { std::ignore = operator_stops(); });  // from now on
   add_sayings(*ohc, options);

@@ -21,8 +21,12 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds opening_takes_at_most = 6s;
 
-Moment now() { return hal::machine_time().now(); }
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+Moment now() {
+  return hal::machine_time().now();
+}
+double seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
 
 std::unique_ptr<Wire> wire_to(const std::string& port) {
   try {
@@ -41,9 +45,10 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
     sender_.tend(now());
     if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
     if (!line_.is_open() && now() - begun > opening_takes_at_most)
-      throw std::runtime_error(
-          fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port, opening_takes_at_most.count()));
-    status_.show(line_.is_open() ? "waiting for the controller, which may be starting" : fmt::format("connecting with {}", port));
+      throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
+                                           opening_takes_at_most.count()));
+    status_.show(line_.is_open() ? "waiting for the controller, which may be starting"
+                                 : fmt::format("connecting with {}", port));
     wait();
   }
 }
@@ -59,7 +64,9 @@ OhcSession::~OhcSession() {
   }
 }
 
-void OhcSession::wait() { hal::machine_time().wait_until(sender_.due(now())); }
+void OhcSession::wait() {
+  hal::machine_time().wait_until(sender_.due(now()));
+}
 
 bool OhcSession::say(const OhcSaying& saying) {
   const double all_s = seconds(saying.each) * static_cast<double>(saying.packets.size());
@@ -69,7 +76,8 @@ bool OhcSession::say(const OhcSaying& saying) {
     const Moment present = now();
     sender_.tend(present);
     if (!line_.is_open())
-      throw std::runtime_error(fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", line_.trouble(), saying.name, said_s(), all_s));
+      throw std::runtime_error(
+          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", line_.trouble(), saying.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", saying.name, said_s(), all_s));
     } else if (next == saying.packets.size()) {
@@ -89,8 +97,8 @@ bool OhcSession::upload(Firmware firmware, const OhcUpload& wanted) {
   const std::size_t bytes = firmware.size_bytes();
   FirmwareUpload upload(std::move(firmware), wanted.rounds, wanted.timing);
   status_.done();
-  fmt::print("{}: {} bytes, {} pages, {:.1f} s a round{}\n", wanted.name, bytes, upload.pages(), seconds(upload.round_time()),
-             wanted.rounds ? "" : "; press Ctrl-C when every robot runs the new program");
+  fmt::print("{}: {} bytes, {} pages, {:.1f} s a round{}\n", wanted.name, bytes, upload.pages(),
+             seconds(upload.round_time()), wanted.rounds ? "" : "; press Ctrl-C when every robot runs the new program");
   std::fflush(stdout);
   const Moment begun = now();
   for (; !operator_stops(); wait()) {
@@ -102,14 +110,15 @@ bool OhcSession::upload(Firmware firmware, const OhcUpload& wanted) {
     else if (upload.is_calling() || (upload.round() == 0 && upload.page() == 0))
       status_.show("calling the robots to their boot loaders; they flash blue");
     else
-      status_.show(
-          fmt::format("round {}, page {} of {}, {:.0f} s", upload.round() + 1, upload.page(), upload.pages(), seconds(present - begun)));
+      status_.show(fmt::format("round {}, page {} of {}, {:.0f} s", upload.round() + 1, upload.page(), upload.pages(),
+                               seconds(present - begun)));
   }
   status_.done();
   const std::string sent = upload.round() == 0   ? fmt::format("{}", upload.page())
                            : upload.round() == 1 ? "1 round"
                                                  : fmt::format("{} rounds", upload.round());
-  fmt::print("{} of {} pages sent{}, {:.0f} s\n", sent, upload.pages(), operator_stops() ? ", stopped" : "", seconds(now() - begun));
+  fmt::print("{} of {} pages sent{}, {:.0f} s\n", sent, upload.pages(), operator_stops() ? ", stopped" : "",
+             seconds(now() - begun));
   return upload.round() > 0;
 }
 

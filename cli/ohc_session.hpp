@@ -1,5 +1,5 @@
-// One way to an overhead controller, in real time: says something for as long as wanted, puts a program on robots, and leaves the
-// controller silent, however it ends.
+// One way to an overhead controller, in real time: says something for as long as wanted, puts a program on robots, and
+// leaves the controller silent, however it ends.
 #pragma once
 
 #include <chrono>
@@ -22,15 +22,16 @@ struct OhcSaying {
 };
 
 struct OhcUpload {
-  std::string name;            // of the program, for people
-  std::optional<int> rounds;   // nothing: until the operator stops it
+  std::string name;           // of the program, for people
+  std::optional<int> rounds;  // nothing: until the operator stops it
   hal::kilobot::FirmwareUpload::Timing timing;
 };
 
 class OhcSession {
  public:
-  // `port`: a serial device, or tcp://host:port. `settle`: a controller that begins to live when its line opens hears nothing for so
-  // long. Throws CLI::ValidationError when no port can be called that, std::runtime_error when it cannot be opened.
+  // `port`: a serial device, or tcp://host:port. `settle`: a controller that begins to live when its line opens hears
+  // nothing for so long. Throws CLI::ValidationError when no port can be called that, std::runtime_error when it cannot
+  // be opened.
   OhcSession(const std::string& port, std::chrono::microseconds settle);
   ~OhcSession();
   OhcSession(const OhcSession&) = delete;

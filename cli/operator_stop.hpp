@@ -3,8 +3,8 @@
 
 namespace arkmesh::cli {
 
-// True once somebody has wished it; begins to listen at the first call. Who wishes it a second time ends the process at once, which may
-// be waiting for something.
+// True once somebody has wished it; begins to listen at the first call. Who wishes it a second time ends the process at
+// once, which may be waiting for something.
 bool operator_stops();
 
 }  // namespace arkmesh::cli

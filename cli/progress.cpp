@@ -1,14 +1,18 @@
 #include "cli/progress.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
 
-#include <fmt/format.h>
-
 namespace arkmesh::cli {
 
-Progress::Progress(std::string what, std::string unit) : what_(std::move(what)), unit_(std::move(unit)), terminal_(isatty(STDERR_FILENO) != 0), begun_(WallClock::now()), due_(begun_) {}
+Progress::Progress(std::string what, std::string unit)
+    : what_(std::move(what)),
+      unit_(std::move(unit)),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      begun_(WallClock::now()),
+      due_(begun_) {}
 
 void Progress::show(std::uint32_t period, std::uint32_t periods, double period_s, const std::string& state) {
   const auto now = WallClock::now();
@@ -19,11 +23,16 @@ void Progress::show(std::uint32_t period, std::uint32_t periods, double period_s
   last_state_ = state;
   const double wall_s = std::chrono::duration<double>(now - begun_).count();
   const double speed = wall_s > 0 ? period * period_s / wall_s : 0;
-  std::string line = fmt::format("{}  {} {}/{}  {:.1f} %  {:.0f}x", what_, unit_, period, periods, periods ? 100.0 * period / periods : 100.0, speed);
-  if (waits) line += "  " + state;
-  else if (speed > 0) line += fmt::format("  eta {:.0f} s", (periods - period) * period_s / speed);
-  if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
-  else fmt::print(stderr, "{}\n", line);
+  std::string line = fmt::format("{}  {} {}/{}  {:.1f} %  {:.0f}x", what_, unit_, period, periods,
+                                 periods ? 100.0 * period / periods : 100.0, speed);
+  if (waits)
+    line += "  " + state;
+  else if (speed > 0)
+    line += fmt::format("  eta {:.0f} s", (periods - period) * period_s / speed);
+  if (terminal_)
+    fmt::print(stderr, "\r\033[K{}", line);
+  else
+    fmt::print(stderr, "{}\n", line);
   std::fflush(stderr);
   open_ = terminal_;
 }

@@ -3,10 +3,9 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "scenarios/lab_run.hpp"
 
@@ -24,7 +23,8 @@ struct Traffic {
   std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
 };
 
-nlohmann::json lab_result(const scenarios::LabRun& run, const WallTime& wall, const std::map<std::string, Traffic>& between_labs);
+nlohmann::json lab_result(const scenarios::LabRun& run, const WallTime& wall,
+                          const std::map<std::string, Traffic>& between_labs);
 // One result of labs that ran together: the shared part once, the rest by lab.
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs);
 // Throws std::runtime_error with one sentence when the file cannot be written.

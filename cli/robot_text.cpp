@@ -20,10 +20,14 @@ std::string RobotText::lines(std::span<const sim_ode::ProgramText::Piece> pieces
     Robot& robot = robots_[i];
     for (const char c : piece.text) {
       if (robot.line.empty() && !robot.cut) robot.at_us = piece.at_us;
-      if (c == '\n') end_line(piece.robot, out);
-      else if (c == '\r' || c == '\0') continue;
-      else if (robot.line.size() < longest_line) robot.line += c == '\t' || (c >= ' ' && c != 0x7F) || static_cast<unsigned char>(c) >= 0x80 ? c : '.';
-      else robot.cut = true;
+      if (c == '\n')
+        end_line(piece.robot, out);
+      else if (c == '\r' || c == '\0')
+        continue;
+      else if (robot.line.size() < longest_line)
+        robot.line += c == '\t' || (c >= ' ' && c != 0x7F) || static_cast<unsigned char>(c) >= 0x80 ? c : '.';
+      else
+        robot.cut = true;
     }
   }
   return out;
@@ -34,7 +38,8 @@ void RobotText::end_line(int number, std::string& out) {
   if (robot.shown < most_lines_ && shown_ < 100 * most_lines_) {
     ++robot.shown;
     ++shown_;
-    out += fmt::format("{:9.3f} s  robot {}: {}{}\n", static_cast<double>(robot.at_us) * 1e-6, number, robot.line, robot.cut ? "..." : "");
+    out += fmt::format("{:9.3f} s  robot {}: {}{}\n", static_cast<double>(robot.at_us) * 1e-6, number, robot.line,
+                       robot.cut ? "..." : "");
   } else {
     ++left_out_;
   }
@@ -51,7 +56,8 @@ std::string RobotText::unfinished() {
 
 std::string RobotText::left_out(std::uint64_t lost) const {
   if (left_out_ == 0 && lost == 0) return {};
-  std::string out = fmt::format("text       {} more lines not shown; --text {} shows more", left_out_, std::max<std::uint64_t>(10, most_lines_ * 10));
+  std::string out = fmt::format("text       {} more lines not shown; --text {} shows more", left_out_,
+                                std::max<std::uint64_t>(10, most_lines_ * 10));
   if (lost > 0) out += fmt::format("; {} characters came too fast to be kept", lost);
   return out + "\n";
 }

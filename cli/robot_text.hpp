@@ -25,7 +25,7 @@ class RobotText {
  private:
   struct Robot {
     std::uint64_t shown = 0;
-    std::int64_t at_us = 0;   // of the line's first character
+    std::int64_t at_us = 0;  // of the line's first character
     std::string line;
     bool cut = false;
   };

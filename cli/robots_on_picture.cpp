@@ -22,7 +22,8 @@ nlohmann::json number(double value, double steps) {
 
 cv::Scalar colour_of(hal::Led led) {
   const int bits = static_cast<int>(led);
-  return led == hal::Led::off ? cv::Scalar(0, 140, 255) : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
+  return led == hal::Led::off ? cv::Scalar(0, 140, 255)
+                              : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
 }
 
 }  // namespace
@@ -56,9 +57,10 @@ std::string robots_as_text(const std::vector<tracker::Detection>& robots, double
   if (!robots.empty()) text += "     x px     y px    r px  sure  LED      heading deg\n";
   for (const tracker::Detection& robot : robots) {
     const double heading = heading_rad(robot, led_offset_rad);
-    text +=
-        fmt::format("{:9.2f}{:9.2f}{:8.2f}  {:.2f}  {:8} {}\n", robot.x_px, robot.y_px, robot.r_px, robot.confidence, name_of(robot.led),
-                    std::isfinite(heading) ? fmt::format("{:11.1f}", heading * 180 / std::numbers::pi) : std::string("          -"));
+    text += fmt::format("{:9.2f}{:9.2f}{:8.2f}  {:.2f}  {:8} {}\n", robot.x_px, robot.y_px, robot.r_px,
+                        robot.confidence, name_of(robot.led),
+                        std::isfinite(heading) ? fmt::format("{:11.1f}", heading * 180 / std::numbers::pi)
+                                               : std::string("          -"));
   }
   return text;
 }
@@ -72,14 +74,15 @@ cv::Mat with_robots_drawn(const cv::Mat& bgr, const std::vector<tracker::Detecti
   for (const tracker::Detection& robot : robots) {
     const int thick = std::max(1, static_cast<int>(robot.r_px / 16));
     const cv::Scalar colour = colour_of(robot.led);
-    cv::circle(picture, fine(robot.x_px, robot.y_px), static_cast<int>(std::lround(robot.r_px * 16)), colour, thick, cv::LINE_AA, shift);
+    cv::circle(picture, fine(robot.x_px, robot.y_px), static_cast<int>(std::lround(robot.r_px * 16)), colour, thick,
+               cv::LINE_AA, shift);
     const double heading = heading_rad(robot, led_offset_rad);
     if (!std::isfinite(heading)) continue;
-    cv::circle(picture, fine(robot.led_x_px, robot.led_y_px), static_cast<int>(std::lround(robot.r_px * 3)), colour, thick, cv::LINE_AA,
-               shift);
+    cv::circle(picture, fine(robot.led_x_px, robot.led_y_px), static_cast<int>(std::lround(robot.r_px * 3)), colour,
+               thick, cv::LINE_AA, shift);
     cv::line(picture, fine(robot.x_px, robot.y_px),
-             fine(robot.x_px + 1.4 * robot.r_px * std::cos(heading), robot.y_px - 1.4 * robot.r_px * std::sin(heading)), colour, thick,
-             cv::LINE_AA, shift);
+             fine(robot.x_px + 1.4 * robot.r_px * std::cos(heading), robot.y_px - 1.4 * robot.r_px * std::sin(heading)),
+             colour, thick, cv::LINE_AA, shift);
   }
   return picture;
 }

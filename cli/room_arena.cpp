@@ -38,14 +38,17 @@ class RoomEyes {
 
 class RoomFeed final : public tracker::CameraFeed {
  public:
-  RoomFeed(RoomEyes& eyes, std::size_t camera, std::string name) : eyes_(eyes), camera_(camera), name_(std::move(name)) {}
+  RoomFeed(RoomEyes& eyes, std::size_t camera, std::string name)
+      : eyes_(eyes), camera_(camera), name_(std::move(name)) {}
   cv::Mat newest() override {
     const bool gone = eyes_.is_gone(camera_);
     if (gone && !was_gone_) counters_.add("camera.gone");
     was_gone_ = gone;
     return eyes_.take(camera_);
   }
-  std::string trouble() const override { return eyes_.is_gone(camera_) ? fmt::format("the room's camera {} gives no pictures", name_) : ""; }
+  std::string trouble() const override {
+    return eyes_.is_gone(camera_) ? fmt::format("the room's camera {} gives no pictures", name_) : "";
+  }
   hal::Counters counters() const override { return counters_; }
 
  private:
@@ -80,7 +83,8 @@ class RoomWire final : public Wire {
   std::string trouble_;
 };
 
-// Waiting is what lets the room's time pass. Cameras take their pictures at whole frame periods; of several in one wait the last.
+// Waiting is what lets the room's time pass. Cameras take their pictures at whole frame periods; of several in one wait
+// the last.
 class RoomTime final : public hal::WallTime {
  public:
   RoomTime(Room& room, RoomEyes& eyes) : room_(room), eyes_(eyes) {}
@@ -105,7 +109,8 @@ class RoomTime final : public hal::WallTime {
 
 class RoomArena final : public hal::Arena {
  public:
-  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, tracker::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names)
+  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, tracker::Onlooker onlooker,
+            std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), room_(config_.root()), eyes_(room_), time_(room_, eyes_) {
     config_.refuse_unknown();
     const hal::Section kilobot = arena.section("kilobot");
@@ -116,8 +121,9 @@ class RoomArena final : public hal::Arena {
       const std::size_t camera = next++;
       return std::make_unique<RoomFeed>(eyes_, camera, room_.camera(camera).settings().name);
     };
-    arena_ = hal::kilobot::make_kilobot_arena(arena, lab, tracker::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
-                                              std::make_unique<RoomWire>(room_), time_, operator_stops);
+    arena_ = hal::kilobot::make_kilobot_arena(
+        arena, lab, tracker::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
+        std::make_unique<RoomWire>(room_), time_, operator_stops);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }
@@ -138,16 +144,20 @@ class RoomArena final : public hal::Arena {
 
 }  // namespace
 
-std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed, tracker::Onlooker onlooker) {
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            tracker::Onlooker onlooker) {
   return make_room_arena(arena, lab, seed, std::move(onlooker), nullptr, {});
 }
 
-std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed, tracker::Onlooker onlooker,
-                                            std::unique_ptr<tracker::NameKeeper> names, std::vector<std::string> sets) {
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            tracker::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
+                                            std::vector<std::string> sets) {
   const std::filesystem::path file = arena.section("room").path("file", "");
-  if (file.empty()) arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
+  if (file.empty())
+    arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
   sets.push_back(fmt::format("room.seed={}", seed));
-  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, lab, std::move(onlooker), std::move(names));
+  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, lab, std::move(onlooker),
+                                     std::move(names));
 }
 
 sim_ode::room::Room& room_of(hal::Arena& arena) {

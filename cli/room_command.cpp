@@ -1,4 +1,5 @@
-// `arkmesh room`: a table of simulated Kilobots behind cameras and an overhead controller, for everything that wants hardware.
+// `arkmesh room`: a table of simulated Kilobots behind cameras and an overhead controller, for everything that wants
+// hardware.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,7 +43,8 @@ void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, d
     room.advance_to(frame * period);
     record.add_truth(room);
     if (record.wants_pictures())
-      for (std::size_t k = 0; k < room.cameras(); ++k) record.add_picture(k, room.picture(k, picture) ? picture : cv::Mat());
+      for (std::size_t k = 0; k < room.cameras(); ++k)
+        record.add_picture(k, room.picture(k, picture) ? picture : cv::Mat());
     if (const int tenth = static_cast<int>(10 * frame * period / std::max(end, period)); tenth > shown) {
       shown = tenth;
       fmt::print(stderr, "{:.0f} of {:.0f} s\n", static_cast<double>((frame * period).count()) * 1e-6, seconds);
@@ -52,9 +54,11 @@ void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, d
 
 void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, double seconds) {
   sim_ode::room::RoomServer server(room, record);
-  for (std::size_t k = 0; k < room.cameras(); ++k) fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
+  for (std::size_t k = 0; k < room.cameras(); ++k)
+    fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
   const std::string link = room.config().ohc_link.empty() ? "" : " (" + room.config().ohc_link + ")";
-  fmt::print("overhead controller: tcp://{}:{} or {}{}\n", room.config().listen, server.ohc_port(), server.terminal(), link);
+  fmt::print("overhead controller: tcp://{}:{} or {}{}\n", room.config().listen, server.ohc_port(), server.terminal(),
+             link);
   fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", room.config().listen, server.control_port());
   std::fflush(stdout);
   std::string terminal = server.terminal();
@@ -94,15 +98,20 @@ void run(const RoomOptions& options) {
 
 void add_room_command(CLI::App& app) {
   auto options = std::make_shared<RoomOptions>();
-  CLI::App* command = app.add_subcommand("room", "A virtual room: simulated Kilobots behind cameras and an overhead controller");
+  CLI::App* command =
+      app.add_subcommand("room", "A virtual room: simulated Kilobots behind cameras and an overhead controller");
   command->add_option("file", options->file, "The room's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--set", options->sets, "Override a key: --set room.seed=7")->allow_extra_args(false);
-  command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")->check(CLI::Range(0.0, 1e7));
-  command->add_option("--truth", options->truth, "Write true poses and LEDs to this CSV file, a row for each robot and picture");
+  command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")
+      ->check(CLI::Range(0.0, 1e7));
+  command->add_option("--truth", options->truth,
+                      "Write true poses and LEDs to this CSV file, a row for each robot and picture");
   command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
   command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
   command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
-  command->add_option("--chessboard", options->chessboards, "Only write N pictures of a chessboard for each camera into FOLDER")
+  command
+      ->add_option("--chessboard", options->chessboards,
+                   "Only write N pictures of a chessboard for each camera into FOLDER")
       ->type_name("N FOLDER");
   command->footer(
       "Example:\n  arkmesh room experiments/room/roark.toml --seconds 60 --truth truth.csv\n"

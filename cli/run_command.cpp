@@ -1,7 +1,10 @@
 // `arkmesh run`: several labs in one process, for one seed or a batch of seeds.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -11,10 +14,6 @@
 #include <tuple>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "cli/commands.hpp"
 #include "cli/joint_run.hpp"
 #include "cli/operator_stop.hpp"
@@ -23,7 +22,6 @@
 
 namespace arkmesh::cli {
 namespace {
-
 
 struct RunOptions {
   std::vector<std::string> files, sets;
@@ -36,10 +34,12 @@ struct RunOptions {
 std::vector<hal::Config> read_labs(const RunOptions& options, std::int64_t seed) {
   std::vector<std::string> overrides = options.sets;
   if (seed >= 0) overrides.push_back(fmt::format("run.seed={}", seed));
-  if (std::none_of(overrides.begin(), overrides.end(), [](const std::string& s) { return s.starts_with("shared.labs="); })) {
+  if (std::none_of(overrides.begin(), overrides.end(),
+                   [](const std::string& s) { return s.starts_with("shared.labs="); })) {
     std::vector<std::string> names;
     for (const std::string& file : options.files)
-      names.push_back(fmt::format("\"{}\"", hal::Config::from_file(file, overrides).root().section("lab").required_text("name")));
+      names.push_back(
+          fmt::format("\"{}\"", hal::Config::from_file(file, overrides).root().section("lab").required_text("name")));
     overrides.push_back(fmt::format("shared.labs=[{}]", fmt::join(names, ",")));
   }
   std::vector<hal::Config> configs;
@@ -89,7 +89,8 @@ int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem
   join_hashes(run, directory);
   write_json(directory / "result.json", result);
   if (!run.finished()) {
-    fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", fmt::join(names, "+"), result.at("ended").get<std::string>());
+    fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", fmt::join(names, "+"),
+               result.at("ended").get<std::string>());
     return 1;
   }
   if (show) {
@@ -103,7 +104,8 @@ int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem
 }
 
 // Each seed in a process of its own, at most `jobs` at a time; then one table of all.
-int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last, const std::filesystem::path& directory) {
+int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last,
+              const std::filesystem::path& directory) {
   read_labs(options, first);  // a wrong configuration is said once, before anything starts
   std::map<pid_t, std::int64_t> running;
   int failed = 0;
@@ -150,8 +152,8 @@ int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last, 
       for (const auto& [name, n] : result.at("counts").items()) header += "," + name;
       table << header << '\n';
     }
-    table << fmt::format("{},{},{},{:.1f}", seed, result.at("ended").get<std::string>(), result.at("final_hash").get<std::string>(),
-                         result.at("wall").at("speed").get<double>());
+    table << fmt::format("{},{},{},{:.1f}", seed, result.at("ended").get<std::string>(),
+                         result.at("final_hash").get<std::string>(), result.at("wall").at("speed").get<double>());
     for (const auto& [name, n] : result.at("counts").items()) table << ',' << n.get<std::uint64_t>();
     table << '\n';
   }
@@ -162,14 +164,17 @@ int run_batch(const RunOptions& options, std::int64_t first, std::int64_t last, 
 std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
   std::int64_t first = -1, last = -1;
   int used = 0;
-  if (std::sscanf(text.c_str(), "%ld..%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(text.size()) || first < 0 || last < first)
-    throw hal::ConfigError(fmt::format("--seeds {}: must be FIRST..LAST with 0 <= FIRST <= LAST, for example 1..20", text));
+  if (std::sscanf(text.c_str(), "%ld..%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(text.size()) ||
+      first < 0 || last < first)
+    throw hal::ConfigError(
+        fmt::format("--seeds {}: must be FIRST..LAST with 0 <= FIRST <= LAST, for example 1..20", text));
   return {first, last};
 }
 
 int run(const RunOptions& options) {
   std::ignore = operator_stops();  // from now on
-  const std::filesystem::path directory = options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
+  const std::filesystem::path directory =
+      options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
   if (options.seeds.empty()) {
     std::filesystem::create_directories(directory);
     return run_seed(options, options.seed, directory, true);
@@ -184,14 +189,21 @@ int run(const RunOptions& options) {
 void add_run_command(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Run several labs in one process, as fast as they go");
-  command->add_option("files", options->files, "A configuration file for each lab")->required()->check(CLI::ExistingFile);
-  auto* seed = command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")->check(CLI::NonNegativeNumber);
+  command->add_option("files", options->files, "A configuration file for each lab")
+      ->required()
+      ->check(CLI::ExistingFile);
+  auto* seed = command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")
+                   ->check(CLI::NonNegativeNumber);
   command->add_option("--seeds", options->seeds, "A batch, one run per seed: FIRST..LAST")->excludes(seed);
-  command->add_option("--jobs", options->jobs, "How many runs of a batch at a time")->check(CLI::Range(1, 256))->capture_default_str();
+  command->add_option("--jobs", options->jobs, "How many runs of a batch at a time")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
-  command->add_option("--set", options->sets, "Override a key of every lab: --set gate.slack=1")->allow_extra_args(false);
+  command->add_option("--set", options->sets, "Override a key of every lab: --set gate.slack=1")
+      ->allow_extra_args(false);
   command->footer(
-      "Example:\n  arkmesh run experiments/dhtf/shark.toml experiments/dhtf/roark.toml --seed 7 --set run.duration_s=600\n"
+      "Example:\n  arkmesh run experiments/dhtf/shark.toml experiments/dhtf/roark.toml --seed 7 --set "
+      "run.duration_s=600\n"
       "The labs of the shared world are those given; shared.labs of the files is not used unless --set says so.");
   command->callback([options] {
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);

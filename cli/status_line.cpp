@@ -10,7 +10,8 @@ namespace arkmesh::cli {
 
 using namespace std::chrono_literals;
 
-StatusLine::StatusLine(std::string what) : what_(what.empty() ? "" : what + ": "), terminal_(isatty(STDERR_FILENO) == 1) {}
+StatusLine::StatusLine(std::string what)
+    : what_(what.empty() ? "" : what + ": "), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void StatusLine::show(const std::string& text) {
   const auto now = std::chrono::steady_clock::now();

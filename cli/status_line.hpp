@@ -1,4 +1,5 @@
-// How far long work is, on stderr: in place on a terminal, else a line each two seconds, and each thirty while it says the same.
+// How far long work is, on stderr: in place on a terminal, else a line each two seconds, and each thirty while it says
+// the same.
 #pragma once
 
 #include <chrono>

@@ -24,7 +24,9 @@ std::string centimetres(const std::vector<double>& values_m) {
 
 }  // namespace
 
-const char* name_of(hal::Led led) { return names[static_cast<std::size_t>(led) % names.size()]; }
+const char* name_of(hal::Led led) {
+  return names[static_cast<std::size_t>(led) % names.size()];
+}
 
 std::vector<double> nearest_neighbours(const hal::PoseFrame& frame) {
   // along x, so that a search ends once the difference in x alone is larger than what was found
@@ -73,7 +75,8 @@ std::string SwarmReport::text(const hal::Counters& counters) const {
   std::string text = "colours    ";
   for (std::size_t i = 0; i < names.size(); ++i)
     if (shown_[i] > 0)
-      text += fmt::format("{} {:.0f} % ", names[i], 100.0 * static_cast<double>(shown_[i]) / static_cast<double>(total));
+      text +=
+          fmt::format("{} {:.0f} % ", names[i], 100.0 * static_cast<double>(shown_[i]) / static_cast<double>(total));
   text += "of the time; at the end";
   for (std::size_t i = 0; i < names.size(); ++i)
     if (at_end[i] > 0) text += fmt::format(" {} {}", at_end[i], names[i]);
@@ -86,15 +89,16 @@ std::string SwarmReport::text(const hal::Counters& counters) const {
                                      last_.robots[i].pose.y_m - first_.robots[i].pose.y_m));
   text += fmt::format("\npaths      {}\ndisplaced  {}\n", centimetres(path_m_), centimetres(displaced_m));
   if (last_.robots.size() > 1)
-    text += fmt::format("nearest    {} at the start\n           {} at the end\n", centimetres(nearest_neighbours(first_)),
-                        centimetres(nearest_neighbours(last_)));
+    text += fmt::format("nearest    {} at the start\n           {} at the end\n",
+                        centimetres(nearest_neighbours(first_)), centimetres(nearest_neighbours(last_)));
 
   const auto each = [&](const char* name) { return robots > 0 ? static_cast<double>(counters[name]) / robots : 0.0; };
   text += fmt::format("messages   {} sent ({:.1f} per robot), {} heard ({:.1f} per robot)\n", counters["infrared.sent"],
                       each("infrared.sent"), counters["infrared.received"], each("infrared.received"));
   // The rest of what the arena counted, where there is any.
   for (const auto& [name, count] : counters.all())
-    if (count > 0 && name != "infrared.sent" && name != "infrared.received") text += fmt::format("           {} {}\n", name, count);
+    if (count > 0 && name != "infrared.sent" && name != "infrared.received")
+      text += fmt::format("           {} {}\n", name, count);
   return text;
 }
 

@@ -1,4 +1,5 @@
-// What a swarm did, gathered from its pose frames: colours, paths, distances between neighbours. Computes and words it; runs nothing.
+// What a swarm did, gathered from its pose frames: colours, paths, distances between neighbours. Computes and words it;
+// runs nothing.
 #pragma once
 
 #include <array>

@@ -36,7 +36,8 @@ std::vector<fs::path> devices(std::initializer_list<const char*> beginnings) {
   std::error_code error;
   for (fs::directory_iterator it("/dev", error), end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
-    if (std::any_of(beginnings.begin(), beginnings.end(), [&](const char* beginning) { return name.starts_with(beginning); }))
+    if (std::any_of(beginnings.begin(), beginnings.end(),
+                    [&](const char* beginning) { return name.starts_with(beginning); }))
       found.push_back(it->path());
   }
   std::sort(found.begin(), found.end());
@@ -72,23 +73,28 @@ Finding controller(const std::string& port) {
     for (; state == hal::kilobot::Wire::State::opening && Clock::now() < end; state = wire->check())
       std::this_thread::sleep_for(look_every);
     if (state == hal::kilobot::Wire::State::open) return finding;
-    finding.problem = wire->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : wire->trouble();
+    finding.problem =
+        wire->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : wire->trouble();
   } catch (const std::exception& wrong) {
     finding.problem = wrong.what();
   }
   return finding;
 }
 
-// As the lab reads it: a file of the whole table holds its cameras in the order of the configuration, unless they are named.
+// As the lab reads it: a file of the whole table holds its cameras in the order of the configuration, unless they are
+// named.
 tracker::CameraData calibration_of(const fs::path& file, const std::string& name, std::size_t number, std::size_t all) {
   const auto cameras = tracker::read_calibrations(file);
-  return name.empty() && cameras.size() > 1 && cameras.size() == all ? cameras[number].data : tracker::read_calibration(file, name);
+  return name.empty() && cameras.size() > 1 && cameras.size() == all ? cameras[number].data
+                                                                     : tracker::read_calibration(file, name);
 }
 
-Finding camera(const std::string& source, const fs::path& calibration, const std::string& name, std::size_t number, std::size_t all) {
+Finding camera(const std::string& source, const fs::path& calibration, const std::string& name, std::size_t number,
+               std::size_t all) {
   Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
   try {
-    if (tracker::source_kind(source) == tracker::SourceKind::recording) throw std::runtime_error("is no camera's number, device or URL");
+    if (tracker::source_kind(source) == tracker::SourceKind::recording)
+      throw std::runtime_error("is no camera's number, device or URL");
     tracker::Lens lens;  // 0 x 0 pixels: any
     std::string no_calibration = calibration.empty() ? "has no calibration in the lab's file" : "";
     try {
@@ -105,8 +111,8 @@ Finding camera(const std::string& source, const fs::path& calibration, const std
     finding.mend = "calibrate it with: arkmesh calibrate";
     if (!no_calibration.empty()) throw std::runtime_error(no_calibration);
     if (lens.width_px != picture.cols || lens.height_px != picture.rows)
-      finding.problem =
-          fmt::format("its calibration {} is for pictures of {} x {} pixels", calibration.string(), lens.width_px, lens.height_px);
+      finding.problem = fmt::format("its calibration {} is for pictures of {} x {} pixels", calibration.string(),
+                                    lens.width_px, lens.height_px);
   } catch (const std::exception& wrong) {
     finding.problem = wrong.what();
   }
@@ -128,7 +134,8 @@ std::vector<Finding> table_of(const hal::Section& arena) {
   std::vector<Finding> findings{controller(kilobot.required_text("port"))};
   const std::vector<hal::Section> all = kilobot.sections("cameras");
   for (std::size_t i = 0; i < all.size(); ++i)
-    findings.push_back(camera(all[i].required_text("source"), all[i].path("calibration", ""), all[i].text("camera", ""), i, all.size()));
+    findings.push_back(camera(all[i].required_text("source"), all[i].path("calibration", ""), all[i].text("camera", ""),
+                              i, all.size()));
   return findings;
 }
 

@@ -24,14 +24,18 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
   const auto count = [&](auto is) { return std::count_if(tracks.begin(), tracks.end(), is); };
   const auto seen = count([](const tracker::Track& track) { return track.age.count() == 0; });
   const auto named = count([](const tracker::Track& track) { return track.robot && !track.doubtful; });
-  return fmt::format("{:.1f} s: {} robots in sight, {} known by name", static_cast<double>(now.count()) * 1e-6, seen, named);
+  return fmt::format("{:.1f} s: {} robots in sight, {} known by name", static_cast<double>(now.count()) * 1e-6, seen,
+                     named);
 }
 
 }  // namespace
 
 TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
                          std::filesystem::path directory)
-    : lab_(lab), frame_period_(frame_period), directory_(std::move(directory)), keep_video_(kilobot.flag("video", false)) {
+    : lab_(lab),
+      frame_period_(frame_period),
+      directory_(std::move(directory)),
+      keep_video_(kilobot.flag("video", false)) {
   const bool open = kilobot.flag("window", true);
   const auto port = static_cast<std::uint16_t>(kilobot.integer("window_port", 0, 0, 65535));
   if (open) {
@@ -43,11 +47,12 @@ TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, ha
     for (std::size_t k = 0; k < kilobot.sections("cameras").size(); ++k) server_->announce(stream(k));
     spdlog::info("the table is to be seen at http://127.0.0.1:{}/", server_->port());
   }
-  subscriptions_.push_back(bus.subscribe(hal::channel::marks, [this](std::string_view, std::span<const std::byte> bytes) {
-    if (marks_t message; hal::decode(bytes, message)) marks_ = hal::from_message(message);
-  }));
   subscriptions_.push_back(
-      bus.subscribe(hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
+      bus.subscribe(hal::channel::marks, [this](std::string_view, std::span<const std::byte> bytes) {
+        if (marks_t message; hal::decode(bytes, message)) marks_ = hal::from_message(message);
+      }));
+  subscriptions_.push_back(bus.subscribe(
+      hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
 }
 
 // Robots of other labs as they would stand here.
@@ -60,8 +65,10 @@ void TableWindow::hear_shared(std::span<const std::byte> bytes) {
     if (lab.lab == lab_) continue;
     for (const shared_robot_t& robot : lab.robots) {
       const hal::Pose at = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6});
-      ghosts_.push_back(
-          {.x_m = at.x_m, .y_m = at.y_m, .radius_m = hal::kilobot_radius_m / 2, .colour = static_cast<hal::Led>(robot.led & 7)});
+      ghosts_.push_back({.x_m = at.x_m,
+                         .y_m = at.y_m,
+                         .radius_m = hal::kilobot_radius_m / 2,
+                         .colour = static_cast<hal::Led>(robot.led & 7)});
     }
   }
 }
@@ -99,11 +106,14 @@ cv::Mat TableWindow::draw(const cv::Mat& picture, std::size_t camera, const trac
 // Nobody takes a picture that stands still for the table.
 void TableWindow::show_outage(std::size_t camera, hal::LabTime now) {
   const auto last = last_.find(camera);
-  if (last == last_.end() || now - last->second.at < outage_after || now - last->second.said < outage_every || !watched(camera)) return;
+  if (last == last_.end() || now - last->second.at < outage_after || now - last->second.said < outage_every ||
+      !watched(camera))
+    return;
   last->second.said = now;
   cv::Mat drawn;
   last->second.picture.convertTo(drawn, -1, 0.4);
-  tracker::draw_caption(drawn, fmt::format("no new picture for {:.0f} s", static_cast<double>((now - last->second.at).count()) * 1e-6));
+  tracker::draw_caption(
+      drawn, fmt::format("no new picture for {:.0f} s", static_cast<double>((now - last->second.at).count()) * 1e-6));
   show(camera, drawn);
 }
 

@@ -1,5 +1,5 @@
-// A window on a table of real Kilobots: camera pictures with what the lab knows drawn over them, live for any browser on this
-// machine and, on request, as videos beside the other results.
+// A window on a table of real Kilobots: camera pictures with what the lab knows drawn over them, live for any browser
+// on this machine and, on request, as videos beside the other results.
 #pragma once
 
 #include <filesystem>
@@ -18,9 +18,9 @@ namespace arkmesh::cli {
 
 class TableWindow {
  public:
-  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free one; said in the log),
-  // and `video` (false; true: one video for each camera in the run folder). Virtual things to draw come over `bus`, which outlives the
-  // window. Throws ConfigError when the port is taken.
+  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free
+  // one; said in the log), and `video` (false; true: one video for each camera in the run folder). Virtual things to
+  // draw come over `bus`, which outlives the window. Throws ConfigError when the port is taken.
   TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
               std::filesystem::path directory);
 

@@ -1,5 +1,5 @@
-// `arkmesh track SOURCE`: the robots on a picture or on each picture of a folder, as a table or as JSON, and drawn over the picture; of
-// what moves (videos, cameras, clips) it follows them.
+// `arkmesh track SOURCE`: the robots on a picture or on each picture of a folder, as a table or as JSON, and drawn over
+// the picture; of what moves (videos, cameras, clips) it follows them.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,7 +42,8 @@ void write_picture(const fs::path& file, const cv::Mat& bgr) {
     // said below
   }
   if (!written)
-    throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
+    throw std::runtime_error(
+        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
 }
 
 // Each picture by itself: pictures of a folder need not be of one camera.
@@ -55,8 +56,8 @@ std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const TrackOptions& 
 void track_picture(const TrackOptions& options) {
   const cv::Mat bgr = tracker::read_picture(options.source);
   if (bgr.empty())
-    throw std::runtime_error(
-        fmt::format("{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
+    throw std::runtime_error(fmt::format(
+        "{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
   const std::vector<tracker::Detection> robots = look_at(bgr, options);
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   if (!options.png.empty()) write_picture(options.png, with_robots_drawn(bgr, robots, offset_rad));
@@ -70,7 +71,8 @@ void track_picture(const TrackOptions& options) {
 bool track_folder(const TrackOptions& options) {
   const std::vector<fs::path> files = tracker::pictures_of(options.source);
   if (!options.png.empty() && !fs::is_directory(options.png))
-    throw std::runtime_error(fmt::format("--png {} is not a folder: for a folder of pictures give a folder that exists", options.png));
+    throw std::runtime_error(
+        fmt::format("--png {} is not a folder: for a folder of pictures give a folder that exists", options.png));
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   nlohmann::json all = nlohmann::json::array();
   StatusLine status;
@@ -89,8 +91,10 @@ bool track_folder(const TrackOptions& options) {
     }
     const std::vector<tracker::Detection> robots = look_at(bgr, options);
     if (!options.png.empty())
-      write_picture(fs::path(options.png) / (file.stem().string() + ".png"), with_robots_drawn(bgr, robots, offset_rad));
-    if (options.json) all.push_back({{"picture", file.filename().string()}, {"robots", robots_as_json(robots, offset_rad)}});
+      write_picture(fs::path(options.png) / (file.stem().string() + ".png"),
+                    with_robots_drawn(bgr, robots, offset_rad));
+    if (options.json)
+      all.push_back({{"picture", file.filename().string()}, {"robots", robots_as_json(robots, offset_rad)}});
     status.done();
     if (!options.json) fmt::print("{}:\n{}", file.filename().string(), robots_as_text(robots, offset_rad));
   }
@@ -104,10 +108,10 @@ bool track(const TrackOptions& options, const StreamOptions& stream) {
   std::error_code failed;
   const fs::file_status status = fs::status(options.source, failed);
   if (!fs::exists(status))
-    throw std::runtime_error(
-        fmt::format("there is no {}: give a picture, a folder of pictures, a video, a camera's number or a URL", options.source));
-  const bool follow =
-      !stream.csv.empty() || !stream.video.empty() || stream.serve_port >= 0 || !stream.publish.empty() || !stream.calibration.empty();
+    throw std::runtime_error(fmt::format(
+        "there is no {}: give a picture, a folder of pictures, a video, a camera's number or a URL", options.source));
+  const bool follow = !stream.csv.empty() || !stream.video.empty() || stream.serve_port >= 0 ||
+                      !stream.publish.empty() || !stream.calibration.empty();
   if (follow || (!fs::is_directory(status) && !tracker::is_picture_name(options.source))) return track_stream(stream);
   if (fs::is_directory(status)) return track_folder(options);
   track_picture(options);
@@ -117,37 +121,50 @@ bool track(const TrackOptions& options, const StreamOptions& stream) {
 }  // namespace
 
 void add_track_command(CLI::App& app) {
-  auto* command = app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
+  auto* command =
+      app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
   const auto options = std::make_shared<TrackOptions>();
   const auto stream = std::make_shared<StreamOptions>();
-  command->add_option("SOURCE", options->source, "A picture, a folder of pictures, a video, a camera's number or device, or a URL")
+  command
+      ->add_option("SOURCE", options->source,
+                   "A picture, a folder of pictures, a video, a camera's number or device, or a URL")
       ->required();
-  command->add_flag("--json", options->json,
-                    "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
-  command->add_option("--png", options->png,
-                      "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
-  auto* calibration =
-      command->add_option("--calibration", stream->calibration,
-                          "Measure in the arena with this file of arkmesh calibrate; else metres are reckoned from the robots' size");
-  command->add_option("--camera", stream->camera, "The camera's name in that file, when it holds several")->needs(calibration);
+  command->add_flag(
+      "--json", options->json,
+      "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
+  command->add_option(
+      "--png", options->png,
+      "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
+  auto* calibration = command->add_option(
+      "--calibration", stream->calibration,
+      "Measure in the arena with this file of arkmesh calibrate; else metres are reckoned from the robots' size");
+  command->add_option("--camera", stream->camera, "The camera's name in that file, when it holds several")
+      ->needs(calibration);
   command->add_option("--csv", stream->csv, "Write a row for each robot and picture");
   command->add_option("--video", stream->video, "Write a video with the robots drawn on it (.mp4 or .avi)");
-  command->add_option("--serve", stream->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/table")->check(CLI::Range(0, 65535));
+  command->add_option("--serve", stream->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/table")
+      ->check(CLI::Range(0, 65535));
   command->add_option("--publish", stream->publish, "Publish poses on this LCM bus, tracks' numbers as ids");
   command->add_option("--seconds", stream->seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));
-  command->add_option("--led-offset", options->led_offset_deg, "Driving direction minus direction of the LED, degrees counter-clockwise")
+  command
+      ->add_option("--led-offset", options->led_offset_deg,
+                   "Driving direction minus direction of the LED, degrees counter-clockwise")
       ->check(CLI::Range(-360.0, 360.0))
       ->capture_default_str();
   command->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, where it is known")
       ->check(CLI::Range(6.0, 2000.0));
   command->footer(
-      "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video drawn.mp4\n"
+      "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
+      "drawn.mp4\n"
       "  arkmesh track 0 --calibration table.yaml --serve 8095\n"
-      "With --json a picture's robots are a list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, led_heading_rad}; heading_rad "
+      "With --json a picture's robots are a list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, "
+      "led_heading_rad}; heading_rad "
       "is the\n"
       "driving direction, led_heading_rad that of the LED, and what an unlit LED leaves unknown is null.\n"
-      "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture stands for itself.\n"
-      "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the picture's right.");
+      "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture "
+      "stands for itself.\n"
+      "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the "
+      "picture's right.");
   command->callback([options, stream] {
     stream->source = options->source;
     stream->png = options->png;

@@ -32,34 +32,39 @@ std::optional<tracker::Point> pixel_of(const tracker::Track& track, const tracke
   return camera ? camera->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, tracker::board_height_m) : std::nullopt;
 }
 
-void print_json(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks, const tracker::Calibration* camera) {
+void print_json(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,
+                const tracker::Calibration* camera) {
   const auto number = [](double value, double steps) { return std::round(value * steps) / steps; };
   nlohmann::json robots = nlohmann::json::array();
   for (const tracker::Track& track : tracks) {
-    nlohmann::json robot = {{"track", track.number},
-                            {"x_m", number(track.in_arena.x_m, 1e6)},
-                            {"y_m", number(track.in_arena.y_m, 1e6)},
-                            {"heading_rad", track.heading_sigma_rad < 3 ? number(track.in_arena.heading_rad, 1e5) : std::nan("")},
-                            {"led", name_of(track.led)},
-                            {"confidence", number(static_cast<double>(track.confidence), 1e3)},
-                            {"age_s", number(seconds(track.age), 1e3)},
-                            {"doubtful", track.doubtful}};
+    nlohmann::json robot = {
+        {"track", track.number},
+        {"x_m", number(track.in_arena.x_m, 1e6)},
+        {"y_m", number(track.in_arena.y_m, 1e6)},
+        {"heading_rad", track.heading_sigma_rad < 3 ? number(track.in_arena.heading_rad, 1e5) : std::nan("")},
+        {"led", name_of(track.led)},
+        {"confidence", number(static_cast<double>(track.confidence), 1e3)},
+        {"age_s", number(seconds(track.age), 1e3)},
+        {"doubtful", track.doubtful}};
     if (const auto at = pixel_of(track, camera)) robot["x_px"] = number(at->x, 1e3), robot["y_px"] = number(at->y, 1e3);
     robots.push_back(std::move(robot));
   }
-  const nlohmann::json line = {{"frame", picture.number}, {"time_s", seconds(picture.stamp)}, {"robots", std::move(robots)}};
+  const nlohmann::json line = {
+      {"frame", picture.number}, {"time_s", seconds(picture.stamp)}, {"robots", std::move(robots)}};
   fmt::print("{}\n", line.dump());
   std::fflush(stdout);
 }
 
 }  // namespace
 
-TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s) : options_(options), pictures_per_s_(pictures_per_s) {
+TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s)
+    : options_(options), pictures_per_s_(pictures_per_s) {
   if (!options.csv.empty()) {
     csv_.open(options.csv, std::ios::binary);
     csv_ << "frame,time_s,track,x_m,y_m,heading_rad,heading_sigma_rad,led,confidence,age_s,doubtful,x_px,y_px\n";
     if (!csv_.flush())
-      throw std::runtime_error(fmt::format("{} cannot be written: give a name in a folder that exists and may be written", options.csv));
+      throw std::runtime_error(
+          fmt::format("{} cannot be written: give a name in a folder that exists and may be written", options.csv));
   }
   if (!options.publish.empty()) bus_.emplace(options.publish);
   if (options.serve_port >= 0) {
@@ -100,7 +105,8 @@ void TrackOutputs::serve_until(Moment then) {
 void TrackOutputs::finish(const tracker::TableTracker& table) {
   if (csv_.is_open()) {
     csv_.close();
-    if (!csv_) throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
+    if (!csv_)
+      throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
   }
   if (!options_.png.empty()) {
     bool written = false;
@@ -110,11 +116,12 @@ void TrackOutputs::finish(const tracker::TableTracker& table) {
       // Said below.
     }
     if (!written)
-      throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
+      throw std::runtime_error(
+          fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
   }
   if (options_.json) return;
-  fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_, robots_ == 1 ? "" : "s",
-             most_);
+  fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_,
+             robots_ == 1 ? "" : "s", most_);
   for (const auto& [name, total] : table.counters().all()) fmt::print("  {:<24} {}\n", name, total);
 }
 
@@ -123,16 +130,18 @@ void TrackOutputs::write_rows(const tracker::Picture& picture, const std::vector
   for (const tracker::Track& track : tracks) {
     const auto at = pixel_of(track, camera);
     csv_ << fmt::format("{},{:.6f},{},{:.6f},{:.6f},{:.5f},{:.4f},{},{:.3f},{:.3f},{},{:.2f},{:.2f}\n", picture.number,
-                        seconds(picture.stamp), track.number, track.in_arena.x_m, track.in_arena.y_m, track.in_arena.heading_rad,
-                        track.heading_sigma_rad, name_of(track.led), track.confidence, seconds(track.age), track.doubtful ? 1 : 0,
-                        at ? at->x : std::nan(""), at ? at->y : std::nan(""));
+                        seconds(picture.stamp), track.number, track.in_arena.x_m, track.in_arena.y_m,
+                        track.in_arena.heading_rad, track.heading_sigma_rad, name_of(track.led), track.confidence,
+                        seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
+                        at ? at->y : std::nan(""));
   }
 }
 
 // As a lab does, tracks' numbers in the place of ids.
 void TrackOutputs::publish(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks) {
   hal::PoseFrame frame{.stamp = picture.stamp, .number = picture.number, .robots = {}};
-  for (const tracker::Track& track : tracks) frame.robots.push_back({track.number, track.in_arena, track.led, track.confidence, track.age});
+  for (const tracker::Track& track : tracks)
+    frame.robots.push_back({track.number, track.in_arena, track.led, track.confidence, track.age});
   for (const auto& message : hal::to_messages(frame)) bus_->publish(hal::channel::poses, message);
 }
 
@@ -147,8 +156,8 @@ void TrackOutputs::write_video(const cv::Mat& drawn, hal::LabTime stamp) {
       // Said below.
     }
     if (!video_.isOpened())
-      throw std::runtime_error(
-          fmt::format("{} cannot be written: give a name ending in .mp4 or .avi in a folder that exists", options_.video));
+      throw std::runtime_error(fmt::format(
+          "{} cannot be written: give a name ending in .mp4 or .avi in a folder that exists", options_.video));
     in_video_ = std::llround(seconds(stamp) * pictures_per_s_);
   }
   const std::int64_t due = std::llround(seconds(stamp) * pictures_per_s_) + 1;

@@ -1,4 +1,5 @@
-// What `arkmesh track` makes of tracks: rows, lines of JSON, poses on a bus, drawn pictures for browsers, in a video, in a file.
+// What `arkmesh track` makes of tracks: rows, lines of JSON, poses on a bus, drawn pictures for browsers, in a video,
+// in a file.
 #pragma once
 
 #include <chrono>
@@ -20,12 +21,13 @@ namespace arkmesh::cli {
 
 class TrackOutputs {
  public:
-  // Opens what can be opened beforehand. `options` outlives this. A video gets `pictures_per_s`, whatever the source's own rate is.
-  // Throws std::runtime_error with one sentence that names the file, port or bus; so do all below.
+  // Opens what can be opened beforehand. `options` outlives this. A video gets `pictures_per_s`, whatever the source's
+  // own rate is. Throws std::runtime_error with one sentence that names the file, port or bus; so do all below.
   TrackOutputs(const StreamOptions& options, double pictures_per_s);
 
   void add(const tracker::Picture& picture, const tracker::TableTracker& table);
-  // Lets people who watch have their pictures; returns at `then`, or soon when there is nobody to serve or the operator stops.
+  // Lets people who watch have their pictures; returns at `then`, or soon when there is nobody to serve or the operator
+  // stops.
   void serve_until(std::chrono::steady_clock::time_point then);
   bool serving() const { return server_.has_value(); }
   std::size_t pictures() const { return pictures_; }
@@ -34,7 +36,8 @@ class TrackOutputs {
   void finish(const tracker::TableTracker& table);
 
  private:
-  void write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks, const tracker::Calibration* camera);
+  void write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,
+                  const tracker::Calibration* camera);
   void publish(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks);
   void write_video(const cv::Mat& drawn, hal::LabTime stamp);
   void show(const cv::Mat& drawn, hal::LabTime stamp);

@@ -39,7 +39,9 @@ class OutageReport {
   explicit OutageReport(StatusLine& status) : status_(status) {}
   void watch(const std::string& trouble, Moment now) {
     if (!trouble.empty()) last_trouble_ = now;
-    if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s : trouble == said_ || (!said_.empty() && now - said_at_ < 10s)) return;
+    if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
+                        : trouble == said_ || (!said_.empty() && now - said_at_ < 10s))
+      return;
     said_ = trouble;
     said_at_ = now;
     status_.done();
@@ -57,7 +59,8 @@ std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) 
   return tracker::read_calibration(options.calibration, options.camera);
 }
 
-tracker::TableTracker make_tracker(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration) {
+tracker::TableTracker make_tracker(const StreamOptions& options,
+                                   const std::optional<tracker::CameraData>& calibration) {
   tracker::TableSettings settings;
   settings.following.led_offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   if (options.diameter_px > 0) settings.detection.diameter_px = options.diameter_px;
@@ -65,12 +68,15 @@ tracker::TableTracker make_tracker(const StreamOptions& options, const std::opti
   return tracker::TableTracker(settings);
 }
 
-void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration, const cv::Mat& picture) {
-  if (!calibration || (picture.cols == calibration->lens.width_px && picture.rows == calibration->lens.height_px)) return;
-  throw std::runtime_error(fmt::format("{} gives pictures of {} x {} pixels, and the calibration {} is for {} x {}; calibrate the "
-                                       "camera at this resolution",
-                                       options.source, picture.cols, picture.rows, options.calibration, calibration->lens.width_px,
-                                       calibration->lens.height_px));
+void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration,
+                       const cv::Mat& picture) {
+  if (!calibration || (picture.cols == calibration->lens.width_px && picture.rows == calibration->lens.height_px))
+    return;
+  throw std::runtime_error(
+      fmt::format("{} gives pictures of {} x {} pixels, and the calibration {} is for {} x {}; calibrate the "
+                  "camera at this resolution",
+                  options.source, picture.cols, picture.rows, options.calibration, calibration->lens.width_px,
+                  calibration->lens.height_px));
 }
 
 // False when a picture could not be read.
@@ -100,7 +106,8 @@ bool track_recording(const StreamOptions& options) {
     if (all && picture->number % 10 == 9) progress.show(picture->number + 1, *all, 1 / recording->pictures_per_s());
   }
   progress.done();
-  if (outputs.pictures() == 0) throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
+  if (outputs.pictures() == 0)
+    throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
   outputs.finish(table);
   return damaged == 0;
 }
@@ -128,11 +135,13 @@ void track_camera(const StreamOptions& options) {
       continue;
     }
     refuse_other_size(options, calibration, bgr);
-    const tracker::Picture picture{.bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
+    const tracker::Picture picture{
+        .bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
     table.look(picture.stamp, std::span(&picture.bgr, 1));
     outputs.add(picture, table);
     const double since_s = static_cast<double>(since.count()) * 1e-6;
-    status.show(fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
+    status.show(
+        fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
   }
   status.done();
   if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());

@@ -1,4 +1,5 @@
-// `arkmesh track` of a video, a clip's folder, a camera or a URL: follows the robots and writes, draws, shows or publishes them.
+// `arkmesh track` of a video, a clip's folder, a camera or a URL: follows the robots and writes, draws, shows or
+// publishes them.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +10,13 @@ namespace arkmesh::cli {
 struct StreamOptions {
   std::string source, calibration, camera, csv, video, png, publish;
   bool json = false;
-  int serve_port = -1;             // -1: nobody is shown anything; 0 takes any free port
+  int serve_port = -1;  // -1: nobody is shown anything; 0 takes any free port
   double led_offset_deg = 44, diameter_px = 0;
-  double seconds = 0;              // of the source's time; 0: to its end, or until Ctrl-C
+  double seconds = 0;  // of the source's time; 0: to its end, or until Ctrl-C
 };
 
-// False when some pictures of a recording could not be read; each was named. Throws std::runtime_error with one sentence.
+// False when some pictures of a recording could not be read; each was named. Throws std::runtime_error with one
+// sentence.
 bool track_stream(const StreamOptions& options);
 
 }  // namespace arkmesh::cli

@@ -57,9 +57,9 @@ class Arena {
   virtual PoseSource& poses() = 0;
   virtual RobotLink& robots() = 0;
   // The one verb that lets lab time pass: handles every internal event with time <= t, in time order, and none after.
-  // t never decreases; the same t again does nothing. Frame 0, stamped 0, is there after advance_to(0); robots stand still
-  // until a later time. An arena that cannot wait anchors its clock at the first call with t > 0 and then blocks until t.
-  // Throws std::runtime_error with one sentence when the arena is lost for good.
+  // t never decreases; the same t again does nothing. Frame 0, stamped 0, is there after advance_to(0); robots stand
+  // still until a later time. An arena that cannot wait anchors its clock at the first call with t > 0 and then blocks
+  // until t. Throws std::runtime_error with one sentence when the arena is lost for good.
   virtual void advance_to(LabTime t) = 0;
   // Everything dropped, late, refused or failed inside the arena, by reason.
   virtual const Counters& counters() const = 0;

@@ -20,8 +20,8 @@ struct ArenaConfig {
 // The side of an arena in metres, `width_m` or `height_m`. Throws ConfigError.
 double read_side(const Section& arena, std::string_view key);
 
-// Throws ConfigError: negative size, frame period of zero, more robots than fit in the arena (a square grid of one diameter
-// plus 1 mm is what must hold them).
+// Throws ConfigError: negative size, frame period of zero, more robots than fit in the arena (a square grid of one
+// diameter plus 1 mm is what must hold them).
 ArenaConfig read_arena_config(const Section& arena);
 
 }  // namespace arkmesh::hal

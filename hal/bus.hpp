@@ -1,6 +1,6 @@
 // A lab's message bus: a thin owner of an LCM handle. The LCM URL picks the transport ("memq://" in one process,
-// "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab). Adds raw handlers that die with their handle, queue sizes that
-// do not lose messages, and counters. Not thread-safe.
+// "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab). Adds raw handlers that die with their handle,
+// queue sizes that do not lose messages, and counters. Not thread-safe.
 #pragma once
 
 #include <chrono>
@@ -37,7 +37,7 @@ class Bus {
   void publish(const std::string& channel, std::span<const std::byte> bytes);
 
   template <class Message>
-    requires requires(const Message& message) { message.getEncodedSize(); }
+  requires requires(const Message& message) { message.getEncodedSize(); }
   void publish(const std::string& channel, const Message& message) {
     scratch_.resize(static_cast<std::size_t>(message.getEncodedSize()));
     message.encode(scratch_.data(), 0, static_cast<int>(scratch_.size()));
@@ -46,7 +46,8 @@ class Bus {
 
   // Delivers everything that has arrived; waits up to `wait` for the first message when there is none.
   // Returns how many were delivered. A handler may publish and subscribe; what it publishes on memq is delivered too.
-  // A network bus stops after `most` messages, so that a flood cannot keep it from returning; descriptor() stays readable.
+  // A network bus stops after `most` messages, so that a flood cannot keep it from returning; descriptor() stays
+  // readable.
   int drain(std::chrono::milliseconds wait = std::chrono::milliseconds{0}, int most = 10'000);
 
   // Readable when a message waits; for joining another event loop.

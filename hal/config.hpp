@@ -1,5 +1,6 @@
-// Strict configuration: every key is read by exactly one place, has a default or is required, and an unknown or ill-typed
-// key ends the program with file, line and key named. What was read can be written back as the effective configuration.
+// Strict configuration: every key is read by exactly one place, has a default or is required, and an unknown or
+// ill-typed key ends the program with file, line and key named. What was read can be written back as the effective
+// configuration.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ struct Range {
 };
 
 // A table of the file, by dotted path. Cheap to copy; all copies share what the file said and what was read.
-// A getter called for a key that the file does not hold returns the default and notes it for the effective configuration.
+// A getter called for a key that the file does not hold returns the default and notes it for the effective
+// configuration.
 class Section {
  public:
   double number(std::string_view key, double otherwise, Range range = {}) const;
@@ -53,8 +55,8 @@ class Section {
   // Names of the sub-tables that the file holds below `key`, ascending ([peers.a], [peers.b]).
   std::vector<std::string> names_below(std::string_view key) const;
   bool has(std::string_view key) const;
-  // The table `key` belongs to a choice that was not made ([arena.ode] with arena.use = "null"): its keys are neither read nor
-  // unknown, and are not part of the effective configuration.
+  // The table `key` belongs to a choice that was not made ([arena.ode] with arena.use = "null"): its keys are neither
+  // read nor unknown, and are not part of the effective configuration.
   void leave_alone(std::string_view key) const;
 
   // Throws a ConfigError about one key of this section: "file:line: section.key = value: <sentence>".
@@ -70,21 +72,23 @@ class Section {
 
 class Config {
  public:
-  // Reads a TOML file. Top-level `include = ["common.toml"]` reads those first (relative to the file); the file overrides
-  // them table by table. `overrides` are "dotted.key=value" with a TOML value, or a bare word taken as text; they win.
-  // Throws ConfigError.
+  // Reads a TOML file. Top-level `include = ["common.toml"]` reads those first (relative to the file); the file
+  // overrides them table by table. `overrides` are "dotted.key=value" with a TOML value, or a bare word taken as text;
+  // they win. Throws ConfigError.
   static Config from_file(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
   // The same from text; `name` stands for the file in messages.
   static Config from_text(std::string_view text, std::string_view name, const std::vector<std::string>& overrides = {});
 
   Section root() const;
   const std::filesystem::path& file() const;
-  // Throws ConfigError when the file holds a key that nobody has asked for, naming it and, when one is near, the key that
-  // was probably meant. With `below` only keys of that table count, for a program that reads one table of a lab's file.
+  // Throws ConfigError when the file holds a key that nobody has asked for, naming it and, when one is near, the key
+  // that was probably meant. With `below` only keys of that table count, for a program that reads one table of a lab's
+  // file.
   void refuse_unknown(std::string_view below = {}) const;
   // Every key that was asked for with its value in force, as TOML that loads again and gives the same run.
   std::string effective() const;
-  // Every key in force below `prefix` (dotted; "scenario" gives scenario.use, scenario.dhtf.cells, ...), as TOML values.
+  // Every key in force below `prefix` (dotted; "scenario" gives scenario.use, scenario.dhtf.cells, ...), as TOML
+  // values.
   std::map<std::string, std::string> in_force_below(std::string_view prefix) const;
 
  private:

@@ -12,12 +12,16 @@ class Counters {
  public:
   // Names are dotted: what.why, for example "world.refused.not_finite".
   void add(std::string_view name, std::uint64_t n = 1) {
-    if (auto it = totals_.find(name); it != totals_.end()) it->second += n;
-    else totals_.emplace(name, n);
+    if (auto it = totals_.find(name); it != totals_.end())
+      it->second += n;
+    else
+      totals_.emplace(name, n);
   }
   void set(std::string_view name, std::uint64_t total) {
-    if (auto it = totals_.find(name); it != totals_.end()) it->second = total;
-    else totals_.emplace(name, total);
+    if (auto it = totals_.find(name); it != totals_.end())
+      it->second = total;
+    else
+      totals_.emplace(name, total);
   }
   std::uint64_t operator[](std::string_view name) const {
     auto it = totals_.find(name);

@@ -1,5 +1,5 @@
-// Reads LCM event logs that may be truncated, foreign or damaged, one event at a time, with sizes checked before memory is
-// asked for.
+// Reads LCM event logs that may be truncated, foreign or damaged, one event at a time, with sizes checked before memory
+// is asked for.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace arkmesh::hal {
 
 struct LogEvent {
   std::int64_t number = 0;
-  std::int64_t utime = 0;   // microseconds since 1970
+  std::int64_t utime = 0;  // microseconds since 1970
   std::string channel;
   std::vector<std::byte> bytes;
 };

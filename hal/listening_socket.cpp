@@ -30,7 +30,8 @@ Handle listen_on(const std::string& address, std::uint16_t port, const std::stri
   const std::string numeric = address == "localhost" ? "127.0.0.1" : address;
   if (::getaddrinfo(numeric.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
     throw std::runtime_error(
-        fmt::format("'{}' is no address to listen on for {}; give an IP address of this machine, such as 127.0.0.1", address, what));
+        fmt::format("'{}' is no address to listen on for {}; give an IP address of this machine, such as 127.0.0.1",
+                    address, what));
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
   Handle out(::socket(found->ai_family, SOCK_STREAM, 0));
   const int yes = 1;
@@ -39,10 +40,13 @@ Handle listen_on(const std::string& address, std::uint16_t port, const std::stri
     const int why = errno;
     if (why == EADDRINUSE)
       throw std::runtime_error(fmt::format(
-          "TCP port {} of {}, for {}, is in use by another program; stop it (ss -ltnp shows it) or give another port", port, address, what));
+          "TCP port {} of {}, for {}, is in use by another program; stop it (ss -ltnp shows it) or give another port",
+          port, address, what));
     if (why == EACCES)
-      throw std::runtime_error(fmt::format("TCP port {}, for {}, is not allowed to ordinary users; take one above 1023", port, what));
-    throw std::runtime_error(fmt::format("cannot listen on {} port {} for {}: {}", address, port, what, std::strerror(why)));
+      throw std::runtime_error(
+          fmt::format("TCP port {}, for {}, is not allowed to ordinary users; take one above 1023", port, what));
+    throw std::runtime_error(
+        fmt::format("cannot listen on {} port {} for {}: {}", address, port, what, std::strerror(why)));
   }
   no_waiting(out.get());
   return out;

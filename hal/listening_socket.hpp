@@ -26,8 +26,8 @@ class Handle {
 
 // Reads and writes return at once; programs that we start do not inherit it.
 void no_waiting(int fd);
-// Listens on `address`, an IP address of this machine or "localhost"; port 0 takes any free one. Throws std::runtime_error with one
-// sentence; `what` says in it what the port is for ("pictures").
+// Listens on `address`, an IP address of this machine or "localhost"; port 0 takes any free one. Throws
+// std::runtime_error with one sentence; `what` says in it what the port is for ("pictures").
 Handle listen_on(const std::string& address, std::uint16_t port, const std::string& what);
 // The port that a listening socket has; 0 when it has none.
 std::uint16_t port_of(int fd);

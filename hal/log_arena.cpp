@@ -248,8 +248,8 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.width_m = read_side(arena, "width_m");
     info.height_m = read_side(arena, "height_m");
   }
-  if (found.info && found.info->max_robot >= 0 && found.info->kinds >= 0 &&
-      found.info->kinds <= 255 && found.info->values >= 0 && found.info->values <= 65'535) {
+  if (found.info && found.info->max_robot >= 0 && found.info->kinds >= 0 && found.info->kinds <= 255 &&
+      found.info->values >= 0 && found.info->values <= 65'535) {
     info.max_robot = static_cast<RobotId>(found.info->max_robot);
     info.kinds = static_cast<std::uint8_t>(found.info->kinds);
     info.values = static_cast<std::uint16_t>(found.info->values);

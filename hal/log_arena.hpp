@@ -1,5 +1,5 @@
-// The poses of a recorded LCM log as an arena that can wait: same frame period, same robots. Offers are accepted and counted as
-// not sent.
+// The poses of a recorded LCM log as an arena that can wait: same frame period, same robots. Offers are accepted and
+// counted as not sent.
 #pragma once
 
 #include <memory>

@@ -25,7 +25,7 @@ inline const std::string poses = "poses", to_robots = "to_robots", from_robots =
                          fleet_command = "fleet_command", arena = "arena", world = "world", status = "status",
                          shared = "shared", peers = "peers", marks = "marks";
 }
-inline constexpr std::size_t max_lab_name = 15;      // LCM allows 63 bytes a channel: lab + '/' + channel
+inline constexpr std::size_t max_lab_name = 15;  // LCM allows 63 bytes a channel: lab + '/' + channel
 inline constexpr std::size_t max_channel_name = 47;
 // [a-z0-9_-]{1,15}
 bool is_lab_name(std::string_view name);

@@ -27,12 +27,14 @@ using Bytes = std::shared_ptr<const std::string>;
 
 constexpr std::size_t most_request_bytes = 4096;
 constexpr std::chrono::seconds request_within{5}, progress_within{10};
-constexpr std::chrono::seconds fresh_for{1}, picture_within{5};  // an older picture is shown only when no newer one comes
+constexpr std::chrono::seconds fresh_for{1},
+    picture_within{5};  // an older picture is shown only when no newer one comes
 constexpr std::string_view boundary = "arkmeshpicture";
 
 std::string response(std::string_view status, std::string_view type, std::string_view body) {
-  return fmt::format("HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}",
-                     status, type, body.size(), body);
+  return fmt::format(
+      "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}",
+      status, type, body.size(), body);
 }
 
 }  // namespace
@@ -49,7 +51,8 @@ struct MjpegServer::State {
     Monotonic::time_point since;  // of the stage, or of the last byte that it took
   };
 
-  State(const std::string& address, std::uint16_t wanted) : listener(listen_on(address, wanted, "pictures")), port(port_of(listener.get())) {}
+  State(const std::string& address, std::uint16_t wanted)
+      : listener(listen_on(address, wanted, "pictures")), port(port_of(listener.get())) {}
 
   void accept() {
     for (std::size_t k = 0; k < most_clients; ++k) {
@@ -117,10 +120,11 @@ struct MjpegServer::State {
     client.stage = single ? Stage::glancing : Stage::watching;
     client.stream = name;
     if (single) return;
-    client.out = std::make_shared<const std::string>(fmt::format(
-        "HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
-        "--{0}\r\n{1}",
-        boundary, fresh ? *stream->second.part : ""));
+    client.out = std::make_shared<const std::string>(
+        fmt::format("HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: "
+                    "no-store\r\nConnection: close\r\n\r\n"
+                    "--{0}\r\n{1}",
+                    boundary, fresh ? *stream->second.part : ""));
     client.sent = 0;
   }
 
@@ -128,15 +132,18 @@ struct MjpegServer::State {
   void give_up_waiting(Client& client, Monotonic::time_point now) {
     if (client.stage != Stage::glancing || now - client.since <= picture_within) return;
     const auto stream = streams.find(client.stream);
-    if (stream != streams.end() && stream->second.jpeg) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
+    if (stream != streams.end() && stream->second.jpeg)
+      return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
     counters.add("mjpeg.refused.no_picture");
     leave_with(client, response("503 Service Unavailable", "text/plain", "no picture has come yet\n"));
   }
 
-  // All streams one below the other. A picture whose stream ended is asked for again until it is back; a page without any, as well.
+  // All streams one below the other. A picture whose stream ended is asked for again until it is back; a page without
+  // any, as well.
   std::string page() const {
     std::string out =
-        "<!DOCTYPE html><title>arkmesh</title>\n<style>body { background: #222; color: #ccc; font-family: sans-serif }\n"
+        "<!DOCTYPE html><title>arkmesh</title>\n<style>body { background: #222; color: #ccc; font-family: sans-serif "
+        "}\n"
         "img { max-width: 100% } a { color: inherit }</style>\n";
     for (const auto& [name, stream] : streams) {
       std::string text;
@@ -146,13 +153,15 @@ struct MjpegServer::State {
     if (streams.empty()) return out + "<meta http-equiv=\"refresh\" content=\"2\"><p>No pictures yet.</p>\n";
     return out +
            "<script>\nfor (const picture of document.images) {\n  const path = picture.getAttribute('src');\n"
-           "  picture.onerror = () => setTimeout(() => { picture.src = path + '?' + Date.now(); }, 1000);\n}\n</script>\n";
+           "  picture.onerror = () => setTimeout(() => { picture.src = path + '?' + Date.now(); }, "
+           "1000);\n}\n</script>\n";
   }
 
   // False: the client has gone, or is done.
   bool write(Client& client) {
     while (client.out) {
-      const ssize_t n = ::send(client.socket.get(), client.out->data() + client.sent, client.out->size() - client.sent, MSG_NOSIGNAL);
+      const ssize_t n =
+          ::send(client.socket.get(), client.out->data() + client.sent, client.out->size() - client.sent, MSG_NOSIGNAL);
       if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
       client.since = Monotonic::now();
       client.sent += static_cast<std::size_t>(n);
@@ -172,7 +181,8 @@ struct MjpegServer::State {
     return true;
   }
 
-  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next. Neither: none has been shown.
+  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next. Neither: none
+  // has been shown.
   struct Stream {
     Bytes jpeg, part;
     Monotonic::time_point shown;
@@ -191,7 +201,8 @@ struct MjpegServer::State {
   Counters counters;
 };
 
-MjpegServer::MjpegServer(const std::string& address, std::uint16_t port) : state_(std::make_unique<State>(address, port)) {}
+MjpegServer::MjpegServer(const std::string& address, std::uint16_t port)
+    : state_(std::make_unique<State>(address, port)) {}
 MjpegServer::~MjpegServer() = default;
 
 std::uint16_t MjpegServer::port() const {
@@ -209,12 +220,13 @@ void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpe
   const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
   State::Stream& entry = state_->streams[stream];
   entry.jpeg = std::make_shared<const std::string>(bytes);
-  entry.part = std::make_shared<const std::string>(
-      fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(), bytes, boundary));
+  entry.part = std::make_shared<const std::string>(fmt::format(
+      "Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(), bytes, boundary));
   entry.shown = Monotonic::now();
   for (State::Client& client : state_->clients) {
     if (client.stream != stream) continue;
-    if (client.stage == State::Stage::glancing) state_->leave_with(client, response("200 OK", "image/jpeg", *entry.jpeg));
+    if (client.stage == State::Stage::glancing)
+      state_->leave_with(client, response("200 OK", "image/jpeg", *entry.jpeg));
     if (client.stage != State::Stage::watching) continue;
     if (client.out) {
       state_->counters.add("mjpeg.skipped");
@@ -230,7 +242,8 @@ void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpe
 void MjpegServer::close(const std::string& stream) {
   if (state_->streams.erase(stream) == 0) return;
   std::erase_if(state_->clients, [&](const State::Client& client) {
-    return client.stream == stream && (client.stage == State::Stage::watching || client.stage == State::Stage::glancing);
+    return client.stream == stream &&
+           (client.stage == State::Stage::watching || client.stage == State::Stage::glancing);
   });
 }
 

@@ -1,5 +1,5 @@
-// Pictures as a camera on the network serves them: motion JPEG over HTTP, which browsers and OpenCV open by URL. Takes pictures that are
-// encoded already. One thread: everything happens inside serve() and show(); nothing here blocks.
+// Pictures as a camera on the network serves them: motion JPEG over HTTP, which browsers and OpenCV open by URL. Takes
+// pictures that are encoded already. One thread: everything happens inside serve() and show(); nothing here blocks.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@
 
 namespace arkmesh::hal {
 
-// GET /NAME streams, GET /NAME.jpg is one picture by itself (the next, when the last is older than a second), GET / a page with all.
-// What clients can make it hold is bounded: in number, in the length of their requests, in one picture each; who sends no request or
-// takes nothing for long is sent away.
+// GET /NAME streams, GET /NAME.jpg is one picture by itself (the next, when the last is older than a second), GET / a
+// page with all. What clients can make it hold is bounded: in number, in the length of their requests, in one picture
+// each; who sends no request or takes nothing for long is sent away.
 class MjpegServer {
  public:
   static constexpr std::size_t most_clients = 32;
@@ -26,15 +26,17 @@ class MjpegServer {
   MjpegServer(const MjpegServer&) = delete;
   MjpegServer& operator=(const MjpegServer&) = delete;
   std::uint16_t port() const;
-  // The stream is there, though nothing was shown yet: clients may come and wait for its pictures. Only so can watchers() decide whether
-  // pictures are encoded at all.
+  // The stream is there, though nothing was shown yet: clients may come and wait for its pictures. Only so can
+  // watchers() decide whether pictures are encoded at all.
   void announce(const std::string& stream);
   // The stream's newest picture. Streams are paths: "camera0" is http://ADDRESS:PORT/camera0; "/" lists them.
   // A client that is still busy with an earlier picture misses this one, which is counted (`mjpeg.skipped`).
   void show(const std::string& stream, std::span<const std::byte> jpeg);
-  // The stream is no more: its clients are sent away, and whoever asks for it is told that there is none, until the next show().
+  // The stream is no more: its clients are sent away, and whoever asks for it is told that there is none, until the
+  // next show().
   void close(const std::string& stream);
-  // How many clients watch that stream now, or wait for one picture of it: nobody needs pictures encoded that nobody watches.
+  // How many clients watch that stream now, or wait for one picture of it: nobody needs pictures encoded that nobody
+  // watches.
   std::size_t watchers(const std::string& stream) const;
   // Takes connections, reads requests, sends what the sockets take. Call it often: at least every few milliseconds.
   void serve();

@@ -1,4 +1,5 @@
-// An arena in which nothing moves and nobody listens: the do-nothing implementation of Arena. Its robots stand on a grid.
+// An arena in which nothing moves and nobody listens: the do-nothing implementation of Arena. Its robots stand on a
+// grid.
 #pragma once
 
 #include <memory>

@@ -2,9 +2,9 @@
 // nothing else; the standard library's distributions differ between implementations and are not used.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <cmath>
 #include <string_view>
 
 namespace arkmesh::hal {

@@ -1,6 +1,6 @@
 // Records what passes a lab's private bus as an LCM event log, plus named CSV tables. Event time stamps are start + lab
-// time, so that lcm-logplayer plays a run at life speed. Never ends a run: a full disk stops the recording, is said once and
-// is counted.
+// time, so that lcm-logplayer plays a run at life speed. Never ends a run: a full disk stops the recording, is said
+// once and is counted.
 #pragma once
 
 #include <filesystem>
@@ -20,11 +20,11 @@ namespace arkmesh::hal {
 class Recorder {
  public:
   struct Options {
-    bool log = true;                          // write the LCM log (tables are always written)
-    std::uint64_t keep_free_bytes = 64 << 20; // stop recording while the disk has less free than this
+    bool log = true;                           // write the LCM log (tables are always written)
+    std::uint64_t keep_free_bytes = 64 << 20;  // stop recording while the disk has less free than this
   };
-  // Writes `directory`/log.lcm and `directory`/<table>.csv; makes the directory. Throws std::runtime_error when it cannot.
-  // `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the log.
+  // Writes `directory`/log.lcm and `directory`/<table>.csv; makes the directory. Throws std::runtime_error when it
+  // cannot. `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the log.
   Recorder(const std::filesystem::path& directory, std::int64_t start_utime, Options options);
   ~Recorder();
 

@@ -29,18 +29,18 @@ struct Sighting {
   RobotId robot = 0;
   Pose pose;
   Led led = Led::off;
-  float confidence = 1;       // 0..1: position and id are right
-  LabTime age{0};             // stamp of the frame minus time of the last true sighting
+  float confidence = 1;  // 0..1: position and id are right
+  LabTime age{0};        // stamp of the frame minus time of the last true sighting
 };
 
 struct PoseFrame {
   LabTime stamp{0};
-  std::uint32_t number = 0;   // counts from 0; a gap is a lost frame
+  std::uint32_t number = 0;      // counts from 0; a gap is a lost frame
   std::vector<Sighting> robots;  // ascending id, each id at most once
 };
 
-// The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message replaces
-// an unsent older one in the same slot, so kinds that exclude each other share a slot. Limits: ArenaInfo.
+// The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message
+// replaces an unsent older one in the same slot, so kinds that exclude each other share a slot. Limits: ArenaInfo.
 struct ToRobot {
   RobotId robot = 0;
   std::uint8_t slot = 0;
@@ -50,11 +50,11 @@ struct ToRobot {
 
 // A circle of the virtual environment as people may see it drawn on the table. Robots see nothing of it.
 struct Mark {
-  double x_m = 0, y_m = 0;    // arena frame
+  double x_m = 0, y_m = 0;  // arena frame
   double radius_m = 0;
-  Led colour = Led::off;      // off is drawn grey
-  bool dashed = false;        // there, but not in force
-  std::string text;           // a few characters beside it
+  Led colour = Led::off;  // off is drawn grey
+  bool dashed = false;    // there, but not in force
+  std::string text;       // a few characters beside it
 };
 
 struct FromRobot {
@@ -72,12 +72,12 @@ struct FleetCommand {
 
 // What became of the messages offered to robots, in totals since the arena began.
 struct Airtime {
-  std::uint64_t offered = 0;    // ToRobot values offered
-  std::uint64_t sent = 0;       // went on the air
-  std::uint64_t replaced = 0;   // overwritten by a newer one before they went on the air
-  std::uint64_t refused = 0;    // unknown robot, or outside the limits of ArenaInfo
-  std::uint64_t not_sent = 0;   // accepted by an arena that talks to nobody (null, replay)
-  std::uint64_t waiting = 0;    // not a total: registers that wait for airtime now
+  std::uint64_t offered = 0;   // ToRobot values offered
+  std::uint64_t sent = 0;      // went on the air
+  std::uint64_t replaced = 0;  // overwritten by a newer one before they went on the air
+  std::uint64_t refused = 0;   // unknown robot, or outside the limits of ArenaInfo
+  std::uint64_t not_sent = 0;  // accepted by an arena that talks to nobody (null, replay)
+  std::uint64_t waiting = 0;   // not a total: registers that wait for airtime now
 };
 
 }  // namespace arkmesh::hal

@@ -1,4 +1,5 @@
-// A chained hash over what a lab's robots and sites did. Settings never enter, so two runs differ only through behaviour.
+// A chained hash over what a lab's robots and sites did. Settings never enter, so two runs differ only through
+// behaviour.
 #pragma once
 
 #include <cstdint>

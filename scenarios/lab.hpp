@@ -1,4 +1,5 @@
-// What a scenario sees of its lab. No bus, socket or wall clock is within reach, so no scenario can work only in simulation.
+// What a scenario sees of its lab. No bus, socket or wall clock is within reach, so no scenario can work only in
+// simulation.
 #pragma once
 
 #include <functional>
@@ -20,24 +21,29 @@ class Lab {
  public:
   // --- who and where ---
   const std::string& name() const { return name_; }
-  const std::vector<std::string>& labs() const { return labs_; }    // all labs of the shared world, ascending, own included
-  const std::string& owner() const { return owner_; }               // the lab that decides the shared things
+  const std::vector<std::string>& labs() const {
+    return labs_;
+  }                                                    // all labs of the shared world, ascending, own included
+  const std::string& owner() const { return owner_; }  // the lab that decides the shared things
   bool is_owner() const { return name_ == owner_; }
   const hal::ArenaInfo& arena() const { return *arena_; }
   const Projection& projection() const { return projections_.find(name_)->second; }
   const Projection& projection(std::string_view lab) const { return projections_.find(lab)->second; }
 
   // --- time ---
-  hal::LabTime now() const { return now_; }                         // stamp of the frame, or time of the boundary
-  std::uint32_t period() const { return period_; }                  // boundaries passed; 0 during begin() and period 0's on_period
+  hal::LabTime now() const { return now_; }         // stamp of the frame, or time of the boundary
+  std::uint32_t period() const { return period_; }  // boundaries passed; 0 during begin() and period 0's on_period
   hal::LabTime period_length() const { return period_length_; }
 
   // --- the shared environment ---
   // Declares a field, in begin(), alike in all labs. Undeclared or ill-formed fields of peers are refused and counted.
   void declare(FieldRule rule) { rules_.push_back(std::move(rule)); }
   // Sets an own field; it is part of every own state from the next boundary on (state 0: what begin() set).
-  void publish(std::string_view field, std::vector<std::int64_t> values) { fields_.insert_or_assign(std::string(field), std::move(values)); }
-  // The merged state of a lab (own lab included) that is in force since the last boundary. Not before on_period of period 0.
+  void publish(std::string_view field, std::vector<std::int64_t> values) {
+    fields_.insert_or_assign(std::string(field), std::move(values));
+  }
+  // The merged state of a lab (own lab included) that is in force since the last boundary. Not before on_period of
+  // period 0.
   const LabState& state(std::string_view lab) const { return states_.find(lab)->second; }
   // A field in state(lab); empty when that state does not hold it.
   const std::vector<std::int64_t>& field(std::string_view lab, std::string_view field) const;
@@ -53,7 +59,9 @@ class Lab {
 
   // --- telling people ---
   // A row of `table`.csv in the run folder; `header` is the comma-separated first line.
-  void row(std::string_view table, std::string_view header, std::string_view values) { if (rows_) rows_(table, header, values); }
+  void row(std::string_view table, std::string_view header, std::string_view values) {
+    if (rows_) rows_(table, header, values);
+  }
   // Something virtual to draw on the table until the next boundary; called in on_period.
   void mark(hal::Mark mark) { marks_.push_back(std::move(mark)); }
   // A total of the result (result.json "counts") and of the status message.

@@ -1,8 +1,8 @@
 #include "scenarios/lab_run.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
@@ -15,7 +15,8 @@ using namespace std::chrono_literals;
 
 constexpr LabRun::Now repeat_world = 50ms, repeat_status = 1s, linger_more = 500ms, linger_most = 60s, fail_linger = 1s;
 constexpr hal::LabTime repeat_info = 60s;
-// Reserved field of state 0: [width_um, height_um, robots, largest id] of the lab's arena; bounds what its robots can claim.
+// Reserved field of state 0: [width_um, height_um, robots, largest id] of the lab's arena; bounds what its robots can
+// claim.
 const std::string arena_field = "lab.arena";
 
 }  // namespace
@@ -36,16 +37,27 @@ const std::vector<std::int64_t>& Lab::initial_field(std::string_view lab, std::s
 
 hal::RandomStream& Lab::random(std::string_view purpose) {
   if (const auto it = streams_.find(purpose); it != streams_.end()) return it->second;
-  return streams_.emplace(std::string(purpose), hal::RandomStream(seed_, fmt::format("{}/{}", name_, purpose))).first->second;
+  return streams_.emplace(std::string(purpose), hal::RandomStream(seed_, fmt::format("{}/{}", name_, purpose)))
+      .first->second;
 }
 
-LabRun::LabRun(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena, Scenario& scenario,
-               hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
-    : config_(std::move(config)), settings_(std::move(settings)), arena_(arena), scenario_(scenario), bus_(private_bus),
-      recorder_(recorder), nonce_(nonce),
-      gate_({.lab = config_.lab, .labs = config_.labs, .slack = config_.slack, .last_period = config_.last_period, .nonce = nonce,
+LabRun::LabRun(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
+               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
+    : config_(std::move(config)),
+      settings_(std::move(settings)),
+      arena_(arena),
+      scenario_(scenario),
+      bus_(private_bus),
+      recorder_(recorder),
+      nonce_(nonce),
+      gate_({.lab = config_.lab,
+             .labs = config_.labs,
+             .slack = config_.slack,
+             .last_period = config_.last_period,
+             .nonce = nonce,
              .can_wait = arena.info().can_wait,
-             .check = [this](std::string_view lab, const LabState& state, const LabState& initial) { return why_refused(lab, state, initial); }}),
+             .check = [this](std::string_view lab, const LabState& state,
+                             const LabState& initial) { return why_refused(lab, state, initial); }}),
       watch_(config_.lab, gate_.peers()) {
   lab_.name_ = config_.lab;
   lab_.owner_ = config_.owner;
@@ -54,30 +66,38 @@ LabRun::LabRun(RunConfig config, std::map<std::string, std::string, std::less<>>
   lab_.projections_ = config_.projections;
   lab_.period_length_ = config_.period;
   lab_.seed_ = config_.seed;
-  lab_.rows_ = [this](std::string_view table, std::string_view header, std::string_view values) { recorder_.row(table, header, values); };
+  lab_.rows_ = [this](std::string_view table, std::string_view header, std::string_view values) {
+    recorder_.row(table, header, values);
+  };
 
   const auto on = [this](const std::string& pattern, hal::Bus::Handler handler) {
     subscriptions_.push_back(bus_.subscribe(pattern, std::move(handler)));
   };
-  on(".*", [this](std::string_view channel, std::span<const std::byte> bytes) { recorder_.record(arena_.clock().now(), channel, bytes); });
+  on(".*", [this](std::string_view channel, std::span<const std::byte> bytes) {
+    recorder_.record(arena_.clock().now(), channel, bytes);
+  });
   on(hal::channel::poses, [this, message = pose_frame_t()](std::string_view, std::span<const std::byte> bytes) mutable {
     if (!hal::decode(bytes, message)) return counters_.add("poses.refused.undecodable");
     // Parts of one frame come in order on a lab's own bus.
-    if (message.part == 0) frame_ = hal::from_message(message);
-    else for (const hal::Sighting& s : hal::from_message(message).robots) frame_.robots.push_back(s);
+    if (message.part == 0)
+      frame_ = hal::from_message(message);
+    else
+      for (const hal::Sighting& s : hal::from_message(message).robots) frame_.robots.push_back(s);
     if (message.part + 1 < message.parts) return;
     lab_.now_ = frame_.stamp;
     hash_.add(frame_);
     scenario_.on_poses(lab_, frame_);
     deliver();
   });
-  on(hal::channel::to_robots, [this, message = to_robots_t()](std::string_view, std::span<const std::byte> bytes) mutable {
-    if (!hal::decode(bytes, message)) return counters_.add("to_robots.refused.undecodable");
-    arena_.robots().offer(hal::from_message(message));
-  });
+  on(hal::channel::to_robots,
+     [this, message = to_robots_t()](std::string_view, std::span<const std::byte> bytes) mutable {
+       if (!hal::decode(bytes, message)) return counters_.add("to_robots.refused.undecodable");
+       arena_.robots().offer(hal::from_message(message));
+     });
   const auto command = [this](std::string_view channel, std::span<const std::byte> bytes) {
     fleet_command_t message;
-    if (!check_fleet_command(bytes).empty() || !hal::decode(bytes, message)) return counters_.add("fleet_command.refused.undecodable");
+    if (!check_fleet_command(bytes).empty() || !hal::decode(bytes, message))
+      return counters_.add("fleet_command.refused.undecodable");
     const auto decoded = hal::from_message(message);
     if (!decoded) return counters_.add("fleet_command.refused.unknown");
     if (channel != hal::channel::fleet_command) counters_.add("operator.commands");
@@ -90,7 +110,8 @@ LabRun::LabRun(RunConfig config, std::map<std::string, std::string, std::less<>>
     const std::string_view peer = channel.substr(0, channel.find('/'));
     watch_.hear_status(peer, gate_.nonce(peer), bytes, now_);
   });
-  on(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) { watch_.hear_peers(bytes, now_); });
+  on(hal::channel::peers,
+     [this](std::string_view, std::span<const std::byte> bytes) { watch_.hear_peers(bytes, now_); });
 }
 
 LabRun::~LabRun() = default;
@@ -103,7 +124,9 @@ LabRun::Step LabRun::step(Now now) {
   bus_.drain();
   if (now_ >= status_due_) publish_status();
   switch (phase_) {
-    case Phase::starting: begin(); return Step::advanced;
+    case Phase::starting:
+      begin();
+      return Step::advanced;
     case Phase::running:
       if (!follow_rooms()) return wait(gate_.room_period(lab_.period_ + 1));
       next_event();
@@ -117,8 +140,10 @@ LabRun::Step LabRun::step(Now now) {
       finish();
       return Step::advanced;
     case Phase::lingering:
-    case Phase::failing: return linger();
-    case Phase::ended: return Step::ended;
+    case Phase::failing:
+      return linger();
+    case Phase::ended:
+      return Step::ended;
   }
   return Step::ended;
 }
@@ -128,7 +153,8 @@ void LabRun::begin() {
   bus_.publish(hal::channel::arena, info);
   lab_.declare({arena_field, 4, 0, 1'000'000'000, false, true});
   const hal::ArenaInfo& arena = arena_.info();
-  lab_.publish(arena_field, {to_micro(arena.width_m), to_micro(arena.height_m), static_cast<std::int64_t>(arena.robots.size()), arena.max_robot});
+  lab_.publish(arena_field, {to_micro(arena.width_m), to_micro(arena.height_m),
+                             static_cast<std::int64_t>(arena.robots.size()), arena.max_robot});
   scenario_.begin(lab_);
   advance(hal::LabTime{0});
   close_period();
@@ -147,7 +173,8 @@ void LabRun::next_event() {
 
 void LabRun::advance(hal::LabTime t) {
   arena_.advance_to(t);
-  if (auto heard = arena_.robots().heard(); !heard.empty()) bus_.publish(hal::channel::from_robots, hal::to_message(heard, t));
+  if (auto heard = arena_.robots().heard(); !heard.empty())
+    bus_.publish(hal::channel::from_robots, hal::to_message(heard, t));
   if (auto frame = arena_.poses().latest()) {
     for (const pose_frame_t& part : hal::to_messages(*frame)) bus_.publish(hal::channel::poses, part);
     bus_.drain();
@@ -158,7 +185,8 @@ void LabRun::advance(hal::LabTime t) {
 // What the scenario said, as one batch.
 void LabRun::deliver() {
   if (!lab_.said_.empty()) bus_.publish(hal::channel::to_robots, hal::to_message(lab_.said_, lab_.now_, frame_.number));
-  for (const hal::FleetCommand& command : lab_.commands_) bus_.publish(hal::channel::fleet_command, hal::to_message(command, lab_.now_));
+  for (const hal::FleetCommand& command : lab_.commands_)
+    bus_.publish(hal::channel::fleet_command, hal::to_message(command, lab_.now_));
   lab_.said_.clear();
   lab_.commands_.clear();
 }
@@ -187,7 +215,8 @@ void LabRun::close_period() {
     const auto it = lab_.fields_.find(rule.name);
     if (it == lab_.fields_.end() || (rule.initial_only && boundary_ > 0)) continue;
     own.fields.emplace(rule.name, it->second);
-    if (!rule.initial_only) for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
+    if (!rule.initial_only)
+      for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
   }
   for (const auto& [purpose, stream] : lab_.streams_) hash_.add(stream.count());
   if (boundary_ == 0) own.settings = settings_;
@@ -222,7 +251,8 @@ void LabRun::merge_period() {
   deliver();
   bus_.publish(hal::channel::shared, view);
   if (!lab_.marks_.empty()) bus_.publish(hal::channel::marks, hal::to_message(lab_.marks_, lab_.now_));
-  if (config_.period * k % repeat_info == hal::LabTime{0}) bus_.publish(hal::channel::arena, hal::to_message(arena_.info()));
+  if (config_.period * k % repeat_info == hal::LabTime{0})
+    bus_.publish(hal::channel::arena, hal::to_message(arena_.info()));
   bus_.drain();
   recorder_.flush();
   began_period_ = now_;
@@ -235,7 +265,8 @@ void LabRun::merge_period() {
   enter(Phase::completing);
 }
 
-// Free mode, arena that can wait: not ahead of the rooms; without news of any room for two periods, at real time by our own clock.
+// Free mode, arena that can wait: not ahead of the rooms; without news of any room for two periods, at real time by our
+// own clock.
 bool LabRun::follow_rooms() {
   if (lab_.period_ == 0 || gate_.may_begin(lab_.period_ + 1)) return true;
   return now_ - last_news_ > 2 * config_.period && now_ - began_period_ >= config_.period;
@@ -260,7 +291,8 @@ void LabRun::publish_status() {
   m.speed = wall_s > 0 ? static_cast<double>(m.stamp_us) * 1e-6 / wall_s : 0;
   m.can_wait = arena_.info().can_wait;
   m.counters = hal::to_message(drops());
-  for (counter_t& c : hal::to_message(lab_.counts())) m.counters.push_back(std::move(c)), m.counters.back().name.insert(0, "counts.");
+  for (counter_t& c : hal::to_message(lab_.counts()))
+    m.counters.push_back(std::move(c)), m.counters.back().name.insert(0, "counts.");
   m.n_counters = static_cast<std::int32_t>(m.counters.size());
   bus_.publish(hal::channel::status, m);
   status_due_ = now_ + repeat_status;
@@ -268,7 +300,8 @@ void LabRun::publish_status() {
 
 void LabRun::hear_world(std::string_view channel, std::span<const std::byte> bytes) {
   WorldMessage message;
-  if (const std::string_view why = decode_world(bytes, message); !why.empty()) return counters_.add(fmt::format("world.refused.{}", why));
+  if (const std::string_view why = decode_world(bytes, message); !why.empty())
+    return counters_.add(fmt::format("world.refused.{}", why));
   const std::string_view origin = channel.substr(0, channel.find('/'));
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
@@ -278,11 +311,15 @@ void LabRun::hear_world(std::string_view channel, std::span<const std::byte> byt
     case PeriodGate::Heard::taught:
       publish_world();  // so that the peer learns our nonce without waiting for a repetition
       break;
-    case PeriodGate::Heard::refused: break;
-    case PeriodGate::Heard::restarted:
-      if (gate_.mode() != PeriodGate::Mode::free && phase_ != Phase::lingering) fail(fmt::format("{} was restarted at period {}", origin, lab_.period_));
+    case PeriodGate::Heard::refused:
       break;
-    case PeriodGate::Heard::different: fail(fmt::format("the labs' settings differ: {}", gate_.difference())); break;
+    case PeriodGate::Heard::restarted:
+      if (gate_.mode() != PeriodGate::Mode::free && phase_ != Phase::lingering)
+        fail(fmt::format("{} was restarted at period {}", origin, lab_.period_));
+      break;
+    case PeriodGate::Heard::different:
+      fail(fmt::format("the labs' settings differ: {}", gate_.difference()));
+      break;
   }
 }
 
@@ -290,12 +327,14 @@ void LabRun::hear_world(std::string_view channel, std::span<const std::byte> byt
 std::string_view LabRun::why_refused(std::string_view lab, const LabState& state, const LabState& first) const {
   const bool initial = state.period == 0;
   for (const auto& [name, values] : state.fields) {
-    const auto rule = std::find_if(lab_.rules_.begin(), lab_.rules_.end(), [&name = name](const FieldRule& r) { return r.name == name; });
+    const auto rule = std::find_if(lab_.rules_.begin(), lab_.rules_.end(),
+                                   [&name = name](const FieldRule& r) { return r.name == name; });
     if (rule == lab_.rules_.end()) return "unknown_field";
     if (rule->owner_only && lab != config_.owner) return "not_owner";
     if (rule->initial_only && !initial) return "initial_field";
     if (values.size() != rule->length) return "field_length";
-    for (const std::int64_t value : values) if (value < rule->low || value > rule->high) return "field_value";
+    for (const std::int64_t value : values)
+      if (value < rule->low || value > rule->high) return "field_value";
   }
   const auto own = initial ? state.fields.find(arena_field) : state.fields.end();
   if (initial && own == state.fields.end()) return "no_arena";
@@ -313,7 +352,8 @@ std::string_view LabRun::why_refused(std::string_view lab, const LabState& state
   return {};
 }
 
-// Repeats what peers need and tells the dead from the cut off. `wanted`: the period of the peers' states that is waited for.
+// Repeats what peers need and tells the dead from the cut off. `wanted`: the period of the peers' states that is waited
+// for.
 LabRun::Step LabRun::wait(std::uint32_t wanted) {
   if (now_ >= world_due_) publish_world();
   for (const std::string& peer : gate_.peers()) {
@@ -333,7 +373,8 @@ LabRun::Step LabRun::wait(std::uint32_t wanted) {
         }
         break;
       case PeerWatch::Life::unknown:
-      case PeerWatch::Life::alive: break;
+      case PeerWatch::Life::alive:
+        break;
     }
     set_state_text(fmt::format("waiting for {}: {}", peer, words));
     break;
@@ -354,7 +395,9 @@ void LabRun::fail(std::string_view why) {
   recorder_.flush();
 }
 
-void LabRun::stop(std::string_view why) { fail(why); }
+void LabRun::stop(std::string_view why) {
+  fail(why);
+}
 
 void LabRun::finish() {
   set_state_text("finished");
@@ -377,8 +420,10 @@ LabRun::Step LabRun::linger() {
              (!strict() && gate_.done(peer));
     });
     if (over) counters_.add("gate.linger_gave_up");
-    if (!all) acknowledged_at_ = Now{-1};
-    else if (acknowledged_at_ < Now{0}) acknowledged_at_ = now_;
+    if (!all)
+      acknowledged_at_ = Now{-1};
+    else if (acknowledged_at_ < Now{0})
+      acknowledged_at_ = now_;
     over = over || (all && (gate_.peers().empty() || now_ - acknowledged_at_ >= linger_more));
   }
   if (!over) return Step::waiting;
@@ -386,7 +431,9 @@ LabRun::Step LabRun::linger() {
   return Step::ended;
 }
 
-void LabRun::set_state_text(std::string text) { state_text_ = std::move(text); }
+void LabRun::set_state_text(std::string text) {
+  state_text_ = std::move(text);
+}
 
 std::map<std::string, std::uint64_t> LabRun::hash_by_lab() const {
   std::map<std::string, std::uint64_t> hashes;

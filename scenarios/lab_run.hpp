@@ -1,5 +1,6 @@
-// One lab's run: arena, scenario and period gate joined over the lab's private bus, as a resumable step. The caller owns time: a lab process
-// passes monotonic wall time, `arkmesh run` passes step time; neither reaches a result. Single-threaded.
+// One lab's run: arena, scenario and period gate joined over the lab's private bus, as a resumable step. The caller
+// owns time: a lab process passes monotonic wall time, `arkmesh run` passes step time; neither reaches a result.
+// Single-threaded.
 #pragma once
 
 #include <chrono>
@@ -32,8 +33,8 @@ class LabRun {
   };
 
   // The references outlive the run. `settings` is what all labs must have alike (shared_settings).
-  LabRun(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena, Scenario& scenario,
-         hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce);
+  LabRun(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
+         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce);
   ~LabRun();
 
   // Handles what is on the private bus, then at most one frame or one boundary. Throws what arena or scenario throw.
@@ -41,9 +42,11 @@ class LabRun {
   // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
   void stop(std::string_view why);
 
-  bool finished() const { return phase_ == Phase::ended && !failed_; }  // reached the last boundary and has the final hash
-  const std::string& reason() const { return reason_; }               // why it failed
-  const std::string& state_text() const { return state_text_; }       // what it is doing, for progress and `status`
+  bool finished() const {
+    return phase_ == Phase::ended && !failed_;
+  }                                                              // reached the last boundary and has the final hash
+  const std::string& reason() const { return reason_; }          // why it failed
+  const std::string& state_text() const { return state_text_; }  // what it is doing, for progress and `status`
   std::uint32_t period() const { return lab_.period(); }
   std::uint32_t last_period() const { return gate_.last_period(); }
   const RunConfig& config() const { return config_; }
@@ -89,14 +92,14 @@ class LabRun {
   PeriodGate gate_;
   PeerWatch watch_;
   BehaviourHash hash_;
-  hal::PoseFrame frame_;                  // the newest
-  std::uint32_t next_frame_ = 0;          // number of the next frame to come
+  hal::PoseFrame frame_;          // the newest
+  std::uint32_t next_frame_ = 0;  // number of the next frame to come
   Phase phase_ = Phase::starting;
   bool failed_ = false;
   std::string reason_, state_text_ = "starting";
-  std::uint32_t boundary_ = 0;            // the one whose own state was published last
-  Now now_{0};                            // of the current step
-  Now world_due_{0}, status_due_{0};      // when to repeat
+  std::uint32_t boundary_ = 0;        // the one whose own state was published last
+  Now now_{0};                        // of the current step
+  Now world_due_{0}, status_due_{0};  // when to repeat
   Now waiting_since_{0}, began_period_{0}, last_news_{0}, moved_at_{-1};
   Now linger_until_{0}, acknowledged_at_{-1};
   hal::Counters counters_;

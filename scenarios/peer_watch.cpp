@@ -1,8 +1,8 @@
 #include "scenarios/peer_watch.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
@@ -15,20 +15,24 @@ PeerWatch::PeerWatch(std::string lab, const std::vector<std::string>& peers) : l
   for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
 }
 
-void PeerWatch::hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes, Now now) {
+void PeerWatch::hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes,
+                            Now now) {
   const auto it = peers_.find(peer);
   if (it == peers_.end()) return counters_.add("status.refused.unknown_lab");
-  if (const std::string_view why = check_status(bytes); !why.empty()) return counters_.add(fmt::format("status.refused.{}", why));
+  if (const std::string_view why = check_status(bytes); !why.empty())
+    return counters_.add(fmt::format("status.refused.{}", why));
   lab_status_t status;
   if (!hal::decode(bytes, status)) return counters_.add("status.refused.undecodable");
   if (status.lab != peer) return counters_.add("status.refused.other_name");
-  if (bound_nonce != 0 && static_cast<std::uint64_t>(status.nonce) != bound_nonce) return counters_.add("status.refused.other_run");
+  if (bound_nonce != 0 && static_cast<std::uint64_t>(status.nonce) != bound_nonce)
+    return counters_.add("status.refused.other_run");
   it->second.status = now;
   it->second.state = status.state.substr(0, 200);
 }
 
 void PeerWatch::hear_peers(std::span<const std::byte> bytes, Now now) {
-  if (const std::string_view why = check_peers(bytes); !why.empty()) return counters_.add(fmt::format("peers.refused.{}", why));
+  if (const std::string_view why = check_peers(bytes); !why.empty())
+    return counters_.add(fmt::format("peers.refused.{}", why));
   peers_t message;
   if (!hal::decode(bytes, message)) return counters_.add("peers.refused.undecodable");
   if (message.lab != lab_) return counters_.add("peers.refused.other_name");
@@ -41,8 +45,10 @@ void PeerWatch::hear_peers(std::span<const std::byte> bytes, Now now) {
     const auto it = peers_.find(said.lab);
     if (it == peers_.end()) continue;
     it->second.why = said.why.substr(0, 200);
-    if (!said.up) it->second.up.reset();
-    else if (!it->second.up) it->second.up = now;
+    if (!said.up)
+      it->second.up.reset();
+    else if (!it->second.up)
+      it->second.up = now;
   }
 }
 
@@ -59,12 +65,18 @@ PeerWatch::Life PeerWatch::life(std::string_view peer, bool bound, Now now) cons
 std::string PeerWatch::words(std::string_view peer, bool bound, Now now) const {
   const Peer& p = peers_.find(peer)->second;
   switch (life(peer, bound, now)) {
-    case Life::failed: return p.state;
-    case Life::gateway_silent: return fmt::format("the gateway of {} is silent; start it with: arkmesh gateway", lab_);
-    case Life::link_down: return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
-    case Life::unknown: return "not started yet";
-    case Life::dead: return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
-    case Life::alive: return p.state.empty() ? "running" : p.state;
+    case Life::failed:
+      return p.state;
+    case Life::gateway_silent:
+      return fmt::format("the gateway of {} is silent; start it with: arkmesh gateway", lab_);
+    case Life::link_down:
+      return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
+    case Life::unknown:
+      return "not started yet";
+    case Life::dead:
+      return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
+    case Life::alive:
+      return p.state.empty() ? "running" : p.state;
   }
   return {};
 }

@@ -1,9 +1,9 @@
 #include "scenarios/period_gate.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
-
-#include <fmt/format.h>
 
 namespace arkmesh::scenarios {
 
@@ -17,9 +17,11 @@ PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
     }
 }
 
-// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A room runs ahead by as much
-// as its clock began earlier; 256 periods of it are kept.
-std::size_t PeriodGate::kept() const { return mode_ == Mode::free ? 256 : 2 * options_.slack + 2; }
+// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A room runs ahead by as
+// much as its clock began earlier; 256 periods of it are kept.
+std::size_t PeriodGate::kept() const {
+  return mode_ == Mode::free ? 256 : 2 * options_.slack + 2;
+}
 
 void PeriodGate::publish(LabState own) {
   assert(static_cast<std::int64_t>(own.period) == published_ + 1);
@@ -44,7 +46,8 @@ WorldMessage PeriodGate::message() const {
   const std::size_t skip = own_.size() > options_.window ? own_.size() - options_.window : 0;
   auto first = std::next(own_.begin(), static_cast<std::ptrdiff_t>(skip));
   // In free mode nobody waits for a peer that has missed state 0 until now.
-  if (published_ >= 0 && !initial_known && first->first != 0 && options_.window > 1 && mode_ == Mode::free) m.window.push_back(initial_);
+  if (published_ >= 0 && !initial_known && first->first != 0 && options_.window > 1 && mode_ == Mode::free)
+    m.window.push_back(initial_);
   for (; first != own_.end(); ++first) m.window.push_back(first->second);
   return m;
 }
@@ -123,7 +126,8 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   peer.can_wait = message.can_wait;
   peer.acknowledged = std::max(peer.acknowledged, ack->second.received);
   for (const LabState& state : message.window) accept(peer, state);
-  if (message.done && !message.window.empty() && peer.received >= static_cast<std::int64_t>(message.window.back().period))
+  if (message.done && !message.window.empty() &&
+      peer.received >= static_cast<std::int64_t>(message.window.back().period))
     peer.done = true;
   counters_.add("world.counted");
   decide_mode();
@@ -175,7 +179,8 @@ std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint
     }
     const std::int64_t period = newest->first;
     if (period < want && k > 0) counters_.add("gate.late." + lab);
-    if (period > peer.applied + 1) counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
+    if (period > peer.applied + 1)
+      counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
     peer.applied = std::max(peer.applied, period);
     merged.emplace_back(lab, &newest->second);
   }
@@ -199,9 +204,15 @@ bool PeriodGate::acknowledged_by_all(std::uint32_t period) const {
                      [&](const auto& entry) { return entry.second.acknowledged >= static_cast<std::int64_t>(period); });
 }
 
-std::int64_t PeriodGate::received(std::string_view peer) const { return peers_.find(peer)->second.received; }
-bool PeriodGate::bound(std::string_view peer) const { return peers_.find(peer)->second.bound; }
-bool PeriodGate::done(std::string_view peer) const { return peers_.find(peer)->second.done; }
+std::int64_t PeriodGate::received(std::string_view peer) const {
+  return peers_.find(peer)->second.received;
+}
+bool PeriodGate::bound(std::string_view peer) const {
+  return peers_.find(peer)->second.bound;
+}
+bool PeriodGate::done(std::string_view peer) const {
+  return peers_.find(peer)->second.done;
+}
 bool PeriodGate::acknowledged(std::string_view peer, std::uint32_t period) const {
   return peers_.find(peer)->second.acknowledged >= static_cast<std::int64_t>(period);
 }

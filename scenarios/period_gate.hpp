@@ -1,6 +1,7 @@
-// Decides which states of all labs are merged at which boundary. Counts what peers have said; never talks to anybody, never waits and
-// knows no wall clock. Strict when every arena can wait: boundary k merges exactly the states max(0, k - slack), whatever the network did.
-// Free as soon as one arena cannot: boundary k merges the newest states at or before k - slack.
+// Decides which states of all labs are merged at which boundary. Counts what peers have said; never talks to anybody,
+// never waits and knows no wall clock. Strict when every arena can wait: boundary k merges exactly the states max(0, k
+// - slack), whatever the network did. Free as soon as one arena cannot: boundary k merges the newest states at or
+// before k - slack.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +24,14 @@ class PeriodGate {
 
   struct Options {
     std::string lab;
-    std::vector<std::string> labs;   // all, own included
-    std::uint32_t slack = 0;         // 0..8
-    std::uint32_t last_period = 0;   // K
-    std::uint64_t nonce = 1;         // of this lab and run, never 0
+    std::vector<std::string> labs;  // all, own included
+    std::uint32_t slack = 0;        // 0..8
+    std::uint32_t last_period = 0;  // K
+    std::uint64_t nonce = 1;        // of this lab and run, never 0
     bool can_wait = true;
-    std::uint32_t window = 0;        // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
-    // Refuses a peer's state that cannot be true; empty when it can. Must not depend on anything but its arguments and state 0s.
+    std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
+    // Refuses a peer's state that cannot be true; empty when it can. Must not depend on anything but its arguments and
+    // state 0s.
     std::function<std::string_view(std::string_view lab, const LabState&, const LabState& initial)> check = {};
   };
 
@@ -38,7 +40,7 @@ class PeriodGate {
   // --- own side ---
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
   void publish(LabState own);
-  std::int64_t published() const { return published_; }   // -1 before state 0
+  std::int64_t published() const { return published_; }  // -1 before state 0
   // Boundary `period` becomes the last one.
   void finish_at(std::uint32_t period) { options_.last_period = period; }
   std::uint32_t last_period() const { return options_.last_period; }
@@ -60,8 +62,8 @@ class PeriodGate {
   Mode mode() const { return mode_; }
   // The states that boundary k merges are there.
   bool may_merge(std::uint32_t k) const;
-  // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const member.
-  // Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
+  // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const
+  // member. Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
   std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
   // Free mode, for a lab that can wait: every room has told state k - slack - 1, so that period k may begin.
   bool may_begin(std::uint32_t k) const;
@@ -73,20 +75,20 @@ class PeriodGate {
   bool acknowledged_by_all(std::uint32_t period) const;
 
   // --- about one peer ---
-  std::int64_t received(std::string_view peer) const;   // highest period received (strict: without gap); -1 none
-  bool bound(std::string_view peer) const;              // its states count
-  bool done(std::string_view peer) const;               // its newest state is its last
+  std::int64_t received(std::string_view peer) const;  // highest period received (strict: without gap); -1 none
+  bool bound(std::string_view peer) const;             // its states count
+  bool done(std::string_view peer) const;              // its newest state is its last
   bool acknowledged(std::string_view peer, std::uint32_t period) const;
-  const LabState* newest(std::string_view peer) const;  // null before state 0
-  const LabState* initial(std::string_view peer) const; // its state 0, kept for the whole run; null before it came
-  std::uint64_t nonce(std::string_view peer) const;     // of the run that counts; 0 before it is bound, or for a stranger
+  const LabState* newest(std::string_view peer) const;   // null before state 0
+  const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
+  std::uint64_t nonce(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
   const std::vector<std::string>& peers() const { return peer_names_; }
 
   const hal::Counters& counters() const { return counters_; }
 
  private:
   struct Peer {
-    std::uint64_t nonce = 0;        // as last heard
+    std::uint64_t nonce = 0;  // as last heard
     bool bound = false;
     bool can_wait = true;
     bool done = false;
@@ -94,7 +96,7 @@ class PeriodGate {
     std::int64_t acknowledged = -1;  // highest own period it has received
     std::int64_t applied = -1;       // period merged last
     std::map<std::uint32_t, LabState> states;
-    LabState initial;                // state 0, once received >= 0
+    LabState initial;  // state 0, once received >= 0
   };
   Heard refuse(std::string_view why);
   std::string_view why_refused(const Peer& peer, const WorldMessage& message) const;
@@ -108,7 +110,7 @@ class PeriodGate {
   std::vector<std::string> peer_names_;
   Mode mode_ = Mode::undecided;
   std::int64_t published_ = -1;
-  LabState initial_;                      // own state 0
+  LabState initial_;                       // own state 0
   std::map<std::uint32_t, LabState> own_;  // newest window
   std::map<std::string, Peer, std::less<>> peers_;
   std::string difference_;

@@ -1,9 +1,9 @@
 #include "scenarios/run_config.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "hal/messages.hpp"
 
@@ -21,7 +21,8 @@ hal::LabTime whole_micro(const hal::Section& section, std::string_view key, doub
 
 RunConfig read_run_config(const hal::Section& root) {
   RunConfig c;
-  const hal::Section lab = root.section("lab"), run = root.section("run"), shared = root.section("shared"), gate = root.section("gate");
+  const hal::Section lab = root.section("lab"), run = root.section("run"), shared = root.section("shared"),
+                     gate = root.section("gate");
 
   c.lab = lab.required_text("name");
   if (!hal::is_lab_name(c.lab)) lab.refuse("name", "must be 1 to 15 of the characters a-z 0-9 _ -");
@@ -32,13 +33,15 @@ RunConfig read_run_config(const hal::Section& root) {
   c.period = whole_micro(gate, "period_s", gate.number("period_s", 2.0, {0.01, 3600}));
   const hal::LabTime duration = whole_micro(run, "duration_s", duration_s);
   if (duration.count() % c.period.count() != 0)
-    run.refuse("duration_s", fmt::format("must be a whole number of periods (gate.period_s = {})", c.period.count() * 1e-6));
+    run.refuse("duration_s",
+               fmt::format("must be a whole number of periods (gate.period_s = {})", c.period.count() * 1e-6));
   c.last_period = static_cast<std::uint32_t>(duration / c.period);
 
   c.labs = shared.texts("labs", {c.lab});
   std::sort(c.labs.begin(), c.labs.end());
   for (const std::string& name : c.labs)
-    if (!hal::is_lab_name(name)) shared.refuse("labs", fmt::format("'{}' is no lab name: 1 to 15 of the characters a-z 0-9 _ -", name));
+    if (!hal::is_lab_name(name))
+      shared.refuse("labs", fmt::format("'{}' is no lab name: 1 to 15 of the characters a-z 0-9 _ -", name));
   if (std::adjacent_find(c.labs.begin(), c.labs.end()) != c.labs.end()) shared.refuse("labs", "names a lab twice");
   if (c.labs.size() > 16) shared.refuse("labs", "names more than 16 labs");
   if (!std::binary_search(c.labs.begin(), c.labs.end(), c.lab))

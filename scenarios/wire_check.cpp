@@ -74,10 +74,10 @@ void walk_counters(Walker& w) {
 }
 
 void walk_state(Walker& w) {
-  w.skip(4 + 8);                                                        // period, hash
-  w.skip(robot_bytes * static_cast<std::size_t>(w.count(robot_bytes)));  // robots
+  w.skip(4 + 8);                                                                              // period, hash
+  w.skip(robot_bytes * static_cast<std::size_t>(w.count(robot_bytes)));                       // robots
   w.list(min_text + 4, [&] { w.text(), w.skip(8 * static_cast<std::size_t>(w.count(8))); });  // fields
-  w.list(2 * min_text, [&] { w.text(), w.text(); });                    // settings
+  w.list(2 * min_text, [&] { w.text(), w.text(); });                                          // settings
 }
 
 }  // namespace
@@ -86,9 +86,9 @@ std::string_view check_world(std::span<const std::byte> bytes) {
   Walker w(bytes);
   w.fingerprint(world_t::getHash());
   w.text();
-  w.skip(8 + 1 + 1);                                  // nonce, can_wait, done
+  w.skip(8 + 1 + 1);                                     // nonce, can_wait, done
   w.list(min_text + 12, [&] { w.text(), w.skip(12); });  // acks
-  w.list(24, [&] { walk_state(w); });                 // window
+  w.list(24, [&] { walk_state(w); });                    // window
   return w.verdict();
 }
 

@@ -1,5 +1,5 @@
-// A Kilobot's boot loader: which pages of a new program have come, and what its LED shows meanwhile. Keeps no program: simulated robots go
-// on with theirs.
+// A Kilobot's boot loader: which pages of a new program have come, and what its LED shows meanwhile. Keeps no program:
+// simulated robots go on with theirs.
 #pragma once
 
 #include <bitset>
@@ -21,10 +21,16 @@ class BootLoader {
   // True: the robot leaves the boot loader, through its reset.
   bool hear(const Message& message) {
     switch (message.type) {
-      case type_boot: start(); return false;
-      case type_boot_size: announced_ = message.data[0]; return complete();
-      case type_boot_page: return add(message.data[0]);
-      default: return written_.none();  // any other message, as long as there is no half program
+      case type_boot:
+        start();
+        return false;
+      case type_boot_size:
+        announced_ = message.data[0];
+        return complete();
+      case type_boot_page:
+        return add(message.data[0]);
+      default:
+        return written_.none();  // any other message, as long as there is no half program
     }
   }
   // Kilolib colour. While it waits it flashes blue, too briefly for a camera.

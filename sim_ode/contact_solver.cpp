@@ -1,6 +1,6 @@
-// Contacts are constraints on the step ahead: two bodies may close their gap but not go beyond, so nothing has to be pushed
-// apart afterwards. A contact alone is solved at once, a small cluster by repeating that for each of its contacts in turn; for a
-// crowd ODE's quick step does the same with less work per contact.
+// Contacts are constraints on the step ahead: two bodies may close their gap but not go beyond, so nothing has to be
+// pushed apart afterwards. A contact alone is solved at once, a small cluster by repeating that for each of its
+// contacts in turn; for a crowd ODE's quick step does the same with less work per contact.
 #include "sim_ode/contact_solver.hpp"
 
 #include <ode/ode.h>
@@ -20,12 +20,15 @@ constexpr double step_s = tick_us * 1e-6;
 // Share of a penetration that is undone in a step.
 constexpr double push_out = 0.5;
 constexpr int ode_iterations = 8;
-// Contacts of a cluster that is not worth the way to ODE (measured: at 400 robots/m2 the way costs a fifth), and when it is solved.
+// Contacts of a cluster that is not worth the way to ODE (measured: at 400 robots/m2 the way costs a fifth), and when
+// it is solved.
 constexpr std::size_t small_cluster = 256;
 constexpr int most_rounds = 16;
 constexpr double solved_m = 1e-5;
 
-double allowed_m(double gap_m) { return gap_m > 0 ? gap_m : push_out * gap_m; }
+double allowed_m(double gap_m) {
+  return gap_m > 0 ? gap_m : push_out * gap_m;
+}
 
 // ODE's own tables, made once and kept to the process's end: arenas may be destroyed among the last things.
 struct OdeLibrary {
@@ -63,11 +66,12 @@ struct ContactSolver::Ode {
   dWorldID world;
   dJointGroupID contacts;
   std::vector<dBodyID> bodies;
-  std::vector<int> lent_to;     // our body, by ODE's in use
-  std::vector<int> body_of;     // our body -> ODE's in use, -1
+  std::vector<int> lent_to;  // our body, by ODE's in use
+  std::vector<int> body_of;  // our body -> ODE's in use, -1
 };
 
-ContactSolver::ContactSolver(double friction, std::uint64_t seed) : friction_(friction), seed_(seed), ode_(std::make_unique<Ode>()) {}
+ContactSolver::ContactSolver(double friction, std::uint64_t seed)
+    : friction_(friction), seed_(seed), ode_(std::make_unique<Ode>()) {}
 
 ContactSolver::~ContactSolver() = default;
 
@@ -85,7 +89,8 @@ int ContactSolver::add_body(int robot, double dx_m, double dy_m, double roll_m) 
   return body;
 }
 
-void ContactSolver::add(int a, int b, double normal_x, double normal_y, double gap_m, bool closes, double push_m, double rub_m, int source) {
+void ContactSolver::add(int a, int b, double normal_x, double normal_y, double gap_m, bool closes, double push_m,
+                        double rub_m, int source) {
   contacts_.push_back({a, b, normal_x, normal_y, gap_m, push_m, rub_m, 0.5, 0, source});
   const int from = root(a), to = root(b), low = std::min(from, to), high = std::max(from, to);
   closes |= clusters_[index(high)].closes;
@@ -93,7 +98,8 @@ void ContactSolver::add(int a, int b, double normal_x, double normal_y, double g
   clusters_[index(low)].closes |= closes;
 }
 
-void ContactSolver::add_wall(int a, double normal_x, double normal_y, double gap_m, bool closes, double push_m, double rub_m, int source) {
+void ContactSolver::add_wall(int a, double normal_x, double normal_y, double gap_m, bool closes, double push_m,
+                             double rub_m, int source) {
   // each piece of wall is a body of its own that no correction reaches
   const int wall = add_body(-1, 0, 0, 0);
   contacts_.push_back({a, wall, normal_x, normal_y, gap_m, push_m, rub_m, 1, 0, source});
@@ -106,8 +112,8 @@ int ContactSolver::root(int body) {
   return body;
 }
 
-// Puts the contacts that count into ordered_: small clusters, in order of appearance, then the contacts of large ones. Returns
-// where the latter begin.
+// Puts the contacts that count into ordered_: small clusters, in order of appearance, then the contacts of large ones.
+// Returns where the latter begin.
 std::size_t ContactSolver::order_by_cluster() {
   std::size_t count = 0;
   for (Contact& contact : contacts_) {
@@ -149,18 +155,19 @@ void ContactSolver::solve(std::uint64_t step, std::span<const double> x, std::sp
 void ContactSolver::apply(const Contact& contact, double push_m, double rub_m) {
   Body &a = bodies_[index(contact.a)], &b = bodies_[index(contact.b)];
   // across the normal: to its left
-  const double x = push_m * contact.normal_x - rub_m * contact.normal_y, y = push_m * contact.normal_y + rub_m * contact.normal_x;
+  const double x = push_m * contact.normal_x - rub_m * contact.normal_y,
+               y = push_m * contact.normal_y + rub_m * contact.normal_x;
   a.dx -= x;
   a.dy -= y;
-  a.roll -= 2 * rub_m;   // a disc's r^2 / I
+  a.roll -= 2 * rub_m;  // a disc's r^2 / I
   if (contact.wall()) return;
   b.dx += x;
   b.dy += y;
   b.roll -= 2 * rub_m;
 }
 
-// Makes one contact hold as if it were the only one: what the impulse equations with friction give at once. Motions of this step
-// stand for velocities. Returns by how much it moved a body.
+// Makes one contact hold as if it were the only one: what the impulse equations with friction give at once. Motions of
+// this step stand for velocities. Returns by how much it moved a body.
 double ContactSolver::relax(Contact& contact) {
   const Body &a = bodies_[index(contact.a)], &b = bodies_[index(contact.b)];
   const double x = a.dx - b.dx, y = a.dy - b.dy;
@@ -205,7 +212,8 @@ void ContactSolver::solve_small(std::span<Contact> cluster) {
   }
 }
 
-void ContactSolver::solve_with_ode(std::span<Contact> contacts, std::uint64_t step, std::span<const double> x, std::span<const double> y) {
+void ContactSolver::solve_with_ode(std::span<Contact> contacts, std::uint64_t step, std::span<const double> x,
+                                   std::span<const double> y) {
   Ode& ode = *ode_;
   ode.lent_to.clear();
   ode.body_of.assign(bodies_.size(), -1);

@@ -1,5 +1,5 @@
-// Everybody moves in one pass over arrays, as if alone; those who touch are then put where the contacts let them go. Who may touch
-// is listed for many steps at once.
+// Everybody moves in one pass over arrays, as if alone; those who touch are then put where the contacts let them go.
+// Who may touch is listed for many steps at once.
 #include "sim_ode/contact_world.hpp"
 
 #include <algorithm>
@@ -28,8 +28,12 @@ double within_pi(double angle) {
 
 }  // namespace
 
-ContactWorld::ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed, const std::vector<hal::Pose>& start)
-    : width_m_(width_m), height_m_(height_m), grid_(width_m, height_m, 2 * radius_m + skin_m, static_cast<int>(start.size())), solver_(friction, seed) {
+ContactWorld::ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed,
+                           const std::vector<hal::Pose>& start)
+    : width_m_(width_m),
+      height_m_(height_m),
+      grid_(width_m, height_m, 2 * radius_m + skin_m, static_cast<int>(start.size())),
+      solver_(friction, seed) {
   const std::size_t n = start.size();
   for (const hal::Pose& pose : start) {
     now_.x.push_back(pose.x_m);
@@ -93,7 +97,8 @@ void ContactWorld::hold_contacts() {
   if (!solver_.empty()) {
     solver_.solve(totals_.steps, before_.x, before_.y);
     correct_touched();
-    for (const ContactSolver::Body& body : solver_.bodies()) path = std::max(path, std::sqrt(body.dx * body.dx + body.dy * body.dy));
+    for (const ContactSolver::Body& body : solver_.bodies())
+      path = std::max(path, std::sqrt(body.dx * body.dx + body.dy * body.dy));
   }
   slack_m_ -= 2 * path;  // two robots may have come nearer by twice the path
   longest_path_m_ += path;
@@ -128,16 +133,18 @@ void ContactWorld::find_pairs() {
 // How far the robot would go alone.
 std::pair<double, double> ContactWorld::motion(int robot) const {
   const std::size_t i = index(robot);
-  return {before_.cos[i] * ahead_[i] - before_.sin[i] * left_[i], before_.sin[i] * ahead_[i] + before_.cos[i] * left_[i]};
+  return {before_.cos[i] * ahead_[i] - before_.sin[i] * left_[i],
+          before_.sin[i] * ahead_[i] + before_.cos[i] * left_[i]};
 }
 
 void ContactWorld::move_alone() {
   if (totals_.steps % align_steps == 0) align_headings();
   std::swap(now_, before_);
   const std::size_t n = now_.x.size();
-  const double *const x0 = before_.x.data(), *const y0 = before_.y.data(), *const h0 = before_.heading.data(), *const c0 = before_.cos.data(),
-               *const s0 = before_.sin.data();
-  const double *const ahead = ahead_.data(), *const left = left_.data(), *const turn = turn_.data(), *const tc = turn_cos_.data(), *const ts = turn_sin_.data();
+  const double *const x0 = before_.x.data(), *const y0 = before_.y.data(), *const h0 = before_.heading.data(),
+                      *const c0 = before_.cos.data(), *const s0 = before_.sin.data();
+  const double *const ahead = ahead_.data(), *const left = left_.data(), *const turn = turn_.data(),
+                      *const tc = turn_cos_.data(), *const ts = turn_sin_.data();
   double *const __restrict x = now_.x.data(), *const __restrict y = now_.y.data(), *const __restrict h = now_.heading.data(),
                *const __restrict c = now_.cos.data(), *const __restrict s = now_.sin.data();
   for (std::size_t i = 0; i < n; ++i) {
@@ -182,7 +189,8 @@ void ContactWorld::find_contacts() {
     if (gap >= reach_m) continue;
     const int a = body(wall.a);
     const auto& one = solver_.bodies()[index(a)];
-    solver_.add_wall(a, nx, ny, gap, one.dx * nx + one.dy * ny > gap, wall.push_m, wall.rub_m, -1 - static_cast<int>(k));
+    solver_.add_wall(a, nx, ny, gap, one.dx * nx + one.dy * ny > gap, wall.push_m, wall.rub_m,
+                     -1 - static_cast<int>(k));
     wall.push_m = wall.rub_m = 0;
   }
 }
@@ -201,7 +209,8 @@ void ContactWorld::correct_touched() {
     const double turned = body.roll / radius_m;
     now_.heading[i] = before_.heading[i] + turned;
     // a third of a radian at most: the next terms are below 1e-9
-    const double t2 = turned * turned, c = 1 - t2 / 2 * (1 - t2 / 12 * (1 - t2 / 30)), s = turned * (1 - t2 / 6 * (1 - t2 / 20 * (1 - t2 / 42)));
+    const double t2 = turned * turned, c = 1 - t2 / 2 * (1 - t2 / 12 * (1 - t2 / 30)),
+                 s = turned * (1 - t2 / 6 * (1 - t2 / 20 * (1 - t2 / 42)));
     now_.cos[i] = before_.cos[i] * c - before_.sin[i] * s;
     now_.sin[i] = before_.cos[i] * s + before_.sin[i] * c;
   }
@@ -214,7 +223,8 @@ void ContactWorld::correct_touched() {
     const std::size_t a = index(bodies[index(contact.a)].robot);
     double deep;
     if (contact.wall()) {
-      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + radius_m - width_m_ / 2 : std::abs(now_.y[a]) + radius_m - height_m_ / 2;
+      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + radius_m - width_m_ / 2
+                                   : std::abs(now_.y[a]) + radius_m - height_m_ / 2;
     } else {
       const std::size_t b = index(bodies[index(contact.b)].robot);
       const double x = now_.x[b] - now_.x[a], y = now_.y[b] - now_.y[a], touching_m = 2 * radius_m;
@@ -231,7 +241,8 @@ void ContactWorld::correct_touched() {
 hal::Pose ContactWorld::pose(int robot, double share) const {
   const std::size_t i = index(robot);
   const auto between = [share](double from, double to) { return from + share * (to - from); };
-  return {between(before_.x[i], now_.x[i]), between(before_.y[i], now_.y[i]), within_pi(between(before_.heading[i], now_.heading[i]))};
+  return {between(before_.x[i], now_.x[i]), between(before_.y[i], now_.y[i]),
+          within_pi(between(before_.heading[i], now_.heading[i]))};
 }
 
 }  // namespace arkmesh::sim_ode

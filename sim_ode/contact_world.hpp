@@ -1,6 +1,6 @@
-// Where robots are and how they move, touch and push in the plane. Bodies are discs without momentum: at each step a robot sets out
-// with the velocity its motors give it, and contacts share the motion out (friction with the table outweighs inertia by far).
-// Finds the contacts; ContactSolver makes them hold.
+// Where robots are and how they move, touch and push in the plane. Bodies are discs without momentum: at each step a
+// robot sets out with the velocity its motors give it, and contacts share the motion out (friction with the table
+// outweighs inertia by far). Finds the contacts; ContactSolver makes them hold.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,16 @@ namespace arkmesh::sim_ode {
 class ContactWorld {
  public:
   // Arena frame; `start` are poses at rest. Seeds ODE's generator for each step from `seed` and the step's number.
-  ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed, const std::vector<hal::Pose>& start);
+  ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed,
+               const std::vector<hal::Pose>& start);
 
   // In force until the next call.
   void set_velocity(int robot, const Velocity& velocity);
   // One robot tick: these three, in this order.
   void step();
-  void list_pairs();      // who may touch, when the old list has served its time
-  void move_alone();      // everybody as if alone
-  void hold_contacts();   // then those who touch
+  void list_pairs();     // who may touch, when the old list has served its time
+  void move_alone();     // everybody as if alone
+  void hold_contacts();  // then those who touch
   // A hand moves a robot. Off the table it stands where nobody can meet it.
   void place(int robot, const hal::Pose& pose);
   void take_off(int robot);
@@ -43,10 +44,10 @@ class ContactWorld {
 
   struct Totals {
     std::uint64_t steps = 0, contacts = 0, ode_steps = 0;
-    std::uint64_t touching = 0;       // robot-steps in contact
-    std::uint64_t deep = 0;           // contacts that ended a step more than 1 mm deep
-    double deepest_m = 0;             // penetration after a step
-    double drift_m = 0;               // out of the plane, in a step
+    std::uint64_t touching = 0;  // robot-steps in contact
+    std::uint64_t deep = 0;      // contacts that ended a step more than 1 mm deep
+    double deepest_m = 0;        // penetration after a step
+    double drift_m = 0;          // out of the plane, in a step
   };
   const Totals& totals() const { return totals_; }
 
@@ -55,10 +56,11 @@ class ContactWorld {
   struct Places {
     std::vector<double> x, y, heading, cos, sin;
   };
-  // Two robots, or a robot and the wall on one side (b: -1 left, -2 right, -3 bottom, -4 top), that may touch before the next listing.
+  // Two robots, or a robot and the wall on one side (b: -1 left, -2 right, -3 bottom, -4 top), that may touch before
+  // the next listing.
   struct Pair {
     int a, b;
-    float push_m, rub_m;   // of the last step, where ContactSolver begins; 0 for those not in contact
+    float push_m, rub_m;  // of the last step, where ContactSolver begins; 0 for those not in contact
   };
 
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
@@ -72,14 +74,14 @@ class ContactWorld {
   double width_m_, height_m_;
   NeighbourGrid grid_;
   ContactSolver solver_;
-  Places now_, before_;                                // the last step
-  std::vector<double> ahead_, left_;                   // metres per step at mid-turn, robot frame
-  std::vector<double> turn_, turn_cos_, turn_sin_;     // per step
+  Places now_, before_;                             // the last step
+  std::vector<double> ahead_, left_;                // metres per step at mid-turn, robot frame
+  std::vector<double> turn_, turn_cos_, turn_sin_;  // per step
   std::vector<std::uint8_t> on_table_;
-  double fastest2_ = 0;                                // square of the longest step that motors made since headings were aligned
+  double fastest2_ = 0;  // square of the longest step that motors made since headings were aligned
   std::vector<Pair> pairs_, walls_;
-  std::vector<int> body_of_;                           // by robot, in this step; -1
-  double slack_m_ = 0;                                 // motion left until pairs_ must be listed anew
+  std::vector<int> body_of_;  // by robot, in this step; -1
+  double slack_m_ = 0;        // motion left until pairs_ must be listed anew
   double longest_path_m_ = 0;
   Totals totals_;
 };

@@ -1,5 +1,5 @@
-// Going from one stack to another. With AddressSanitizer it is told, or it takes other stacks for damage; otherwise this is one
-// call of Boost.Context.
+// Going from one stack to another. With AddressSanitizer it is told, or it takes other stacks for damage; otherwise
+// this is one call of Boost.Context.
 #pragma once
 
 #include <boost/context/detail/fcontext.hpp>
@@ -20,17 +20,23 @@ struct StackBounds {
 
 #if defined(__SANITIZE_ADDRESS__)
 // Before leaving for a stack, and after coming to one. The latter returns the bounds of the stack that was left.
-inline void leaving_for(const StackBounds& stack) { __sanitizer_start_switch_fiber(nullptr, stack.bottom, stack.bytes); }
+inline void leaving_for(const StackBounds& stack) {
+  __sanitizer_start_switch_fiber(nullptr, stack.bottom, stack.bytes);
+}
 inline StackBounds arrived() {
   StackBounds from;
   __sanitizer_finish_switch_fiber(nullptr, &from.bottom, &from.bytes);
   return from;
 }
 // Frames that were abandoned on a stack leave their marks.
-inline void forget_frames(const StackBounds& stack) { ASAN_UNPOISON_MEMORY_REGION(stack.bottom, stack.bytes); }
+inline void forget_frames(const StackBounds& stack) {
+  ASAN_UNPOISON_MEMORY_REGION(stack.bottom, stack.bytes);
+}
 #else
 inline void leaving_for(const StackBounds&) {}
-inline StackBounds arrived() { return {}; }
+inline StackBounds arrived() {
+  return {};
+}
 inline void forget_frames(const StackBounds&) {}
 #endif
 

@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::array crash_signals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
 constexpr int timer_signal = SIGVTALRM;
-constexpr long timer_ns = 50'000'000;      // of processor time
-constexpr int readings_to_hang = 20;       // one second: generous, so that it never decides a result
+constexpr long timer_ns = 50'000'000;  // of processor time
+constexpr int readings_to_hang = 20;   // one second: generous, so that it never decides a result
 
 sigjmp_buf mark;
 // Written in a handler, read after the jump.
@@ -47,7 +47,7 @@ void* instruction_of(void* context) {
 }  // namespace
 
 struct FaultGuard::State {
-  std::vector<char> stack = std::vector<char>(256 * 1024);   // handlers' own
+  std::vector<char> stack = std::vector<char>(256 * 1024);  // handlers' own
   stack_t old_stack{};
   std::array<struct sigaction, crash_signals.size()> old_crash{};
   struct sigaction old_timer {};

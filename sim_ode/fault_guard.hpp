@@ -1,5 +1,5 @@
-// Runs robots' programs so that one that crashes or never returns ends neither the process nor the others. Process-wide and for
-// one thread: signals are the process's.
+// Runs robots' programs so that one that crashes or never returns ends neither the process nor the others. Process-wide
+// and for one thread: signals are the process's.
 #pragma once
 
 #include <csetjmp>
@@ -13,11 +13,11 @@ namespace arkmesh::sim_ode {
 struct Fault {
   enum class Kind { none, left, crash, hang, gave_up };
   Kind kind = Kind::none;
-  int signal = 0;                      // crash
-  int code = 0;                        // crash: si_code
-  const void* address = nullptr;       // crash: what was touched
-  const void* instruction = nullptr;   // crash, hang
-  std::string words;                   // gave_up: what the program said
+  int signal = 0;                     // crash
+  int code = 0;                       // crash: si_code
+  const void* address = nullptr;      // crash: what was touched
+  const void* instruction = nullptr;  // crash, hang
+  std::string words;                  // gave_up: what the program said
 };
 
 class FaultGuard {
@@ -28,19 +28,23 @@ class FaultGuard {
   FaultGuard(const FaultGuard&) = delete;
   FaultGuard& operator=(const FaultGuard&) = delete;
 
-  // Calls work(context). Returns early with the fault of program code, skipping frames in between without clean-up: they may
-  // own nothing. Does not nest.
+  // Calls work(context). Returns early with the fault of program code, skipping frames in between without clean-up:
+  // they may own nothing. Does not nest.
   Fault run(void (*work)(void*), void* context);
 
   // Program code runs between these two; faults elsewhere are real ones.
-  static void enter_program() { in_program = 1; progress = progress + 1; }
+  static void enter_program() {
+    in_program = 1;
+    progress = progress + 1;
+  }
   static void leave_program() { in_program = 0; }
   // A program has given time back; it does not hang.
   static void note_progress() { progress = progress + 1; }
   // Ends run() from inside program code. `words` and `instruction` may be null.
   [[noreturn]] static void leave(Fault::Kind kind, const char* words, const void* instruction = nullptr);
 
-  // While one lives, a program that uses the processor for a second without progress is ended. Cheap enough for each advance.
+  // While one lives, a program that uses the processor for a second without progress is ended. Cheap enough for each
+  // advance.
   class Watch {
    public:
     explicit Watch(FaultGuard& guard) : guard_(guard) { guard_.arm(true); }

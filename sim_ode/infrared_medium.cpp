@@ -10,8 +10,8 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr std::int64_t message_us = 4371;         // 130 slots of 269 cycles at 8 MHz
-constexpr std::int64_t sense_until_us = 67;       // a sender that has begun by then is sensed
+constexpr std::int64_t message_us = 4371;            // 130 slots of 269 cycles at 8 MHz
+constexpr std::int64_t sense_until_us = 67;          // a sender that has begun by then is sensed
 constexpr std::int64_t overhead_repeat_us = 10'409;  // the controller repeats its message until the next packet
 constexpr double grid_slack_m = 0.005;
 
@@ -23,8 +23,11 @@ double about_normal(std::uint64_t bits) {
 
 }  // namespace
 
-InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed)
-    : settings_(settings), grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots), chance_(seed, lab + "/ode/infrared"),
+InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots,
+                               const std::string& lab, std::uint64_t seed)
+    : settings_(settings),
+      grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots),
+      chance_(seed, lab + "/ode/infrared"),
       pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
       // two parts, each at most 3.47 s.d., that together are longest when even
       longest_reach_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {
@@ -39,7 +42,8 @@ double InfraredMedium::reach_m(int from, int to) const {
     return about_normal(hal::mix64(hal::mix64(pair_key_ + kind) ^ hal::mix64(pair)));
   };
   const double both = normal(std::min(from, to), std::max(from, to), 0), own = normal(from, to, 1);
-  return settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(1 - settings_.ir_asymmetry) * both + std::sqrt(settings_.ir_asymmetry) * own);
+  return settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(1 - settings_.ir_asymmetry) * both +
+                                                               std::sqrt(settings_.ir_asymmetry) * own);
 }
 
 void InfraredMedium::overhead_sends(std::int64_t start_us) {
@@ -52,7 +56,8 @@ bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) c
   for (std::size_t k = overhead_us_.size(); k-- > 0;) {
     const std::int64_t begin = overhead_us_[k];
     // repeats until the next packet, or until the controller is stopped
-    const std::int64_t end = std::min(k + 1 < overhead_us_.size() ? overhead_us_[k + 1] : INT64_MAX, begin + settings_.composite.count());
+    const std::int64_t end =
+        std::min(k + 1 < overhead_us_.size() ? overhead_us_[k + 1] : INT64_MAX, begin + settings_.composite.count());
     if (end <= from_us) return false;
     if (begin >= to_us) continue;
     const std::int64_t since = std::max<std::int64_t>(0, from_us - begin);
@@ -62,11 +67,13 @@ bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) c
   return false;
 }
 
-// Few or many, they are nearly sorted by counting them into equal spans of time; what is left is put right by insertion.
+// Few or many, they are nearly sorted by counting them into equal spans of time; what is left is put right by
+// insertion.
 void InfraredMedium::sort_attempts(std::int64_t start_us) {
   const std::size_t count = attempts_.size();
   const auto span = [&](const Attempt& attempt) {
-    return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us, 0, tick_us - 1)) * count / tick_us;
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us, 0, tick_us - 1)) * count /
+           tick_us;
   };
   counting_.assign(count + 1, 0);
   for (const Attempt& attempt : attempts_) ++counting_[span(attempt) + 1];
@@ -92,7 +99,8 @@ void InfraredMedium::forget_ended() {
   ended_ = 0;
 }
 
-void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard) {
+void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host,
+                              std::vector<Reception>& heard) {
   const std::int64_t start_us = number * tick_us, end_us = start_us + tick_us;
   forget_ended();
   // attempts of this tick: put off ones at their own time, the others at the robots' timers
@@ -228,7 +236,8 @@ void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, 
       continue;
     }
     if (!sending.good_crc) continue;
-    const double dx = world.x()[index(listener)] - world.x()[index(sending.robot)], dy = world.y()[index(listener)] - world.y()[index(sending.robot)];
+    const double dx = world.x()[index(listener)] - world.x()[index(sending.robot)],
+                 dy = world.y()[index(listener)] - world.y()[index(sending.robot)];
     double distance = std::sqrt(dx * dx + dy * dy);
     const double loss = settings_.ir_loss + settings_.ir_loss_per_m * distance;
     if (loss > 0 && chance_.uniform() < loss) {

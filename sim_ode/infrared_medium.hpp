@@ -1,5 +1,5 @@
-// Robots' infrared: who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the message
-// timing, carrier sense and back-off of the robots' firmware.
+// Robots' infrared: who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the
+// message timing, carrier sense and back-off of the robots' firmware.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/reception.hpp"
 #include "sim_ode/neighbour_grid.hpp"
+#include "sim_ode/reception.hpp"
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/table.hpp"
@@ -20,28 +20,30 @@ namespace arkmesh::sim_ode {
 
 class InfraredMedium {
  public:
-  InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab, std::uint64_t seed);
+  InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab,
+                 std::uint64_t seed);
 
   // The overhead controller sends from `start_us` on, over everything; it senses nothing.
   void overhead_sends(std::int64_t start_us);
   // From now on that source says when the overhead controller's light shines. It outlives the medium.
   void listen_to(const OverheadSource* source) { source_ = source; }
 
-  // Tick `number`: asks the robots that are due for messages, sends them, and adds to `heard` what robots receive by the
-  // tick's end. May throw ProgramFault.
+  // Tick `number`: asks the robots that are due for messages, sends them, and adds to `heard` what robots receive by
+  // the tick's end. May throw ProgramFault.
   void run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard);
 
   // Whether a message arrives at a robot at this time, at or after the end of the last tick that ran.
   bool receiving(int robot, std::int64_t at_us) const {
-    return (ears_[index(robot)].decoding >= 0 && ears_[index(robot)].energy_until_us > at_us) || overhead_on_air(at_us, at_us + 1);
+    return (ears_[index(robot)].decoding >= 0 && ears_[index(robot)].energy_until_us > at_us) ||
+           overhead_on_air(at_us, at_us + 1);
   }
 
   struct Totals {
     std::uint64_t sent = 0, received = 0;
-    std::uint64_t bad_crc = 0;    // messages sent with a wrong checksum: nobody hears them
-    std::uint64_t spoiled = 0;    // receptions lost to another sender
-    std::uint64_t lost = 0;       // receptions lost by chance
-    std::uint64_t backed_off = 0; // attempts put off because somebody else's light was sensed
+    std::uint64_t bad_crc = 0;     // messages sent with a wrong checksum: nobody hears them
+    std::uint64_t spoiled = 0;     // receptions lost to another sender
+    std::uint64_t lost = 0;        // receptions lost by chance
+    std::uint64_t backed_off = 0;  // attempts put off because somebody else's light was sensed
   };
   const Totals& totals() const { return totals_; }
 
@@ -54,16 +56,18 @@ class InfraredMedium {
     std::size_t first_listener, listeners;  // in listeners_: who began to decode it
   };
   struct Ear {
-    std::int64_t energy_until_us = 0; // light of any sender in range
+    std::int64_t energy_until_us = 0;  // light of any sender in range
     std::int64_t sends_until_us = 0;
-    std::int64_t retry_us = -1;       // of a robot that backed off; -1
-    std::int64_t decoding = -1;       // number of the sending that a robot decodes, -1
+    std::int64_t retry_us = -1;  // of a robot that backed off; -1
+    std::int64_t decoding = -1;  // number of the sending that a robot decodes, -1
   };
   struct Attempt {
     std::int64_t at_us;
     int robot;
     // robots in order at equal times
-    bool operator>(const Attempt& other) const { return at_us != other.at_us ? at_us > other.at_us : robot > other.robot; }
+    bool operator>(const Attempt& other) const {
+      return at_us != other.at_us ? at_us > other.at_us : robot > other.robot;
+    }
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   bool overhead_on_air(std::int64_t from_us, std::int64_t to_us) const;
@@ -73,26 +77,28 @@ class InfraredMedium {
   void attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host);
   void start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world);
   double reach_m(int from, int to) const;
-  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world, std::vector<Reception>& heard);
+  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world,
+              std::vector<Reception>& heard);
 
   Settings settings_;
   NeighbourGrid grid_;
-  double grid_path_m_ = -1;                   // ContactWorld::longest_path_m() when the grid was built
+  double grid_path_m_ = -1;  // ContactWorld::longest_path_m() when the grid was built
   hal::RandomStream chance_;
   std::uint64_t pair_key_;
-  double longest_reach_m_;                    // of any pair
-  std::vector<Ear> ears_;                     // by robot
-  // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between ticks.
+  double longest_reach_m_;  // of any pair
+  std::vector<Ear> ears_;   // by robot
+  // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between
+  // ticks.
   std::vector<Sending> on_air_;
   std::vector<int> listeners_, near_;
   std::size_t ended_ = 0;
-  std::int64_t first_number_ = 0;             // of on_air_.front()
-  std::vector<Attempt> attempts_;             // of this tick, in order; counting_ and sorting_ help to get them there
-  std::vector<Attempt> sorting_, again_;      // again_: a heap of those that backed off to a moment of this tick
+  std::int64_t first_number_ = 0;         // of on_air_.front()
+  std::vector<Attempt> attempts_;         // of this tick, in order; counting_ and sorting_ help to get them there
+  std::vector<Attempt> sorting_, again_;  // again_: a heap of those that backed off to a moment of this tick
   std::vector<std::uint32_t> counting_;
   std::vector<int> retrying_;
-  const OverheadSource* source_ = nullptr;    // none: the arena's own composites
-  std::deque<std::int64_t> overhead_us_;      // starts of the controller's latest packets
+  const OverheadSource* source_ = nullptr;  // none: the arena's own composites
+  std::deque<std::int64_t> overhead_us_;    // starts of the controller's latest packets
   std::vector<Reception> unsorted_;
   std::vector<std::uint32_t> first_of_;
   Totals totals_;

@@ -16,19 +16,23 @@ class LedLights {
 
   // A kilolib colour (2 bits each: red, green, blue) from `us` after the start of the present tick on.
   void set(int robot, std::uint8_t colour, std::int64_t us) {
-    if (us == 0) colours_[static_cast<std::size_t>(robot)] = colour;
-    else changes_.push_back({robot, us, colour});
+    if (us == 0)
+      colours_[static_cast<std::size_t>(robot)] = colour;
+    else
+      changes_.push_back({robot, us, colour});
   }
   // The tick is over.
   void end_tick() {
     for (const Change& change : changes_) colours_[static_cast<std::size_t>(change.robot)] = change.colour;
     changes_.clear();
   }
-  // Mean light from `from_us` to `to_us` of the present tick, red, green and blue of 0..3; the colour at `to_us` when both are one.
+  // Mean light from `from_us` to `to_us` of the present tick, red, green and blue of 0..3; the colour at `to_us` when
+  // both are one.
   void gather(std::int64_t from_us, std::int64_t to_us, std::vector<std::array<float, 3>>& out) const {
     out.resize(colours_.size());
     const auto parts = [](std::uint8_t colour) {
-      return std::array<float, 3>{static_cast<float>(colour & 3), static_cast<float>(colour >> 2 & 3), static_cast<float>(colour >> 4 & 3)};
+      return std::array<float, 3>{static_cast<float>(colour & 3), static_cast<float>(colour >> 2 & 3),
+                                  static_cast<float>(colour >> 4 & 3)};
     };
     for (std::size_t i = 0; i < colours_.size(); ++i) out[i] = parts(colours_[i]);
     // each change holds from its moment on: move the mean by what is left of the span
@@ -37,7 +41,9 @@ class LedLights {
     for (const Change& change : changes_) {
       if (change.us > to_us) continue;
       const auto i = static_cast<std::size_t>(change.robot);
-      const float share = to_us > from_us ? static_cast<float>(to_us - std::max(from_us, change.us)) / static_cast<float>(to_us - from_us) : 1;
+      const float share = to_us > from_us ? static_cast<float>(to_us - std::max(from_us, change.us)) /
+                                                static_cast<float>(to_us - from_us)
+                                          : 1;
       const std::array<float, 3> before = parts(last[i]), after = parts(change.colour);
       for (std::size_t c = 0; c < 3; ++c) out[i][c] += share * (after[c] - before[c]);
       last[i] = change.colour;

@@ -8,9 +8,9 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double sensor_m = 0.0145;                                // from the centre
-constexpr double sensor_rad = 100 * std::numbers::pi / 180;        // left of ahead
-constexpr double room = 400;                                       // without lamps, everywhere
+constexpr double sensor_m = 0.0145;                          // from the centre
+constexpr double sensor_rad = 100 * std::numbers::pi / 180;  // left of ahead
+constexpr double room = 400;                                 // without lamps, everywhere
 const double across = std::cos(sensor_rad), along = std::sin(sensor_rad);
 
 }  // namespace
@@ -22,10 +22,12 @@ LightField::LightField(const Settings& settings, int robots, const std::string& 
 
 double LightField::strength(double x_m, double y_m, std::pair<double, double> heading) const {
   if (lamps_.empty()) return room;
-  const double out_x = heading.first * across - heading.second * along, out_y = heading.second * across + heading.first * along;
+  const double out_x = heading.first * across - heading.second * along,
+               out_y = heading.second * across + heading.first * along;
   double sum = 0;
   for (const hal::Pose& lamp : lamps_) {
-    const double dx = lamp.x_m - x_m - sensor_m * out_x, dy = lamp.y_m - y_m - sensor_m * out_y, distance = std::sqrt(dx * dx + dy * dy);
+    const double dx = lamp.x_m - x_m - sensor_m * out_x, dy = lamp.y_m - y_m - sensor_m * out_y,
+                 distance = std::sqrt(dx * dx + dy * dy);
     // a lamp right above shines on all sides alike
     const double angle = distance > 0 ? std::acos(std::clamp((dx * out_x + dy * out_y) / distance, -1.0, 1.0)) : 0;
     sum += 1024 * std::exp(-2 * distance) * (1 - angle / std::numbers::pi);

@@ -24,7 +24,7 @@ class LightField {
  private:
   std::vector<hal::Pose> lamps_;
   double noise_;
-  std::vector<hal::RandomStream> chance_;   // per robot
+  std::vector<hal::RandomStream> chance_;  // per robot
 };
 
 }  // namespace arkmesh::sim_ode

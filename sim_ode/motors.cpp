@@ -1,5 +1,5 @@
-// Both motors: straight. One motor: a pivot about the rear leg on the side it turns to. Unequal motors: the common part goes
-// straight, the rest pivots; both parts are linear in the duty.
+// Both motors: straight. One motor: a pivot about the rear leg on the side it turns to. Unequal motors: the common part
+// goes straight, the rest pivots; both parts are linear in the duty.
 #include "sim_ode/motors.hpp"
 
 #include <algorithm>
@@ -22,7 +22,9 @@ double factor(int duty, int calibrated, double bias) {
   return std::min(largest_factor, static_cast<double>(duty) / calibrated) * std::max(0.0, 1 + bias);
 }
 
-std::uint8_t to_duty(double duty) { return static_cast<std::uint8_t>(std::clamp(std::lround(duty), 30L, 120L)); }
+std::uint8_t to_duty(double duty) {
+  return static_cast<std::uint8_t>(std::clamp(std::lround(duty), 30L, 120L));
+}
 
 }  // namespace
 
@@ -141,7 +143,8 @@ const std::vector<Motors::Change>& Motors::end_tick() {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Velocity v = base[i];
     if (v.ahead_m_s != 0 || v.left_m_s != 0 || v.turn_rad_s != 0) {
-      const double speed = 1 + settings_.motion_noise * noise_[i].normal(), turn = 1 + settings_.motion_noise * noise_[i].normal();
+      const double speed = 1 + settings_.motion_noise * noise_[i].normal(),
+                   turn = 1 + settings_.motion_noise * noise_[i].normal();
       v.ahead_m_s *= speed;
       v.left_m_s *= speed;
       v.turn_rad_s *= turn;

@@ -16,7 +16,7 @@ namespace arkmesh::sim_ode {
 struct Velocity {
   double ahead_m_s = 0;
   double left_m_s = 0;
-  double turn_rad_s = 0;   // counter-clockwise
+  double turn_rad_s = 0;  // counter-clockwise
 };
 
 // Duties (0..255) at which a robot turns and goes straight at its nominal speeds; kept through a reset.
@@ -48,23 +48,24 @@ class Motors {
 
  private:
   struct Part {
-    Calibration calibration;       // what the program sees
-    Calibration nominal;           // what is true
+    Calibration calibration;              // what the program sees
+    Calibration nominal;                  // what is true
     float bias_left = 0, bias_right = 0;  // of each motor's speed, share of nominal
     std::uint8_t left = 0, right = 0;
     bool connected = false;
-    bool listed = false;           // in changed_
-    Velocity now;                  // with the present duties
-    Velocity sum;                  // velocity x microseconds, of the tick's segments so far
-    std::int32_t since_us = 0;     // start of the present segment
+    bool listed = false;        // in changed_
+    Velocity now;               // with the present duties
+    Velocity sum;               // velocity x microseconds, of the tick's segments so far
+    std::int32_t since_us = 0;  // start of the present segment
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   void update(int robot, std::int64_t us);
 
   Settings settings_;
   std::vector<Part> parts_;
-  std::vector<int> changed_;              // in this tick
-  std::vector<int> restless_, still_restless_;  // whose mean of the last tick, of this one, is not their steady velocity
+  std::vector<int> changed_;  // in this tick
+  std::vector<int> restless_,
+      still_restless_;  // whose mean of the last tick, of this one, is not their steady velocity
   std::vector<Change> out_;
   std::vector<hal::RandomStream> noise_;  // per robot, empty without noise
 };

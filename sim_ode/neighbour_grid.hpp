@@ -1,4 +1,5 @@
-// Points sorted into square cells, so that who is near whom costs little. Rebuilt as a whole; order depends on the points only.
+// Points sorted into square cells, so that who is near whom costs little. Rebuilt as a whole; order depends on the
+// points only.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +12,12 @@ namespace arkmesh::sim_ode {
 
 class NeighbourGrid {
  public:
-  // Covers an arena around the origin; points outside count to the cells at its edge. Cells are larger than asked for where an
-  // arena is so empty that there would be many more of them than points.
+  // Covers an arena around the origin; points outside count to the cells at its edge. Cells are larger than asked for
+  // where an arena is so empty that there would be many more of them than points.
   NeighbourGrid(double width_m, double height_m, double cell_m, int points)
-      : left_(-width_m / 2), bottom_(-height_m / 2), per_m_(1 / std::max(cell_m, std::sqrt(width_m * height_m / (8.0 * points + 64)))),
+      : left_(-width_m / 2),
+        bottom_(-height_m / 2),
+        per_m_(1 / std::max(cell_m, std::sqrt(width_m * height_m / (8.0 * points + 64)))),
         columns_(std::max(1, static_cast<int>(std::ceil(width_m * per_m_)))),
         rows_(std::max(1, static_cast<int>(std::ceil(height_m * per_m_)))),
         first_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1) {}
@@ -38,7 +41,8 @@ class NeighbourGrid {
     for (int& first : first_) first = total += first;
     // backwards, so that members ascend within a cell
     for (std::size_t i = x.size(); i-- > 0;)
-      members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = {static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<int>(i)};
+      members_[static_cast<std::size_t>(--first_[static_cast<std::size_t>(cell_[i])])] = {
+          static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<int>(i)};
   }
 
   // Calls visit(member) for everything in the cells within `reach_m` of a place: all that is within reach, and more.
@@ -53,7 +57,8 @@ class NeighbourGrid {
     }
   }
 
-  // The numbers of all points within `reach_m` of a place, rounding included, row by row. In force until the next call with `room`.
+  // The numbers of all points within `reach_m` of a place, rounding included, row by row. In force until the next call
+  // with `room`.
   std::span<const int> gather(double x, double y, double reach_m, std::vector<int>& room) const {
     const auto px = static_cast<float>(x), py = static_cast<float>(y);
     const double far_m = reach_m + 2 * rounded_m;
@@ -79,7 +84,8 @@ class NeighbourGrid {
   // For visits that are soon to come: fetches the cells, then, a while later, who is in them.
   void fetch_cells(double x, double y, double reach_m) const {
     const int from = column(x - reach_m), top = row(y + reach_m);
-    for (int r = row(y - reach_m); r <= top; ++r) __builtin_prefetch(&first_[static_cast<std::size_t>(r * columns_ + from)]);
+    for (int r = row(y - reach_m); r <= top; ++r)
+      __builtin_prefetch(&first_[static_cast<std::size_t>(r * columns_ + from)]);
   }
   void fetch_members(double x, double y, double reach_m) const {
     const int from = column(x - reach_m), top = row(y + reach_m);
@@ -87,7 +93,8 @@ class NeighbourGrid {
       __builtin_prefetch(members_.data() + first_[static_cast<std::size_t>(r * columns_ + from)]);
   }
 
-  // Calls visit(member, other) once for each pair less than `reach_m` apart, rounding apart; reach_m is at most a cell's side.
+  // Calls visit(member, other) once for each pair less than `reach_m` apart, rounding apart; reach_m is at most a
+  // cell's side.
   template <class Visit>
   void visit_pairs(double reach_m, Visit&& visit) const {
     const auto reach2 = static_cast<float>(reach_m * reach_m);
@@ -120,9 +127,9 @@ class NeighbourGrid {
 
   double left_, bottom_, per_m_;
   int columns_, rows_;
-  std::vector<int> first_;     // of each cell in members_, and the end
+  std::vector<int> first_;  // of each cell in members_, and the end
   std::vector<Member> members_;
-  std::vector<int> cell_;      // by point
+  std::vector<int> cell_;  // by point
 };
 
 }  // namespace arkmesh::sim_ode

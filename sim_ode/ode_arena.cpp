@@ -15,12 +15,12 @@
 #include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/led_lights.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/motors.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
 #include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/start_places.hpp"
@@ -31,14 +31,21 @@ namespace {
 
 class OdeArena final : public Table {
  public:
-  OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
-           const std::string& lab, std::uint64_t seed, const TableOptions& table)
-      : settings_(settings), info_(make_info(config, lab)), poses_(counters_), board_(info_, counters_), motors_(settings, config.robots, lab, seed),
-        leds_(config.robots), world_(config.width_m, config.height_m, settings.friction, seed, start),
+  OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program,
+           const std::vector<hal::Pose>& start, const std::string& lab, std::uint64_t seed, const TableOptions& table)
+      : settings_(settings),
+        info_(make_info(config, lab)),
+        poses_(counters_),
+        board_(info_, counters_),
+        motors_(settings, config.robots, lab, seed),
+        leds_(config.robots),
+        world_(config.width_m, config.height_m, settings.friction, seed, start),
         light_(settings, config.robots, lab, seed),
-        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread, table.ids),
+        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread,
+              table.ids),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
-        overhead_chance_(seed, lab + "/ode/overhead_loss"), overhead_(table.overhead) {
+        overhead_chance_(seed, lab + "/ode/overhead_loss"),
+        overhead_(table.overhead) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (!overhead_) return;
     host_.nothing_is_repeated();
@@ -56,7 +63,8 @@ class OdeArena final : public Table {
     if (!lost_.empty()) throw std::runtime_error(lost_);
     std::optional<FaultGuard::Watch> watch;
     for (;;) {
-      const hal::LabTime tick{ticks_ * tick_us + tick_us}, composite = (composites_ + 1) * settings_.composite, frame = frames_ * info_.frame_period;
+      const hal::LabTime tick{ticks_ * tick_us + tick_us}, composite = (composites_ + 1) * settings_.composite,
+                                                           frame = frames_ * info_.frame_period;
       const hal::LabTime next = std::min({tick, composite, frame});
       if (next > t) break;
       clock_.set(next);
@@ -98,9 +106,11 @@ class OdeArena final : public Table {
       if (i != robot && world_.on_table(i)) {
         const hal::Pose other = world_.pose(i, 1);
         if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot_radius_m)
-          return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m, pose.y_m, i);
+          return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
+                             pose.y_m, i);
       }
-    if (!std::isfinite(pose.heading_rad) || !trouble_with({pose}, info_.width_m, info_.height_m).empty() || !std::isfinite(pose.x_m + pose.y_m))
+    if (!std::isfinite(pose.heading_rad) || !trouble_with({pose}, info_.width_m, info_.height_m).empty() ||
+        !std::isfinite(pose.x_m + pose.y_m))
       return fmt::format("{}, {} is not wholly inside the walls", pose.x_m, pose.y_m);
     if (!world_.on_table(robot)) --off_table_;
     world_.place(robot, pose);
@@ -139,14 +149,16 @@ class OdeArena final : public Table {
   }
 
   RobotHost::Sensors sensors() {
-    return {.light = [this](int robot) {
-              const auto i = static_cast<std::size_t>(robot);
-              return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
-            },
+    return {.light =
+                [this](int robot) {
+                  const auto i = static_cast<std::size_t>(robot);
+                  return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
+                },
             .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); }};
   }
 
-  // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that motion.
+  // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that
+  // motion.
   void run_tick() {
     ++ticks_;
     try {
@@ -226,7 +238,7 @@ class OdeArena final : public Table {
   }
 
   Settings settings_;
-  mutable hal::Counters counters_;   // some are brought up to date when somebody looks
+  mutable hal::Counters counters_;  // some are brought up to date when somebody looks
   hal::ArenaInfo info_;
   hal::OwnedClock clock_;
   hal::NewestFrame poses_;
@@ -238,36 +250,42 @@ class OdeArena final : public Table {
   RobotHost host_;
   InfraredMedium infrared_;
   hal::RandomStream overhead_chance_;
-  OverheadSource* overhead_;         // none: own composites
-  int off_table_ = 0;                // robots
-  std::vector<Transmission> sent_;   // since the last tick
+  OverheadSource* overhead_;        // none: own composites
+  int off_table_ = 0;               // robots
+  std::vector<Transmission> sent_;  // since the last tick
   mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
   Inbox inbox_;                      // for the next tick
   std::vector<hal::Led> seen_;
   std::int64_t ticks_ = 0, composites_ = 0, frames_ = 0;  // so far; frames also the next one's number
-  std::string lost_;                 // why the arena is lost for good
+  std::string lost_;                                      // why the arena is lost for good
 };
 
-std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed, const TableOptions& table) {
+std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                               const TableOptions& table) {
   const hal::ArenaConfig config = hal::read_arena_config(arena);
   const Settings settings = read_settings(arena);
 
   const double within_x = settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot_radius_m;
-  const double within_y = settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot_radius_m;
+  const double within_y =
+      settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot_radius_m;
   std::vector<hal::Pose> start = settings.start_poses;
   if (!start.empty()) {
     if (static_cast<int>(start.size()) != config.robots)
-      arena.section("ode").refuse("start_poses", fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
+      arena.section("ode").refuse(
+          "start_poses",
+          fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
     if (const std::string trouble = trouble_with(start, config.width_m, config.height_m); !trouble.empty())
       arena.section("ode").refuse("start_poses", trouble);
   } else {
     start = start_places(config.robots, within_x, within_y, lab, seed);
   }
-  if (static_cast<int>(start.size()) < config.robots) arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
+  if (static_cast<int>(start.size()) < config.robots)
+    arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
 
   try {
-    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed, table);
+    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed,
+                                      table);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
@@ -281,7 +299,8 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
   return make(arena, lab, seed, {});
 }
 
-std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed, const TableOptions& options) {
+std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                  const TableOptions& options) {
   if (arena.number("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
   return make(arena, lab, seed, options);
 }

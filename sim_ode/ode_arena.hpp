@@ -1,5 +1,5 @@
-// The simulated arena: robots with real contacts, run by unmodified Kilobot C programs, reached through an overhead controller's
-// airtime. Seeded and bit-repeatable.
+// The simulated arena: robots with real contacts, run by unmodified Kilobot C programs, reached through an overhead
+// controller's airtime. Seeded and bit-repeatable.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 namespace arkmesh::sim_ode {
 
 // Reads the common [arena] keys and [arena.ode]. `seed` and `lab` name its random streams ("<lab>/ode/...").
-// With arena.pace = 1 it keeps real time and cannot wait. Compiles the controller (arena.ode.controller, a kilolib C file);
-// throws ConfigError with the compiler's first error when that fails.
+// With arena.pace = 1 it keeps real time and cannot wait. Compiles the controller (arena.ode.controller, a kilolib C
+// file); throws ConfigError with the compiler's first error when that fails.
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed);
 
 }  // namespace arkmesh::sim_ode

@@ -11,7 +11,7 @@ class ProgramText {
  public:
   struct Piece {
     int robot;
-    std::int64_t at_us;   // lab time
+    std::int64_t at_us;  // lab time
     std::string text;
   };
 

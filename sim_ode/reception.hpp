@@ -15,7 +15,7 @@ using enum hal::kilobot::MessageType;
 // A message that a robot receives, with the readings of its strength.
 struct Reception {
   int robot = 0;
-  std::uint32_t at_us = 0;    // its end, after the start of the tick it was sent in
+  std::uint32_t at_us = 0;  // its end, after the start of the tick it was sent in
   std::int16_t low_gain = 0, high_gain = 0;
   Message message;
 };

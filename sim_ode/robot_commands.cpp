@@ -12,18 +12,29 @@ void RobotHost::take_command(const Message& message) {
     leds_.set(robot_, loaders_[index(robot_)].colour(), cursor_us_);
     if (!cell.reset) return;
   }
-  if (message.type != type_run && message.type != type_read_uid && message.type != type_calibrate) motors_.connect(robot_, false, cursor_us_);
+  if (message.type != type_run && message.type != type_read_uid && message.type != type_calibrate)
+    motors_.connect(robot_, false, cursor_us_);
   switch (message.type) {
     case type_boot:
       if (cell.reset) break;
       loaders_[index(robot_)].start();
       change_state(State::loader);
       break;
-    case type_reset: cell.reset = true; break;
-    case type_sleep: change_state(State::sleeping); break;
-    case type_wakeup: change_state(State::idle); break;
-    case type_charge: change_state(State::charging); break;
-    case type_voltage: change_state(State::battery); break;
+    case type_reset:
+      cell.reset = true;
+      break;
+    case type_sleep:
+      change_state(State::sleeping);
+      break;
+    case type_wakeup:
+      change_state(State::idle);
+      break;
+    case type_charge:
+      change_state(State::charging);
+      break;
+    case type_voltage:
+      change_state(State::battery);
+      break;
     case type_run:
       if (cell.state != State::loader && cell.state != State::running) {
         motors_.connect(robot_, true, cursor_us_);
@@ -58,12 +69,17 @@ void RobotHost::take_command(const Message& message) {
       change_state(State::moving);
       break;
     }
-    default: break;
+    default:
+      break;
   }
   if (cell.state == State::moving) {
     motors_.connect(robot_, true, cursor_us_);
-    const std::uint8_t left = cell.motion == 1 ? *abi_.turn_left : cell.motion == 3 ? *abi_.straight_left : std::uint8_t{0};
-    const std::uint8_t right = cell.motion == 2 ? *abi_.turn_right : cell.motion == 3 ? *abi_.straight_right : std::uint8_t{0};
+    const std::uint8_t left = cell.motion == 1   ? *abi_.turn_left
+                              : cell.motion == 3 ? *abi_.straight_left
+                                                 : std::uint8_t{0};
+    const std::uint8_t right = cell.motion == 2   ? *abi_.turn_right
+                               : cell.motion == 3 ? *abi_.straight_right
+                                                  : std::uint8_t{0};
     motors_.set(robot_, left, right, cursor_us_);
   }
   if (cell.reset) {

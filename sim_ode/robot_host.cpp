@@ -1,5 +1,5 @@
-// A robot's life between its turns: powering up, being asked for messages, failing. The turns are in robot_walk.cpp, what commands do
-// in robot_commands.cpp.
+// A robot's life between its turns: powering up, being asked for messages, failing. The turns are in robot_walk.cpp,
+// what commands do in robot_commands.cpp.
 #include "sim_ode/robot_host.hpp"
 
 #include <fmt/format.h>
@@ -22,20 +22,31 @@ constexpr int nominal_voltage = 876, voltage_spread = 30, nominal_temperature = 
 
 RobotHost* RobotHost::running_ = nullptr;
 
-RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds, Sensors sensors,
-                     const std::string& lab, std::uint64_t seed, double clock_spread, const std::vector<std::uint16_t>& ids)
-    : program_(std::move(program)), abi_(program_->abi()), count_(robots), motors_(motors), leds_(leds),
-      sensors_(std::move(sensors)), guard_(FaultGuard::acquire()), memory_(abi_.begin, program_->memory_bytes(), robots), clocks_differ_(clock_spread > 0) {
+RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
+                     Sensors sensors, const std::string& lab, std::uint64_t seed, double clock_spread,
+                     const std::vector<std::uint16_t>& ids)
+    : program_(std::move(program)),
+      abi_(program_->abi()),
+      count_(robots),
+      motors_(motors),
+      leds_(leds),
+      sensors_(std::move(sensors)),
+      guard_(FaultGuard::acquire()),
+      memory_(abi_.begin, program_->memory_bytes(), robots),
+      clocks_differ_(clock_spread > 0) {
   *abi_.host = RobotServices::all(program_->text() != nullptr);
   cells_.resize(index(robots));
-  hal::RandomStream boot(seed, lab + "/ode/boot"), sensing(seed, lab + "/ode/sensors"), timer_at(seed, lab + "/ode/timer_offset"), clock(seed, lab + "/ode/clock");
+  hal::RandomStream boot(seed, lab + "/ode/boot"), sensing(seed, lab + "/ode/sensors"),
+      timer_at(seed, lab + "/ode/timer_offset"), clock(seed, lab + "/ode/clock");
   const auto around = [&sensing](int nominal, int spread) {
-    return static_cast<std::int16_t>(nominal - spread + static_cast<int>(sensing.below(static_cast<std::uint64_t>(2 * spread + 1))));
+    return static_cast<std::int16_t>(nominal - spread +
+                                     static_cast<int>(sensing.below(static_cast<std::uint64_t>(2 * spread + 1))));
   };
   for (int i = 0; i < robots; ++i) {
     uid_.push_back(ids.empty() ? static_cast<std::uint16_t>(i) : ids.at(index(i)));
     loaders_.emplace_back();
-    clocks_.push_back({.at_us = static_cast<std::int64_t>(timer_at.below(tick_us)), .late_us = static_cast<std::int64_t>(clock.uniform(-clock_spread, clock_spread) * tick_us)});
+    clocks_.push_back({.at_us = static_cast<std::int64_t>(timer_at.below(tick_us)),
+                       .late_us = static_cast<std::int64_t>(clock.uniform(-clock_spread, clock_spread) * tick_us)});
     voltage_.push_back(around(nominal_voltage, voltage_spread));
     temperature_.push_back(around(nominal_temperature, temperature_spread));
     hard_random_.emplace_back(seed, lab + "/ode/rand_hard", static_cast<std::uint64_t>(i));
@@ -81,7 +92,8 @@ void RobotHost::power_up(int robot) {
       this);
   booting_ = false;
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
-  if (!*abi_.loop || !*abi_.setup) throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
+  if (!*abi_.loop || !*abi_.setup)
+    throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
   memory_.copy_out(robot);
 }
 
@@ -110,18 +122,27 @@ void RobotHost::report(const Fault& fault) {
   const std::string place = fault.instruction ? program_->place_of(fault.instruction) : std::string{};
   std::string what;
   switch (fault.kind) {
-    case Fault::Kind::gave_up: what = fault.words; break;
+    case Fault::Kind::gave_up:
+      what = fault.words;
+      break;
     case Fault::Kind::hang:
-      what = fault.instruction && place.empty() ? "never returns: it calls the library for ever without letting time pass" : "never returns";
+      what = fault.instruction && place.empty()
+                 ? "never returns: it calls the library for ever without letting time pass"
+                 : "never returns";
       break;
     default:
-      if (fault.signal == SIGFPE) what = "crashed: division by zero";
-      else if (stacks_.is_fence(fault.address)) what = "crashed: stack overflow";
-      else if (fault.signal == SIGSEGV || fault.signal == SIGBUS) what = "crashed: bad pointer";
-      else what = fmt::format("crashed: signal {}", fault.signal);
+      if (fault.signal == SIGFPE)
+        what = "crashed: division by zero";
+      else if (stacks_.is_fence(fault.address))
+        what = "crashed: stack overflow";
+      else if (fault.signal == SIGSEGV || fault.signal == SIGBUS)
+        what = "crashed: bad pointer";
+      else
+        what = fmt::format("crashed: signal {}", fault.signal);
   }
   const double at_s = static_cast<double>(tick_ * tick_us + (booting_ ? 0 : cursor_us_)) * 1e-6;
-  throw ProgramFault(fmt::format("the program of robot {} {}{} at {:.3f} s ({})", robot_, what, place, at_s, program_->source().string()));
+  throw ProgramFault(fmt::format("the program of robot {} {}{} at {:.3f} s ({})", robot_, what, place, at_s,
+                                 program_->source().string()));
 }
 
 void RobotHost::tick(std::int64_t number, const Inbox& inbox) {

@@ -1,5 +1,5 @@
-// All robots' copies of a program's writable memory. The program itself has one place for it; a robot's copy is put there for the
-// robot's turn and taken back afterwards.
+// All robots' copies of a program's writable memory. The program itself has one place for it; a robot's copy is put
+// there for the robot's turn and taken back afterwards.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,10 @@ class RobotMemory {
  public:
   // `place` is where the program looks, `bytes` a multiple of 64. Zeros at first.
   RobotMemory(char* place, std::size_t bytes, int robots)
-      : place_(place), bytes_(bytes),
-        all_(static_cast<std::byte*>(::operator new(bytes * static_cast<std::size_t>(robots) + line, std::align_val_t{line}))) {
+      : place_(place),
+        bytes_(bytes),
+        all_(static_cast<std::byte*>(
+            ::operator new (bytes* static_cast<std::size_t>(robots) + line, std::align_val_t{line}))) {
     std::memset(all_.get(), 0, bytes * static_cast<std::size_t>(robots));
   }
 
@@ -38,9 +40,9 @@ class RobotMemory {
   }
 
  private:
-  static constexpr std::size_t line = 64;   // of the cache; copies that share no lines are cheaper
+  static constexpr std::size_t line = 64;  // of the cache; copies that share no lines are cheaper
   struct Free {
-    void operator()(std::byte* memory) const { ::operator delete(memory, std::align_val_t{line}); }
+    void operator()(std::byte* memory) const { ::operator delete (memory, std::align_val_t{line}); }
   };
   std::byte* of(int robot) const { return all_.get() + bytes_ * static_cast<std::size_t>(robot); }
   std::size_t offset(const volatile void* variable) const {

@@ -1,5 +1,5 @@
-// A Kilobot C program, compiled and loaded: its code once, and the picture of a robot's memory before its first instruction.
-// Knows nothing of time, robots or worlds.
+// A Kilobot C program, compiled and loaded: its code once, and the picture of a robot's memory before its first
+// instruction. Knows nothing of time, robots or worlds.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ class ProgramError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Where kilolib.h and the rest of what programs are compiled against lie: beside the sources, or beside an installed arkmesh.
-// Throws ProgramError.
+// Where kilolib.h and the rest of what programs are compiled against lie: beside the sources, or beside an installed
+// arkmesh. Throws ProgramError.
 std::filesystem::path kilolib_folder();
 
 class RobotProgram {
@@ -38,7 +38,8 @@ class RobotProgram {
   // Bytes of a robot's memory, and those bytes before main() ran.
   std::size_t memory_bytes() const { return first_.size(); }
   const std::vector<std::byte>& first_memory() const { return first_; }
-  // From now on what robots print is kept for whoever takes it; otherwise it is dropped. To be called before robots run.
+  // From now on what robots print is kept for whoever takes it; otherwise it is dropped. To be called before robots
+  // run.
   void listen() const;
   // Null when nobody listens.
   ProgramText* text() const { return text_.get(); }

@@ -1,5 +1,5 @@
-// What robots' programs ask of their host: time, motors, light, chance. They call without saying for whom; it is the robot whose turn
-// it is.
+// What robots' programs ask of their host: time, motors, light, chance. They call without saying for whom; it is the
+// robot whose turn it is.
 #pragma once
 
 #include <cstdint>

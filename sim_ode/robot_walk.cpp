@@ -1,5 +1,5 @@
-// RobotHost's walk over robots. It runs on worker stacks: when a program waits past the end of a tick, its stack stays with it and the
-// walk goes on with another; when it is due, the walk moves onto that stack and goes on from there.
+// RobotHost's walk over robots. It runs on worker stacks: when a program waits past the end of a tick, its stack stays
+// with it and the walk goes on with another; when it is due, the walk moves onto that stack and goes on from there.
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -10,8 +10,8 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr int most_busy_ticks = 244;        // 8 s in which a program calls nothing: it never returns
-constexpr int sleep_ticks = 244;            // 8 s
+constexpr int most_busy_ticks = 244;  // 8 s in which a program calls nothing: it never returns
+constexpr int sleep_ticks = 244;      // 8 s
 
 }  // namespace
 
@@ -90,7 +90,8 @@ void RobotHost::walk() {
         if (cell.shown != cell.state && !cell.context) show_state();
         cell.send_clock = static_cast<std::uint16_t>(cell.send_clock + clock_per_tick * beats_);
         const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
-        if (beats_ > 0 && cell.send_clock > *abi_.tx_period && cell.state == State::running && talks) due_.push_back(robot_);
+        if (beats_ > 0 && cell.send_clock > *abi_.tx_period && cell.state == State::running && talks)
+          due_.push_back(robot_);
         memory_.copy_out(robot_);
         ++robot_;
         phase_ = Phase::enter;
@@ -129,7 +130,8 @@ bool RobotHost::enter() {
     // deep sleep but for moments; what the controller says is repeated until somebody wakes to hear it
     if (!repeats_) cell.heard_asleep = 0;
     for (const Inbox::Overhead& heard : inbox_->overhead)
-      if (heard.message.type > 127 && (repeats_ || heard.missed.empty() || !heard.missed[index(robot_)])) cell.heard_asleep = heard.message.type;
+      if (heard.message.type > 127 && (repeats_ || heard.missed.empty() || !heard.missed[index(robot_)]))
+        cell.heard_asleep = heard.message.type;
     if (cell.heard_asleep == 0 || (tick_ - cell.slept_at) % sleep_ticks != 0) return false;
     memory_.copy_in(robot_);
     Message command;
@@ -210,8 +212,8 @@ void RobotHost::call(void (*function)(void)) {
   FaultGuard::leave_program();
 }
 
-// The program has computed for a tick: it gets the rest of its time in the next one. It hangs when it has done nothing else for long and
-// nothing can interrupt it: it has no callbacks, or runs in one.
+// The program has computed for a tick: it gets the rest of its time in the next one. It hangs when it has done nothing
+// else for long and nothing can interrupt it: it has no callbacks, or runs in one.
 void RobotHost::busy_at(const void* from, bool wakeable) {
   if (booting_) return;
   if (in_callback_) return busy_in_callback(from);
@@ -260,7 +262,8 @@ void RobotHost::wait(std::int64_t us) {
   try {
     fresh = new_worker();
   } catch (const std::bad_alloc&) {
-    FaultGuard::leave(Fault::Kind::gave_up, "waits in delay(), but the system has no memory for one more waiting program");
+    FaultGuard::leave(Fault::Kind::gave_up,
+                      "waits in delay(), but the system has no memory for one more waiting program");
   }
   save_to_ = &cell.context;
   void* const from = switch_to(fresh, stack_->bounds(), this);

@@ -14,7 +14,8 @@ Settings read_settings(const hal::Section& arena) {
   if (out.controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
   out.start_in_centre = ode.choice("start", "uniform", {"uniform", "centre80"}) == "centre80";
   const std::vector<double> poses = ode.numbers("start_poses", {}, {-100, 100});
-  if (poses.size() % 3 != 0) ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
+  if (poses.size() % 3 != 0)
+    ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
   for (std::size_t i = 0; i < poses.size(); i += 3) out.start_poses.push_back({poses[i], poses[i + 1], poses[i + 2]});
   out.friction = ode.number("friction", out.friction, {0, 10});
   out.speed_m_s = ode.number("speed_m_per_s", out.speed_m_s, {0, 0.1});

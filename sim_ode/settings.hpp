@@ -11,31 +11,31 @@
 namespace arkmesh::sim_ode {
 
 struct Settings {
-  std::filesystem::path controller;     // controller: a C file for kilolib
-  bool start_in_centre = false;         // start = "uniform" | "centre80"
-  std::vector<hal::Pose> start_poses;   // start_poses: x, y, heading of each robot in turn; wins over `start`
-  bool blank_leds = false;              // arena.blank_leds: cameras see no colours
+  std::filesystem::path controller;    // controller: a C file for kilolib
+  bool start_in_centre = false;        // start = "uniform" | "centre80"
+  std::vector<hal::Pose> start_poses;  // start_poses: x, y, heading of each robot in turn; wins over `start`
+  bool blank_leds = false;             // arena.blank_leds: cameras see no colours
   // body and drive
-  double friction = 0.3;                // friction: between bodies and with walls
-  double speed_m_s = 0.01;              // speed_m_per_s, both motors at their calibrated duty
+  double friction = 0.3;                   // friction: between bodies and with walls
+  double speed_m_s = 0.01;                 // speed_m_per_s, both motors at their calibrated duty
   double turn_rad_s = 0.7853981633974483;  // turn_deg_per_s, one motor at its calibrated duty
-  double speed_spread = 0.186;          // speed_spread: s.d. of each motor's speed as a share of speed_m_per_s
-  double duty_spread = 3;               // duty_spread: s.d. of the calibrated duties, of 255
-  double motion_noise = 0;              // motion_noise: s.d. of a factor on speed and turn rate, drawn each tick
+  double speed_spread = 0.186;             // speed_spread: s.d. of each motor's speed as a share of speed_m_per_s
+  double duty_spread = 3;                  // duty_spread: s.d. of the calibrated duties, of 255
+  double motion_noise = 0;                 // motion_noise: s.d. of a factor on speed and turn rate, drawn each tick
   // sensors
-  std::vector<hal::Pose> lamps;         // lamp: x, y of each lamp; headings mean nothing
-  double light_noise = 10;              // light_noise: a reading of ambient light is off by up to this much, of 1023
-  double clock_spread = 0;              // clock_spread: a robot's clock is off by up to this share
+  std::vector<hal::Pose> lamps;  // lamp: x, y of each lamp; headings mean nothing
+  double light_noise = 10;       // light_noise: a reading of ambient light is off by up to this much, of 1023
+  double clock_spread = 0;       // clock_spread: a robot's clock is off by up to this share
   // overhead controller
-  hal::LabTime composite{55'000};       // composite_s
-  double overhead_loss = 0;             // overhead_loss: probability that a robot misses a composite
+  hal::LabTime composite{55'000};  // composite_s
+  double overhead_loss = 0;        // overhead_loss: probability that a robot misses a composite
   // robot infrared
-  double ir_range_m = 0.1;              // ir_range_m
-  double ir_loss = 0;                   // ir_loss: probability that a message in range is not received
-  double ir_range_spread_m = 0;         // ir_range_spread_m: s.d. of the reach between pairs of robots
-  double ir_asymmetry = 0.5;            // ir_asymmetry: share of that variance that is each direction's own
-  double ir_loss_per_m = 0;             // ir_loss_per_m: what distance adds to ir_loss
-  double ir_noise_m = 0.001;            // ir_noise_m: s.d. of measured distances
+  double ir_range_m = 0.1;       // ir_range_m
+  double ir_loss = 0;            // ir_loss: probability that a message in range is not received
+  double ir_range_spread_m = 0;  // ir_range_spread_m: s.d. of the reach between pairs of robots
+  double ir_asymmetry = 0.5;     // ir_asymmetry: share of that variance that is each direction's own
+  double ir_loss_per_m = 0;      // ir_loss_per_m: what distance adds to ir_loss
+  double ir_noise_m = 0.001;     // ir_noise_m: s.d. of measured distances
 };
 
 // Reads arena.blank_leds and [arena.ode]. Throws ConfigError.

@@ -21,11 +21,13 @@ constexpr int most_tries = 300;
 
 }  // namespace
 
-std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab, std::uint64_t seed) {
+std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab,
+                                    std::uint64_t seed) {
   hal::RandomStream chance(seed, lab + "/ode/start");
   std::vector<hal::Pose> out;
   // cells of one distance: whoever is too near lies in a neighbouring cell. Only cells with somebody in them are kept
-  const int columns = static_cast<int>(2 * half_width_m / apart_m) + 1, rows = static_cast<int>(2 * half_height_m / apart_m) + 1;
+  const int columns = static_cast<int>(2 * half_width_m / apart_m) + 1,
+            rows = static_cast<int>(2 * half_height_m / apart_m) + 1;
   std::unordered_map<std::int64_t, std::vector<int>> cells;
   const auto number = [columns](int column, int row) { return static_cast<std::int64_t>(row) * columns + column; };
   const auto is_free = [&](double x, double y, int column, int row) {
@@ -34,7 +36,8 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
         const auto cell = cells.find(number(c, r));
         if (cell == cells.end()) continue;
         for (int other : cell->second) {
-          const double dx = out[static_cast<std::size_t>(other)].x_m - x, dy = out[static_cast<std::size_t>(other)].y_m - y;
+          const double dx = out[static_cast<std::size_t>(other)].x_m - x,
+                       dy = out[static_cast<std::size_t>(other)].y_m - y;
           if (dx * dx + dy * dy < apart_m * apart_m) return false;
         }
       }
@@ -44,7 +47,8 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
     found = false;
     for (int k = 0; k < most_tries && !found; ++k) {
       const double x = chance.uniform(-half_width_m, half_width_m), y = chance.uniform(-half_height_m, half_height_m);
-      const int column = static_cast<int>((x + half_width_m) / apart_m), row = static_cast<int>((y + half_height_m) / apart_m);
+      const int column = static_cast<int>((x + half_width_m) / apart_m),
+                row = static_cast<int>((y + half_height_m) / apart_m);
       if (!is_free(x, y, column, row)) continue;
       cells[number(column, row)].push_back(static_cast<int>(out.size()));
       out.push_back({x, y, 0});
@@ -57,7 +61,8 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
     out.clear();
     for (int r = 0; r < rows; ++r)
       for (int c = 0; c < columns; ++c)
-        out.push_back({columns > 1 ? half_width_m * (2.0 * c / (columns - 1) - 1) : 0, rows > 1 ? half_height_m * (2.0 * r / (rows - 1) - 1) : 0, 0});
+        out.push_back({columns > 1 ? half_width_m * (2.0 * c / (columns - 1) - 1) : 0,
+                       rows > 1 ? half_height_m * (2.0 * r / (rows - 1) - 1) : 0, 0});
     for (std::size_t k = out.size(); k-- > 1;) std::swap(out[k], out[chance.below(k + 1)]);
     out.resize(static_cast<std::size_t>(robots));
   }
@@ -69,7 +74,8 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
   constexpr double allowed_m = 1e-6;  // of rounding
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {
-    if (std::abs(place.x_m) > width_m / 2 - hal::kilobot_radius_m + allowed_m || std::abs(place.y_m) > height_m / 2 - hal::kilobot_radius_m + allowed_m)
+    if (std::abs(place.x_m) > width_m / 2 - hal::kilobot_radius_m + allowed_m ||
+        std::abs(place.y_m) > height_m / 2 - hal::kilobot_radius_m + allowed_m)
       return fmt::format("puts robot {} at {}, {}, not wholly inside the walls", x.size(), place.x_m, place.y_m);
     x.push_back(place.x_m);
     y.push_back(place.y_m);
@@ -80,10 +86,10 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
     int other = -1;
     grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
       const auto j = static_cast<std::size_t>(member.number);
-      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot_radius_m - allowed_m)
-        other = member.number;
+      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot_radius_m - allowed_m) other = member.number;
     });
-    if (other >= 0) return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * hal::kilobot_radius_m);
+    if (other >= 0)
+      return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * hal::kilobot_radius_m);
   }
   return {};
 }

@@ -9,12 +9,13 @@
 
 namespace arkmesh::sim_ode {
 
-// Robots' centres lie at most `half_width_m`, `half_height_m` from the arena's centre; headings are random. Empty when that
-// many do not fit.
-std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab, std::uint64_t seed);
+// Robots' centres lie at most `half_width_m`, `half_height_m` from the arena's centre; headings are random. Empty when
+// that many do not fit.
+std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab,
+                                    std::uint64_t seed);
 
-// What is wrong with places given by hand, as the end of a sentence: a robot in or beyond a wall, two that overlap. Empty when
-// nothing is.
+// What is wrong with places given by hand, as the end of a sentence: a robot in or beyond a wall, two that overlap.
+// Empty when nothing is.
 std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, double height_m);
 
 }  // namespace arkmesh::sim_ode

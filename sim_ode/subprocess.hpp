@@ -1,4 +1,5 @@
-// Runs another program to its end and collects what it printed. For compilers and symbol tools; never inside a run's time.
+// Runs another program to its end and collects what it printed. For compilers and symbol tools; never inside a run's
+// time.
 #pragma once
 
 #include <string>
@@ -7,8 +8,8 @@
 namespace arkmesh::sim_ode {
 
 struct Finished {
-  int status = -1;      // exit status; -1: it could not be started or was killed
-  std::string output;   // standard output and error together, at most 64 KiB
+  int status = -1;     // exit status; -1: it could not be started or was killed
+  std::string output;  // standard output and error together, at most 64 KiB
 };
 
 // Looks `command[0]` up in PATH. Standard input is empty.

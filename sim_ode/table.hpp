@@ -1,5 +1,5 @@
-// A simulated arena as those see it who play the hardware around it: what cameras would see, a real overhead controller's
-// place, hands that move robots. Labs never get this: they see an Arena.
+// A simulated arena as those see it who play the hardware around it: what cameras would see, a real overhead
+// controller's place, hands that move robots. Labs never get this: they see an Arena.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,15 @@ namespace arkmesh::sim_ode {
 struct Transmission {
   std::int64_t start_us = 0, end_us = 0;
   hal::kilobot::Message message;
-  bool clean = true;             // false: distorted, nobody can decode it, but it is light all the same
+  bool clean = true;  // false: distorted, nobody can decode it, but it is light all the same
 };
 
 // Says what is on the air from above, in place of the arena's own composites.
 class OverheadSource {
  public:
   virtual ~OverheadSource() = default;
-  // Appends the messages that ended by `until_us` and that no earlier call has told of, in order of time. Called at each robot tick.
+  // Appends the messages that ended by `until_us` and that no earlier call has told of, in order of time. Called at
+  // each robot tick.
   virtual void sent_until(std::int64_t until_us, std::vector<Transmission>& out) = 0;
   // Whether its light shines at some time in [from_us, to_us), as far as can be known now; the span may lie ahead.
   virtual bool on_air(std::int64_t from_us, std::int64_t to_us) const = 0;
@@ -44,7 +45,8 @@ class Table : public hal::Arena {
 
   // Hands. A robot off the table hears nobody and touches nothing; its program runs on.
   virtual void take_off(int robot) = 0;
-  // Empty when the robot can stand there, else why not, as the end of a sentence. Also puts down robots that are off the table.
+  // Empty when the robot can stand there, else why not, as the end of a sentence. Also puts down robots that are off
+  // the table.
   virtual std::string put(int robot, const hal::Pose& pose) = 0;
   // Dead: dark, deaf and still. Switched on again it begins as after power-up.
   virtual void set_power(int robot, bool on) = 0;
@@ -55,11 +57,12 @@ class Table : public hal::Arena {
 };
 
 struct TableOptions {
-  OverheadSource* overhead = nullptr;    // outlives the table; none: the arena's own composites
-  std::vector<std::uint16_t> ids;        // kilo_uid by robot; empty: 0, 1, 2, ...
+  OverheadSource* overhead = nullptr;  // outlives the table; none: the arena's own composites
+  std::vector<std::uint16_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
 };
 
 // As make_ode_arena (same keys, same streams), with the hardware's side open. arena.pace must be 0.
-std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed, const TableOptions& options);
+std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                  const TableOptions& options);
 
 }  // namespace arkmesh::sim_ode

@@ -1,5 +1,5 @@
-// Slabs of 64 stacks from mmap. Each stack has a fence page below it, until the kernel's limit on mappings comes near; from
-// then on only each slab has one.
+// Slabs of 64 stacks from mmap. Each stack has a fence page below it, until the kernel's limit on mappings comes near;
+// from then on only each slab has one.
 #include "sim_ode/worker_stacks.hpp"
 
 #include <sys/mman.h>
@@ -35,7 +35,8 @@ const WorkerStacks::Stack* WorkerStacks::take() {
 }
 
 void WorkerStacks::grow() {
-  void* memory = mmap(nullptr, per_slab * (usable + page), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  void* memory = mmap(nullptr, per_slab * (usable + page), PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
   const bool fenced = slabs_.size() < most_fenced_slabs;
   Slab& slab = slabs_.emplace_back();

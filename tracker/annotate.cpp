@@ -24,7 +24,8 @@ cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
 
 std::optional<cv::Point> fine(const std::optional<Point>& at) {
   if (!at || !(std::abs(at->x) < most_px && std::abs(at->y) < most_px)) return {};
-  return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))), static_cast<int>(std::lround(at->y * (1 << shift))));
+  return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))),
+                   static_cast<int>(std::lround(at->y * (1 << shift))));
 }
 
 // A circle of the arena as the camera sees it.
@@ -33,7 +34,8 @@ std::vector<cv::Point> ring(const Calibration& camera, Point centre, double radi
   constexpr int steps = 48;
   for (int i = 0; i < steps; ++i) {
     const double angle = 2 * std::numbers::pi * i / steps;
-    const auto at = fine(camera.to_pixel({centre.x + radius_m * std::cos(angle), centre.y + radius_m * std::sin(angle)}, height_m));
+    const auto at =
+        fine(camera.to_pixel({centre.x + radius_m * std::cos(angle), centre.y + radius_m * std::sin(angle)}, height_m));
     if (!at) return {};
     points.push_back(*at);
   }
@@ -66,11 +68,13 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
     cv::polylines(picture, circle, true, colour, thick, cv::LINE_AA, shift);
     if (track.heading_sigma_rad < known_heading_rad) {
       const double heading = track.in_arena.heading_rad, length_m = 0.75 * body.diameter_m;
-      const auto tip = fine(camera.to_pixel({centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)},
-          body.board_m));
-      if (const auto from = fine(middle); tip && from) cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, shift);
+      const auto tip = fine(camera.to_pixel(
+          {centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)}, body.board_m));
+      if (const auto from = fine(middle); tip && from)
+        cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, shift);
     }
-    const std::string name = track.robot ? fmt::format("{}{}", *track.robot, track.doubtful ? "?" : "") : fmt::format("#{}", track.number);
+    const std::string name =
+        track.robot ? fmt::format("{}{}", *track.robot, track.doubtful ? "?" : "") : fmt::format("#{}", track.number);
     const cv::Scalar ink = track.doubtful ? cv::Scalar(80, 80, 255) : cv::Scalar::all(255);
     write(picture, name, {middle->x + 0.8 * r_px, middle->y - 0.8 * r_px}, r_px, ink);
   }
@@ -86,7 +90,8 @@ void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal
       cv::line(picture, circle[i], circle[(i + 1) % circle.size()], colour, 2, cv::LINE_AA, shift);
     const auto scale = camera.scale({mark.x_m, mark.y_m}, 0);
     const auto middle = camera.to_pixel({mark.x_m, mark.y_m}, 0);
-    if (middle && scale && !mark.text.empty()) write(picture, mark.text, *middle, scale->largest * mark.radius_m / 2, colour);
+    if (middle && scale && !mark.text.empty())
+      write(picture, mark.text, *middle, scale->largest * mark.radius_m / 2, colour);
   }
 }
 

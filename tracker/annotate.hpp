@@ -1,4 +1,5 @@
-// Draws what is known over a camera's picture: robots' circles, names, headings and LEDs, and the virtual environment on the table.
+// Draws what is known over a camera's picture: robots' circles, names, headings and LEDs, and the virtual environment
+// on the table.
 #pragma once
 
 #include <span>
@@ -15,12 +16,13 @@ class Mat;
 
 namespace arkmesh::tracker {
 
-// Draws into `picture` (8-bit BGR). A robot's circle has the colour of its LED (orange when off) and is thin while it is out of sight; its
-// arrow is the driving direction, left out when that is not known. The text is the robot's id, with a question mark while it is
-// doubtful, or #number of a track that nobody has named.
+// Draws into `picture` (8-bit BGR). A robot's circle has the colour of its LED (orange when off) and is thin while it
+// is out of sight; its arrow is the driving direction, left out when that is not known. The text is the robot's id,
+// with a question mark while it is doubtful, or #number of a track that nobody has named.
 void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body = {});
 void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks);
-// The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is another's.
+// The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is
+// another's.
 void draw_border(cv::Mat& picture, const Calibration& camera);
 // One line of text in the upper left corner.
 void draw_caption(cv::Mat& picture, const std::string& text);

@@ -1,5 +1,6 @@
-// Reads what ARK's arena calibration writes: cameras as rotations of one common eye, and the arena's corners in the overview that was
-// stitched from them. Facts of the format: DiODeProject/KilobotArenaCalibration, DiODeProject/KilobotArena kilobottracker.cpp.
+// Reads what ARK's arena calibration writes: cameras as rotations of one common eye, and the arena's corners in the
+// overview that was stitched from them. Facts of the format: DiODeProject/KilobotArenaCalibration,
+// DiODeProject/KilobotArena kilobottracker.cpp.
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -33,14 +34,16 @@ std::optional<Eigen::Matrix3d> matrix_in(const cv::FileNode& node) {
   return Eigen::Matrix3d(Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix.ptr<double>()));
 }
 
-// All 3 x 3 matrices under a name: a list of them, or one each with a number behind the name (K0, K_1, ...), whatever the letters' case.
+// All 3 x 3 matrices under a name: a list of them, or one each with a number behind the name (K0, K_1, ...), whatever
+// the letters' case.
 std::vector<Eigen::Matrix3d> matrices(const cv::FileStorage& in, const std::string& name) {
   std::vector<Eigen::Matrix3d> found;
   for (const cv::FileNode& node : in.root()) {
     std::string key = lower(node.name());
     while (!key.empty() && (std::isdigit(static_cast<unsigned char>(key.back())) || key.back() == '_')) key.pop_back();
     if (key != name && key != name + "s") continue;
-    if (const auto one = matrix_in(node)) found.push_back(*one);
+    if (const auto one = matrix_in(node))
+      found.push_back(*one);
     else if (node.isSeq())
       for (const cv::FileNode& element : node)
         if (const auto matrix = matrix_in(element)) found.push_back(*matrix);
@@ -116,10 +119,13 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
     if (const auto found = corner(in, digit)) corners.push_back(*found);
   if (ks.empty() || ks.size() != rs.size() || ks.size() > 16 || corners.size() != 4)
     refuse(file, fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
-                             "and holds {} K, {} R and {} corners", ks.size(), rs.size(), corners.size()));
+                             "and holds {} K, {} R and {} corners",
+                             ks.size(), rs.size(), corners.size()));
 
   if (!go_round(corners))
-    refuse(file, "its corners 1 to 4 are not an arena's: upper left, upper right, lower left, lower right of the overview, in pixels");
+    refuse(file,
+           "its corners 1 to 4 are not an arena's: upper left, upper right, lower left, lower right of the overview, "
+           "in pixels");
 
   // The frame of the overview: all pictures' corners on the common plane, as the stitching's plane projection finds it.
   std::vector<Eigen::Matrix3d> onto_plane;
@@ -146,12 +152,14 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
     in_arena.emplace_back(i % 2 ? east : -east, i < 2 ? north : -north);
   }
   const cv::Mat to_plane = cv::getPerspectiveTransform(in_arena, on_plane);
-  const Eigen::Matrix3d arena_to_plane(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(to_plane.ptr<double>()));
+  const Eigen::Matrix3d arena_to_plane(
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(to_plane.ptr<double>()));
 
   std::vector<CameraData> cameras;
   for (std::size_t i = 0; i < ks.size(); ++i) {
     Eigen::Matrix3d to_pixels = onto_plane[i].inverse() * arena_to_plane;
-    const Eigen::Vector3d middle = to_pixels.inverse() * Eigen::Vector3d((table.width_px - 1) / 2.0, (table.height_px - 1) / 2.0, 1);
+    const Eigen::Vector3d middle =
+        to_pixels.inverse() * Eigen::Vector3d((table.width_px - 1) / 2.0, (table.height_px - 1) / 2.0, 1);
     const Eigen::Vector3d place(middle.x() / middle.z(), middle.y() / middle.z(), table.camera_height_m);
     // What is in the middle of the picture is in front of the camera.
     if ((to_pixels * Eigen::Vector3d(place.x(), place.y(), 1)).z() < 0) to_pixels *= -1;

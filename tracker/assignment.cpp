@@ -32,8 +32,15 @@ Graph by_row(std::uint32_t rows, std::span<const Pairing> possible) {
 class Solver {
  public:
   Solver(std::uint32_t rows, std::uint32_t columns, std::span<const Pairing> possible)
-      : graph_(by_row(rows, possible)), columns_(columns), column_of_(rows, alone), row_of_(columns + rows, alone), row_price_(rows, 0),
-        column_price_(columns + rows, 0), distance_(columns + rows, infinity), reached_from_(columns + rows, 0), settled_(columns + rows) {}
+      : graph_(by_row(rows, possible)),
+        columns_(columns),
+        column_of_(rows, alone),
+        row_of_(columns + rows, alone),
+        row_price_(rows, 0),
+        column_price_(columns + rows, 0),
+        distance_(columns + rows, infinity),
+        reached_from_(columns + rows, 0),
+        settled_(columns + rows) {}
 
   std::vector<std::int32_t> solve() {
     for (std::uint32_t row = 0; row < column_of_.size(); ++row) enter(row);
@@ -58,7 +65,8 @@ class Solver {
         reached_from_[column] = from;
         open.emplace(there, column);
       };
-      for (std::size_t i = graph_.first[from]; i < graph_.first[from + 1]; ++i) offer(graph_.pairs[i].column, -graph_.pairs[i].gain);
+      for (std::size_t i = graph_.first[from]; i < graph_.first[from + 1]; ++i)
+        offer(graph_.pairs[i].column, -graph_.pairs[i].gain);
       offer(columns_ + from, 0);
     };
 

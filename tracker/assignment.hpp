@@ -1,6 +1,7 @@
-// Who goes with whom when everybody may stay alone: the assignment of greatest total gain, exact, over the few pairs that are possible
-// at all. Successive shortest paths (the sparse form of Jonker and Volgenant), so 1000 robots with a handful of candidates each cost
-// about as much as the candidates' number. The result depends on the candidates only, not on their order.
+// Who goes with whom when everybody may stay alone: the assignment of greatest total gain, exact, over the few pairs
+// that are possible at all. Successive shortest paths (the sparse form of Jonker and Volgenant), so 1000 robots with a
+// handful of candidates each cost about as much as the candidates' number. The result depends on the candidates only,
+// not on their order.
 #pragma once
 
 #include <cstdint>

@@ -8,15 +8,17 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double seen_probability = 0.98;       // of a robot that was seen in the last frame
-constexpr double stranger_density = 1e-3;       // new robots and false sightings, per square metre and frame
-constexpr double jump_probability = 0.02;       // of being anywhere within reach, whatever the motion says
-constexpr float clear_confidence = 0.65f;       // a sighting this clear is a robot at once
-constexpr std::uint32_t times_to_believe = 3;   // one less clear must be repeated
-constexpr float settled_confidence = 0.4f;       // below it (after a gap and one weak sighting) nobody acts on the id
-constexpr float certain_led = 0.5f;             // colours less certain than this change nothing
+constexpr double seen_probability = 0.98;      // of a robot that was seen in the last frame
+constexpr double stranger_density = 1e-3;      // new robots and false sightings, per square metre and frame
+constexpr double jump_probability = 0.02;      // of being anywhere within reach, whatever the motion says
+constexpr float clear_confidence = 0.65f;      // a sighting this clear is a robot at once
+constexpr std::uint32_t times_to_believe = 3;  // one less clear must be repeated
+constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak sighting) nobody acts on the id
+constexpr float certain_led = 0.5f;            // colours less certain than this change nothing
 
-double seconds(hal::LabTime t) { return static_cast<double>(t.count()) * 1e-6; }
+double seconds(hal::LabTime t) {
+  return static_cast<double>(t.count()) * 1e-6;
+}
 
 }  // namespace
 
@@ -37,8 +39,8 @@ std::vector<Prospect> Associator::prospects(hal::LabTime now) const {
   return all;
 }
 
-// How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the ratio. The motion
-// model's bell curve stands on a low plateau as wide as the reach, for robots that were pushed.
+// How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the
+// ratio. The motion model's bell curve stands on a low plateau as wide as the reach, for robots that were pushed.
 double Associator::gain(const Life& life, const Seen& seen, hal::LabTime now) const {
   const hal::Pose at = life.motion.pose();
   const double off_x = seen.x_m - at.x_m, off_y = seen.y_m - at.y_m, square = off_x * off_x + off_y * off_y;
@@ -56,11 +58,14 @@ double Associator::gain(const Life& life, const Seen& seen, hal::LabTime now) co
 std::vector<Pairing> Associator::possible_pairs(hal::LabTime now, std::span<const Seen> seen) const {
   std::vector<std::uint32_t> by_x(seen.size());
   for (std::uint32_t i = 0; i < seen.size(); ++i) by_x[i] = i;
-  std::sort(by_x.begin(), by_x.end(), [&](auto a, auto b) { return seen[a].x_m != seen[b].x_m ? seen[a].x_m < seen[b].x_m : a < b; });
+  std::sort(by_x.begin(), by_x.end(),
+            [&](auto a, auto b) { return seen[a].x_m != seen[b].x_m ? seen[a].x_m < seen[b].x_m : a < b; });
   std::vector<Pairing> possible;
   for (std::uint32_t row = 0; row < lives_.size(); ++row) {
-    const double x_m = lives_[row].motion.pose().x_m, y_m = lives_[row].motion.pose().y_m, reach = reach_m(lives_[row], now);
-    auto it = std::lower_bound(by_x.begin(), by_x.end(), x_m - reach, [&](auto i, double least) { return seen[i].x_m < least; });
+    const double x_m = lives_[row].motion.pose().x_m, y_m = lives_[row].motion.pose().y_m,
+                 reach = reach_m(lives_[row], now);
+    auto it = std::lower_bound(by_x.begin(), by_x.end(), x_m - reach,
+                               [&](auto i, double least) { return seen[i].x_m < least; });
     for (; it != by_x.end() && seen[*it].x_m <= x_m + reach; ++it) {
       if (std::abs(seen[*it].y_m - y_m) > reach) continue;
       if (const double gained = gain(lives_[row], seen[*it], now); gained > 0) possible.push_back({row, *it, gained});
@@ -75,7 +80,8 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     if (column == alone) return 0.0;
     const auto wanted = std::pair(row, static_cast<std::uint32_t>(column));
     // Ascending by row as they were made.
-    auto it = std::lower_bound(possible.begin(), possible.end(), row, [](const Pairing& p, std::uint32_t r) { return p.row < r; });
+    auto it = std::lower_bound(possible.begin(), possible.end(), row,
+                               [](const Pairing& p, std::uint32_t r) { return p.row < r; });
     for (; it != possible.end() && it->row == row; ++it)
       if (it->column == wanted.second) return it->gain;
     return {};
@@ -98,7 +104,8 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     }
     const auto exchanged = gain_of(static_cast<std::uint32_t>(holder), column_of[other.row]);
     if (!exchanged) continue;
-    const double theirs = gain_of(static_cast<std::uint32_t>(holder), static_cast<std::int32_t>(other.column)).value_or(0);
+    const double theirs =
+        gain_of(static_cast<std::uint32_t>(holder), static_cast<std::int32_t>(other.column)).value_or(0);
     if (mine + theirs - other.gain - *exchanged >= settings_.least_certainty) continue;
     suspect(lives_[other.row]);
     suspect(lives_[holder]);
@@ -128,7 +135,8 @@ void Associator::meet(Life& life, const Seen& seen, hal::LabTime now) {
   track.led_seen = seen.led_confidence >= certain_led;
   if (track.led_seen) track.led = seen.led;
   track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
-  if (seen.led_heading_rad) life.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
+  if (seen.led_heading_rad)
+    life.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
   life.last_seen = now;
   life.shown = true;
@@ -155,7 +163,9 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
   std::sort(occupied.begin(), occupied.end());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (taken[i]) continue;
-    const auto close = [&](const auto& place) { return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < least_m; };
+    const auto close = [&](const auto& place) {
+      return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < least_m;
+    };
     const auto begin = std::lower_bound(occupied.begin(), occupied.end(), std::pair(seen[i].x_m - least_m, -1e9));
     const auto end = std::upper_bound(begin, occupied.end(), std::pair(seen[i].x_m + least_m, 1e9));
     if (std::any_of(begin, end, close)) {
@@ -163,7 +173,8 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
       continue;
     }
     occupied.insert(std::upper_bound(begin, end, std::pair(seen[i].x_m, seen[i].y_m)), {seen[i].x_m, seen[i].y_m});
-    Life life{.track = {}, .motion = Motion(seen[i].x_m, seen[i].y_m, seen[i].sigma_m, settings_.motion), .last_seen = now};
+    Life life{
+        .track = {}, .motion = Motion(seen[i].x_m, seen[i].y_m, seen[i].sigma_m, settings_.motion), .last_seen = now};
     life.track.number = next_++;
     life.track.confidence = 0.5f * seen[i].confidence;
     life.established = seen[i].confidence >= clear_confidence;
@@ -171,7 +182,8 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
     if (life.track.led_seen) life.track.led = seen[i].led;
     life.track.primary = seen[i].primary, life.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
-      life.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad), seen[i].led_heading_sigma_rad);
+      life.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad),
+                              seen[i].led_heading_sigma_rad);
     lives_.push_back(std::move(life));
     counters_.add("track.born");
   }
@@ -184,7 +196,8 @@ void Associator::report(hal::LabTime now) {
     track.in_arena = life.motion.pose();
     track.heading_sigma_rad = static_cast<float>(life.motion.heading_sigma_rad());
     track.age = now - life.last_seen;
-    track.doubtful = life.suspected || life.jumped || track.age >= settings_.doubt_after || track.confidence < settled_confidence;
+    track.doubtful =
+        life.suspected || life.jumped || track.age >= settings_.doubt_after || track.confidence < settled_confidence;
     if (life.established && life.shown) reported_.push_back(track);
   }
 }
@@ -196,8 +209,10 @@ const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const S
   const std::vector<std::int32_t> column_of = assign(rows, columns, possible);
   suspect_ambiguous(possible, column_of);
   for (std::size_t row = 0; row < column_of.size(); ++row) {
-    if (column_of[row] != alone) meet(lives_[row], seen[column_of[row]], now);
-    else miss(lives_[row], now);
+    if (column_of[row] != alone)
+      meet(lives_[row], seen[column_of[row]], now);
+    else
+      miss(lives_[row], now);
   }
   give_birth(seen, column_of, now);
   std::erase_if(lives_, [&](const Life& life) {

@@ -1,5 +1,6 @@
-// Follows robots from frame to frame: gives all sightings of a frame to all tracks at once, so that the whole fits best. Says of a track
-// when it may be somebody else; finding out who it is, is the identifier's work. Pure: no pictures, no clock.
+// Follows robots from frame to frame: gives all sightings of a frame to all tracks at once, so that the whole fits
+// best. Says of a track when it may be somebody else; finding out who it is, is the identifier's work. Pure: no
+// pictures, no clock.
 #pragma once
 
 #include <optional>
@@ -18,12 +19,13 @@ struct AssociatorSettings {
   double diameter_m = 0.033;          // of a robot's body; two bodies cannot overlap
   double led_offset_rad = 0.7679449;  // driving direction minus LED direction: 44 degrees
   double top_speed_m_s = 0.06;        // nobody walks faster, pushed or played at four times life speed
-  double reach_m = 0.016;             // how far a hand moves a robot between two frames without it counting as another one
+  double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
   hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
-  hal::LabTime swap_after{800'000};   // unseen for this long: it may be another one when it is seen again, and must be named anew
-  hal::LabTime show_for{1'000'000};   // unseen for this long: no longer reported
+  hal::LabTime swap_after{
+      800'000};  // unseen for this long: it may be another one when it is seen again, and must be named anew
+  hal::LabTime show_for{1'000'000};      // unseen for this long: no longer reported
   hal::LabTime forget_after{5'000'000};  // unseen for this long: gone; what appears there later is a new track
-  double least_certainty = 5;         // natural logarithm of how much likelier an assignment must be than its neighbours
+  double least_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
   MotionSettings motion;
 };
 
@@ -34,18 +36,21 @@ struct Prospect {
   double reach_m = 0;
 };
 
-// Counters: track.born, .lost (no longer shown), .doubtful (became so), .jumped (moved by hand); seen.too_close (overlaps a robot).
+// Counters: track.born, .lost (no longer shown), .doubtful (became so), .jumped (moved by hand); seen.too_close
+// (overlaps a robot).
 class Associator {
  public:
   explicit Associator(const AssociatorSettings& settings = {});
 
-  // Every track that is in the picture or has been lately, lost ones too, ascending. `now` at or after that of the last update.
+  // Every track that is in the picture or has been lately, lost ones too, ascending. `now` at or after that of the last
+  // update.
   std::vector<Prospect> prospects(hal::LabTime now) const;
   // One frame. Returns what is to be reported, ascending by number. `now` never decreases.
   const std::vector<Track>& update(hal::LabTime now, std::span<const Seen> seen);
   const std::vector<Track>& tracks() const { return reported_; }
 
-  // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such track any more.
+  // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such
+  // track any more.
   bool name(TrackNumber track, hal::RobotId robot);
   // The track is not who it was thought to be.
   void unname(TrackNumber track);
@@ -57,9 +62,9 @@ class Associator {
     Motion motion;
     hal::LabTime last_seen{0};
     std::uint32_t times_seen = 1;
-    bool established = false;   // seen often or clearly enough to be reported
-    bool suspected = false;     // doubtful until named again
-    bool jumped = false;        // last seen where no motion explains it: a hand, or something else; the next sighting tells
+    bool established = false;  // seen often or clearly enough to be reported
+    bool suspected = false;    // doubtful until named again
+    bool jumped = false;  // last seen where no motion explains it: a hand, or something else; the next sighting tells
     bool shown = true;
   };
 

@@ -12,11 +12,15 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-Eigen::Map<const RowMatrix> as_matrix(const Matrix3& m) { return Eigen::Map<const RowMatrix>(m.data()); }
-Eigen::Map<const Eigen::Vector3d> as_vector(const std::array<double, 3>& v) { return Eigen::Map<const Eigen::Vector3d>(v.data()); }
+Eigen::Map<const RowMatrix> as_matrix(const Matrix3& m) {
+  return Eigen::Map<const RowMatrix>(m.data());
+}
+Eigen::Map<const Eigen::Vector3d> as_vector(const std::array<double, 3>& v) {
+  return Eigen::Map<const Eigen::Vector3d>(v.data());
+}
 
-constexpr double farthest_radius = 4;     // tan of 76 degrees: pinhole cameras do not see farther out
-constexpr double farthest_angle = 1.55;   // just below the horizon
+constexpr double farthest_radius = 4;    // tan of 76 degrees: pinhole cameras do not see farther out
+constexpr double farthest_angle = 1.55;  // just below the horizon
 
 bool all_finite(const CameraData& data) {
   const auto finite = [](double v) { return std::isfinite(v); };
@@ -31,12 +35,15 @@ void refuse_impossible(const CameraData& data) {
   const std::size_t n = lens.distortion.size();
   if (!all_finite(data)) throw std::invalid_argument("a number is infinite or not a number");
   if (lens.width_px < 1 || lens.height_px < 1 || lens.width_px > 100'000 || lens.height_px > 100'000)
-    throw std::invalid_argument(fmt::format("the picture size {} x {} is not that of a camera", lens.width_px, lens.height_px));
+    throw std::invalid_argument(
+        fmt::format("the picture size {} x {} is not that of a camera", lens.width_px, lens.height_px));
   if (lens.model == LensModel::fisheye ? n != 4 : n != 0 && n != 4 && n != 5 && n != 8)
-    throw std::invalid_argument(fmt::format("{} distortion coefficients cannot be: a fisheye has 4, a pinhole 0, 4, 5 or 8", n));
+    throw std::invalid_argument(
+        fmt::format("{} distortion coefficients cannot be: a fisheye has 4, a pinhole 0, 4, 5 or 8", n));
   const Matrix3& k = lens.matrix;
   if (k[0] <= 0 || k[4] <= 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
-    throw std::invalid_argument("the camera matrix is not of the form fx s cx / 0 fy cy / 0 0 1 with fx and fy above 0");
+    throw std::invalid_argument(
+        "the camera matrix is not of the form fx s cx / 0 fy cy / 0 0 1 with fx and fy above 0");
   const auto rotation = as_matrix(data.rotation);
   if (!(rotation * rotation.transpose()).isIdentity(1e-3) || rotation.determinant() < 0)
     throw std::invalid_argument("the rotation is not a rotation matrix");
@@ -49,7 +56,8 @@ void refuse_impossible(const CameraData& data) {
 Calibration::Calibration(CameraData data) : data_(std::move(data)) {
   refuse_impossible(data_);
   Eigen::Map<RowMatrix>(inverse_matrix_.data()) = as_matrix(data_.lens.matrix).inverse();
-  Eigen::Map<Eigen::Vector3d>(position_m_.data()) = -as_matrix(data_.rotation).transpose() * as_vector(data_.translation_m);
+  Eigen::Map<Eigen::Vector3d>(position_m_.data()) =
+      -as_matrix(data_.rotation).transpose() * as_vector(data_.translation_m);
   if (!(position_m_[2] > 0)) throw std::invalid_argument("the camera is below the table");
   // Outwards until the distorted radius no longer grows: beyond, two points of the table would share a pixel.
   const double farthest = data_.lens.model == LensModel::fisheye ? farthest_angle : farthest_radius;
@@ -61,7 +69,8 @@ Calibration::Calibration(CameraData data) : data_(std::move(data)) {
     before = out;
     reach_ = r;
   }
-  if (reach_ < farthest / 100) throw std::invalid_argument("the distortion folds the whole picture over; were coefficients exchanged?");
+  if (reach_ < farthest / 100)
+    throw std::invalid_argument("the distortion folds the whole picture over; were coefficients exchanged?");
 }
 
 Calibration Calibration::overhead(int width_px, int height_px, double metres_per_px) {
@@ -69,7 +78,8 @@ Calibration Calibration::overhead(int width_px, int height_px, double metres_per
   CameraData data;
   data.lens.width_px = width_px;
   data.lens.height_px = height_px;
-  data.lens.matrix = {far_m / metres_per_px, 0, (width_px - 1) / 2.0, 0, far_m / metres_per_px, (height_px - 1) / 2.0, 0, 0, 1};
+  data.lens.matrix = {
+      far_m / metres_per_px, 0, (width_px - 1) / 2.0, 0, far_m / metres_per_px, (height_px - 1) / 2.0, 0, 0, 1};
   data.translation_m = {0, 0, far_m};
   data.arena_width_m = std::min(100.0, width_px * metres_per_px);
   data.arena_height_m = std::min(100.0, height_px * metres_per_px);
@@ -127,8 +137,10 @@ std::optional<Point> Calibration::ideal(Point in_pixels) const {
   // The tangential part by Newton's method with a numeric derivative.
   for (int i = 0; i < 8; ++i) {
     constexpr double h = 1e-6;
-    const Point at = distorted(guess), right = distorted({guess.x + h, guess.y}), down = distorted({guess.x, guess.y + h});
-    const double xx = (right.x - at.x) / h, yx = (right.y - at.y) / h, xy = (down.x - at.x) / h, yy = (down.y - at.y) / h;
+    const Point at = distorted(guess), right = distorted({guess.x + h, guess.y}),
+                down = distorted({guess.x, guess.y + h});
+    const double xx = (right.x - at.x) / h, yx = (right.y - at.y) / h, xy = (down.x - at.x) / h,
+                 yy = (down.y - at.y) / h;
     const double determinant = xx * yy - xy * yx, off_x = bent.x() - at.x, off_y = bent.y() - at.y;
     if (!(determinant > 1e-9)) return {};
     guess.x += (yy * off_x - xy * off_y) / determinant;
@@ -164,8 +176,10 @@ std::optional<Point> Calibration::to_arena(Point in_pixels, double height_m) con
 
 std::optional<Calibration::Scale> Calibration::scale(Point in_arena, double height_m) const {
   constexpr double h = 0.001;
-  const auto west = to_pixel({in_arena.x - h, in_arena.y}, height_m), east = to_pixel({in_arena.x + h, in_arena.y}, height_m);
-  const auto south = to_pixel({in_arena.x, in_arena.y - h}, height_m), north = to_pixel({in_arena.x, in_arena.y + h}, height_m);
+  const auto west = to_pixel({in_arena.x - h, in_arena.y}, height_m),
+             east = to_pixel({in_arena.x + h, in_arena.y}, height_m);
+  const auto south = to_pixel({in_arena.x, in_arena.y - h}, height_m),
+             north = to_pixel({in_arena.x, in_arena.y + h}, height_m);
   if (!west || !east || !south || !north) return {};
   const double xx = (east->x - west->x) / (2 * h), yx = (east->y - west->y) / (2 * h);
   const double xy = (north->x - south->x) / (2 * h), yy = (north->y - south->y) / (2 * h);
@@ -176,7 +190,8 @@ std::optional<Calibration::Scale> Calibration::scale(Point in_arena, double heig
 }
 
 double Calibration::inside_px(Point in_pixels) const {
-  return std::min({in_pixels.x, in_pixels.y, data_.lens.width_px - 1 - in_pixels.x, data_.lens.height_px - 1 - in_pixels.y});
+  return std::min(
+      {in_pixels.x, in_pixels.y, data_.lens.width_px - 1 - in_pixels.x, data_.lens.height_px - 1 - in_pixels.y});
 }
 
 }  // namespace arkmesh::tracker

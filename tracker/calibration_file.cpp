@@ -20,8 +20,8 @@ constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 // Reads one camera's keys; every error names file, camera and key.
 class CameraNode {
  public:
-  CameraNode(cv::FileNode node, const std::filesystem::path& file, std::string camera) : node_(node), file_(file),
-      camera_(std::move(camera)) {}
+  CameraNode(cv::FileNode node, const std::filesystem::path& file, std::string camera)
+      : node_(node), file_(file), camera_(std::move(camera)) {}
 
   std::vector<double> numbers(const char* key, std::size_t least, std::size_t most) const {
     const cv::FileNode node = node_[key];
@@ -71,8 +71,11 @@ NamedCamera read_camera(const cv::FileNode& node, const std::filesystem::path& f
   camera.name = node["name"].isString() ? static_cast<std::string>(node["name"]) : fmt::format("{}", number);
   const CameraNode keys(node, file, camera.name);
   CameraData& data = camera.data;
-  const std::string lens = node["lens"].empty() ? "pinhole" : node["lens"].isString() ? static_cast<std::string>(node["lens"]) : "";
-  if (lens != "pinhole" && lens != "fisheye") refuse(file, fmt::format("camera {}: lens must be \"pinhole\" or \"fisheye\"", camera.name));
+  const std::string lens = node["lens"].empty()      ? "pinhole"
+                           : node["lens"].isString() ? static_cast<std::string>(node["lens"])
+                                                     : "";
+  if (lens != "pinhole" && lens != "fisheye")
+    refuse(file, fmt::format("camera {}: lens must be \"pinhole\" or \"fisheye\"", camera.name));
   data.lens.model = lens == "fisheye" ? LensModel::fisheye : LensModel::pinhole;
   data.lens.width_px = keys.pixels("image_width");
   data.lens.height_px = keys.pixels("image_height");
@@ -96,13 +99,17 @@ NamedCamera read_camera(const cv::FileNode& node, const std::filesystem::path& f
 
 std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) refuse(file, "there is no such calibration file; make one with arkmesh calibrate");
+  if (!std::filesystem::is_regular_file(file, error))
+    refuse(file, "there is no such calibration file; make one with arkmesh calibrate");
   try {
     const cv::FileStorage in(file.string(), cv::FileStorage::READ);
     const cv::FileNode cameras = in.isOpened() ? in["cameras"] : cv::FileNode();
     if (!cameras.isSeq() || cameras.size() == 0)
-      refuse(file, "holds no cameras; make a calibration with arkmesh calibrate (of an ARK calibration: with its --import-ark)");
-    if (cameras.size() > most_cameras) refuse(file, fmt::format("holds {} cameras; {} are possible", cameras.size(), most_cameras));
+      refuse(
+          file,
+          "holds no cameras; make a calibration with arkmesh calibrate (of an ARK calibration: with its --import-ark)");
+    if (cameras.size() > most_cameras)
+      refuse(file, fmt::format("holds {} cameras; {} are possible", cameras.size(), most_cameras));
     std::vector<NamedCamera> read;
     for (const cv::FileNode& node : cameras) {
       if (!node.isMap()) refuse(file, fmt::format("its list of cameras holds something else; {}", make_anew));
@@ -133,10 +140,12 @@ void write_calibrations(const std::filesystem::path& file, const std::vector<Nam
     const auto matrix = [](const auto& values, int rows) {
       return cv::Mat(rows, static_cast<int>(values.size()) / rows, CV_64F, const_cast<double*>(values.data())).clone();
     };
-    out << "cameras" << "[";
+    out << "cameras"
+        << "[";
     for (const NamedCamera& camera : cameras) {
       const CameraData& data = camera.data;
-      out << "{" << "name" << camera.name << "lens" << (data.lens.model == LensModel::fisheye ? "fisheye" : "pinhole");
+      out << "{"
+          << "name" << camera.name << "lens" << (data.lens.model == LensModel::fisheye ? "fisheye" : "pinhole");
       out << "image_width" << data.lens.width_px << "image_height" << data.lens.height_px;
       out << "camera_matrix" << matrix(data.lens.matrix, 3) << "distortion_coefficients" << data.lens.distortion;
       out << "rotation" << matrix(data.rotation, 3) << "translation" << matrix(data.translation_m, 3);

@@ -30,12 +30,11 @@ class LensFit {
  public:
   explicit LensFit(const ChessboardSize& board);
   ~LensFit();
-  // False when no whole chessboard is found in the picture. Throws std::runtime_error with the end of a sentence when it has another size
-  // than those before.
+  // False when no whole chessboard is found in the picture. Throws std::runtime_error with the end of a sentence when
+  // it has another size than those before.
   bool add(const cv::Mat& picture);
-  // A fisheye when it fits clearly better, or when a pinhole's distortion folds over within the picture; else a pinhole. Throws
-  // std::runtime_error with one sentence when there are too few pictures or
-  // neither fits.
+  // A fisheye when it fits clearly better, or when a pinhole's distortion folds over within the picture; else a
+  // pinhole. Throws std::runtime_error with one sentence when there are too few pictures or neither fits.
   FittedLens fit() const;
 
  private:
@@ -48,12 +47,13 @@ struct Mark {
   Point in_pixels, in_arena;
 };
 
-// From four marks or more, spread over the view: for cameras that do not see the whole arena. The error is that of the marks. Throws
-// std::runtime_error with one sentence when no camera sees them so.
+// From four marks or more, spread over the view: for cameras that do not see the whole arena. The error is that of the
+// marks. Throws std::runtime_error with one sentence when no camera sees them so.
 CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double arena_width_m, double arena_height_m);
 
 // `corners`: where the arena's corners are in the picture, from the north-west one clockwise. Throws
 // std::runtime_error with one sentence when they cannot be the corners of a rectangle seen from above.
-CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, double arena_width_m, double arena_height_m);
+CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, double arena_width_m,
+                        double arena_height_m);
 
 }  // namespace arkmesh::tracker

@@ -15,18 +15,20 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr int half = 10, side = 2 * half + 1;       // pixels of a template
-constexpr int columns = 12, rows = 9;               // the picture is divided into so many fields, each with its best mark
-constexpr std::size_t most_marks = 40;              // the best of them
-constexpr double certain_px = 0.12;                 // a mark's place is known to so much, given the picture's noise
-constexpr double least_likeness = 0.75;             // correlation with the template
+constexpr int half = 10, side = 2 * half + 1;  // pixels of a template
+constexpr int columns = 12, rows = 9;          // the picture is divided into so many fields, each with its best mark
+constexpr std::size_t most_marks = 40;         // the best of them
+constexpr double certain_px = 0.12;            // a mark's place is known to so much, given the picture's noise
+constexpr double least_likeness = 0.75;        // correlation with the template
 constexpr double roughly_px = 0.3, precisely_px = 0.05;
 constexpr std::size_t turns = 4;
-constexpr double farthest_px = 5;                   // that a mark is followed without searching
+constexpr double farthest_px = 5;  // that a mark is followed without searching
 constexpr std::size_t fewest_marks = 8, fewest_for_fit = 6;
 constexpr int small_width = 480, small_half = 8, small_reach = 56;  // searching, in the shrunk picture
 
-float grey_of(const cv::Vec3b& pixel) { return 0.25F * static_cast<float>(pixel[0] + 2 * pixel[1] + pixel[2]); }
+float grey_of(const cv::Vec3b& pixel) {
+  return 0.25F * static_cast<float>(pixel[0] + 2 * pixel[1] + pixel[2]);
+}
 
 // The patch round a place between pixels, without its mean; false when it does not lie inside the picture.
 bool patch(const cv::Mat& bgr, double x_px, double y_px, float* out) {
@@ -86,7 +88,9 @@ void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, cons
         if (strength.at<float>(y, x) <= best) continue;
         const cv::Point here(x * by + by / 2, y * by + by / 2);
         // a robot and its light
-        const auto hidden = [&](const Circle& robot) { return std::hypot(robot.x_px - here.x, robot.y_px - here.y) < 2 * robot.r_px + 1.5 * half; };
+        const auto hidden = [&](const Circle& robot) {
+          return std::hypot(robot.x_px - here.x, robot.y_px - here.y) < 2 * robot.r_px + 1.5 * half;
+        };
         if (std::any_of(robots.begin(), robots.end(), hidden)) continue;
         best = strength.at<float>(y, x);
         at = here;
@@ -102,7 +106,9 @@ void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, cons
     if (!patch(bgr, mark.x_px, mark.y_px, mark.grey.data())) continue;
     for (const bool across : {true, false}) {
       auto& slope = across ? mark.along_x : mark.along_y;
-      if (!patch(bgr, mark.x_px - across, mark.y_px - !across, before.data()) || !patch(bgr, mark.x_px + across, mark.y_px + !across, after.data())) break;
+      if (!patch(bgr, mark.x_px - across, mark.y_px - !across, before.data()) ||
+          !patch(bgr, mark.x_px + across, mark.y_px + !across, after.data()))
+        break;
       for (std::size_t k = 0; k < slope.size(); ++k) slope[k] = (after[k] - before[k]) / 2;
     }
     for (std::size_t k = 0; k < mark.grey.size(); ++k) {
@@ -139,7 +145,8 @@ bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px,
       const float error = now[k] * light - mark.grey[k];
       off_x += mark.along_x[k] * error, off_y += mark.along_y[k] * error;
     }
-    const double move_x = (mark.yy * off_x - mark.xy * off_y) / determinant, move_y = (mark.xx * off_y - mark.xy * off_x) / determinant;
+    const double move_x = (mark.yy * off_x - mark.xy * off_y) / determinant,
+                 move_y = (mark.xx * off_y - mark.xy * off_x) / determinant;
     x_px -= std::clamp(move_x, -2.0, 2.0), y_px -= std::clamp(move_y, -2.0, 2.0);
     if (std::hypot(x_px - from_x_px, y_px - from_y_px) > farthest_px) return false;
     if (std::abs(move_x) + std::abs(move_y) < within_px) break;
@@ -152,7 +159,8 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
   if (marks_.size() < fewest_marks) return Verdict::in_place;
   const auto scale = calibration.scale({0, 0}, 0);
   const double most_px = std::max(settings_.tolerance_px, settings_.tolerance_m * (scale ? scale->smallest : 0));
-  // By turns every fourth mark; when half of these are not seen where they belong, all of them. `seen` is what is recognised.
+  // By turns every fourth mark; when half of these are not seen where they belong, all of them. `seen` is what is
+  // recognised.
   const auto compare = [&](std::size_t first, std::size_t step) {
     std::vector<double> off;
     std::size_t looked_at = 0;
@@ -160,7 +168,8 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
       marks_[i].seen = find(marks_[i], bgr, marks_[i].at_x_px, marks_[i].at_y_px, step > 1 ? roughly_px : precisely_px);
       if (marks_[i].seen) off.push_back(std::hypot(marks_[i].off_x_px, marks_[i].off_y_px));
     }
-    const bool recognised = static_cast<double>(off.size()) >= std::max(4.0, (step > 1 ? 0.5 : settings_.least_seen) * static_cast<double>(looked_at));
+    const bool recognised = static_cast<double>(off.size()) >=
+                            std::max(4.0, (step > 1 ? 0.5 : settings_.least_seen) * static_cast<double>(looked_at));
     off_px_ = off.empty() ? 0 : median(off);
     return recognised;
   };
@@ -188,7 +197,8 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
   return recognised ? Verdict::moved : Verdict::unrecognised;
 }
 
-// Where marks are that may be far from their places: first roughly, in shrunk pictures, then by what most of them agree on.
+// Where marks are that may be far from their places: first roughly, in shrunk pictures, then by what most of them agree
+// on.
 void CameraGuard::search(const cv::Mat& bgr) {
   const cv::Mat small = shrink(bgr, shrunk_);
   if (small.size() != small_.size()) return;
@@ -197,8 +207,10 @@ void CameraGuard::search(const cv::Mat& bgr) {
   for (const Mark& mark : marks_) {
     const cv::Point learnt(static_cast<int>(mark.x_px / shrunk_), static_cast<int>(mark.y_px / shrunk_));
     const cv::Point near(static_cast<int>(mark.at_x_px / shrunk_), static_cast<int>(mark.at_y_px / shrunk_));
-    const cv::Rect piece = cv::Rect(learnt.x - small_half, learnt.y - small_half, 2 * small_half + 1, 2 * small_half + 1) & all;
-    const cv::Rect window = cv::Rect(near.x - small_reach, near.y - small_reach, 2 * small_reach + 1, 2 * small_reach + 1) & all;
+    const cv::Rect piece =
+        cv::Rect(learnt.x - small_half, learnt.y - small_half, 2 * small_half + 1, 2 * small_half + 1) & all;
+    const cv::Rect window =
+        cv::Rect(near.x - small_reach, near.y - small_reach, 2 * small_reach + 1, 2 * small_reach + 1) & all;
     if (window.width <= piece.width || window.height <= piece.height) continue;
     cv::Mat likeness;
     cv::matchTemplate(small(window), small_(piece), likeness, cv::TM_CCOEFF_NORMED);
@@ -215,13 +227,16 @@ void CameraGuard::search(const cv::Mat& bgr) {
   const cv::Mat whole = cv::estimateAffinePartial2D(from, to, agrees, cv::RANSAC, 2.0 * shrunk_ + 1);
   if (whole.empty() || cv::countNonZero(agrees) < static_cast<int>(fewest_for_fit)) return;
   for (Mark& mark : marks_) {
-    const double x = whole.at<double>(0, 0) * mark.at_x_px + whole.at<double>(0, 1) * mark.at_y_px + whole.at<double>(0, 2);
-    const double y = whole.at<double>(1, 0) * mark.at_x_px + whole.at<double>(1, 1) * mark.at_y_px + whole.at<double>(1, 2);
+    const double x =
+        whole.at<double>(0, 0) * mark.at_x_px + whole.at<double>(0, 1) * mark.at_y_px + whole.at<double>(0, 2);
+    const double y =
+        whole.at<double>(1, 0) * mark.at_x_px + whole.at<double>(1, 1) * mark.at_y_px + whole.at<double>(1, 2);
     mark.seen = find(mark, bgr, x, y, precisely_px);
   }
 }
 
-// The camera's place and direction that explain where the marks are seen, by Gauss and Newton's method from those that it had.
+// The camera's place and direction that explain where the marks are seen, by Gauss and Newton's method from those that
+// it had.
 std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
   std::vector<const Mark*> seen;
   for (const Mark& mark : marks_)
@@ -232,7 +247,8 @@ std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
     CameraData data = camera.data();
     const Eigen::Vector3d turn = by.head<3>();
     const double angle = turn.norm();
-    const Eigen::Matrix3d rotation = angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
+    const Eigen::Matrix3d rotation =
+        angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> old(data.rotation.data());
     Eigen::Map<Eigen::Vector3d> place(data.translation_m.data());
     // about the camera, in its own frame
@@ -270,7 +286,8 @@ std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
       if (step.norm() < 1e-7 || round == 11) {
         // what does not fit at all was no mark
         const double typical = median(off);
-        const auto fitting = std::count_if(off.begin(), off.end(), [&](double each) { return each < std::max(1.0, 3 * typical); });
+        const auto fitting =
+            std::count_if(off.begin(), off.end(), [&](double each) { return each < std::max(1.0, 3 * typical); });
         if (typical > 0.5 || static_cast<std::size_t>(fitting) < enough) return std::nullopt;
         return camera;
       }

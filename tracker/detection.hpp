@@ -7,9 +7,9 @@ namespace arkmesh::tracker {
 
 // Pixels: x to the right, y down, the centre of the top-left pixel is (0, 0).
 struct Detection {
-  double x_px = 0, y_px = 0;          // centre of the circle round the outer edge of the robot's board
-  double r_px = 0;                    // its radius
-  float confidence = 0;               // 0..1 that this is a robot
+  double x_px = 0, y_px = 0;  // centre of the circle round the outer edge of the robot's board
+  double r_px = 0;            // its radius
+  float confidence = 0;       // 0..1 that this is a robot
   hal::Led led = hal::Led::off;
   float led_confidence = 0;           // 0..1 that the colour is right; 0 says nothing about the LED could be seen
   double led_x_px = 0, led_y_px = 0;  // centre of the bright core; not a number when the LED is off

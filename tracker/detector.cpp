@@ -49,12 +49,14 @@ class Detector::Search {
       if (i + 1 < where.size()) fetch_ahead(bgr, where[i + 1]);
       // Its LED is looked at while its pixels are at hand.
       if (const auto one = near(bgr, where[i]))
-        claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i, detection(bgr, *one)});
+        claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i,
+                          detection(bgr, *one)});
     }
     if (claims.empty()) return seen;
     // Nearest first: two places that see the same robot do not both get it.
-    std::sort(claims.begin(), claims.end(),
-              [](const Claim& a, const Claim& b) { return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place; });
+    std::sort(claims.begin(), claims.end(), [](const Claim& a, const Claim& b) {
+      return a.off_px != b.off_px ? a.off_px < b.off_px : a.place < b.place;
+    });
     double largest_r_px = 1;
     for (const Claim& claim : claims) largest_r_px = std::max(largest_r_px, claim.seen.r_px);
     Places places(1.5 * largest_r_px, bgr.cols, bgr.rows);
@@ -76,16 +78,20 @@ class Detector::Search {
     Detection seen;
   };
 
-  // Asks the memory for the pixels round a place while another is looked at: a picture is larger than a processor's cache.
+  // Asks the memory for the pixels round a place while another is looked at: a picture is larger than a processor's
+  // cache.
   static void fetch_ahead(const cv::Mat& bgr, const Expected& place) {
     const double far_px = 1.45 * place.r_px + 3;
     if (!(far_px < 1000 && std::abs(place.x_px) < 1e6 && std::abs(place.y_px) < 1e6)) return;
-    const auto inside = [](double at, int size) { return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(size))); };
+    const auto inside = [](double at, int size) {
+      return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(size)));
+    };
     const int left = inside(place.x_px - far_px, bgr.cols), right = inside(place.x_px + far_px, bgr.cols);
     constexpr int line_bytes = 64;
     for (int y = inside(place.y_px - far_px, bgr.rows), end = inside(place.y_px + far_px, bgr.rows); y < end; ++y) {
       const std::uint8_t* const row = bgr.ptr<std::uint8_t>(y);
-      for (int byte = 3 * left; byte < 3 * right + line_bytes; byte += line_bytes) __builtin_prefetch(row + std::min(byte, 3 * right));
+      for (int byte = 3 * left; byte < 3 * right + line_bytes; byte += line_bytes)
+        __builtin_prefetch(row + std::min(byte, 3 * right));
     }
   }
 
@@ -94,12 +100,16 @@ class Detector::Search {
     const double r_px = place.r_px, far_px = place.reach_px + 1.25 * r_px;
     // written so that not-a-number is refused, too
     if (!(r_px >= 2 && r_px < 10000 && place.reach_px >= 0 && far_px < 20000)) return {};
-    if (!(place.x_px > -far_px && place.y_px > -far_px && place.x_px < bgr.cols + far_px && place.y_px < bgr.rows + far_px)) return {};
+    if (!(place.x_px > -far_px && place.y_px > -far_px && place.x_px < bgr.cols + far_px &&
+          place.y_px < bgr.rows + far_px))
+      return {};
     // Mostly it is very nearly where it should be.
     if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
       const Suspect one = suspect(*rim);
       const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
-      if (reached && one.evidence >= settings_.least_confidence && std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance) return one;
+      if (reached && one.evidence >= settings_.least_confidence &&
+          std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance)
+        return one;
     }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px),
@@ -133,7 +143,8 @@ class Detector::Search {
     return better ? rims_.fit(bgr, *better, 0.14, darker, noise_) : std::nullopt;
   }
 
-  // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a row are nothing.
+  // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a
+  // row are nothing.
   void look(const cv::Mat& bgr, double least_r_px, double most_r_px, double least_votes, std::size_t patience,
             std::vector<Suspect>& suspects) {
     for (const bool darker : {true, false}) {
@@ -143,7 +154,8 @@ class Detector::Search {
       Places robots(2 * most_r_px, bgr.cols, bgr.rows);
       std::size_t in_vain = 0;
       for (const RoundCandidate& candidate : candidates_) {
-        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), candidate.r * picture_.block};
+        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y),
+                           candidate.r * picture_.block};
         if (robots.taken(guess, 0.9 * least_r_px)) continue;
         if (++in_vain > patience) break;
         const auto rim = closely(bgr, guess, darker);
@@ -169,7 +181,8 @@ class Detector::Search {
       look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, suspects);
     }
     std::erase_if(suspects, [&](const Suspect& one) {
-      return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px || 2 * one.rim.circle.r_px > settings_.largest_diameter_px;
+      return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px ||
+             2 * one.rim.circle.r_px > settings_.largest_diameter_px;
     });
     for (Suspect& one : suspects) one.evidence *= one.clear;
     const auto r_px = common_radius_px(std::move(suspects), bgr.cols, bgr.rows);
@@ -183,7 +196,8 @@ class Detector::Search {
     picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
     votes_.look_at(picture_, least_step());
     std::vector<Suspect> suspects;
-    look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5, 60, suspects);
+    look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5,
+         60, suspects);
     const double tolerance = settings_.diameter_tolerance;
     const Likeness common = likeness(suspects, r_px, tolerance);
     // Where robots are, one at least is beyond doubt, by itself and among the others: else it is a view of clutter.
@@ -216,14 +230,15 @@ class Detector::Search {
   Detection detection(const cv::Mat& bgr, const Suspect& one) const {
     const Circle& circle = one.rim.circle;
     const LedSpot led = find_led(bgr, circle, untint_);
-    return {circle.x_px, circle.y_px, circle.r_px, static_cast<float>(one.evidence), led.led, led.confidence, led.x_px, led.y_px,
+    return {circle.x_px, circle.y_px,           circle.r_px, static_cast<float>(one.evidence),
+            led.led,     led.confidence,        led.x_px,    led.y_px,
             led.primary, led.primary_confidence};
   }
 
   DetectorSettings settings_;
   std::optional<double> diameter_px_;
-  double noise_ = 0;         // of the picture looked at, in grey levels
-  Light untint_{1, 1, 1};    // of the picture last searched
+  double noise_ = 0;       // of the picture looked at, in grey levels
+  Light untint_{1, 1, 1};  // of the picture last searched
   ShrunkPicture picture_;
   RoundVotes votes_;
   RimFinder rims_;
@@ -245,6 +260,8 @@ std::vector<std::optional<Detection>> Detector::follow(const cv::Mat& bgr, std::
   return search_->follow(bgr, where);
 }
 
-std::optional<double> Detector::diameter_px() const { return search_->diameter_px(); }
+std::optional<double> Detector::diameter_px() const {
+  return search_->diameter_px();
+}
 
 }  // namespace arkmesh::tracker

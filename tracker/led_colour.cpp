@@ -8,8 +8,9 @@
 namespace arkmesh::tracker {
 namespace {
 
-// A sector of the colour circle, in degrees of hue. Blue reaches far towards violet: cameras see the blue LED there. Light paler than
-// least_saturation is white; a little red, green or blue is enough, because light meant to be white is rarely tinted so.
+// A sector of the colour circle, in degrees of hue. Blue reaches far towards violet: cameras see the blue LED there.
+// Light paler than least_saturation is white; a little red, green or blue is enough, because light meant to be white is
+// rarely tinted so.
 struct Sector {
   double from_deg, to_deg;
   double least_saturation;
@@ -32,15 +33,21 @@ LedColour led_colour(const Light& added) {
   if (!(most > 0)) return {hal::Led::white, 0};
   if (span < 1e-9 * most) return {hal::Led::white, 1};
   const double saturation = span / most;
-  const auto sure = [](double distance, double enough) { return static_cast<float>(std::clamp(distance / enough, 0.0, 1.0)); };
+  const auto sure = [](double distance, double enough) {
+    return static_cast<float>(std::clamp(distance / enough, 0.0, 1.0));
+  };
   double hue_deg = 0;
-  if (most == red) hue_deg = 60 * (green - blue) / span;
-  else if (most == green) hue_deg = 120 + 60 * (blue - red) / span;
-  else hue_deg = 240 + 60 * (red - green) / span;
+  if (most == red)
+    hue_deg = 60 * (green - blue) / span;
+  else if (most == green)
+    hue_deg = 120 + 60 * (blue - red) / span;
+  else
+    hue_deg = 240 + 60 * (red - green) / span;
   if (hue_deg < -25) hue_deg += 360;
   for (const Sector& sector : sectors) {
     if (hue_deg < sector.from_deg || hue_deg >= sector.to_deg) continue;
-    if (saturation < sector.least_saturation) return {hal::Led::white, sure(sector.least_saturation - saturation, 0.08)};
+    if (saturation < sector.least_saturation)
+      return {hal::Led::white, sure(sector.least_saturation - saturation, 0.08)};
     const double inside_deg = std::min(hue_deg - sector.from_deg, sector.to_deg - hue_deg);
     return {sector.led, std::min(sure(inside_deg, 15), sure(saturation - sector.least_saturation, 0.08))};
   }

@@ -1,5 +1,5 @@
-// Tells the eight colours of a robot's LED apart from the light it adds to its surroundings, not from its core, which is often
-// saturated to white.
+// Tells the eight colours of a robot's LED apart from the light it adds to its surroundings, not from its core, which
+// is often saturated to white.
 #pragma once
 
 #include "hal/types.hpp"

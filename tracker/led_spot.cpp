@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <tuple>
 #include <utility>
-#include <opencv2/core.hpp>
 
 #include "tracker/led_colour.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 constexpr int directions = 48, rings = 8;
 constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
 constexpr double tau = 6.283185307179586;
-constexpr double cold_bonus = 0.12, lit = 0.98;                      // least brightness of a spot that is lit, see below
+constexpr double cold_bonus = 0.12, lit = 0.98;  // least brightness of a spot that is lit, see below
 
 struct Directions {
   std::array<float, directions> x{}, y{};
@@ -41,11 +41,15 @@ class Pixels {
  public:
   // All places asked for lie within `reach` of (x, y).
   Pixels(const cv::Mat& bgr, double x, double y, double reach)
-      : data_(bgr.data), line_(bgr.step[0]), columns_(bgr.cols), rows_(bgr.rows),
+      : data_(bgr.data),
+        line_(bgr.step[0]),
+        columns_(bgr.cols),
+        rows_(bgr.rows),
         inside_(x - reach >= 0 && y - reach >= 0 && x + reach < bgr.cols - 1 && y + reach < bgr.rows - 1) {}
   const std::uint8_t* at(float x, float y) const {
     int column = 0, row = 0;
-    if (inside_) column = static_cast<int>(x + 0.5F), row = static_cast<int>(y + 0.5F);
+    if (inside_)
+      column = static_cast<int>(x + 0.5F), row = static_cast<int>(y + 0.5F);
     else {
       column = static_cast<int>(std::clamp(x + 0.5F, 0.0F, static_cast<float>(columns_ - 1)));
       row = static_cast<int>(std::clamp(y + 0.5F, 0.0F, static_cast<float>(rows_ - 1)));
@@ -60,7 +64,9 @@ class Pixels {
   bool inside_;
 };
 
-int brightest(const std::uint8_t* bgr) { return std::max(bgr[0], std::max(bgr[1], bgr[2])); }
+int brightest(const std::uint8_t* bgr) {
+  return std::max(bgr[0], std::max(bgr[1], bgr[2]));
+}
 
 // Of every other value: as good, and half the work.
 int median(const std::array<int, directions>& values) {
@@ -90,7 +96,8 @@ Light dark_board(const Rings& seen) {
 }
 
 std::pair<hal::Led, float> primary_of(const Light& added) {
-  std::array<std::pair<double, hal::Led>, 3> light{{{added.red, hal::Led::red}, {added.green, hal::Led::green}, {added.blue, hal::Led::blue}}};
+  std::array<std::pair<double, hal::Led>, 3> light{
+      {{added.red, hal::Led::red}, {added.green, hal::Led::green}, {added.blue, hal::Led::blue}}};
   std::stable_sort(light.begin(), light.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   if (!(light[0].first > 0)) return {hal::Led::off, 0.0F};
   return {light[0].second, static_cast<float>(1 - std::max(light[1].first, 0.0) / light[0].first)};
@@ -106,7 +113,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   if (!(r_px >= 2 && std::abs(board.x_px) < 1e6 && std::abs(board.y_px) < 1e6 && r_px < 1e6)) return spot;
 
   const Pixels pixels(bgr, board.x_px, board.y_px, 1.25 * r_px);
-  const auto middle_x = static_cast<float>(board.x_px), middle_y = static_cast<float>(board.y_px), r = static_cast<float>(r_px);
+  const auto middle_x = static_cast<float>(board.x_px), middle_y = static_cast<float>(board.y_px),
+             r = static_cast<float>(r_px);
   const auto at = [&](float far, std::size_t direction) {
     return pixels.at(middle_x + far * towards.x[direction], middle_y + far * towards.y[direction]);
   };
@@ -129,7 +137,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   std::size_t spot_ring = 1, spot_direction = 0;
   for (std::size_t d = 1; d + 1 < rings; ++d) {
     std::array<int, directions> column;
-    for (std::size_t a = 0; a < directions; ++a) column[a] = seen.value[d - 1][a] + seen.value[d][a] + seen.value[d + 1][a];
+    for (std::size_t a = 0; a < directions; ++a)
+      column[a] = seen.value[d - 1][a] + seen.value[d][a] + seen.value[d + 1][a];
     const int usual = 3 * (seen.usual[d - 1] + seen.usual[d] + seen.usual[d + 1]);
     for (std::size_t a = 0; a < directions; ++a) {
       const int excess = column[(a + directions - 1) % directions] + column[a] + column[(a + 1) % directions] - usual;
@@ -162,7 +171,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
   const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)),
             to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
-  const auto by_blue = static_cast<float>(untint.blue), by_green = static_cast<float>(untint.green), by_red = static_cast<float>(untint.red);
+  const auto by_blue = static_cast<float>(untint.blue), by_green = static_cast<float>(untint.green),
+             by_red = static_cast<float>(untint.red);
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
@@ -179,10 +189,13 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
         const float weight = value - core_level;
         core_x += weight * dx, core_y += weight * dy, core_weight += weight;
       }
-      const float blue = (pixel[0] - dark_blue) * by_blue, green = (pixel[1] - dark_green) * by_green, red = (pixel[2] - dark_red) * by_red;
+      const float blue = (pixel[0] - dark_blue) * by_blue, green = (pixel[1] - dark_green) * by_green,
+                  red = (pixel[2] - dark_red) * by_red;
       const float bright = std::max(blue, std::max(green, red));
       const float out_x = static_cast<float>(column - board.x_px);
-      if (bright < 8 || out_x * out_x + out_y * out_y > r_squared || std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240) continue;
+      if (bright < 8 || out_x * out_x + out_y * out_y > r_squared ||
+          std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240)
+        continue;
       const float colour = bright - std::min(blue, std::min(green, red));
       const float nearness = 1 - squared * halo;  // reach keeps it positive
       const float near = nearness * nearness * nearness, weight = colour * colour * near;
@@ -190,8 +203,9 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
     }
   }
   const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
-  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much, and have the warm or grey
-  // colour of metal. The weights separate lit from unlit robots of real pictures, changed in light, noise, blur and size.
+  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much, and
+  // have the warm or grey colour of metal. The weights separate lit from unlit robots of real pictures, changed in
+  // light, noise, blur and size.
   const LedColour colour = led_colour(added);
   std::tie(spot.primary, spot.primary_confidence) = primary_of(added);
   const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;

@@ -66,8 +66,10 @@ class LiveCamera final : public CameraFeed {
       try {
         cv::VideoCapture camera;
         if (open(camera, why)) any = read_all(camera);
-        if (any) why = fmt::format("the camera {} gives no pictures any more", source_);
-        else if (source_kind(source_) == SourceKind::url && !stopping()) why = url_trouble(source_);
+        if (any)
+          why = fmt::format("the camera {} gives no pictures any more", source_);
+        else if (source_kind(source_) == SourceKind::url && !stopping())
+          why = url_trouble(source_);
       } catch (const cv::Exception&) {
         why = fmt::format("the camera {} failed", source_);
       }
@@ -84,15 +86,21 @@ class LiveCamera final : public CameraFeed {
     if (source_kind(source_) == SourceKind::url) {
       // FFmpeg knows kinds of URLs in small letters only
       std::string url = source_;
-      std::transform(url.begin(), url.begin() + static_cast<long>(url.find(':')), url.begin(), [](unsigned char c) { return std::tolower(c); });
-      return camera.open(url, cv::CAP_FFMPEG, {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC,
-          read_limit_ms});
+      std::transform(url.begin(), url.begin() + static_cast<long>(url.find(':')), url.begin(),
+                     [](unsigned char c) { return std::tolower(c); });
+      return camera.open(
+          url, cv::CAP_FFMPEG,
+          {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, read_limit_ms});
     }
     const std::string device = source_.starts_with('/') ? source_ : "/dev/video" + source_;
-    if (::access(device.c_str(), F_OK) != 0) why = fmt::format("there is no camera {}; is it plugged in?", device);
+    if (::access(device.c_str(), F_OK) != 0)
+      why = fmt::format("there is no camera {}; is it plugged in?", device);
     else if (::access(device.c_str(), R_OK | W_OK) != 0)
-      why = fmt::format("{} may not be opened; add yourself to the group video (sudo usermod -aG video $USER) and log in again", device);
-    else why = fmt::format("{} is no camera, or another program has it", device);
+      why = fmt::format(
+          "{} may not be opened; add yourself to the group video (sudo usermod -aG video $USER) and log in again",
+          device);
+    else
+      why = fmt::format("{} is no camera, or another program has it", device);
     if (!camera.open(device, cv::CAP_V4L2)) return false;
     camera.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
     if (width_px_ > 0 && height_px_ > 0) {
@@ -128,7 +136,7 @@ class LiveCamera final : public CameraFeed {
   cv::Mat newest_;
   std::string trouble_ = fmt::format("no picture has come yet from {}", source_);
   hal::Counters counters_;
-  std::thread thread_;        // last: begins when all else is there
+  std::thread thread_;  // last: begins when all else is there
 };
 
 }  // namespace

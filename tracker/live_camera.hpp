@@ -22,9 +22,10 @@ class CameraFeed {
   virtual hal::Counters counters() const = 0;
 };
 
-// A camera's number, /dev/video..., or URL. Does not throw: a camera that is not there yet is looked for again and again, first after half
-// a second, then after up to 8 s. OpenCV blocks while it reads, so each camera has a thread; one that hangs is given up after some
-// seconds by OpenCV's own time limits. width_px and height_px are asked of a camera at this machine when not 0.
+// A camera's number, /dev/video..., or URL. Does not throw: a camera that is not there yet is looked for again and
+// again, first after half a second, then after up to 8 s. OpenCV blocks while it reads, so each camera has a thread;
+// one that hangs is given up after some seconds by OpenCV's own time limits. width_px and height_px are asked of a
+// camera at this machine when not 0.
 std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px = 0, int height_px = 0);
 
 // How a watch opens a camera's source; a virtual room may bring its own.

@@ -10,11 +10,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double unknown_heading_variance = pi * pi;
-constexpr double longest_step_s = 0.05;        // the model is linear enough over this
-constexpr double speed_memory_s = 2;           // a robot out of sight is thought to stop in about this time
-constexpr double hand_speed_m_s = 0.02;        // how fast a robot of unknown heading is allowed to drift
-constexpr double telling_path_m = 0.005;       // a path this long tells the heading
-constexpr double anchor_life_s = 3;            // slower than that it tells nothing
+constexpr double longest_step_s = 0.05;   // the model is linear enough over this
+constexpr double speed_memory_s = 2;      // a robot out of sight is thought to stop in about this time
+constexpr double hand_speed_m_s = 0.02;   // how fast a robot of unknown heading is allowed to drift
+constexpr double telling_path_m = 0.005;  // a path this long tells the heading
+constexpr double anchor_life_s = 3;       // slower than that it tells nothing
 
 }  // namespace
 
@@ -23,7 +23,9 @@ double wrapped(double angle_rad) {
   return turns <= -pi ? turns + 2 * pi : turns;
 }
 
-Motion::Motion(double x_m, double y_m, double sigma_m, const MotionSettings& settings) : settings_(settings) { jump(x_m, y_m, sigma_m); }
+Motion::Motion(double x_m, double y_m, double sigma_m, const MotionSettings& settings) : settings_(settings) {
+  jump(x_m, y_m, sigma_m);
+}
 
 void Motion::jump(double x_m, double y_m, double sigma_m) {
   state_[x] = x_m;
@@ -52,7 +54,8 @@ void Motion::predict(double seconds) {
   since_led_s_ += seconds;
   since_anchor_s_ += seconds;
   // A very long absence teaches nothing more.
-  for (double left = std::min(seconds, 10.0); left > 0; left -= longest_step_s) predict_step(std::min(left, longest_step_s));
+  for (double left = std::min(seconds, 10.0); left > 0; left -= longest_step_s)
+    predict_step(std::min(left, longest_step_s));
 }
 
 void Motion::predict_step(double seconds) {
@@ -63,7 +66,8 @@ void Motion::predict_step(double seconds) {
   }
   const double middle = state_[heading] + state_[turn] * seconds / 2;
   const double c = std::cos(middle), s = std::sin(middle), axle = settings_.rear_axle_m;
-  const double along_x = state_[speed] * c - axle * state_[turn] * s, along_y = state_[speed] * s + axle * state_[turn] * c;
+  const double along_x = state_[speed] * c - axle * state_[turn] * s,
+               along_y = state_[speed] * s + axle * state_[turn] * c;
   const double keep = std::exp(-seconds / speed_memory_s);
 
   Spread change = Spread::Identity();
@@ -115,14 +119,17 @@ void Motion::see_place(double x_m, double y_m, double sigma_m) {
   seen(0, x) = 0;
   seen(0, y) = 1;
   correct(seen, y_m - state_[y], variance);
-  if (!heading_known_) learn_heading_from_motion(x_m, y_m, sigma_m);
-  else turn_round();
+  if (!heading_known_)
+    learn_heading_from_motion(x_m, y_m, sigma_m);
+  else
+    turn_round();
   tidy();
 }
 
 // The path's direction: within the 36 degrees that a turn about one rear leg makes between path and heading.
 void Motion::learn_heading_from_motion(double seen_x_m, double seen_y_m, double sigma_m) {
-  const double along_x = seen_x_m - anchor_x_m_, along_y = seen_y_m - anchor_y_m_, path_m = std::hypot(along_x, along_y);
+  const double along_x = seen_x_m - anchor_x_m_, along_y = seen_y_m - anchor_y_m_,
+               path_m = std::hypot(along_x, along_y);
   if (path_m > std::max(telling_path_m, 6 * sigma_m)) {
     heading_known_ = true;
     state_[heading] = std::atan2(along_y, along_x);
@@ -188,9 +195,17 @@ void Motion::tidy() {
   forget_heading();
 }
 
-hal::Pose Motion::pose() const { return {state_[x], state_[y], state_[heading]}; }
-double Motion::place_sigma_m() const { return std::sqrt(std::max(spread_(x, x), spread_(y, y))); }
-double Motion::heading_sigma_rad() const { return std::min(pi, std::sqrt(spread_(heading, heading))); }
-double Motion::speed_m_s() const { return state_[speed]; }
+hal::Pose Motion::pose() const {
+  return {state_[x], state_[y], state_[heading]};
+}
+double Motion::place_sigma_m() const {
+  return std::sqrt(std::max(spread_(x, x), spread_(y, y)));
+}
+double Motion::heading_sigma_rad() const {
+  return std::min(pi, std::sqrt(spread_(heading, heading)));
+}
+double Motion::speed_m_s() const {
+  return state_[speed];
+}
 
 }  // namespace arkmesh::tracker

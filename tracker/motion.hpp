@@ -1,6 +1,6 @@
-// Where one robot is, where it looks and how it moves, from noisy sightings: a Kalman filter on the plane and the circle. It knows how
-// a Kilobot moves (forwards only, turning about a rear leg, so that the body's centre always moves when the robot turns), which is why
-// the heading can be followed on the spot while the LED is dark.
+// Where one robot is, where it looks and how it moves, from noisy sightings: a Kalman filter on the plane and the
+// circle. It knows how a Kilobot moves (forwards only, turning about a rear leg, so that the body's centre always moves
+// when the robot turns), which is why the heading can be followed on the spot while the LED is dark.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,10 +10,11 @@
 namespace arkmesh::tracker {
 
 struct MotionSettings {
-  double rear_axle_m = 0.0099;   // how far the body's centre is ahead of the line between the rear legs (Kilombo's PCB figures)
-  double speed_drift = 5e-4;     // how fast the speed changes: variance per second, (m/s)^2/s
-  double turn_drift = 3.2;       // how fast the turn rate changes: variance per second, (rad/s)^2/s
-  double slip_m2_s = 1e-6;       // position changes that nothing explains: variance per second
+  double rear_axle_m =
+      0.0099;  // how far the body's centre is ahead of the line between the rear legs (Kilombo's PCB figures)
+  double speed_drift = 5e-4;  // how fast the speed changes: variance per second, (m/s)^2/s
+  double turn_drift = 3.2;    // how fast the turn rate changes: variance per second, (rad/s)^2/s
+  double slip_m2_s = 1e-6;    // position changes that nothing explains: variance per second
 };
 
 class Motion {
@@ -31,8 +32,8 @@ class Motion {
   void jump(double x_m, double y_m, double sigma_m);
 
   hal::Pose pose() const;
-  double place_sigma_m() const;        // the larger axis
-  double heading_sigma_rad() const;    // pi when the heading is not known at all
+  double place_sigma_m() const;      // the larger axis
+  double heading_sigma_rad() const;  // pi when the heading is not known at all
   double speed_m_s() const;
 
  private:
@@ -52,12 +53,12 @@ class Motion {
   State state_ = State::Zero();
   Spread spread_ = Spread::Zero();
   bool heading_known_ = false;
-  double since_led_s_ = 1e9;        // since the LED last told the heading
-  double since_anchor_s_ = 0;       // heading unknown: since the robot was at the anchor
+  double since_led_s_ = 1e9;   // since the LED last told the heading
+  double since_anchor_s_ = 0;  // heading unknown: since the robot was at the anchor
   double anchor_x_m_ = 0, anchor_y_m_ = 0;
-  int backwards_ = 0;               // sightings in a row that seem to drive backwards
-  double misfit_ = 0;               // running mean of squared normalised surprise
-  int odd_headings_ = 0;            // LED headings in a row that do not fit
+  int backwards_ = 0;     // sightings in a row that seem to drive backwards
+  double misfit_ = 0;     // running mean of squared normalised surprise
+  int odd_headings_ = 0;  // LED headings in a row that do not fit
 };
 
 // In (-pi, pi].

@@ -25,7 +25,8 @@ class SpelledNames final : public NameKeeper {
   IdentityKeeper keeper_;
 };
 
-// Runs ARK's procedure whenever robots are unaccounted for and tracks without a sure name have been in calm sight for a while.
+// Runs ARK's procedure whenever robots are unaccounted for and tracks without a sure name have been in calm sight for a
+// while.
 class ArkNames final : public NameKeeper {
  public:
   explicit ArkNames(std::vector<hal::RobotId> expected) : expected_(std::move(expected)), unaccounted_(expected_) {}
@@ -48,7 +49,9 @@ class ArkNames final : public NameKeeper {
     calm_since_.reset();
   }
 
-  std::optional<hal::kilobot::Message> question() const override { return asking_ ? asking_->question() : std::nullopt; }
+  std::optional<hal::kilobot::Message> question() const override {
+    return asking_ ? asking_->question() : std::nullopt;
+  }
   std::vector<Naming> take_namings() override { return std::exchange(namings_, {}); }
   std::optional<hal::RobotId> robot_of(TrackNumber track) const override {
     const auto entry = book_.find(track);
@@ -109,7 +112,8 @@ class ArkNames final : public NameKeeper {
   }
 
   void take(const Naming& naming) {
-    if (!std::binary_search(expected_.begin(), expected_.end(), naming.robot)) return counters_.add("identity.stranger");
+    if (!std::binary_search(expected_.begin(), expected_.end(), naming.robot))
+      return counters_.add("identity.stranger");
     for (auto& [track, entry] : book_)
       if (entry.robot == naming.robot) entry = {};
     book_[naming.track] = {naming.robot, false};
@@ -132,6 +136,8 @@ class ArkNames final : public NameKeeper {
 std::unique_ptr<NameKeeper> make_spelled_names(std::vector<hal::RobotId> expected) {
   return std::make_unique<SpelledNames>(std::move(expected));
 }
-std::unique_ptr<NameKeeper> make_ark_names(std::vector<hal::RobotId> expected) { return std::make_unique<ArkNames>(std::move(expected)); }
+std::unique_ptr<NameKeeper> make_ark_names(std::vector<hal::RobotId> expected) {
+  return std::make_unique<ArkNames>(std::move(expected));
+}
 
 }  // namespace arkmesh::tracker

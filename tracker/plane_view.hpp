@@ -1,5 +1,6 @@
-// A camera that looks aslant, as if it looked straight down from the same place through a perfect lens: there robots are round and of one
-// size wherever they are. Costs about 10 ms a picture of 3 megapixels, so only cameras that need it have one.
+// A camera that looks aslant, as if it looked straight down from the same place through a perfect lens: there robots
+// are round and of one size wherever they are. Costs about 10 ms a picture of 3 megapixels, so only cameras that need
+// it have one.
 #pragma once
 
 #include <opencv2/core.hpp>

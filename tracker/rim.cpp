@@ -26,7 +26,8 @@ struct Directions {
 const Directions towards;
 
 // Indices of the pixels nearest to evenly spaced places; `y` and `x` are already half a pixel further.
-ARKMESH_WIDE void nearest_pixels(float x, float y, float dx, float dy, int width, int count, std::int32_t* __restrict index) {
+ARKMESH_WIDE void nearest_pixels(float x, float y, float dx, float dy, int width, int count,
+                                 std::int32_t* __restrict index) {
   for (int k = 0; k < count; ++k) {
     const float step = static_cast<float>(k);
     index[k] = static_cast<std::int32_t>(y + step * dy) * width + static_cast<std::int32_t>(x + step * dx);
@@ -61,12 +62,14 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
   for (int i = 0; i < rays; i += span.every) {
     const auto ray = static_cast<std::size_t>(i);
     const float ux = towards.x[ray], uy = towards.y[ray];
-    const float x0 = static_cast<float>(x) + first_ * ux, y0 = static_cast<float>(y) + first_ * uy, dx = spacing_ * ux, dy = spacing_ * uy;
+    const float x0 = static_cast<float>(x) + first_ * ux, y0 = static_cast<float>(y) + first_ * uy, dx = spacing_ * ux,
+                dy = spacing_ * uy;
     int known = span.samples;
     const float last = static_cast<float>(span.samples - 1);
     if (!inside(x0, y0) || !inside(x0 + last * dx, y0 + last * dy)) {
       known = 0;
-      while (known < span.samples && inside(x0 + static_cast<float>(known) * dx, y0 + static_cast<float>(known) * dy)) ++known;
+      while (known < span.samples && inside(x0 + static_cast<float>(known) * dx, y0 + static_cast<float>(known) * dy))
+        ++known;
     }
     known_[ray] = known;
     auto& step = step_[ray];
@@ -78,10 +81,13 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
         along[static_cast<std::size_t>(k)] = 0.125F * static_cast<float>(grey[index[static_cast<std::size_t>(k)]]);
     } else {
       for (int k = 0; k < known; ++k)
-        along[static_cast<std::size_t>(k)] = picture.at(x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
+        along[static_cast<std::size_t>(k)] =
+            picture.at(x0 + static_cast<float>(k) * dx, y0 + static_cast<float>(k) * dy);
     }
-    if (reach == 2) rises<2>(along.data(), known, step.data());
-    else rises<3>(along.data(), known, step.data());
+    if (reach == 2)
+      rises<2>(along.data(), known, step.data());
+    else
+      rises<3>(along.data(), known, step.data());
   }
 }
 
@@ -100,12 +106,14 @@ void RimFinder::find_edges(const Fitted& circle, float window, bool darker, floa
     const auto ray = static_cast<std::size_t>(i);
     const float expected = circle.r + circle.x * towards.x[ray] + circle.y * towards.y[ray];
     const int middle = static_cast<int>((expected - first_) * per_sample + 0.5F);
-    const int from = std::max(span_.reach + 1, middle - half), to = std::min(known_[ray] - span_.reach - 2, middle + half);
+    const int from = std::max(span_.reach + 1, middle - half),
+              to = std::min(known_[ray] - span_.reach - 2, middle + half);
     const auto& step = step_[ray];
     float best = 0;
     int best_at = -1;
     for (int k = from; k <= to; ++k) {
-      const float value = sign * step[static_cast<std::size_t>(k)] * preference[static_cast<std::size_t>(k - middle + half)];
+      const float value =
+          sign * step[static_cast<std::size_t>(k)] * preference[static_cast<std::size_t>(k - middle + half)];
       if (value > best) best = value, best_at = k;
     }
     if (best_at < 0) continue;
@@ -129,7 +137,8 @@ bool RimFinder::adjust(Fitted& circle, float scale) const {
       const std::size_t ray = i + lane;
       const float ux = towards.x[ray], uy = towards.y[ray];
       const float off = edge_[ray] - (circle.r + circle.x * ux + circle.y * uy), part = off * inverse;
-      const float keep = std::max(0.0F, 1 - part * part), strength = std::min(strength_[ray], 60.0F), weight = keep * keep * strength;
+      const float keep = std::max(0.0F, 1 - part * part), strength = std::min(strength_[ray], 60.0F),
+                  weight = keep * keep * strength;
       const float wx = weight * ux, wy = weight * uy;
       sums[0][lane] += weight, sums[1][lane] += wx, sums[2][lane] += wy;
       sums[3][lane] += wx * ux, sums[4][lane] += wx * uy, sums[5][lane] += wy * uy;
@@ -142,13 +151,17 @@ bool RimFinder::adjust(Fitted& circle, float scale) const {
   const double stiff = 0.01 * s[0] + 1e-9, a = s[0], b = s[1], c = s[2], d = s[3] + stiff, e = s[4], f = s[5] + stiff;
   const double det = a * (d * f - e * e) - b * (b * f - e * c) + c * (b * e - d * c);
   if (!(det > 1e-9)) return false;
-  circle.r += static_cast<float>((s[6] * (d * f - e * e) - b * (s[7] * f - e * s[8]) + c * (s[7] * e - d * s[8])) / det);
-  circle.x += static_cast<float>((a * (s[7] * f - e * s[8]) - s[6] * (b * f - e * c) + c * (b * s[8] - s[7] * c)) / det);
-  circle.y += static_cast<float>((a * (d * s[8] - s[7] * e) - b * (b * s[8] - s[7] * c) + s[6] * (b * e - d * c)) / det);
+  circle.r +=
+      static_cast<float>((s[6] * (d * f - e * e) - b * (s[7] * f - e * s[8]) + c * (s[7] * e - d * s[8])) / det);
+  circle.x +=
+      static_cast<float>((a * (s[7] * f - e * s[8]) - s[6] * (b * f - e * c) + c * (b * s[8] - s[7] * c)) / det);
+  circle.y +=
+      static_cast<float>((a * (d * s[8] - s[7] * e) - b * (b * s[8] - s[7] * c) + s[6] * (b * e - d * c)) / det);
   return true;
 }
 
-RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double least_step, std::initializer_list<double> windows) {
+RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double least_step,
+                                        std::initializer_list<double> windows) {
   Fitted fitted{0, 0, static_cast<float>(r), false};
   for (const double part : windows) {
     const float window = static_cast<float>(part * r);
@@ -157,7 +170,8 @@ RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double least_step
     if (edges < rays / span_.every / 3) return fitted;
     for (int turn = 0; turn < 2; ++turn)
       if (!adjust(fitted, std::max(0.6F * window, 0.5F))) return fitted;
-    if (fitted.r < 0.55 * r || fitted.r > 1.45 * r || std::hypot(fitted.x, fitted.y) > 0.5F * static_cast<float>(r)) return fitted;
+    if (fitted.r < 0.55 * r || fitted.r > 1.45 * r || std::hypot(fitted.x, fitted.y) > 0.5F * static_cast<float>(r))
+      return fitted;
   }
   fitted.good = true;
   return fitted;
@@ -187,7 +201,8 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
   eighths.fill(2);  // those outside the picture come last
   std::size_t eighths_seen = 0;
   for (std::size_t i = 0; i < 8; ++i)
-    if (eighth_inside[i] >= 3) eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
+    if (eighth_inside[i] >= 3)
+      eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
   std::partial_sort(eighths.begin(), eighths.begin() + 3, eighths.end());
   const std::size_t least = std::max<std::size_t>(1, eighths_seen * 3 / 8);
   for (std::size_t i = 0; i < least; ++i) rim.closed += std::min(eighths[i], 1.0F) / static_cast<float>(least);
@@ -220,8 +235,8 @@ std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Cir
       ++on;
   }
   if (inside >= 8 && on * 100 < inside * 45) return {};
-  return Circle{picture.picture_x(x + static_cast<double>(found.x)), picture.picture_y(y + static_cast<double>(found.y)),
-                static_cast<double>(found.r) * picture.block};
+  return Circle{picture.picture_x(x + static_cast<double>(found.x)),
+                picture.picture_y(y + static_cast<double>(found.y)), static_cast<double>(found.r) * picture.block};
 }
 
 std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise) {
@@ -229,15 +244,20 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, doubl
   const int block = std::max(1, static_cast<int>(guess.r_px / 14));
   const double far = (1.32 + 0.5 * off) * guess.r_px + 2;
   patch_.take(bgr, static_cast<int>(std::floor(guess.x_px - far)), static_cast<int>(std::floor(guess.y_px - far)),
-              static_cast<int>(std::ceil(guess.x_px + far)) + 1, static_cast<int>(std::ceil(guess.y_px + far)) + 1, block);
+              static_cast<int>(std::ceil(guess.x_px + far)) + 1, static_cast<int>(std::ceil(guess.y_px + far)) + 1,
+              block);
   if (patch_.width < 4 || patch_.height < 4) return {};
   const double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
   const double least_step = std::max(3.0, 1.5 * noise / block);
   const double span = 0.14 + off;
   sample(patch_, x, y, r,
-         {.from = 1 - span, .to = 1 + span, .samples = std::min(most_samples, static_cast<int>(span * 94)), .reach = 3, .every = 1});
-  const Fitted found =
-      off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07}) : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
+         {.from = 1 - span,
+          .to = 1 + span,
+          .samples = std::min(most_samples, static_cast<int>(span * 94)),
+          .reach = 3,
+          .every = 1});
+  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07})
+                                  : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
   Rim rim;
   rim.darker = darker;

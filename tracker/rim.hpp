@@ -1,4 +1,5 @@
-// The outer edge of one robot to a fraction of a pixel: edges along rays from a first guess, and the circle that most of them agree on.
+// The outer edge of one robot to a fraction of a pixel: edges along rays from a first guess, and the circle that most
+// of them agree on.
 #pragma once
 
 #include <array>
@@ -14,20 +15,21 @@ namespace arkmesh::tracker {
 
 struct Rim {
   Circle circle;
-  bool darker = true;      // than what surrounds it
-  float support = 0;       // part of the rays inside the picture whose edge lies on the circle
-  float closed = 0;        // the same in the three eighths of the turn where it is least: low for cables and corners
-  float inside = 0;        // part of the rays whose edge would lie inside the picture
-  float contrast = 0;      // median step over the edge, in grey levels
-  float scatter = 0;       // of the edges round the circle, as a part of its radius (median deviation)
-  Face face;               // what it encloses
+  bool darker = true;  // than what surrounds it
+  float support = 0;   // part of the rays inside the picture whose edge lies on the circle
+  float closed = 0;    // the same in the three eighths of the turn where it is least: low for cables and corners
+  float inside = 0;    // part of the rays whose edge would lie inside the picture
+  float contrast = 0;  // median step over the edge, in grey levels
+  float scatter = 0;   // of the edges round the circle, as a part of its radius (median deviation)
+  Face face;           // what it encloses
 };
 
 // Keeps its working memory from call to call.
 class RimFinder {
  public:
-  // A better guess from a picture shrunk so that the robot's radius is 5 to 12 of its pixels: the first one may be off by a third of its
-  // radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when too few edges agree on any circle.
+  // A better guess from a picture shrunk so that the robot's radius is 5 to 12 of its pixels: the first one may be off
+  // by a third of its radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when too
+  // few edges agree on any circle.
   std::optional<Circle> roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise);
   // From the picture itself; `guess` may be off by the given part of its radius.
   std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);

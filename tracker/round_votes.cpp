@@ -9,10 +9,12 @@ namespace arkmesh::tracker {
 namespace {
 
 // Sobel steps of one row, 64 times the grey levels a pixel.
-void steps_of_row(const std::int16_t* __restrict above, const std::int16_t* __restrict here, const std::int16_t* __restrict below,
-                  std::int16_t* __restrict step_x, std::int16_t* __restrict step_y, int width) {
+void steps_of_row(const std::int16_t* __restrict above, const std::int16_t* __restrict here,
+                  const std::int16_t* __restrict below, std::int16_t* __restrict step_x,
+                  std::int16_t* __restrict step_y, int width) {
   for (int x = 1; x < width - 1; ++x) {
-    const int right = above[x + 1] + 2 * here[x + 1] + below[x + 1], left = above[x - 1] + 2 * here[x - 1] + below[x - 1];
+    const int right = above[x + 1] + 2 * here[x + 1] + below[x + 1],
+              left = above[x - 1] + 2 * here[x - 1] + below[x - 1];
     const int down = below[x - 1] + 2 * below[x] + below[x + 1], up = above[x - 1] + 2 * above[x] + above[x + 1];
     step_x[x] = static_cast<std::int16_t>(right - left);
     step_y[x] = static_cast<std::int16_t>(down - up);
@@ -20,10 +22,11 @@ void steps_of_row(const std::int16_t* __restrict above, const std::int16_t* __re
 }
 
 // Sum of 3 x 3 votes for one row.
-void smooth_row(const std::uint16_t* __restrict above, const std::uint16_t* __restrict here, const std::uint16_t* __restrict below,
-                std::uint16_t* __restrict out, int width) {
+void smooth_row(const std::uint16_t* __restrict above, const std::uint16_t* __restrict here,
+                const std::uint16_t* __restrict below, std::uint16_t* __restrict out, int width) {
   for (int x = 1; x < width - 1; ++x) {
-    const int sum = above[x - 1] + above[x] + above[x + 1] + here[x - 1] + here[x] + here[x + 1] + below[x - 1] + below[x] + below[x + 1];
+    const int sum = above[x - 1] + above[x] + above[x + 1] + here[x - 1] + here[x] + here[x + 1] + below[x - 1] +
+                    below[x] + below[x + 1];
     out[x] = static_cast<std::uint16_t>(sum);
   }
 }
@@ -50,7 +53,8 @@ void RoundVotes::look_at(const ShrunkPicture& picture, double least_step) {
   }
 }
 
-void RoundVotes::find(double least_r, double most_r, bool darker, double least_votes, std::vector<RoundCandidate>& found) {
+void RoundVotes::find(double least_r, double most_r, bool darker, double least_votes,
+                      std::vector<RoundCandidate>& found) {
   // The margin makes room for centres outside the picture, so that no vote needs a check.
   const int margin = static_cast<int>(std::ceil(most_r)) + 2;
   const int wide = width_ + 2 * margin, high = height_ + 2 * margin;
@@ -75,7 +79,8 @@ void RoundVotes::find(double least_r, double most_r, bool darker, double least_v
   }
 
   // Peaks: at least as high as all neighbours, higher than those before it.
-  const double middle_r = (least_r + most_r) / 2, whole = 2 * 3.14159265358979 * middle_r * 2;  // an edge is about two pixels wide
+  const double middle_r = (least_r + most_r) / 2,
+               whole = 2 * 3.14159265358979 * middle_r * 2;  // an edge is about two pixels wide
   const int least = std::max(3, static_cast<int>(least_votes * whole));
   const std::size_t before = found.size();
   for (int y = 2; y < high - 2; ++y) {
@@ -86,13 +91,17 @@ void RoundVotes::find(double least_r, double most_r, bool darker, double least_v
       const std::uint16_t *above = here - wide + x, *below = here + wide + x;
       if (value <= above[-1] || value <= above[0] || value <= above[1] || value <= here[x - 1]) continue;
       if (value < here[x + 1] || value < below[-1] || value < below[0] || value < below[1]) continue;
-      found.push_back({.x = static_cast<double>(x - margin), .y = static_cast<double>(y - margin), .r = middle_r, .darker = darker,
+      found.push_back({.x = static_cast<double>(x - margin),
+                       .y = static_cast<double>(y - margin),
+                       .r = middle_r,
+                       .darker = darker,
                        .votes = static_cast<float>(value / whole)});
     }
   }
-  std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(), [](const RoundCandidate& a, const RoundCandidate& b) {
-    return a.votes != b.votes ? a.votes > b.votes : a.y != b.y ? a.y < b.y : a.x < b.x;
-  });
+  std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(),
+            [](const RoundCandidate& a, const RoundCandidate& b) {
+              return a.votes != b.votes ? a.votes > b.votes : a.y != b.y ? a.y < b.y : a.x < b.x;
+            });
 }
 
 }  // namespace arkmesh::tracker

@@ -1,5 +1,5 @@
-// Where in a picture round things of a certain size could be: each edge pixel votes for the centres it could belong to. Coarse (one
-// pixel of the shrunk picture) and generous; every candidate is to be looked at closely afterwards.
+// Where in a picture round things of a certain size could be: each edge pixel votes for the centres it could belong to.
+// Coarse (one pixel of the shrunk picture) and generous; every candidate is to be looked at closely afterwards.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 namespace arkmesh::tracker {
 
 struct RoundCandidate {
-  double x = 0, y = 0;    // in pixels of the shrunk picture
-  double r = 0;           // middle of the radii that were voted for
-  bool darker = true;     // than what surrounds it
-  float votes = 0;        // part of the circle's edge pixels that voted, about 1 for a clean disc
+  double x = 0, y = 0;  // in pixels of the shrunk picture
+  double r = 0;         // middle of the radii that were voted for
+  bool darker = true;   // than what surrounds it
+  float votes = 0;      // part of the circle's edge pixels that voted, about 1 for a clean disc
 };
 
 class RoundVotes {

@@ -60,16 +60,20 @@ void ShrunkPicture::take(const cv::Mat& bgr, int from_x, int from_y, int to_x, i
   if (grey.empty()) return;
   if (block == 1) {
     for (int y = 0; y < height; ++y)
-      take_row(bgr.ptr<std::uint8_t>(top + y) + 3 * left, grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width),
-               width);
+      take_row(bgr.ptr<std::uint8_t>(top + y) + 3 * left,
+               grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width), width);
     return;
   }
   const int used = width * block;
   sums_.resize(static_cast<std::size_t>(used));
-  const auto sum = block == 2 ? sum_columns<2> : block == 3 ? sum_columns<3> : block == 4 ? sum_columns<4> : sum_any_columns;
+  const auto sum = block == 2   ? sum_columns<2>
+                   : block == 3 ? sum_columns<3>
+                   : block == 4 ? sum_columns<4>
+                                : sum_any_columns;
   for (int y = 0; y < height; ++y) {
     first_row(bgr.ptr<std::uint8_t>(top + y * block) + 3 * left, sums_.data(), used);
-    for (int line = 1; line < block; ++line) add_row(bgr.ptr<std::uint8_t>(top + y * block + line) + 3 * left, sums_.data(), used);
+    for (int line = 1; line < block; ++line)
+      add_row(bgr.ptr<std::uint8_t>(top + y * block + line) + 3 * left, sums_.data(), used);
     sum(sums_.data(), grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width), width, block);
   }
 }
@@ -84,7 +88,8 @@ double noise_of(const cv::Mat& bgr) {
     for (int x = 1; x + 1 < bgr.cols; ++x) {
       const int here = brightest(line + 3 * x);
       if (here == 0 || here == 255) continue;  // cut off: shows no noise
-      ++count[static_cast<std::size_t>(std::min(std::abs(brightest(line + 3 * x - 3) - 2 * here + brightest(line + 3 * x + 3)), 1023))];
+      ++count[static_cast<std::size_t>(
+          std::min(std::abs(brightest(line + 3 * x - 3) - 2 * here + brightest(line + 3 * x + 3)), 1023))];
       ++total;
     }
   }

@@ -54,8 +54,9 @@ class PictureFiles final : public Recording {
   explicit PictureFiles(std::vector<fs::path> files) : files_(std::move(files)) {}
   std::optional<Picture> next() override {
     if (next_ == files_.size()) return {};
-    Picture picture{.bgr = read_picture(files_[next_]), .number = static_cast<std::uint32_t>(next_),
-        .name = files_[next_].filename().string()};
+    Picture picture{.bgr = read_picture(files_[next_]),
+                    .number = static_cast<std::uint32_t>(next_),
+                    .name = files_[next_].filename().string()};
     picture.stamp = hal::LabTime(std::llround(static_cast<double>(next_) * 1e6 / folder_pictures_per_s));
     ++next_;
     return picture;
@@ -97,17 +98,19 @@ class VideoFile final : public Recording {
 }  // namespace
 
 SourceKind source_kind(const std::string& source) {
-  const bool number = !source.empty() && source.size() <= 3 && std::all_of(source.begin(), source.end(),
-      [](unsigned char c) { return std::isdigit(c); });
+  const bool number = !source.empty() && source.size() <= 3 &&
+                      std::all_of(source.begin(), source.end(), [](unsigned char c) { return std::isdigit(c); });
   if (number || source.starts_with("/dev/video")) return SourceKind::camera;
   const std::size_t colon = source.find("://");
-  if (colon == std::string::npos || colon == 0 || !std::all_of(source.begin(), source.begin() + static_cast<long>(colon),
-                                                               [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-'; }))
+  if (colon == std::string::npos || colon == 0 ||
+      !std::all_of(source.begin(), source.begin() + static_cast<long>(colon),
+                   [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-'; }))
     return SourceKind::recording;
   const std::string scheme = lower(source.substr(0, colon));
   for (const char* known : {"http", "https", "rtsp", "rtmp", "udp", "tcp"})
     if (scheme == known) return SourceKind::url;
-  throw std::runtime_error(fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
+  throw std::runtime_error(
+      fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
 }
 
 bool is_picture_name(const fs::path& file) {
@@ -122,10 +125,14 @@ std::vector<fs::path> pictures_of(const fs::path& folder) {
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (is_picture_name(it->path()) && it->is_regular_file(error)) files.push_back(it->path());
-  if (error) throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", folder.string(), error.message()));
+  if (error)
+    throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", folder.string(), error.message()));
   if (files.empty())
-    throw std::runtime_error(fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", folder.string()));
-  const auto before = [](const fs::path& a, const fs::path& b) { return natural_before(a.filename().string(), b.filename().string()); };
+    throw std::runtime_error(
+        fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", folder.string()));
+  const auto before = [](const fs::path& a, const fs::path& b) {
+    return natural_before(a.filename().string(), b.filename().string());
+  };
   std::sort(files.begin(), files.end(), before);
   return files;
 }
@@ -142,8 +149,8 @@ std::unique_ptr<Recording> open_recording(const std::string& path) {
   std::error_code error;
   const auto status = fs::status(path, error);
   if (!fs::exists(status))
-    throw std::runtime_error(fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL",
-        path));
+    throw std::runtime_error(
+        fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL", path));
   if (fs::is_directory(status)) return std::make_unique<PictureFiles>(pictures_of(path));
   if (is_picture_name(path)) return std::make_unique<PictureFiles>(std::vector<fs::path>{path});
   return std::make_unique<VideoFile>(path);

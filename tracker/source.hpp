@@ -1,5 +1,5 @@
-// Where pictures come from. Recordings (a video file, a folder of pictures, one picture) give every picture in turn; live cameras are
-// live_camera's.
+// Where pictures come from. Recordings (a video file, a folder of pictures, one picture) give every picture in turn;
+// live cameras are live_camera's.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@
 namespace arkmesh::tracker {
 
 struct Picture {
-  cv::Mat bgr;                 // 8 bit; empty: this file of a folder is damaged or no picture
-  hal::LabTime stamp{0};       // since the first picture
-  std::uint32_t number = 0;    // from 0
-  std::string name;            // the file, where each picture is one
+  cv::Mat bgr;               // 8 bit; empty: this file of a folder is damaged or no picture
+  hal::LabTime stamp{0};     // since the first picture
+  std::uint32_t number = 0;  // from 0
+  std::string name;          // the file, where each picture is one
 };
 
 class Recording {
@@ -33,22 +33,24 @@ class Recording {
 
 enum class SourceKind { camera, url, recording };
 
-// A camera's number or /dev/video..., a URL, or a path. Looks at the spelling only. Throws std::runtime_error with one sentence for a URL
-// of a kind that no camera speaks.
+// A camera's number or /dev/video..., a URL, or a path. Looks at the spelling only. Throws std::runtime_error with one
+// sentence for a URL of a kind that no camera speaks.
 SourceKind source_kind(const std::string& source);
 
 // Whether a file's name ends as pictures' names do.
 bool is_picture_name(const std::filesystem::path& file);
-// The pictures of a folder by name, numbers in names as numbers. Throws std::runtime_error with one sentence when there are none.
+// The pictures of a folder by name, numbers in names as numbers. Throws std::runtime_error with one sentence when there
+// are none.
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 // 8-bit BGR; empty when the file is damaged or no picture.
 cv::Mat read_picture(const std::filesystem::path& file);
 
-// A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws std::runtime_error with
-// one sentence: not there, empty, no pictures in it, not readable.
+// A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws
+// std::runtime_error with one sentence: not there, empty, no pictures in it, not readable.
 std::unique_ptr<Recording> open_recording(const std::string& path);
 
-// The messages of OpenCV and FFmpeg about cameras and files are ours to give, in one sentence each. Call before threads begin.
+// The messages of OpenCV and FFmpeg about cameras and files are ours to give, in one sentence each. Call before threads
+// begin.
 void quieten_libraries();
 
 }  // namespace arkmesh::tracker

@@ -51,14 +51,15 @@ double median(const cv::Mat& part, int channel) {
   return *middle;
 }
 
-// How far each pixel's colour is from the table's, which is that of the picture's middle and in each channel a plane: light falls unevenly.
-// Medians of cells do not see the robots that stand there.
+// How far each pixel's colour is from the table's, which is that of the picture's middle and in each channel a plane:
+// light falls unevenly. Medians of cells do not see the robots that stand there.
 cv::Mat distance_from_table(const cv::Mat& lab) {
   constexpr int cells = 8;
   cv::Mat places(cells * cells, 3, CV_64F), colours(cells * cells, 3, CV_64F), planes;
   for (int i = 0; i < cells * cells; ++i) {
-    const cv::Rect part(lab.cols / 4 + i % cells * lab.cols / 2 / cells, lab.rows / 4 + i / cells * lab.rows / 2 / cells,
-                        std::max(1, lab.cols / 2 / cells), std::max(1, lab.rows / 2 / cells));
+    const cv::Rect part(lab.cols / 4 + i % cells * lab.cols / 2 / cells,
+                        lab.rows / 4 + i / cells * lab.rows / 2 / cells, std::max(1, lab.cols / 2 / cells),
+                        std::max(1, lab.rows / 2 / cells));
     places.at<cv::Vec3d>(i, 0) = {1, part.x + part.width / 2.0, part.y + part.height / 2.0};
     for (int channel = 0; channel < 3; ++channel) colours.at<double>(i, channel) = median(lab(part), channel);
   }
@@ -68,7 +69,8 @@ cv::Mat distance_from_table(const cv::Mat& lab) {
     for (int x = 0; x < lab.cols; ++x) {
       double square = 0;
       for (int channel = 0; channel < 3; ++channel) {
-        const double table = planes.at<double>(0, channel) + planes.at<double>(1, channel) * x + planes.at<double>(2, channel) * y;
+        const double table =
+            planes.at<double>(0, channel) + planes.at<double>(1, channel) * x + planes.at<double>(2, channel) * y;
         square += std::pow(lab.at<cv::Vec3b>(y, x)[channel] - table, 2);
       }
       distance.at<float>(y, x) = static_cast<float>(std::sqrt(square));
@@ -85,7 +87,8 @@ bool are_near(const std::vector<cv::Point>& a, const std::vector<cv::Point>& b) 
   });
 }
 
-// What has the table's colour up to one tolerance after the other: the first outline that the next tolerance hardly changes.
+// What has the table's colour up to one tolerance after the other: the first outline that the next tolerance hardly
+// changes.
 std::vector<cv::Point> by_colour(const cv::Mat& bgr) {
   if (bgr.cols < 64 || bgr.rows < 64) return {};
   cv::Mat lab;
@@ -114,17 +117,19 @@ std::vector<Point> find_table_corners(const cv::Mat& picture) {
   if (best.empty() && picture.type() == CV_8UC3) best = by_colour(picture);
   if (best.empty()) return {};
   std::vector<cv::Point2f> fine(best.begin(), best.end());
-  cv::cornerSubPix(grey, fine, cv::Size(5, 5), cv::Size(-1, -1), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50,
-      1e-2));
+  cv::cornerSubPix(grey, fine, cv::Size(5, 5), cv::Size(-1, -1),
+                   cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-2));
   for (std::size_t i = 0; i < 4; ++i)
     if (cv::norm(fine[i] - cv::Point2f(best[i])) > 5) fine[i] = best[i];
   // Clockwise in the picture (y down), from the corner nearest to the upper left.
   std::vector<Point> corners;
   for (const cv::Point2f& at : fine) corners.push_back({at.x, at.y});
   double doubled = 0;
-  for (std::size_t i = 0; i < 4; ++i) doubled += corners[i].x * corners[(i + 1) % 4].y - corners[(i + 1) % 4].x * corners[i].y;
+  for (std::size_t i = 0; i < 4; ++i)
+    doubled += corners[i].x * corners[(i + 1) % 4].y - corners[(i + 1) % 4].x * corners[i].y;
   if (doubled < 0) std::reverse(corners.begin(), corners.end());
-  const auto first = std::min_element(corners.begin(), corners.end(), [](const Point& a, const Point& b) { return a.x + a.y < b.x + b.y; });
+  const auto first = std::min_element(corners.begin(), corners.end(),
+                                      [](const Point& a, const Point& b) { return a.x + a.y < b.x + b.y; });
   std::rotate(corners.begin(), first, corners.end());
   return corners;
 }

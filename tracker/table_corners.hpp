@@ -11,7 +11,8 @@ class Mat;
 
 namespace arkmesh::tracker {
 
-// From the upper left one clockwise as the picture shows them; empty when no four-sided shape fills at least a tenth of the picture.
+// From the upper left one clockwise as the picture shows them; empty when no four-sided shape fills at least a tenth of
+// the picture.
 std::vector<Point> find_table_corners(const cv::Mat& picture);
 
 }  // namespace arkmesh::tracker

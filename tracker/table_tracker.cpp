@@ -7,8 +7,9 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr int eager_search_every = 3;     // while robots are missing
-constexpr double widest_reach = 2.5;      // windows are at most so many radii wide; what is farther off is found by searching
+constexpr int eager_search_every = 3;  // while robots are missing
+constexpr double widest_reach =
+    2.5;  // windows are at most so many radii wide; what is farther off is found by searching
 
 // The robots' diameter in a camera's pictures over the whole arena: mean, and how far from it the extremes are.
 DetectorSettings detection_for(const Calibration& camera, const TableSettings& settings) {
@@ -17,7 +18,8 @@ DetectorSettings detection_for(const Calibration& camera, const TableSettings& s
   constexpr int steps = 8;
   for (int i = 0; i <= steps; ++i)
     for (int j = 0; j <= steps; ++j) {
-      const Point at{(i - steps / 2) * camera.data().arena_width_m / steps, (j - steps / 2) * camera.data().arena_height_m / steps};
+      const Point at{(i - steps / 2) * camera.data().arena_width_m / steps,
+                     (j - steps / 2) * camera.data().arena_height_m / steps};
       const auto pixel = camera.to_pixel(at, settings.body.board_m);
       if (!pixel || camera.inside_px(*pixel) < 0) continue;
       const auto scale = camera.scale(at, settings.body.board_m);
@@ -28,7 +30,8 @@ DetectorSettings detection_for(const Calibration& camera, const TableSettings& s
   if (!(most > 0)) return detection;
   const double middle = (least + most) / 2;
   detection.diameter_px = middle * settings.body.diameter_m;
-  detection.diameter_tolerance = std::min(0.6, std::max(detection.diameter_tolerance, (most - least) / (2 * middle) + 0.1));
+  detection.diameter_tolerance =
+      std::min(0.6, std::max(detection.diameter_tolerance, (most - least) / (2 * middle) + 0.1));
   return detection;
 }
 
@@ -50,19 +53,23 @@ TableTracker::TableTracker(const TableSettings& settings) : settings_(settings),
 void TableTracker::realign(std::size_t camera, Calibration calibration) {
   View& view = views_[camera];
   view.plane = PlaneView::of(calibration, settings_.body.board_m);
-  view.detector = std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : calibration, settings_));
+  view.detector =
+      std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : calibration, settings_));
   view.calibration = std::move(calibration);
 }
 
-void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing) {
+void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects,
+                          bool somebody_missing) {
   view.detections.clear();
   const cv::Mat& picture = view.plane ? view.plane->turn(as_taken) : as_taken;
-  const bool search = !view.calibration || ++view.since_search >= (somebody_missing ? eager_search_every : settings_.search_every);
+  const bool search =
+      !view.calibration || ++view.since_search >= (somebody_missing ? eager_search_every : settings_.search_every);
   if (search) {
     // Cameras take turns in later searches.
     const bool first = view.since_search > 1'000'000;
-    view.since_search = first
-        ? static_cast<int>((&view - views_.data()) * settings_.search_every / static_cast<std::ptrdiff_t>(views_.size())) : 0;
+    view.since_search = first ? static_cast<int>((&view - views_.data()) * settings_.search_every /
+                                                 static_cast<std::ptrdiff_t>(views_.size()))
+                              : 0;
     view.detections = view.detector->search(picture);
   }
   if (!view.calibration) {
@@ -97,8 +104,9 @@ void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const P
 const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const cv::Mat> pictures) {
   const std::vector<Prospect> prospects = associator_.prospects(now);
   const std::vector<Track>& before = associator_.tracks();
-  const bool somebody_missing = before.size() < settings_.expected_robots || before.empty() ||
-                                std::any_of(before.begin(), before.end(), [](const Track& track) { return track.age.count() > 0; });
+  const bool somebody_missing =
+      before.size() < settings_.expected_robots || before.empty() ||
+      std::any_of(before.begin(), before.end(), [](const Track& track) { return track.age.count() > 0; });
   std::vector<std::vector<Seen>> seen(views_.size());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     View& view = views_[i];
@@ -106,7 +114,7 @@ const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const c
     if (i >= pictures.size() || pictures[i].empty()) continue;
     const cv::Mat& picture = pictures[i];
     if (view.calibration && (picture.cols != view.calibration->data().lens.width_px ||
-        picture.rows != view.calibration->data().lens.height_px)) {
+                             picture.rows != view.calibration->data().lens.height_px)) {
       own_counters_.add("camera.refused.size");
       continue;
     }

@@ -1,4 +1,5 @@
-// From pictures to tracks: detects in each camera's picture, brings the cameras together, follows. No threads, no clock, no ids.
+// From pictures to tracks: detects in each camera's picture, brings the cameras together, follows. No threads, no
+// clock, no ids.
 #pragma once
 
 #include <memory>
@@ -20,27 +21,30 @@ namespace arkmesh::tracker {
 struct TableSettings {
   Body body;
   AssociatorSettings following;
-  DetectorSettings detection;      // the diameter and its tolerance follow from the calibrations where there are any
-  int search_every = 10;           // a whole picture is searched at least this often, else only where robots should be
-  std::size_t expected_robots = 0; // while fewer are seen, whole pictures are searched more often; 0: nobody knows
+  DetectorSettings detection;       // the diameter and its tolerance follow from the calibrations where there are any
+  int search_every = 10;            // a whole picture is searched at least this often, else only where robots should be
+  std::size_t expected_robots = 0;  // while fewer are seen, whole pictures are searched more often; 0: nobody knows
 };
 
 // Counters: those of Associator, camera.refused.size (pictures of another size than the calibration's).
 class TableTracker {
  public:
   TableTracker(std::vector<Calibration> cameras, const TableSettings& settings);
-  // One camera of which nothing is known: places are measured in robots' bodies, from the middle of the picture, as seen from above.
+  // One camera of which nothing is known: places are measured in robots' bodies, from the middle of the picture, as
+  // seen from above.
   explicit TableTracker(const TableSettings& settings);
 
-  // pictures[i] is what camera i sees now; an empty one: nothing new. At least one is not empty. `now` never decreases. Returns the tracks
-  // to be reported, ascending by number.
+  // pictures[i] is what camera i sees now; an empty one: nothing new. At least one is not empty. `now` never decreases.
+  // Returns the tracks to be reported, ascending by number.
   const std::vector<Track>& look(hal::LabTime now, std::span<const cv::Mat> pictures);
 
   Associator& associator() { return associator_; }
   const std::vector<Track>& tracks() const { return associator_.tracks(); }
   std::size_t cameras() const { return views_.size(); }
   // Nothing while the size of robots in the picture is not known yet.
-  const Calibration* calibration(std::size_t camera) const { return views_[camera].calibration ? &*views_[camera].calibration : nullptr; }
+  const Calibration* calibration(std::size_t camera) const {
+    return views_[camera].calibration ? &*views_[camera].calibration : nullptr;
+  }
   // The camera hangs like this from now on.
   void realign(std::size_t camera, Calibration calibration);
   // What the last look found in that camera's picture.

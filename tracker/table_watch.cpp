@@ -25,9 +25,10 @@ struct Eye {
   std::string source;
   std::unique_ptr<CameraFeed> feed;
   cv::Mat last;
-  std::string trouble;      // as last said
+  std::string trouble;  // as last said
   CameraGuard guard;
-  bool amiss = false, moved = false;  // as last said: the picture does not show what it should; because the camera hangs elsewhere
+  bool amiss = false,
+       moved = false;  // as last said: the picture does not show what it should; because the camera hangs elsewhere
 };
 
 constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
@@ -43,11 +44,15 @@ bool same_picture(const cv::Mat& a, const cv::Mat& b) {
 
 class TableWatch final : public hal::kilobot::RobotWatch {
  public:
-  TableWatch(std::vector<Eye> eyes, std::vector<Calibration> calibrations, const TableSettings& settings, std::unique_ptr<NameKeeper> names,
-             std::vector<hal::RobotId> expected, Onlooker onlooker)
-      : eyes_(std::move(eyes)), tracker_(std::move(calibrations), settings), names_(std::move(names)), onlooker_(std::move(onlooker)),
+  TableWatch(std::vector<Eye> eyes, std::vector<Calibration> calibrations, const TableSettings& settings,
+             std::unique_ptr<NameKeeper> names, std::vector<hal::RobotId> expected, Onlooker onlooker)
+      : eyes_(std::move(eyes)),
+        tracker_(std::move(calibrations), settings),
+        names_(std::move(names)),
+        onlooker_(std::move(onlooker)),
         poses_(own_counters_),
-        expected_(std::move(expected)), doubtful_(expected_) {}
+        expected_(std::move(expected)),
+        doubtful_(expected_) {}
 
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
@@ -90,8 +95,10 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   cv::Mat newest(Eye& eye) {
     cv::Mat picture = eye.feed->newest();
     if (std::string trouble = eye.feed->trouble(); trouble != eye.trouble) {
-      if (trouble.empty()) spdlog::info("the camera {} gives pictures", eye.source);
-      else spdlog::warn("{}", trouble);
+      if (trouble.empty())
+        spdlog::info("the camera {} gives pictures", eye.source);
+      else
+        spdlog::warn("{}", trouble);
       eye.trouble = std::move(trouble);
     }
     if (picture.empty()) return picture;
@@ -122,17 +129,21 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
     if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
       own_counters_.add("camera.unrecognised");
-      spdlog::warn("the camera {} does not show the table: dark, covered, or turned away? Its pictures are not used", eye.source);
+      spdlog::warn("the camera {} does not show the table: dark, covered, or turned away? Its pictures are not used",
+                   eye.source);
     }
     auto now = eye.guard.realigned();
     if ((now || verdict == Verdict::moved) && !std::exchange(eye.moved, true)) {
       own_counters_.add("camera.moved");
-      spdlog::warn("the camera {} hangs elsewhere than it did: its pictures are not used until it is clear where", eye.source);
+      spdlog::warn("the camera {} hangs elsewhere than it did: its pictures are not used until it is clear where",
+                   eye.source);
     }
     if (now) {
       const auto before = calibration->position_m(), after = now->position_m();
-      spdlog::warn("the camera {} hangs {:.1f} mm from where it did, and its calibration follows; calibrate it anew when there is time", eye.source,
-                   1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
+      spdlog::warn(
+          "the camera {} hangs {:.1f} mm from where it did, and its calibration follows; calibrate it anew when there "
+          "is time",
+          eye.source, 1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
       tracker_.realign(camera, std::move(*now));
       own_counters_.add("camera.realigned");
     }
@@ -150,8 +161,8 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     spdlog::debug("the camera {} is watched by {} marks on the table", eye.source, eye.guard.marks());
   }
 
-  // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not show it. A camera that
-  // gave nothing new is no such picture.
+  // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not
+  // show it. A camera that gave nothing new is no such picture.
   void update_doubtful(bool all_cameras) {
     const std::span<const hal::RobotId> nameless = names_->doubtful();
     doubtful_.assign(nameless.begin(), nameless.end());
@@ -191,14 +202,15 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
   std::uint32_t number_ = 0;
-  bool no_use_ = false;                  // a camera gave a picture that shows nothing of now, or from elsewhere
-  hal::LabTime seen_at_{0};              // when any camera last gave a picture
+  bool no_use_ = false;      // a camera gave a picture that shows nothing of now, or from elsewhere
+  hal::LabTime seen_at_{0};  // when any camera last gave a picture
   std::vector<hal::RobotId> expected_, doubtful_;
   std::map<TrackNumber, hal::Led> leds_;  // what the programs show
 };
 
 // The calibration of camera `number` of `all` in the configuration.
-Calibration read_calibration_of(const hal::Section& camera, std::size_t number, std::size_t all, const hal::Section& arena) {
+Calibration read_calibration_of(const hal::Section& camera, std::size_t number, std::size_t all,
+                                const hal::Section& arena) {
   const auto file = camera.path("calibration", "");
   if (file.empty()) camera.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
   const std::string name = camera.text("camera", "");
@@ -206,8 +218,10 @@ Calibration read_calibration_of(const hal::Section& camera, std::size_t number, 
     CameraData data;
     const std::vector<NamedCamera> cameras = read_calibrations(file);
     // A file of the whole table holds its cameras in the order of the configuration, unless they are named.
-    if (name.empty() && cameras.size() > 1 && cameras.size() == all) data = cameras[number].data;
-    else data = read_calibration(file, name);
+    if (name.empty() && cameras.size() > 1 && cameras.size() == all)
+      data = cameras[number].data;
+    else
+      data = read_calibration(file, name);
     data.arena_width_m = hal::read_side(arena, "width_m");
     data.arena_height_m = hal::read_side(arena, "height_m");
     return Calibration(std::move(data));
@@ -220,8 +234,8 @@ Calibration read_calibration_of(const hal::Section& camera, std::size_t number, 
 
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker, const OpenCamera& open,
-                                                              std::unique_ptr<NameKeeper> names) {
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker,
+                                                           const OpenCamera& open, std::unique_ptr<NameKeeper> names) {
   const hal::Section kilobot = arena.section("kilobot");
   TableSettings settings;
   settings.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;
@@ -232,14 +246,19 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& a
   const std::string identity = kilobot.choice("identity", "spelled", {"spelled", "ark"});
 
   const std::vector<hal::Section> cameras = kilobot.sections("cameras");
-  if (cameras.empty()) kilobot.refuse("cameras", "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
-  if (cameras.size() > 4) kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras.size()));
+  if (cameras.empty())
+    kilobot.refuse("cameras",
+                   "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
+  if (cameras.size() > 4)
+    kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras.size()));
   std::vector<Calibration> calibrations;
   std::vector<Eye> eyes;
   for (const hal::Section& camera : cameras) {
     std::string source = camera.required_text("source");
     if (source_kind(source) == SourceKind::recording)
-      camera.refuse("source", "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
+      camera.refuse(
+          "source",
+          "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
     calibrations.push_back(read_calibration_of(camera, calibrations.size(), cameras.size(), arena));
     eyes.push_back({.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}, .guard = CameraGuard()});
   }
@@ -248,7 +267,8 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& a
     eyes[i].feed = open(eyes[i].source, lens.width_px, lens.height_px);
   }
   if (!names) names = identity == "ark" ? make_ark_names(expected) : make_spelled_names(expected);
-  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names), std::move(expected), std::move(onlooker));
+  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names),
+                                      std::move(expected), std::move(onlooker));
 }
 
 }  // namespace arkmesh::tracker

@@ -10,7 +10,8 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr std::size_t most_robots = 60;
-constexpr double usual = 0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
+constexpr double usual =
+    0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

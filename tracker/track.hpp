@@ -12,16 +12,17 @@ using TrackNumber = std::uint32_t;  // from 0, never used twice in a run
 
 struct Track {
   TrackNumber number = 0;
-  hal::Pose in_arena;                      // heading is the driving direction
-  hal::Led led = hal::Led::off;            // as last seen with certainty
-  bool led_seen = false;                   // in this very frame
-  hal::Led primary = hal::Led::off;        // red, green or blue: what the LED shows in this frame if it is known to show one of these
-  float primary_confidence = 0;            // 0..1 that it is this one; 0 when nothing of the LED was seen in this frame
-  float confidence = 0;                    // 0..1 that a robot is there
-  float heading_sigma_rad = 3.1415927f;    // standard deviation of the heading; pi when it is not known at all
-  hal::LabTime age{0};                     // since it was last truly seen
-  std::optional<hal::RobotId> robot;       // who it is, once known
-  bool doubtful = false;                   // may have been swapped with another or be somebody else: nobody acts on `robot`
+  hal::Pose in_arena;            // heading is the driving direction
+  hal::Led led = hal::Led::off;  // as last seen with certainty
+  bool led_seen = false;         // in this very frame
+  hal::Led primary =
+      hal::Led::off;  // red, green or blue: what the LED shows in this frame if it is known to show one of these
+  float primary_confidence = 0;          // 0..1 that it is this one; 0 when nothing of the LED was seen in this frame
+  float confidence = 0;                  // 0..1 that a robot is there
+  float heading_sigma_rad = 3.1415927f;  // standard deviation of the heading; pi when it is not known at all
+  hal::LabTime age{0};                   // since it was last truly seen
+  std::optional<hal::RobotId> robot;     // who it is, once known
+  bool doubtful = false;  // may have been swapped with another or be somebody else: nobody acts on `robot`
 };
 
 }  // namespace arkmesh::tracker

@@ -48,7 +48,8 @@ Address parts_of(const std::string& url) {
   const std::size_t port = where.find(':', numeric_v6 ? std::min(end, where.size()) : 0);
   out.host = numeric_v6 ? where.substr(1, end == std::string::npos ? end : end - 1) : where.substr(0, port);
   if (port != std::string::npos) out.port = where.substr(port + 1);
-  if (out.port.empty()) out.port = out.scheme == "https" ? "443" : out.scheme == "rtsp" ? "554" : out.scheme == "rtmp" ? "1935" : "80";
+  if (out.port.empty())
+    out.port = out.scheme == "https" ? "443" : out.scheme == "rtsp" ? "554" : out.scheme == "rtmp" ? "1935" : "80";
   return out;
 }
 
@@ -84,11 +85,14 @@ int connect_to(const Socket& socket, const addrinfo& to) {
 
 // What is sent back up to the end of the head, as far as it comes in time.
 std::string answer_of(const Socket& socket, const Address& to) {
-  const std::string request = fmt::format("GET {} HTTP/1.0\r\nHost: {}:{}\r\nUser-Agent: arkmesh\r\n\r\n", to.path, to.host, to.port);
+  const std::string request =
+      fmt::format("GET {} HTTP/1.0\r\nHost: {}:{}\r\nUser-Agent: arkmesh\r\n\r\n", to.path, to.host, to.port);
   std::string answer;
-  if (::send(socket.get(), request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size())) return answer;
+  if (::send(socket.get(), request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
+    return answer;
   const auto end = Clock::now() + answer_within;
-  while (answer.size() < most_answer_bytes && answer.find("\r\n\r\n") == std::string::npos && socket.wait_for(POLLIN, end)) {
+  while (answer.size() < most_answer_bytes && answer.find("\r\n\r\n") == std::string::npos &&
+         socket.wait_for(POLLIN, end)) {
     std::array<char, 2048> some;
     const ssize_t n = ::recv(socket.get(), some.data(), some.size(), 0);
     if (n <= 0) break;
@@ -116,11 +120,15 @@ std::string what_is_wrong_with(const std::string& answer) {
     return fmt::format("answers {}, and no pictures", status.empty() ? "nothing that can be understood" : status);
   const std::string head = lower(answer.substr(0, answer.find("\r\n\r\n")));
   const std::size_t type = head.find("\ncontent-type:");
-  const std::string is =
-      type == std::string::npos ? "" : printable(head.substr(type + 14, head.find_first_of("\r\n;", type + 14) - type - 14));
+  const std::string is = type == std::string::npos
+                             ? ""
+                             : printable(head.substr(type + 14, head.find_first_of("\r\n;", type + 14) - type - 14));
   if (is.find("text/html") != std::string::npos)
-    return "sends a page, no pictures; give the address of the pictures in it (their streams have addresses of their own)";
-  return fmt::format("sends{}, but no pictures that can be read", is.empty() ? " something" : is.starts_with(' ') ? is : " " + is);
+    return "sends a page, no pictures; give the address of the pictures in it (their streams have addresses of their "
+           "own)";
+  return fmt::format("sends{}, but no pictures that can be read", is.empty()            ? " something"
+                                                                  : is.starts_with(' ') ? is
+                                                                                        : " " + is);
 }
 
 }  // namespace
@@ -132,8 +140,8 @@ std::string url_trouble(const std::string& url) {
   addrinfo hints{}, *found = nullptr;
   hints.ai_socktype = SOCK_STREAM;
   if (const int code = ::getaddrinfo(to.host.c_str(), to.port.c_str(), &hints, &found); code != 0)
-    return fmt::format("{}: the host {} is not known ({}); is the name right, and this machine on its network?", no_pictures, to.host,
-                       ::gai_strerror(code));
+    return fmt::format("{}: the host {} is not known ({}); is the name right, and this machine on its network?",
+                       no_pictures, to.host, ::gai_strerror(code));
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> keeper(found, &::freeaddrinfo);
   int code = EINVAL;
   for (const addrinfo* each = found; each; each = each->ai_next) {
@@ -142,12 +150,15 @@ std::string url_trouble(const std::string& url) {
     code = connect_to(socket, *each);
     if (code != 0) continue;
     if (to.scheme != "http")
-      return fmt::format("{}: {} takes the connection, but sends no video that can be read; is the path right?", no_pictures, to.host);
+      return fmt::format("{}: {} takes the connection, but sends no video that can be read; is the path right?",
+                         no_pictures, to.host);
     return fmt::format("{}: {} port {} {}", no_pictures, to.host, to.port, what_is_wrong_with(answer_of(socket, to)));
   }
   if (code == ECONNREFUSED)
-    return fmt::format("{}: nobody listens on port {} of {}; is the camera on, and is this its port?", no_pictures, to.port, to.host);
-  if (code == ETIMEDOUT) return fmt::format("{}: {} does not answer; is it on, and on this network?", no_pictures, to.host);
+    return fmt::format("{}: nobody listens on port {} of {}; is the camera on, and is this its port?", no_pictures,
+                       to.port, to.host);
+  if (code == ETIMEDOUT)
+    return fmt::format("{}: {} does not answer; is it on, and on this network?", no_pictures, to.host);
   return fmt::format("{}: {} cannot be reached: {}", no_pictures, to.host, std::strerror(code));
 }
 

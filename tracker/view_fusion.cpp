@@ -7,9 +7,9 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double centre_noise_px = 0.5;    // of a detection's centre, and
+constexpr double centre_noise_px = 0.5;      // of a detection's centre, and
 constexpr double centre_noise_part = 0.015;  // this part of its radius
-constexpr double camera_noise_m = 0.0003;  // of a calibration
+constexpr double camera_noise_m = 0.0003;    // of a calibration
 constexpr double led_noise_px = 0.8;
 constexpr double least_led_noise_rad = 0.035;
 
@@ -27,11 +27,17 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
     const auto scale = camera.scale(*place, body.board_m);
     if (!scale || !(scale->smallest > 1)) continue;
 
-    Seen one{.x_m = place->x, .y_m = place->y, .confidence = found.confidence, .led = found.led, .led_confidence = found.led_confidence,
-             .primary = found.primary, .primary_confidence = found.primary_confidence};
+    Seen one{.x_m = place->x,
+             .y_m = place->y,
+             .confidence = found.confidence,
+             .led = found.led,
+             .led_confidence = found.led_confidence,
+             .primary = found.primary,
+             .primary_confidence = found.primary_confidence};
     // A robot that the picture's edge cuts is placed less well, and so is one seen from aside.
     const double cut = inside_px < found.r_px ? 3 : 1;
-    one.sigma_m = std::hypot(camera_noise_m, cut * (centre_noise_px + centre_noise_part * found.r_px) / scale->smallest);
+    one.sigma_m =
+        std::hypot(camera_noise_m, cut * (centre_noise_px + centre_noise_part * found.r_px) / scale->smallest);
     if (found.led != hal::Led::off && std::isfinite(found.led_x_px) && std::isfinite(found.led_y_px)) {
       const double off_px = std::hypot(found.led_x_px - found.x_px, found.led_y_px - found.y_px);
       const auto led = camera.to_arena({found.led_x_px, found.led_y_px}, body.led_m);
@@ -70,11 +76,14 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
   for (std::size_t i = 0; i < items.size(); ++i) {
     items[i].group = i;
     for (std::size_t j = i + 1; j < items.size() && items[j].seen->x_m - items[i].seen->x_m < nearest_bodies_m; ++j) {
-      const double apart_m = std::hypot(items[j].seen->x_m - items[i].seen->x_m, items[j].seen->y_m - items[i].seen->y_m);
+      const double apart_m =
+          std::hypot(items[j].seen->x_m - items[i].seen->x_m, items[j].seen->y_m - items[i].seen->y_m);
       if (items[i].view != items[j].view && apart_m < nearest_bodies_m) pairs.push_back({apart_m, i, j});
     }
   }
-  const auto nearer = [](const Pair& p, const Pair& q) { return std::tuple(p.apart_m, p.a, p.b) < std::tuple(q.apart_m, q.a, q.b); };
+  const auto nearer = [](const Pair& p, const Pair& q) {
+    return std::tuple(p.apart_m, p.a, p.b) < std::tuple(q.apart_m, q.a, q.b);
+  };
   std::sort(pairs.begin(), pairs.end(), nearer);
 
   // A group has each camera at most once.
@@ -84,7 +93,8 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
     const std::size_t into = items[pair.a].group, from = items[pair.b].group;
     if (into == from) continue;
     const bool meets_itself = std::any_of(groups[into].begin(), groups[into].end(), [&](std::size_t i) {
-      return std::any_of(groups[from].begin(), groups[from].end(), [&](std::size_t j) { return items[i].view == items[j].view; });
+      return std::any_of(groups[from].begin(), groups[from].end(),
+                         [&](std::size_t j) { return items[i].view == items[j].view; });
     });
     if (meets_itself) continue;
     for (const std::size_t j : groups[from]) {
@@ -106,7 +116,8 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
       weight += w, x += w * seen.x_m, y += w * seen.y_m;
       doubt *= 1 - seen.confidence;
       if (seen.led_confidence > one.led_confidence) one.led = seen.led, one.led_confidence = seen.led_confidence;
-      if (seen.primary_confidence > one.primary_confidence) one.primary = seen.primary, one.primary_confidence = seen.primary_confidence;
+      if (seen.primary_confidence > one.primary_confidence)
+        one.primary = seen.primary, one.primary_confidence = seen.primary_confidence;
       if (!seen.led_heading_rad) continue;
       const double lw = 1 / (seen.led_heading_sigma_rad * seen.led_heading_sigma_rad);
       led_weight += lw, led_x += lw * std::cos(*seen.led_heading_rad), led_y += lw * std::sin(*seen.led_heading_rad);

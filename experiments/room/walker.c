@@ -6,7 +6,8 @@
 static uint32_t next;
 
 static void draw(void) {
-  static const uint8_t colours[] = {RGB(3, 0, 0), RGB(0, 3, 0), RGB(0, 0, 3), RGB(3, 3, 0), RGB(3, 0, 3), RGB(0, 3, 3), RGB(3, 3, 3)};
+  static const uint8_t colours[] = {RGB(3, 0, 0), RGB(0, 3, 0), RGB(0, 0, 3), RGB(3, 3, 0),
+                                    RGB(3, 0, 3), RGB(0, 3, 3), RGB(3, 3, 3)};
   const uint8_t what = rand_soft() % 4;
   if (rand_soft() % 8 == 0) set_color(colours[rand_soft() % 7]);
   spinup_motors();

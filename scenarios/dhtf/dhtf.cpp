@@ -164,9 +164,11 @@ void Dhtf::take_news(Lab& lab) {
   lab.counts().set("completed", static_cast<std::uint64_t>(total));
 }
 
-// Every site as a circle with the teams that all labs merged; red where the own team's task is hard, blue where it is easy.
+// Every site as a circle with the teams that all labs merged; red where the own team's task is hard, blue where it is
+// easy.
 void Dhtf::draw_sites(Lab& lab) const {
-  const auto own = static_cast<std::size_t>(std::find(lab.labs().begin(), lab.labs().end(), lab.name()) - lab.labs().begin());
+  const auto own =
+      static_cast<std::size_t>(std::find(lab.labs().begin(), lab.labs().end(), lab.name()) - lab.labs().begin());
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const Site& site = sites_[i];
     std::string teams;
@@ -175,8 +177,12 @@ void Dhtf::draw_sites(Lab& lab) const {
       teams += fmt::format("{}{}", teams.empty() ? "" : "+", i < team.size() ? team[i] : 0);
     }
     const hal::Pose centre = lab.projection().to_arena(site.in_shared);
-    lab.mark({.x_m = centre.x_m, .y_m = centre.y_m, .radius_m = settings_.site_radius_m / lab.projection().scale,
-              .colour = site.hard[own] ? hal::Led::red : hal::Led::blue, .dashed = !site.active, .text = teams});
+    lab.mark({.x_m = centre.x_m,
+              .y_m = centre.y_m,
+              .radius_m = settings_.site_radius_m / lab.projection().scale,
+              .colour = site.hard[own] ? hal::Led::red : hal::Led::blue,
+              .dashed = !site.active,
+              .text = teams});
   }
 }
 

@@ -2,19 +2,21 @@
 
        #include "arkmesh_id.h"
 
-   after kilolib.h, in the file that calls kilo_start. Nothing else changes: the program's kilo_start, set_motors, set_color
-   and spinup_motors go through this header, which answers the overhead controller's questions in front of the program.
+   after kilolib.h, in the file that calls kilo_start. Nothing else changes: the program's kilo_start, set_motors,
+   set_color and spinup_motors go through this header, which answers the overhead controller's questions in front of the
+   program.
 
-   While a robot is asked it stands still, its LED is the answer, its loop is not called, and kilo_ticks does not pass as far
-   as the program can tell. Afterwards colour and motors are what the program last wanted. Without a question for 3 s it
-   goes on by itself. It answers in every state, before RUN too. Messages that are no questions reach the program as ever.
+   While a robot is asked it stands still, its LED is the answer, its loop is not called, and kilo_ticks does not pass
+   as far as the program can tell. Afterwards colour and motors are what the program last wanted. Without a question for
+   3 s it goes on by itself. It answers in every state, before RUN too. Messages that are no questions reach the program
+   as ever.
 
    Questions (docs/identification.md):
-     118        one digit of the id in base 3: 0 red, 1 green, 2 blue. data[0]: bits 0..5 which digit (0..10 of the id, least
-                significant first; 11..13 of its check word), bits 6..7 who is asked: 0 nobody (it is over), 1 everybody,
-                2 ids data[1..2] to data[3..4], 3 the four ids data[1..2], [3..4], [5..6], [7..8]. All big endian.
-     119, 120   ARK's: the robot whose id is data[0..1], big endian, is blue, all others red; 0xFFFF: it is over.
-   Needs about 620 bytes of flash and 13 of RAM (avr-gcc 5.4, -Os). For one file of a program only. */
+     118        one digit of the id in base 3: 0 red, 1 green, 2 blue. data[0]: bits 0..5 which digit (0..10 of the id,
+   least significant first; 11..13 of its check word), bits 6..7 who is asked: 0 nobody (it is over), 1 everybody, 2 ids
+   data[1..2] to data[3..4], 3 the four ids data[1..2], [3..4], [5..6], [7..8]. All big endian. 119, 120   ARK's: the
+   robot whose id is data[0..1], big endian, is blue, all others red; 0xFFFF: it is over. Needs about 620 bytes of flash
+   and 13 of RAM (avr-gcc 5.4, -Os). For one file of a program only. */
 #ifndef ARKMESH_ID_H
 #define ARKMESH_ID_H
 
@@ -35,10 +37,10 @@
 enum { arkmesh_id_free, arkmesh_id_asked, arkmesh_id_over };
 enum { arkmesh_id_no_question = 254, arkmesh_id_not_me = 255 };
 
-static volatile uint8_t arkmesh_id_phase;     /* over: the loop has yet to start the motors again */
-static volatile uint8_t arkmesh_id_heard_at;  /* low byte of kilo_ticks */
+static volatile uint8_t arkmesh_id_phase;    /* over: the loop has yet to start the motors again */
+static volatile uint8_t arkmesh_id_heard_at; /* low byte of kilo_ticks */
 static uint8_t arkmesh_id_left, arkmesh_id_right, arkmesh_id_colour; /* what the program wants */
-static uint32_t arkmesh_id_since;             /* kilo_ticks when the robot was first asked */
+static uint32_t arkmesh_id_since;                                    /* kilo_ticks when the robot was first asked */
 static message_rx_t arkmesh_id_program_rx;
 static void (*arkmesh_id_program_loop)(void);
 
@@ -59,13 +61,17 @@ static inline void arkmesh_id_spinup_motors(void) {
 
 /* ---- questions ---- */
 
-static inline uint16_t arkmesh_id_number(const uint8_t *bytes) { return (uint16_t)((uint16_t)bytes[0] << 8 | bytes[1]); }
+static inline uint16_t arkmesh_id_number(const uint8_t* bytes) {
+  return (uint16_t)((uint16_t)bytes[0] << 8 | bytes[1]);
+}
 
-static inline uint8_t arkmesh_id_is_asked(const uint8_t *data) {
+static inline uint8_t arkmesh_id_is_asked(const uint8_t* data) {
   uint8_t i;
   switch (data[0] >> 6) {
-    case 1: return 1;
-    case 2: return arkmesh_id_number(data + 1) <= kilo_uid && kilo_uid <= arkmesh_id_number(data + 3);
+    case 1:
+      return 1;
+    case 2:
+      return arkmesh_id_number(data + 1) <= kilo_uid && kilo_uid <= arkmesh_id_number(data + 3);
     case 3:
       for (i = 1; i < 9; i += 2)
         if (arkmesh_id_number(data + i) == kilo_uid) return 1;
@@ -75,7 +81,7 @@ static inline uint8_t arkmesh_id_is_asked(const uint8_t *data) {
 
 /* The colour that answers a question. The check word is the id modulo 23, spread over the three-digit numbers in base 3
    whose digits are not all equal: a LED that never changes is no id. */
-static inline uint8_t arkmesh_id_answer(const message_t *message) {
+static inline uint8_t arkmesh_id_answer(const message_t* message) {
   uint16_t rest = kilo_uid;
   uint8_t digit;
   if (message->type == ARKMESH_ID_ARK_RUNTIME || message->type == ARKMESH_ID_ARK_INITIAL) {
@@ -101,9 +107,9 @@ static inline void arkmesh_id_end(void) {
   set_color(arkmesh_id_colour);
 }
 
-/* Runs inside the receive interrupt. Says everything again at each copy of a question: an idle robot's library blinks, and
-   a program may have been between looking at the phase and setting its motors. */
-static inline void arkmesh_id_on_message(message_t *message, distance_measurement_t *distance) {
+/* Runs inside the receive interrupt. Says everything again at each copy of a question: an idle robot's library blinks,
+   and a program may have been between looking at the phase and setting its motors. */
+static inline void arkmesh_id_on_message(message_t* message, distance_measurement_t* distance) {
   const uint8_t answer = arkmesh_id_answer(message);
   if (answer == arkmesh_id_no_question) {
     if (arkmesh_id_program_rx) arkmesh_id_program_rx(message, distance);

@@ -1,5 +1,5 @@
-/* The serial line of a robot: text is written only by programs that define DEBUG before they include this, and takes its time
-   once debug_init() was called. */
+/* The serial line of a robot: text is written only by programs that define DEBUG before they include this, and takes
+   its time once debug_init() was called. */
 #ifndef __DEBUG_H__
 #define __DEBUG_H__
 
@@ -8,7 +8,9 @@
 #pragma GCC visibility push(hidden)
 void arkmesh_serial_on(void);
 #pragma GCC visibility pop
-static inline void debug_init() { arkmesh_serial_on(); }
+static inline void debug_init() {
+  arkmesh_serial_on();
+}
 #else
 #define debug_init()
 #define printf(...)

@@ -19,8 +19,8 @@ typedef struct {
   int16_t high_gain;
 } distance_measurement_t;
 
-typedef void (*message_rx_t)(message_t *, distance_measurement_t *d);
-typedef message_t *(*message_tx_t)(void);
+typedef void (*message_rx_t)(message_t*, distance_measurement_t* d);
+typedef message_t* (*message_tx_t)(void);
 typedef void (*message_tx_success_t)(void);
 
 /* Not for programs to replace: without this they would go through the global offset table. */
@@ -31,11 +31,12 @@ extern uint32_t arkmesh_reads;
 void arkmesh_busy(void);
 
 /* A program that waits by reading the clock is put to sleep until the next tick. */
-static inline volatile uint32_t *arkmesh_clock(void) {
+static inline volatile uint32_t* arkmesh_clock(void) {
   if (++arkmesh_reads >= 400) arkmesh_busy();
   return &arkmesh_ticks;
 }
-/* Ticks of 32.768 ms since power-up; may be assigned. A variable only for programs that do not compile with the macro. */
+/* Ticks of 32.768 ms since power-up; may be assigned. A variable only for programs that do not compile with the macro.
+ */
 #ifdef ARKMESH_PLAIN_CLOCK
 extern volatile uint32_t kilo_ticks __asm__("arkmesh_ticks");
 #else
@@ -61,7 +62,7 @@ void delay(uint16_t ms);
 void set_motors(uint8_t left, uint8_t right);
 void spinup_motors();
 void set_color(uint8_t color);
-uint8_t estimate_distance(const distance_measurement_t *dist);
+uint8_t estimate_distance(const distance_measurement_t* dist);
 int16_t get_ambientlight();
 int16_t get_voltage();
 int16_t get_temperature();

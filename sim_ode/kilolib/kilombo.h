@@ -2,8 +2,8 @@
 #ifndef ARKMESH_KILOMBO_H
 #define ARKMESH_KILOMBO_H
 #include "kilolib.h"
-#define REGISTER_USERDATA(type)     \
-  static type arkmesh_user_data;    \
-  type *mydata = &arkmesh_user_data;
+#define REGISTER_USERDATA(type)  \
+  static type arkmesh_user_data; \
+  type* mydata = &arkmesh_user_data;
 #define SET_CALLBACK(name, function)
 #endif

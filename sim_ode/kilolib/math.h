@@ -1,4 +1,5 @@
-/* The C library's own, strictly the standard's part of it (so that y0 or gamma are free), and the constants of the robot's library. */
+/* The C library's own, strictly the standard's part of it (so that y0 or gamma are free), and the constants of the
+ * robot's library. */
 #include_next <math.h>
 #ifndef ARKMESH_MATH_H
 #define ARKMESH_MATH_H

@@ -5,7 +5,7 @@
 #include "message.h"
 
 #pragma GCC visibility push(hidden)
-uint16_t message_crc(const message_t *msg);
+uint16_t message_crc(const message_t* msg);
 #pragma GCC visibility pop
 
 #endif

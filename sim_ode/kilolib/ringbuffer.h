@@ -7,11 +7,11 @@
 #define RB_counter unsigned int
 #endif
 
-#define RB_create(NAME, T, SIZE)                     \
-  struct {                                           \
-    RB_counter head, count; /* oldest, how many */   \
-    T elems[SIZE];                                   \
-  } NAME;                                            \
+#define RB_create(NAME, T, SIZE)                   \
+  struct {                                         \
+    RB_counter head, count; /* oldest, how many */ \
+    T elems[SIZE];                                 \
+  } NAME;                                          \
   enum { NAME##_rbsize = SIZE }
 
 #define RB_init(o) \
@@ -23,15 +23,17 @@
 #define RB_full(o) (o.count == o##_rbsize)
 #define RB_front(o) o.elems[o.head]
 #define RB_back(o) o.elems[(o.head + o.count) % o##_rbsize]
-#define RB_popfront(o)                    \
-  {                                       \
-    o.head = (o.head + 1) % o##_rbsize;   \
-    o.count--;                            \
+#define RB_popfront(o)                  \
+  {                                     \
+    o.head = (o.head + 1) % o##_rbsize; \
+    o.count--;                          \
   }
-#define RB_pushback(o)                                         \
-  {                                                            \
-    if (RB_full(o)) o.head = (o.head + 1) % o##_rbsize;        \
-    else o.count++;                                            \
+#define RB_pushback(o)                    \
+  {                                       \
+    if (RB_full(o))                       \
+      o.head = (o.head + 1) % o##_rbsize; \
+    else                                  \
+      o.count++;                          \
   }
 
 #endif

@@ -1,13 +1,12 @@
-/* The robot's side of the library: linked into each program. All of a robot's state here lies in section .robot_host, which
-   is exchanged together with the program's own data when the turn passes from robot to robot. Own rand, printf, exit and
-   strtok, because those of the host's C library would be shared by all robots. */
-#include "kilolib.h"
-
+/* The robot's side of the library: linked into each program. All of a robot's state here lies in section .robot_host,
+   which is exchanged together with the program's own data when the turn passes from robot to robot. Own rand, printf,
+   exit and strtok, because those of the host's C library would be shared by all robots. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "kilolib.h"
 #include "robot_abi.h"
 
 #define ROBOT __attribute__((section(".robot_host")))
@@ -18,11 +17,13 @@
 #undef kilo_ticks
 #undef printf
 
-static void no_rx(message_t *message, distance_measurement_t *distance) {
+static void no_rx(message_t* message, distance_measurement_t* distance) {
   (void)message;
   (void)distance;
 }
-static message_t *no_tx(void) { return 0; }
+static message_t* no_tx(void) {
+  return 0;
+}
 static void no_success(void) {}
 
 ROBOT volatile uint32_t arkmesh_ticks = 0;
@@ -36,7 +37,7 @@ ROBOT message_tx_t kilo_message_tx = no_tx;
 ROBOT message_tx_success_t kilo_message_tx_success = no_success;
 ROBOT static void (*user_setup)(void) = 0;
 ROBOT static void (*user_loop)(void) = 0;
-ROBOT static char *strtok_rest = 0;
+ROBOT static char* strtok_rest = 0;
 ROBOT static int32_t rand_state = 1;
 ROBOT static int32_t random_state = 1;
 ROBOT uint16_t kilo_uid = 0;
@@ -53,61 +54,88 @@ ROBOT uint16_t kilo_irhigh[14] = {0};
 ROBOT uint16_t kilo_irlow[14] = {0};
 
 /* Outside the robot's memory. Until the simulator fills it in, for constructors, nothing happens. */
-static void no_wait(uint32_t us) { (void)us; }
-static void no_tick(const void *from) { (void)from; }
-static void no_motors(uint8_t left, uint8_t right) { (void)left, (void)right; }
-static void no_colour(uint8_t colour) { (void)colour; }
-static int16_t no_reading(void) { return 0; }
-static uint8_t no_chance(void) { return 0; }
+static void no_wait(uint32_t us) {
+  (void)us;
+}
+static void no_tick(const void* from) {
+  (void)from;
+}
+static void no_motors(uint8_t left, uint8_t right) {
+  (void)left, (void)right;
+}
+static void no_colour(uint8_t colour) {
+  (void)colour;
+}
+static int16_t no_reading(void) {
+  return 0;
+}
+static uint8_t no_chance(void) {
+  return 0;
+}
 static void no_start(void) {}
-static void no_end(const char *why, const void *from) { (void)why, (void)from; }
-static void no_busy(const void *from, int wakeable) { (void)from, (void)wakeable; }
+static void no_end(const char* why, const void* from) {
+  (void)why, (void)from;
+}
+static void no_busy(const void* from, int wakeable) {
+  (void)from, (void)wakeable;
+}
 __attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {
-    no_wait, no_tick, no_motors, no_colour, no_reading, no_reading, no_reading, no_chance, 0, no_start, no_end, no_busy};
+    no_wait,    no_tick,   no_motors, no_colour, no_reading, no_reading,
+    no_reading, no_chance, 0,         no_start,  no_end,     no_busy};
 
 /* ---- time ---- */
 
 /* The call itself, before the address to return to. */
-#define CALLER ((const char *)__builtin_return_address(0) - 1)
+#define CALLER ((const char*)__builtin_return_address(0) - 1)
 
 /* A robot does about this much in a tick; about 0.65 microseconds each. */
 enum { work_per_tick = 50000 };
 
-static void give_time(const void *from) {
+static void give_time(const void* from) {
   work = 0;
   host.busy_at(from, kilo_message_rx != no_rx || kilo_message_tx != no_tx || kilo_message_tx_success != no_success);
 }
-/* What a call of the library takes: so a loop that waits for something and calls the library meanwhile takes time, as on the robot. */
-#define SPEND(amount)                                      \
-  do {                                                     \
+/* What a call of the library takes: so a loop that waits for something and calls the library meanwhile takes time, as
+ * on the robot. */
+#define SPEND(amount)                                           \
+  do {                                                          \
     if ((work += (amount)) >= work_per_tick) give_time(CALLER); \
   } while (0)
 
-void arkmesh_wait_us(uint32_t us) { host.wait_us(us); }
-void delay(uint16_t ms) { host.wait_us((uint32_t)ms * 1000); }
+void arkmesh_wait_us(uint32_t us) {
+  host.wait_us(us);
+}
+void delay(uint16_t ms) {
+  host.wait_us((uint32_t)ms * 1000);
+}
 void arkmesh_busy(void) {
   arkmesh_reads = 0;
   host.wait_for_tick(CALLER);
 }
 
 /* A sensor takes about as long as it takes the clock to be read often. */
-#define SPEND_READING()            \
-  do {                             \
-    if (++arkmesh_reads >= 400) {  \
-      arkmesh_reads = 0;           \
-      host.wait_for_tick(CALLER);  \
-    }                              \
+#define SPEND_READING()           \
+  do {                            \
+    if (++arkmesh_reads >= 400) { \
+      arkmesh_reads = 0;          \
+      host.wait_for_tick(CALLER); \
+    }                             \
   } while (0)
 
-/* Programs with volatile variables are compiled so that each access to memory calls one of these: waiting for a flag that a callback
-   sets takes time then, as on the robot. Only reads of volatile variables count, so that a loop without any still is an endless one. */
-#define LOOKED_AT(name)                               \
-  HIDDEN void name(void *place) {                     \
-    if (place == (void *)&arkmesh_ticks) SPEND_READING(); \
-    else SPEND(12);                                   \
+/* Programs with volatile variables are compiled so that each access to memory calls one of these: waiting for a flag
+   that a callback sets takes time then, as on the robot. Only reads of volatile variables count, so that a loop without
+   any still is an endless one. */
+#define LOOKED_AT(name)                 \
+  HIDDEN void name(void* place) {       \
+    if (place == (void*)&arkmesh_ticks) \
+      SPEND_READING();                  \
+    else                                \
+      SPEND(12);                        \
   }
-#define UNCOUNTED(name) \
-  HIDDEN void name(void *place) { (void)place; }
+#define UNCOUNTED(name)           \
+  HIDDEN void name(void* place) { \
+    (void)place;                  \
+  }
 #define OF_ALL_SIZES(what, name) what(name##1) what(name##2) what(name##4) what(name##8) what(name##16)
 OF_ALL_SIZES(LOOKED_AT, __tsan_volatile_read)
 OF_ALL_SIZES(LOOKED_AT, __tsan_unaligned_volatile_read)
@@ -117,12 +145,18 @@ OF_ALL_SIZES(UNCOUNTED, __tsan_read)
 OF_ALL_SIZES(UNCOUNTED, __tsan_write)
 OF_ALL_SIZES(UNCOUNTED, __tsan_unaligned_read)
 OF_ALL_SIZES(UNCOUNTED, __tsan_unaligned_write)
-HIDDEN void __tsan_read_range(void *place, unsigned long size) { (void)place; (void)size; }
-HIDDEN void __tsan_write_range(void *place, unsigned long size) { (void)place; (void)size; }
+HIDDEN void __tsan_read_range(void* place, unsigned long size) {
+  (void)place;
+  (void)size;
+}
+HIDDEN void __tsan_write_range(void* place, unsigned long size) {
+  (void)place;
+  (void)size;
+}
 HIDDEN void __tsan_init(void) {}
 
 /* Timers 0 to 2, which count on at 128 microseconds; what is written is lost. */
-HIDDEN uint8_t *arkmesh_timer(void) {
+HIDDEN uint8_t* arkmesh_timer(void) {
   SPEND(1);
   timer_value[0] = (uint8_t)(arkmesh_ticks * 255 + ++timer_reads * 3u);
   timer_value[1] = (uint8_t)timer_reads;
@@ -170,10 +204,12 @@ uint8_t rand_soft() {
   soft_state ^= soft_count++ >> 2;
   return soft_state;
 }
-void rand_seed(uint8_t seed) { soft_state = seed; }
+void rand_seed(uint8_t seed) {
+  soft_state = seed;
+}
 
 /* Park and Miller's generator, as in the robot's C library; rand() cuts it to 15 bits. */
-static int32_t next_random(int32_t *state) {
+static int32_t next_random(int32_t* state) {
   int64_t x = *state == 0 ? 123459876 : *state;
   *state = (int32_t)(x * 16807 % 0x7FFFFFFF);
   return *state;
@@ -182,8 +218,10 @@ STAND_IN int rand(void) {
   SPEND(60);
   return next_random(&rand_state) % 0x8000;
 }
-STAND_IN void srand(unsigned seed) { rand_state = (uint16_t)seed; }
-STAND_IN int rand_r(unsigned long *state) {
+STAND_IN void srand(unsigned seed) {
+  rand_state = (uint16_t)seed;
+}
+STAND_IN int rand_r(unsigned long* state) {
   int32_t x = (int32_t)*state;
   const int value = next_random(&x) % 0x8000;
   *state = (unsigned long)x;
@@ -193,8 +231,10 @@ STAND_IN long random(void) {
   SPEND(60);
   return next_random(&random_state);
 }
-STAND_IN void srandom(unsigned seed) { random_state = (int32_t)seed; }
-STAND_IN long random_r(unsigned long *state) {
+STAND_IN void srandom(unsigned seed) {
+  random_state = (int32_t)seed;
+}
+STAND_IN long random_r(unsigned long* state) {
   int32_t x = (int32_t)*state;
   next_random(&x);
   *state = (unsigned long)x;
@@ -203,8 +243,8 @@ STAND_IN long random_r(unsigned long *state) {
 
 /* ---- messages ---- */
 
-uint16_t message_crc(const message_t *msg) {
-  const uint8_t *byte = (const uint8_t *)msg;
+uint16_t message_crc(const message_t* msg) {
+  const uint8_t* byte = (const uint8_t*)msg;
   uint16_t crc = 0xFFFF;
   uint8_t i, bit;
   SPEND(150);
@@ -216,18 +256,18 @@ uint16_t message_crc(const message_t *msg) {
 }
 
 /* Gap in mm for a reading, on the straight line through table entries k-1 and k (k * 5 mm), truncated. */
-static int gap_mm(const uint16_t *table, int k, int reading) {
+static int gap_mm(const uint16_t* table, int k, int reading) {
   const int slope = 2 * ((int)table[k] - (int)table[k - 1]);
   return slope == 0 ? 255 : (10 * (reading - (int)table[k]) + 5 * slope * k) / slope;
 }
 /* The first entry that the reading exceeds, 14 when there is none. */
-static int entry_below(const uint16_t *table, int reading) {
+static int entry_below(const uint16_t* table, int reading) {
   int k;
   for (k = 0; k < 14 && reading <= (int)table[k]; k++) continue;
   return k;
 }
 
-uint8_t estimate_distance(const distance_measurement_t *dist) {
+uint8_t estimate_distance(const distance_measurement_t* dist) {
   const int high = dist->high_gain, low = dist->low_gain;
   uint8_t near_mm = 0, far_mm = 0;
   SPEND(400);
@@ -267,7 +307,8 @@ STAND_IN __attribute__((noreturn)) void abort(void) {
   host.ended("called abort()", CALLER);
   __builtin_unreachable();
 }
-STAND_IN __attribute__((noreturn)) void __assert_fail(const char *what, const char *file, unsigned line, const char *function) {
+STAND_IN __attribute__((noreturn)) void __assert_fail(const char* what, const char* file, unsigned line,
+                                                      const char* function) {
   char why[160];
   (void)function;
   snprintf(why, sizeof why, "failed the assertion %s at %s:%u", what, file, line);
@@ -275,23 +316,29 @@ STAND_IN __attribute__((noreturn)) void __assert_fail(const char *what, const ch
   __builtin_unreachable();
 }
 
-HIDDEN void arkmesh_gives_up(const char *why) { host.ended(why, CALLER); }
+HIDDEN void arkmesh_gives_up(const char* why) {
+  host.ended(why, CALLER);
+}
 
 /* ---- text ---- */
 
 /* The serial line is on: 38400 baud, and whoever prints waits until the last character has left. */
-void arkmesh_serial_on(void) { serial_line = 1; }
+void arkmesh_serial_on(void) {
+  serial_line = 1;
+}
 
-static int say(const char *format, va_list values, const char *from) {
+static int say(const char* format, va_list values, const char* from) {
   char line[400];
   const int size = vsnprintf(line, sizeof line, format, values);
   if (size <= 0) return size;
   if (host.text) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
-  if (serial_line) host.wait_us((uint32_t)size * 260);
-  else if ((work += 50 * (uint32_t)size) >= work_per_tick) give_time(from);
+  if (serial_line)
+    host.wait_us((uint32_t)size * 260);
+  else if ((work += 50 * (uint32_t)size) >= work_per_tick)
+    give_time(from);
   return size;
 }
-static int say_words(const char *from, const char *format, ...) {
+static int say_words(const char* from, const char* format, ...) {
   va_list values;
   int size;
   va_start(values, format);
@@ -299,54 +346,60 @@ static int say_words(const char *from, const char *format, ...) {
   va_end(values);
   return size;
 }
-#define SAY(format)              \
-  va_list values;                \
-  int size;                      \
-  va_start(values, format);      \
+#define SAY(format)                   \
+  va_list values;                     \
+  int size;                           \
+  va_start(values, format);           \
   size = say(format, values, CALLER); \
-  va_end(values);                \
+  va_end(values);                     \
   return size;
-STAND_IN int vprintf(const char *format, va_list values) { return say(format, values, CALLER); }
-STAND_IN int printf(const char *format, ...) { SAY(format) }
-STAND_IN int puts(const char *text) { return say_words(CALLER, "%s\n", text); }
+STAND_IN int vprintf(const char* format, va_list values) {
+  return say(format, values, CALLER);
+}
+STAND_IN int printf(const char* format, ...){SAY(format)} STAND_IN int puts(const char* text) {
+  return say_words(CALLER, "%s\n", text);
+}
 STAND_IN int putchar(int c) {
   say_words(CALLER, "%c", c);
   return c;
 }
 /* A robot has one place for text only, whatever the stream. */
-STAND_IN int vfprintf(FILE *stream, const char *format, va_list values) {
+STAND_IN int vfprintf(FILE* stream, const char* format, va_list values) {
   (void)stream;
   return say(format, values, CALLER);
 }
-STAND_IN int fprintf(FILE *stream, const char *format, ...) { (void)stream; SAY(format) }
-STAND_IN int fputs(const char *text, FILE *stream) {
+STAND_IN int fprintf(FILE* stream, const char* format, ...) {
+  (void)stream;
+  SAY(format)
+}
+STAND_IN int fputs(const char* text, FILE* stream) {
   (void)stream;
   return say_words(CALLER, "%s", text);
 }
-STAND_IN int fputc(int c, FILE *stream) {
+STAND_IN int fputc(int c, FILE* stream) {
   (void)stream;
   say_words(CALLER, "%c", c);
   return c;
 }
-STAND_IN int putc(int c, FILE *stream) {
+STAND_IN int putc(int c, FILE* stream) {
   (void)stream;
   say_words(CALLER, "%c", c);
   return c;
 }
-STAND_IN size_t fwrite(const void *from, size_t size, size_t count, FILE *stream) {
+STAND_IN size_t fwrite(const void* from, size_t size, size_t count, FILE* stream) {
   (void)stream;
-  say_words(CALLER, "%.*s", (int)(size * count), (const char *)from);
+  say_words(CALLER, "%.*s", (int)(size * count), (const char*)from);
   return count;
 }
-STAND_IN int fflush(FILE *stream) {
+STAND_IN int fflush(FILE* stream) {
   (void)stream;
   return 0;
 }
-STAND_IN char *strtok(char *text, const char *separators) {
-  char *begin = text ? text : strtok_rest;
+STAND_IN char* strtok(char* text, const char* separators) {
+  char* begin = text ? text : strtok_rest;
   if (!begin) return 0;
   begin += strspn(begin, separators);
-  char *end = begin + strcspn(begin, separators);
+  char* end = begin + strcspn(begin, separators);
   strtok_rest = *end ? end + 1 : 0;
   *end = 0;
   return *begin || end > begin ? begin : 0;
@@ -358,7 +411,9 @@ extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN;
 extern int main();
 
 /* A robot's main() has no arguments, whatever it is written with. */
-static int run_main(void) { return ((int (*)(int, char **))main)(0, 0); }
+static int run_main(void) {
+  return ((int (*)(int, char**))main)(0, 0);
+}
 
 __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
     .begin = arkmesh_begin,
@@ -367,12 +422,12 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .main = run_main,
     .setup = &user_setup,
     .loop = &user_loop,
-    .rx = (void (**)(void *, void *))&kilo_message_rx,
-    .tx = (void *(**)(void))&kilo_message_tx,
-    .no_tx = (void *(*)(void))no_tx,
+    .rx = (void (**)(void*, void*)) & kilo_message_rx,
+    .tx = (void* (**)(void)) & kilo_message_tx,
+    .no_tx = (void* (*)(void))no_tx,
     .tx_success = &kilo_message_tx_success,
     .rx_message = &rx_message,
-    .rx_distance = (int16_t *)&rx_distance,
+    .rx_distance = (int16_t*)&rx_distance,
     .ticks = &arkmesh_ticks,
     .reads = &arkmesh_reads,
     .blocks = &work,
@@ -385,5 +440,5 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .irhigh = kilo_irhigh,
     .irlow = kilo_irlow,
     .rand = rand,
-    .crc = (uint16_t (*)(const void *))message_crc,
+    .crc = (uint16_t(*)(const void*))message_crc,
 };

@@ -1,5 +1,5 @@
-// What a compiled robot program and the simulator know of each other. C and C++; pointers only, because the two sides are
-// compiled with different rules for structures.
+// What a compiled robot program and the simulator know of each other. C and C++; pointers only, because the two sides
+// are compiled with different rules for structures.
 #ifndef ARKMESH_ROBOT_ABI_H
 #define ARKMESH_ROBOT_ABI_H
 
@@ -7,42 +7,44 @@
 
 // What the simulator does for the robot whose turn it is. Filled in once after loading; not part of a robot's memory.
 struct arkmesh_host {
-  void (*wait_us)(uint32_t us);                  // lets the robot's time pass
-  void (*wait_for_tick)(const void *from);       // until the next tick; `from` has asked for the time often
+  void (*wait_us)(uint32_t us);             // lets the robot's time pass
+  void (*wait_for_tick)(const void* from);  // until the next tick; `from` has asked for the time often
   void (*motors)(uint8_t left, uint8_t right);
   void (*colour)(uint8_t colour);
   int16_t (*light)(void);
   int16_t (*voltage)(void);
   int16_t (*temperature)(void);
   uint8_t (*random_byte)(void);
-  void (*text)(const char *text, uint32_t size); // null: nobody listens
-  void (*started)(void);                         // kilo_start was called; does not return
-  void (*ended)(const char *why, const void *from); // the program gave up; does not return
-  void (*busy_at)(const void *from, int wakeable); // it has computed for about a tick; it has callbacks that may change what it waits for
+  void (*text)(const char* text, uint32_t size);     // null: nobody listens
+  void (*started)(void);                             // kilo_start was called; does not return
+  void (*ended)(const char* why, const void* from);  // the program gave up; does not return
+  void (*busy_at)(
+      const void* from,
+      int wakeable);  // it has computed for about a tick; it has callbacks that may change what it waits for
 };
 
 // What the simulator uses of a program.
 struct arkmesh_program {
-  char *begin, *end;               // all writable memory of a robot
-  struct arkmesh_host *host;
+  char *begin, *end;  // all writable memory of a robot
+  struct arkmesh_host* host;
   int (*main)(void);
   void (**setup)(void);
   void (**loop)(void);
-  void (**rx)(void *message, void *distance);
-  void *(**tx)(void);
-  void *(*no_tx)(void);            // what *tx is while the program has not set it
+  void (**rx)(void* message, void* distance);
+  void* (**tx)(void);
+  void* (*no_tx)(void);  // what *tx is while the program has not set it
   void (**tx_success)(void);
-  void *rx_message;                // 12 bytes: data, type, crc
-  int16_t *rx_distance;            // low gain, high gain
-  volatile uint32_t *ticks;
-  uint32_t *reads;                 // of the clock or a sensor since the program last got time
-  uint32_t *blocks;                // parts of a tick's work that it did since it last got time; work_per_tick of robot.c make a tick
-  uint16_t *uid;
-  volatile uint16_t *tx_period;
+  void* rx_message;      // 12 bytes: data, type, crc
+  int16_t* rx_distance;  // low gain, high gain
+  volatile uint32_t* ticks;
+  uint32_t* reads;   // of the clock or a sensor since the program last got time
+  uint32_t* blocks;  // parts of a tick's work that it did since it last got time; work_per_tick of robot.c make a tick
+  uint16_t* uid;
+  volatile uint16_t* tx_period;
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
   uint16_t *irhigh, *irlow;
   int (*rand)(void);
-  uint16_t (*crc)(const void *message);
+  uint16_t (*crc)(const void* message);
 };
 
 #endif

@@ -10,12 +10,12 @@
 #define DTOSTR_UPPERCASE 4
 long random(void);
 void srandom(unsigned seed);
-int rand_r(unsigned long *state);
-long random_r(unsigned long *state);
-char *itoa(int value, char *text, int radix);
-char *ltoa(long value, char *text, int radix);
-char *utoa(unsigned value, char *text, int radix);
-char *ultoa(unsigned long value, char *text, int radix);
-char *dtostrf(double value, signed char width, unsigned char precision, char *text);
-char *dtostre(double value, char *text, unsigned char precision, unsigned char flags);
+int rand_r(unsigned long* state);
+long random_r(unsigned long* state);
+char* itoa(int value, char* text, int radix);
+char* ltoa(long value, char* text, int radix);
+char* utoa(unsigned value, char* text, int radix);
+char* ultoa(unsigned long value, char* text, int radix);
+char* dtostrf(double value, signed char width, unsigned char precision, char* text);
+char* dtostre(double value, char* text, unsigned char precision, unsigned char flags);
 #endif

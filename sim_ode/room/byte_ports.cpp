@@ -31,7 +31,8 @@ PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt
   std::array<char, 256> name{};
   if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
       ::ptsname_r(master_.get(), name.data(), name.size()) != 0)
-    throw std::runtime_error(fmt::format("cannot make a pseudo-terminal for the overhead controller: {}", std::strerror(errno)));
+    throw std::runtime_error(
+        fmt::format("cannot make a pseudo-terminal for the overhead controller: {}", std::strerror(errno)));
   path_ = name.data();
   slave_ = Handle(::open(path_.c_str(), O_RDWR | O_NOCTTY));
   termios line{};
@@ -46,12 +47,14 @@ PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt
   const auto status = std::filesystem::symlink_status(link_, error);
   if (std::filesystem::exists(status) && !std::filesystem::is_symlink(status)) {
     const std::string there = std::exchange(link_, {});
-    throw std::runtime_error(fmt::format("room.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
+    throw std::runtime_error(
+        fmt::format("room.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
   }
   std::filesystem::remove(link_, error);
   std::filesystem::create_symlink(path_, link_, error);
   if (error)
-    throw std::runtime_error(fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
+    throw std::runtime_error(
+        fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {
@@ -66,7 +69,8 @@ std::vector<std::uint8_t> PseudoTerminal::read(std::size_t most) {
   return out;
 }
 
-TcpPort::TcpPort(const std::string& address, std::uint16_t port, const std::string& what) : listener_(hal::listen_on(address, port, what)) {}
+TcpPort::TcpPort(const std::string& address, std::uint16_t port, const std::string& what)
+    : listener_(hal::listen_on(address, port, what)) {}
 std::uint16_t TcpPort::port() const {
   return hal::port_of(listener_.get());
 }
@@ -89,7 +93,8 @@ std::vector<std::uint8_t> TcpPort::read(std::size_t most) {
   return out;
 }
 
-LinePort::LinePort(const std::string& address, std::uint16_t port, const std::string& what) : listener_(hal::listen_on(address, port, what)) {}
+LinePort::LinePort(const std::string& address, std::uint16_t port, const std::string& what)
+    : listener_(hal::listen_on(address, port, what)) {}
 std::uint16_t LinePort::port() const {
   return hal::port_of(listener_.get());
 }

@@ -1,5 +1,5 @@
-// The two ways to the room's overhead controller: a pseudo-terminal, which looks like a serial port, and TCP, as ser2net offers one; and
-// TCP for lines of text. Nothing here blocks; all that is held is bounded.
+// The two ways to the room's overhead controller: a pseudo-terminal, which looks like a serial port, and TCP, as
+// ser2net offers one; and TCP for lines of text. Nothing here blocks; all that is held is bounded.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ using hal::Handle;
 // Raw, so that every byte passes. Whoever has it open learns that it is gone when this is destroyed.
 class PseudoTerminal {
  public:
-  // `link`, when not empty, becomes a symbolic link to the terminal; an older link there is replaced, anything else is refused.
-  // Throws std::runtime_error with one sentence.
+  // `link`, when not empty, becomes a symbolic link to the terminal; an older link there is replaced, anything else is
+  // refused. Throws std::runtime_error with one sentence.
   explicit PseudoTerminal(const std::string& link);
   ~PseudoTerminal();
   PseudoTerminal(const PseudoTerminal&) = delete;

@@ -22,7 +22,8 @@ constexpr std::size_t noise_period = 1 << 20;
 template <class Value>
 std::vector<float> by_square(double reach, Value&& value) {
   std::vector<float> out;
-  for (int k = 0; k < table_steps; ++k) out.push_back(static_cast<float>(value(std::sqrt((k + 0.5) / table_steps) * reach)));
+  for (int k = 0; k < table_steps; ++k)
+    out.push_back(static_cast<float>(value(std::sqrt((k + 0.5) / table_steps) * reach)));
   // ends at nothing, without a step
   const float last = out.back();
   for (float& entry : out) entry = std::max(0.0F, entry - last);
@@ -64,8 +65,8 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
     : settings_(settings), scene_(scene), pose_(settings.pose), chance_(scene.seed, "room/camera/" + settings.name) {
   if (settings_.focal_px == 0) {
     const double w = scene.width_m / 2 + scene.wall_m, h = scene.height_m / 2 + scene.wall_m;
-    settings_.focal_px =
-        CameraModel::focal_to_fit(settings.width_px, settings.height_px, settings.pose, {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
+    settings_.focal_px = CameraModel::focal_to_fit(settings.width_px, settings.height_px, settings.pose,
+                                                   {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
   }
   model_ = first_model_ = make_model(pose_);
   const auto middle = model_.project_near(settings.pose.look_x_m, settings.pose.look_y_m, scene.robot_height_m);
@@ -82,7 +83,9 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
     return sd * sd / (wide * wide) * bell(r, wide);
   };
   const double led = settings.led_brightness;
-  light_ = by_square(light_reach, [&](double r) { return led * (2200 * blurred(r, 0.08) + 95 * blurred(r, 0.2) + 26 * blurred(r, 0.5)); });
+  light_ = by_square(light_reach, [&](double r) {
+    return led * (2200 * blurred(r, 0.08) + 95 * blurred(r, 0.2) + 26 * blurred(r, 0.5));
+  });
   ground_light_ = by_square(ground_reach, [&](double r) { return led * (22 * blurred(r, 0.55) + 9 * blurred(r, 1)); });
   shade_ = by_square(shade_reach, [](double r) { return 1 / (1 + std::exp((r - 1.05) / 0.17)); });
 
@@ -114,7 +117,8 @@ void Camera::draw_table() {
   if (settings_.brightness != 1) table_.convertTo(table_, -1, settings_.brightness);
 }
 
-void Camera::picture(std::span<const Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number, cv::Mat& out) const {
+void Camera::picture(std::span<const Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number,
+                     cv::Mat& out) const {
   table_.copyTo(out);
   const auto look_of = [this](std::size_t i) -> const RobotLook& { return looks_[i % looks_.size()]; };
   for (const Table::Seen& robot : robots)
@@ -167,7 +171,8 @@ void Camera::add_shadow(const Table::Seen& robot, cv::Mat& out) const {
 }
 
 void Camera::add_body(const Table::Seen& robot, const RobotLook& look, cv::Mat& out) const {
-  const double c = std::cos(robot.pose.heading_rad), s = std::sin(robot.pose.heading_rad), board_m = scene_.robot_height_m;
+  const double c = std::cos(robot.pose.heading_rad), s = std::sin(robot.pose.heading_rad),
+               board_m = scene_.robot_height_m;
   const auto middle = model_.project_near(robot.pose.x_m, robot.pose.y_m, board_m);
   if (!middle) return;
   const auto light = static_cast<float>(gain(robot, *middle));
@@ -185,7 +190,8 @@ void Camera::add_body(const Table::Seen& robot, const RobotLook& look, cv::Mat& 
       cv::line(out, fixed(*upper), fixed(*foot), cv::Scalar(118, 122, 126) * light, 1, cv::LINE_AA, 4);
     }
 
-  for (const auto& [texture, height_m] : {std::pair{&look.board, board_m}, {&look.cell, board_m + cell_above_board_m}}) {
+  for (const auto& [texture, height_m] :
+       {std::pair{&look.board, board_m}, {&look.cell, board_m + cell_above_board_m}}) {
     const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, height_m);
     if (!at) continue;
     const Patch patch(*at, texture->half() * radius_m * (texture == &look.board ? 1 : 0.85), out);
@@ -255,10 +261,11 @@ void Camera::add_hand(const Hand& hand, cv::Mat& out) const {
   if (!fist || std::abs(fist->x_px) > 1e4 || std::abs(fist->y_px) > 1e4) return;
   const double scale = std::sqrt(std::abs(fist->xx * fist->yy - fist->xy * fist->yx));
   const cv::Point at(static_cast<int>(fist->x_px), static_cast<int>(fist->y_px));
-  const cv::Scalar skin = cv::Scalar(118, 146, 196) * settings_.brightness, sleeve = cv::Scalar(92, 70, 58) * settings_.brightness;
+  const cv::Scalar skin = cv::Scalar(118, 146, 196) * settings_.brightness,
+                   sleeve = cv::Scalar(92, 70, 58) * settings_.brightness;
   if (elbow && std::abs(elbow->x) < 1e4 && std::abs(elbow->y) < 1e4)
-    cv::line(out, at, {static_cast<int>(elbow->x), static_cast<int>(elbow->y)}, sleeve, std::clamp(static_cast<int>(0.05 * scale), 1, 250),
-             cv::LINE_AA);
+    cv::line(out, at, {static_cast<int>(elbow->x), static_cast<int>(elbow->y)}, sleeve,
+             std::clamp(static_cast<int>(0.05 * scale), 1, 250), cv::LINE_AA);
   cv::circle(out, at, static_cast<int>(0.042 * scale), skin, cv::FILLED, cv::LINE_AA);
 }
 

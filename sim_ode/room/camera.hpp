@@ -1,5 +1,5 @@
-// One camera over the table: takes pictures of the robots at their true places. The empty table is drawn once; robots are laid over
-// it at fractions of a pixel. The same robots and number give the same picture.
+// One camera over the table: takes pictures of the robots at their true places. The empty table is drawn once; robots
+// are laid over it at fractions of a pixel. The same robots and number give the same picture.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,8 @@ class Camera {
   const CameraPose& pose() const { return pose_; }
 
   // BGR, 8 bit. `number` chooses the noise.
-  void picture(std::span<const Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number, cv::Mat& out) const;
+  void picture(std::span<const Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number,
+               cv::Mat& out) const;
   // Without light: noise only.
   void dark_picture(std::uint64_t number, cv::Mat& out) const;
   // This camera's noise, on any picture of its size.
@@ -71,7 +72,8 @@ class Camera {
   double radius_px_ = 0;  // of a robot in the arena's middle
   cv::Mat table_;
   std::vector<RobotLook> looks_;
-  std::vector<float> light_, ground_light_, shade_;  // by squared distance: an LED's light in the air and on the table, a robot's shadow
+  std::vector<float> light_, ground_light_,
+      shade_;  // by squared distance: an LED's light in the air and on the table, a robot's shadow
   std::vector<std::int8_t> noise_;
   hal::RandomStream chance_;
 };

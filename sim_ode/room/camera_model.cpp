@@ -45,14 +45,17 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
   }
   most_radius2_ = radius * radius;
   const double corner =
-      std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) / focal_px;
-  if (corner > farthest) throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
+      std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) /
+      focal_px;
+  if (corner > farthest)
+    throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
   if (before < corner)
-    throw std::invalid_argument("has a distortion that folds its picture over before the corners; take smaller coefficients");
+    throw std::invalid_argument(
+        "has a distortion that folds its picture over before the corners; take smaller coefficients");
 }
 
-double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose, const std::vector<cv::Point2d>& corners,
-                                 double margin) {
+double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose,
+                                 const std::vector<cv::Point2d>& corners, double margin) {
   const cv::Matx33d rotation = rotation_of(pose);
   const cv::Vec3d translation = translation_of(rotation, pose);
   double most = 1e-6;
@@ -81,12 +84,17 @@ std::optional<cv::Point2d> CameraModel::project(double x_m, double y_m, double z
 
 std::optional<LocalMap> CameraModel::project_near(double x_m, double y_m, double z_m) const {
   constexpr double step_m = 0.005;
-  const auto at = project(x_m, y_m, z_m), east = project(x_m + step_m, y_m, z_m), west = project(x_m - step_m, y_m, z_m),
-             north = project(x_m, y_m + step_m, z_m), south = project(x_m, y_m - step_m, z_m);
+  const auto at = project(x_m, y_m, z_m), east = project(x_m + step_m, y_m, z_m),
+             west = project(x_m - step_m, y_m, z_m), north = project(x_m, y_m + step_m, z_m),
+             south = project(x_m, y_m - step_m, z_m);
   if (!at || !east || !west || !north || !south) return std::nullopt;
   constexpr double per_m = 1 / (2 * step_m);
-  return LocalMap{
-      at->x, at->y, (east->x - west->x) * per_m, (north->x - south->x) * per_m, (east->y - west->y) * per_m, (north->y - south->y) * per_m};
+  return LocalMap{at->x,
+                  at->y,
+                  (east->x - west->x) * per_m,
+                  (north->x - south->x) * per_m,
+                  (east->y - west->y) * per_m,
+                  (north->y - south->y) * per_m};
 }
 
 // Newton steps on the distortion.

@@ -26,11 +26,14 @@ struct LocalMap {
 class CameraModel {
  public:
   CameraModel() = default;
-  // Distortion k1, k2, p1, p2, k3. Throws std::invalid_argument with the end of a sentence when a camera cannot look like that.
-  CameraModel(int width_px, int height_px, double focal_px, double centre_x_px, double centre_y_px, const std::array<double, 5>& distortion,
-              const CameraPose& pose);
-  // The focal length, in pixels, at which all of `corners` (on the table) fit into a picture with a margin of `margin` of its size.
-  static double focal_to_fit(int width_px, int height_px, const CameraPose& pose, const std::vector<cv::Point2d>& corners, double margin);
+  // Distortion k1, k2, p1, p2, k3. Throws std::invalid_argument with the end of a sentence when a camera cannot look
+  // like that.
+  CameraModel(int width_px, int height_px, double focal_px, double centre_x_px, double centre_y_px,
+              const std::array<double, 5>& distortion, const CameraPose& pose);
+  // The focal length, in pixels, at which all of `corners` (on the table) fit into a picture with a margin of `margin`
+  // of its size.
+  static double focal_to_fit(int width_px, int height_px, const CameraPose& pose,
+                             const std::vector<cv::Point2d>& corners, double margin);
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }

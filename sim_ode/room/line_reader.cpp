@@ -16,7 +16,9 @@ constexpr int wait_ms = 20;
 }  // namespace
 
 LineReader::LineReader(const std::string& address, std::uint16_t port, const std::string& link)
-    : link_(link), terminal_(std::make_unique<PseudoTerminal>(link)), tcp_(address, port, "the overhead controller (room.ohc_port)") {
+    : link_(link),
+      terminal_(std::make_unique<PseudoTerminal>(link)),
+      tcp_(address, port, "the overhead controller (room.ohc_port)") {
   tcp_port_ = tcp_.port();
   thread_ = std::thread([this] { run(); });
 }

@@ -1,5 +1,6 @@
-// Reads what hosts write to the room's overhead controller, and notes when it came. A thread of its own: the room's pictures take tens of
-// milliseconds, but on a serial line milliseconds count (packets 55 ms apart would otherwise come in one piece).
+// Reads what hosts write to the room's overhead controller, and notes when it came. A thread of its own: the room's
+// pictures take tens of milliseconds, but on a serial line milliseconds count (packets 55 ms apart would otherwise come
+// in one piece).
 #pragma once
 
 #include <chrono>
@@ -23,7 +24,8 @@ class LineReader {
     std::vector<std::uint8_t> bytes;
   };
 
-  // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port. Throws std::runtime_error with one sentence.
+  // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port. Throws std::runtime_error with
+  // one sentence.
   LineReader(const std::string& address, std::uint16_t port, const std::string& link);
   ~LineReader();
   LineReader(const LineReader&) = delete;
@@ -31,7 +33,8 @@ class LineReader {
 
   // What has come since the last call; nothing that comes later bears an earlier time than `until`.
   std::deque<Chunk> take(Moment& until);
-  // Unplugged, the pseudo-terminal is gone and TCP clients are sent away; plugged in again there is a new pseudo-terminal.
+  // Unplugged, the pseudo-terminal is gone and TCP clients are sent away; plugged in again there is a new
+  // pseudo-terminal.
   void set_plugged(bool plugged);
   // Empty while unplugged.
   std::string terminal() const;

@@ -1,4 +1,5 @@
-// Times are those of the published firmware in an emulator: 4.371 ms a message, repeated each 10.409 ms; pages 4.443 ms a message.
+// Times are those of the published firmware in an emulator: 4.371 ms a message, repeated each 10.409 ms; pages 4.443 ms
+// a message.
 #include "sim_ode/room/ohc_device.hpp"
 
 #include <algorithm>
@@ -17,7 +18,8 @@ constexpr std::size_t most_waiting = 4096, most_lit = 64;
 constexpr std::uint8_t header = 0x55;
 
 enum PacketType : std::uint8_t { stop, toggle_lamp, forward, forward_raw, boot_page, positions, forward_once };
-constexpr const char* type_names[] = {"stop", "led_toggle", "forward", "forward_raw", "boot_page", "gps_frame", "forward_single"};
+constexpr const char* type_names[] = {"stop",      "led_toggle", "forward",       "forward_raw",
+                                      "boot_page", "gps_frame",  "forward_single"};
 
 }  // namespace
 
@@ -124,7 +126,8 @@ void OhcDevice::begin_message(std::int64_t now_us) {
   enter(Phase::sending, now_us, message_us);
 }
 
-// One flash page in 22 messages of three words each; the last one carries the page's end, the checksum and what lies behind it.
+// One flash page in 22 messages of three words each; the last one carries the page's end, the checksum and what lies
+// behind it.
 void OhcDevice::begin_pages(std::int64_t now_us) {
   constexpr std::size_t words = 64, words_per_message = 3, first_byte = 3;
   std::int64_t at_us = now_us;

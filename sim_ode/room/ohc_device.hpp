@@ -1,5 +1,6 @@
-// An overhead controller as its serial line and its light show it: bytes in, infrared messages out, byte by byte and microsecond by
-// microsecond as the published firmware (kilolib ohc.c) was measured to behave. Pure: times are passed in; it never answers.
+// An overhead controller as its serial line and its light show it: bytes in, infrared messages out, byte by byte and
+// microsecond by microsecond as the published firmware (kilolib ohc.c) was measured to behave. Pure: times are passed
+// in; it never answers.
 #pragma once
 
 #include <array>
@@ -69,7 +70,7 @@ class OhcDevice final : public OverheadSource {
   std::uint8_t sum_ = 0;                             // XOR of the ring
   std::array<std::uint8_t, packet_bytes> packet_{};  // the newest that was recognised
   bool pending_ = false;                             // and not yet acted on
-  std::array<std::uint8_t, 3> held_{};               // bytes that wait for a deaf processor: two buffered, one in the shift register
+  std::array<std::uint8_t, 3> held_{};  // bytes that wait for a deaf processor: two buffered, one in the shift register
   std::size_t held_count_ = 0;
 
   Phase phase_ = Phase::idle;

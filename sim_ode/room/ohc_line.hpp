@@ -1,5 +1,5 @@
-// The serial line to the room's overhead controller: bytes written at once arrive one after the other at 38400 baud, and may be spoilt on
-// the way.
+// The serial line to the room's overhead controller: bytes written at once arrive one after the other at 38400 baud,
+// and may be spoilt on the way.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ class OhcLine final : public OverheadSource {
 
   explicit OhcLine(std::uint64_t seed) : chance_(seed, "room/line") {}
 
-  // Bytes that a host writes at `now_us`, which never decreases. Takes at most free() of them; the rest is lost and counted.
+  // Bytes that a host writes at `now_us`, which never decreases. Takes at most free() of them; the rest is lost and
+  // counted.
   void write(std::span<const std::uint8_t> bytes, std::int64_t now_us);
   std::size_t free() const { return most_waiting - waiting_.size(); }
 

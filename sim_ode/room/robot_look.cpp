@@ -42,7 +42,8 @@ Kind kind_of(int kind) {
 }
 
 bool in_box(double ahead, double left, double turn, double from, double to, double half_width) {
-  const double along = ahead * std::cos(turn) + left * std::sin(turn), across = left * std::cos(turn) - ahead * std::sin(turn);
+  const double along = ahead * std::cos(turn) + left * std::sin(turn),
+               across = left * std::cos(turn) - ahead * std::sin(turn);
   return along > from && along < to && std::abs(across) < half_width;
 }
 
@@ -51,7 +52,8 @@ Texture::Texel opaque(const Paint& paint, double shade = 1) {
   return {paint.blue * s, paint.green * s, paint.red * s, 1};
 }
 
-// The round board: dark solder mask, a darker edge, parts between rim and cell, the charging tab that sticks out at one side.
+// The round board: dark solder mask, a darker edge, parts between rim and cell, the charging tab that sticks out at one
+// side.
 Texture::Texel board_at(const Kind& kind, double ahead, double left) {
   const double r = std::hypot(ahead, left);
   if (r > 1) {
@@ -67,17 +69,20 @@ Texture::Texel board_at(const Kind& kind, double ahead, double left) {
   for (double at : {2.5, 2.75, -2.6, -2.85, -0.35})
     if (std::hypot(ahead - 0.92 * std::cos(at), left - 0.92 * std::sin(at)) < 0.035) return opaque({150, 152, 152});
   // the mask, mottled by tracks
-  const double mottle = 1 + 0.16 * std::sin(9 * angle + static_cast<double>(kind.seed % 7)) * std::sin(17 * r + 5 * angle);
+  const double mottle =
+      1 + 0.16 * std::sin(9 * angle + static_cast<double>(kind.seed % 7)) * std::sin(17 * r + 5 * angle);
   return opaque({56, 42, 40}, mottle);
 }
 
 // The coin cell: a pale disc with a bright edge, brushed, and the spring clip that holds it.
 Texture::Texel cell_at(const Kind& kind, double ahead, double left) {
   const double turn = kind.clip_turn;
-  if (in_box(ahead, left, turn, 0.2, 0.93, 0.15)) return opaque(kind.clip, in_box(ahead, left, turn, 0.2, 0.93, 0.05) ? 1.25 : 0.9);
+  if (in_box(ahead, left, turn, 0.2, 0.93, 0.15))
+    return opaque(kind.clip, in_box(ahead, left, turn, 0.2, 0.93, 0.05) ? 1.25 : 0.9);
   const double x = ahead - kind.cell_ahead, y = left - kind.cell_left, r = std::hypot(x, y) / kind.cell_radius;
   if (r > 1) return {};
-  if (in_box(ahead, left, turn, 0.02, 0.16, 0.06) || in_box(ahead, left, turn, -0.16, -0.06, 0.07)) return opaque({205, 206, 208});
+  if (in_box(ahead, left, turn, 0.02, 0.16, 0.06) || in_box(ahead, left, turn, -0.16, -0.06, 0.07))
+    return opaque({205, 206, 208});
   if (r > 0.94) return opaque(kind.cell, 0.7);
   if (r > 0.88) return opaque(kind.cell, 1.22);
   return opaque(kind.cell, 1 + 0.1 * std::cos(2 * std::atan2(y, x) + 1) * r - 0.06 * r);

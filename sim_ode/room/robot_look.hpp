@@ -1,5 +1,6 @@
-// What a Kilobot looks like from above, as textures that a camera samples: the board with its rim, parts and charging tab; the coin cell
-// above it. Drawn once for each camera and kind of robot, blurred as the camera's lens and pixels blur.
+// What a Kilobot looks like from above, as textures that a camera samples: the board with its rim, parts and charging
+// tab; the coin cell above it. Drawn once for each camera and kind of robot, blurred as the camera's lens and pixels
+// blur.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,10 @@ class Texture {
   };
   // `half` is the side's half length in radii.
   Texture(int size, float half)
-      : size_(size), half_(half), scale_(static_cast<float>(size) / (2 * half)), texels_(static_cast<std::size_t>(size * size)) {}
+      : size_(size),
+        half_(half),
+        scale_(static_cast<float>(size) / (2 * half)),
+        texels_(static_cast<std::size_t>(size * size)) {}
 
   int size() const { return size_; }
   float half() const { return half_; }

@@ -15,7 +15,8 @@ constexpr std::size_t most_refused_noted = 100;
 
 std::vector<std::uint16_t> make_ids(RoomConfig::Ids ids, int robots, std::uint64_t seed) {
   std::vector<std::uint16_t> out;
-  for (int i = 0; i < robots; ++i) out.push_back(ids == RoomConfig::Ids::unassigned ? no_id : static_cast<std::uint16_t>(i));
+  for (int i = 0; i < robots; ++i)
+    out.push_back(ids == RoomConfig::Ids::unassigned ? no_id : static_cast<std::uint16_t>(i));
   if (ids != RoomConfig::Ids::shuffled) return out;
   hal::RandomStream chance(seed, "room/ids");
   for (std::size_t k = out.size(); k > 1; --k) std::swap(out[k - 1], out[chance.below(k)]);
@@ -27,7 +28,8 @@ std::vector<std::uint16_t> make_ids(RoomConfig::Ids ids, int robots, std::uint64
 Room::Room(const hal::Section& root) : config_(read_room_config(root)), line_(config_.seed) {
   const hal::Section arena = root.section("arena");
   const auto robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
-  table_ = make_table(arena, "room", config_.seed, {.overhead = &line_, .ids = make_ids(config_.ids, robots, config_.seed)});
+  table_ =
+      make_table(arena, "room", config_.seed, {.overhead = &line_, .ids = make_ids(config_.ids, robots, config_.seed)});
   for (const CameraSettings& settings : config_.cameras) {
     try {
       eyes_.push_back({.camera = std::make_unique<Camera>(settings, config_.scene)});
@@ -37,7 +39,8 @@ Room::Room(const hal::Section& root) : config_(read_room_config(root)), line_(co
   }
   // a wrong command is found now, not after an hour
   for (const RoomConfig::Event& event : config_.events)
-    if (event.what.empty() || event.what.find('\n') != std::string::npos) root.section("room").refuse("event", "`do` must be one command");
+    if (event.what.empty() || event.what.find('\n') != std::string::npos)
+      root.section("room").refuse("event", "`do` must be one command");
   table_->advance_to(hal::LabTime{0});
 }
 
@@ -70,10 +73,10 @@ void Room::put_down() {
     bool stands = false;
     for (int k = 0; k < places && !stands; ++k) {
       const double far_m = 0.003 * k, angle = 2.4 * k;
-      stands =
-          table_
-              ->put(lifted.robot, {lifted.to.x_m + far_m * std::cos(angle), lifted.to.y_m + far_m * std::sin(angle), lifted.to.heading_rad})
-              .empty();
+      stands = table_
+                   ->put(lifted.robot, {lifted.to.x_m + far_m * std::cos(angle),
+                                        lifted.to.y_m + far_m * std::sin(angle), lifted.to.heading_rad})
+                   .empty();
     }
     seen_at_ = hal::LabTime{-1};
     lifted.robot = stands ? -1 : lifted.robot;

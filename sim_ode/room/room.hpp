@@ -1,5 +1,5 @@
-// The virtual room: a table of simulated robots, cameras over it, an overhead controller at the end of a serial line, hands and mishaps.
-// Steps as its caller says, without wall time: equal calls give equal pictures.
+// The virtual room: a table of simulated robots, cameras over it, an overhead controller at the end of a serial line,
+// hands and mishaps. Steps as its caller says, without wall time: equal calls give equal pictures.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ class Room {
 
   const RoomConfig& config() const { return config_; }
   hal::LabTime now() const { return table_->clock().now(); }
-  // Lets time pass; events of the file happen on the way. Never decreases. Throws std::runtime_error when a robot's program fails.
+  // Lets time pass; events of the file happen on the way. Never decreases. Throws std::runtime_error when a robot's
+  // program fails.
   void advance_to(hal::LabTime t);
 
   // Bytes that the host writes to the overhead controller now. More than line_free() would be lost.

@@ -47,8 +47,10 @@ std::string unknown(std::string_view what) {
 }  // namespace
 
 std::string_view Room::help_text() {
-  return "camera NAME ok|frozen|gone|dark; camera NAME move DX_M DY_M [TURN_DEG]; ohc unplug|plug; ohc garbage BYTES; ohc noise SHARE; "
-         "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M HEADING_DEG; robot N kill|revive; "
+  return "camera NAME ok|frozen|gone|dark; camera NAME move DX_M DY_M [TURN_DEG]; ohc unplug|plug; ohc garbage BYTES; "
+         "ohc noise SHARE; "
+         "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M HEADING_DEG; robot N "
+         "kill|revive; "
          "robot N cover SECONDS; swap A B SECONDS; status; help";
 }
 
@@ -153,7 +155,8 @@ std::string Room::robot_command(const std::vector<std::string_view>& words) {
 
 // Two hands take two robots; each is put where the other one was, facing as the other one did.
 std::string Room::swap(const std::vector<std::string_view>& words) {
-  const auto a = whole(words.size() > 1 ? words[1] : "", robots()), b = whole(words.size() > 2 ? words[2] : "", robots());
+  const auto a = whole(words.size() > 1 ? words[1] : "", robots()),
+             b = whole(words.size() > 2 ? words[2] : "", robots());
   const auto seconds = number(words.size() > 3 ? words[3] : "1.5");
   if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600)
     return "error: `swap` wants two robots and seconds, at most 3600";
@@ -173,8 +176,9 @@ std::string Room::swap(const std::vector<std::string_view>& words) {
 
 // As a host would, in a room without one: the message repeats until the next packet.
 std::string Room::say(const std::vector<std::string_view>& words) {
-  constexpr std::pair<std::string_view, std::uint8_t> types[] = {{"run", 0x88},     {"pause", 0x85},  {"reset", 0x83}, {"sleep", 0x84},
-                                                                 {"voltage", 0x87}, {"charge", 0x86}, {"boot", 0x80},  {"stop", 0}};
+  constexpr std::pair<std::string_view, std::uint8_t> types[] = {{"run", 0x88},   {"pause", 0x85},   {"reset", 0x83},
+                                                                 {"sleep", 0x84}, {"voltage", 0x87}, {"charge", 0x86},
+                                                                 {"boot", 0x80},  {"stop", 0}};
   const auto* const type = std::ranges::find(types, words[1], &std::pair<std::string_view, std::uint8_t>::first);
   if (type == std::end(types)) return unknown(words[1]);
   std::array<std::uint8_t, OhcDevice::packet_bytes> packet{};
@@ -190,7 +194,11 @@ std::string Room::say(const std::vector<std::string_view>& words) {
 std::string Room::status() const {
   std::string out = fmt::format("time_s={:.3f}", static_cast<double>(now().count()) * 1e-6);
   for (const Eye& eye : eyes_)
-    out += fmt::format(" {}={}", eye.camera->settings().name, eye.gone ? "gone" : eye.dark ? "dark" : eye.frozen ? "frozen" : "ok");
+    out += fmt::format(" {}={}", eye.camera->settings().name,
+                       eye.gone     ? "gone"
+                       : eye.dark   ? "dark"
+                       : eye.frozen ? "frozen"
+                                    : "ok");
   out += fmt::format(" ohc={}", line_.plugged() ? "plugged" : "unplugged");
   const hal::Counters totals = counters();
   for (const auto& [name, total] : totals.all()) out += fmt::format(" {}={}", name, total);

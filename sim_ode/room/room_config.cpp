@@ -75,7 +75,9 @@ RoomConfig read_room_config(const hal::Section& root) {
   out.frame_period = microseconds(1 / room.number("frames_per_s", 15, {0.1, 240}));
   out.exposure = microseconds(room.number("exposure_s", 0.01, {0, 1}));
   const std::string ids = room.choice("ids", "shuffled", {"in_order", "shuffled", "unassigned"});
-  out.ids = ids == "in_order" ? RoomConfig::Ids::in_order : ids == "shuffled" ? RoomConfig::Ids::shuffled : RoomConfig::Ids::unassigned;
+  out.ids = ids == "in_order"   ? RoomConfig::Ids::in_order
+            : ids == "shuffled" ? RoomConfig::Ids::shuffled
+                                : RoomConfig::Ids::unassigned;
   out.listen = room.text("listen", out.listen);
   out.camera_port = static_cast<std::uint16_t>(room.integer("camera_port", out.camera_port, 0, 65'535));
   out.ohc_port = static_cast<std::uint16_t>(room.integer("ohc_port", out.ohc_port, 0, 65'535));
@@ -89,13 +91,15 @@ RoomConfig read_room_config(const hal::Section& root) {
     out.cameras.push_back(read_camera(camera, out.cameras.size()));
     for (std::size_t k = 0; k + 1 < out.cameras.size(); ++k)
       if (out.cameras[k].name == out.cameras.back().name) camera.refuse("name", "is that of another camera too");
-    if (out.cameras.size() > most_cameras) camera.refuse("name", fmt::format("is one camera more than the {} of a room", most_cameras));
+    if (out.cameras.size() > most_cameras)
+      camera.refuse("name", fmt::format("is one camera more than the {} of a room", most_cameras));
     // tells now, not when the first picture is drawn
     try {
       CameraSettings small = out.cameras.back();
       if (small.focal_px == 0) {
         const double w = out.scene.width_m / 2, h = out.scene.height_m / 2;
-        small.focal_px = CameraModel::focal_to_fit(small.width_px, small.height_px, small.pose, {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
+        small.focal_px = CameraModel::focal_to_fit(small.width_px, small.height_px, small.pose,
+                                                   {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
       }
       const CameraModel model(small.width_px, small.height_px, small.focal_px, small.width_px / 2.0 + small.centre_x_px,
                               small.height_px / 2.0 + small.centre_y_px, small.distortion, small.pose);

@@ -1,4 +1,5 @@
-// The keys of a room's file: [room], [[room.camera]], [room.scene], [[room.event]]; its robots are in [arena] and [arena.ode].
+// The keys of a room's file: [room], [[room.camera]], [room.scene], [[room.event]]; its robots are in [arena] and
+// [arena.ode].
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,8 @@ struct RoomConfig {
   std::uint16_t camera_port = 8090;   // room.camera_port, 0 any free one
   std::uint16_t ohc_port = 8091;      // room.ohc_port
   std::uint16_t control_port = 8092;  // room.control_port
-  std::string ohc_link;               // room.ohc_link: a symbolic link to the pseudo-terminal, kept up to date; empty: none
-  int jpeg_quality = 90;              // room.jpeg_quality
+  std::string ohc_link;   // room.ohc_link: a symbolic link to the pseudo-terminal, kept up to date; empty: none
+  int jpeg_quality = 90;  // room.jpeg_quality
   Scene scene;
   std::vector<CameraSettings> cameras;  // one at least
   std::vector<Event> events;            // ascending times

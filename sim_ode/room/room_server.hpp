@@ -1,5 +1,5 @@
-// Runs a room in real time and offers it to the outside as hardware would be: cameras as motion JPEG over HTTP, the overhead controller as
-// a pseudo-terminal and over TCP, a control port for mishaps.
+// Runs a room in real time and offers it to the outside as hardware would be: cameras as motion JPEG over HTTP, the
+// overhead controller as a pseudo-terminal and over TCP, a control port for mishaps.
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,8 @@ class RoomServer {
   std::string terminal() const { return reader_.terminal(); }
   std::string url(std::size_t camera) const;
 
-  // Does what is due by now and returns the moment at which to call it again. The first call sets when the room's time 0 was: now.
+  // Does what is due by now and returns the moment at which to call it again. The first call sets when the room's time
+  // 0 was: now.
   std::chrono::steady_clock::time_point step();
   // The room's and the pictures' counters, and `room.frames_skipped` for pictures that came too late to be taken.
   hal::Counters counters() const;

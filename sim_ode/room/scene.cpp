@@ -1,4 +1,5 @@
-// Each pixel's sight is followed to the table, four times for smooth edges; in between a grid of exact sights it is interpolated.
+// Each pixel's sight is followed to the table, four times for smooth edges; in between a grid of exact sights it is
+// interpolated.
 #include "sim_ode/room/scene.hpp"
 
 #include <algorithm>
@@ -41,8 +42,13 @@ class Surface {
     const double w = scene.width_m / 2, h = scene.height_m / 2;
     // specks of dust are always there
     for (int k = 0; k < 12; ++k)
-      things_.push_back(
-          {Thing::Shape::disc, chance.uniform(-w, w), chance.uniform(-h, h), 0, chance.uniform(0.0005, 0.0015), 0, {95, 98, 100}});
+      things_.push_back({Thing::Shape::disc,
+                         chance.uniform(-w, w),
+                         chance.uniform(-h, h),
+                         0,
+                         chance.uniform(0.0005, 0.0015),
+                         0,
+                         {95, 98, 100}});
     if (!scene.distractors) return;
     const double beside = 0.09;
     things_.push_back({Thing::Shape::box, -w - beside, 0.4 * h, 0.1, 0.06, 0.045, {238, 238, 236}});
@@ -53,8 +59,8 @@ class Surface {
     things_.push_back({Thing::Shape::box, -0.4 * w, -h - 0.06, 0.5, 0.07, 0.004, {150, 60, 40}});
     things_.push_back({Thing::Shape::disc, -w - 0.05, -0.6 * h, 0, 0.0165, 0, {190, 190, 192}});  // a coin cell's size
     for (int k = 0; k < 3; ++k)
-      things_.push_back({Thing::Shape::box, chance.uniform(-0.8 * w, 0.8 * w), chance.uniform(-0.8 * h, 0.8 * h), chance.uniform(0, 3),
-                         0.01, 0.004, k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});
+      things_.push_back({Thing::Shape::box, chance.uniform(-0.8 * w, 0.8 * w), chance.uniform(-0.8 * h, 0.8 * h),
+                         chance.uniform(0, 3), 0.01, 0.004, k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});
   }
 
   // No edge lies within `reach` of that point.
@@ -62,7 +68,8 @@ class Surface {
     const double out = std::max(std::abs(x) - scene_.width_m / 2, std::abs(y) - scene_.height_m / 2);
     if (std::abs(out) < reach || std::abs(out - scene_.wall_m) < reach) return false;
     return std::ranges::none_of(things_, [&](const Thing& thing) {
-      const double dx = x - thing.x_m, dy = y - thing.y_m, near = thing.half_length_m + thing.half_width_m + 0.02 + reach;
+      const double dx = x - thing.x_m, dy = y - thing.y_m,
+                   near = thing.half_length_m + thing.half_width_m + 0.02 + reach;
       return dx * dx + dy * dy < near * near;
     });
   }
@@ -71,10 +78,12 @@ class Surface {
     const double w = scene_.width_m / 2, h = scene_.height_m / 2, out = std::max(std::abs(x) - w, std::abs(y) - h);
     Colour colour;
     if (out <= 0) {
-      const double shade = 1 + scene_.texture * (0.6 * mottle(x * 9, y * 9, key_) + 0.4 * mottle(x * 160, y * 160, key_ + 1));
+      const double shade =
+          1 + scene_.texture * (0.6 * mottle(x * 9, y * 9, key_) + 0.4 * mottle(x * 160, y * 160, key_ + 1));
       colour = Colour(1.0F, 1.005F, 0.99F) * static_cast<float>(scene_.table_grey * shade);
     } else if (out < scene_.wall_m) {
-      colour = Colour(0.95F, 0.99F, 1.06F) * static_cast<float>(scene_.wall_grey * (1 + 0.06 * mottle(x * 60, y * 60, key_ + 2)));
+      colour = Colour(0.95F, 0.99F, 1.06F) *
+               static_cast<float>(scene_.wall_grey * (1 + 0.06 * mottle(x * 60, y * 60, key_ + 2)));
     } else {
       // the rest of the table: wood
       const double grain = mottle(x * 6, y * 90, key_ + 3) + 0.5 * mottle(x * 20, y * 300, key_ + 4);
@@ -93,7 +102,8 @@ class Surface {
     const double along = dx * std::cos(thing.turn_rad) + dy * std::sin(thing.turn_rad),
                  across = dy * std::cos(thing.turn_rad) - dx * std::sin(thing.turn_rad);
     if (std::abs(along) > thing.half_length_m) return false;
-    return std::abs(thing.shape == Thing::Shape::cable ? across - 0.012 * std::sin(along * 24) : across) < thing.half_width_m;
+    return std::abs(thing.shape == Thing::Shape::cable ? across - 0.012 * std::sin(along * 24) : across) <
+           thing.half_width_m;
   }
 
   const Scene& scene_;
@@ -127,10 +137,11 @@ class Sights {
   std::vector<std::optional<cv::Point2d>> grid_;
 };
 
-// colour_at(place) for four places of each pixel, or for its middle where smooth_at(place) says that no edge is near; `nowhere` where a
-// sight meets nothing.
+// colour_at(place) for four places of each pixel, or for its middle where smooth_at(place) says that no edge is near;
+// `nowhere` where a sight meets nothing.
 template <class Look, class Smooth>
-cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, double vignetting, Look&& colour_at, Smooth&& smooth_at) {
+cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, double vignetting, Look&& colour_at,
+             Smooth&& smooth_at) {
   cv::Mat out(camera.height_px(), camera.width_px(), CV_8UC3);
   for (int y = 0; y < out.rows; ++y)
     for (int x = 0; x < out.cols; ++x) {
@@ -153,12 +164,14 @@ cv::Mat draw(const CameraModel& camera, const Sights& sights, Colour nowhere, do
 }  // namespace
 
 double Scene::light_at(double x_m, double y_m) const {
-  const double half = std::hypot(width_m, height_m) / 2, towards = (x_m * std::cos(light_from_rad) + y_m * std::sin(light_from_rad)) / half;
+  const double half = std::hypot(width_m, height_m) / 2,
+               towards = (x_m * std::cos(light_from_rad) + y_m * std::sin(light_from_rad)) / half;
   return std::clamp(1 + light_slope * towards, 0.2, 2.0);
 }
 
 double vignetting_at(const CameraModel& camera, double vignetting, double x_px, double y_px) {
-  const double dx = 2 * x_px / camera.width_px() - 1, dy = 2 * y_px / camera.height_px() - 1, r2 = (dx * dx + dy * dy) / 2;
+  const double dx = 2 * x_px / camera.width_px() - 1, dy = 2 * y_px / camera.height_px() - 1,
+               r2 = (dx * dx + dy * dy) / 2;
   return 1 - vignetting * r2 * r2;
 }
 
@@ -172,7 +185,8 @@ cv::Mat draw_scene(const Scene& scene, const CameraModel& camera, double vignett
       [&surface, pixel_m](cv::Point2d at) { return surface.smooth_at(at.x, at.y, 3 * pixel_m); });
 }
 
-cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double square_m, std::uint64_t number, std::uint64_t seed) {
+cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double square_m, std::uint64_t number,
+                        std::uint64_t seed) {
   // The board's frame: its corner (0, 0, 0) is the first inner corner. Poses are drawn until one is wholly in view.
   hal::RandomStream chance(seed, "room/chessboard", number);
   const double board_w = (columns + 1) * square_m, board_h = (rows + 1) * square_m, focal = camera.matrix()(0, 0);
@@ -186,7 +200,8 @@ cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double
     const cv::Matx33d lean(1, 0, 0, 0, std::cos(tilt), -std::sin(tilt), 0, std::sin(tilt), std::cos(tilt));
     rotation = to * lean * to.t() * turn;
     // from a third of the picture to nearly all of it
-    const double distance = focal * std::max(board_w / camera.width_px(), board_h / camera.height_px()) / chance.uniform(0.35, 0.9);
+    const double distance =
+        focal * std::max(board_w / camera.width_px(), board_h / camera.height_px()) / chance.uniform(0.35, 0.9);
     const cv::Vec3d middle(chance.uniform(-0.6, 0.6) * distance * camera.width_px() / focal / 2 * 1.4,
                            chance.uniform(-0.6, 0.6) * distance * camera.height_px() / focal / 2 * 1.4, distance);
     place = middle - rotation * cv::Vec3d((columns - 1) * square_m / 2, (rows - 1) * square_m / 2, 0);
@@ -196,7 +211,8 @@ cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double
       // asked of the camera by way of its own frame
       const cv::Vec3d arena = camera.rotation().t() * (at - camera.translation());
       const auto pixel = camera.project(arena[0], arena[1], arena[2]);
-      in_view = in_view && pixel && pixel->x > 0 && pixel->y > 0 && pixel->x < camera.width_px() - 1 && pixel->y < camera.height_px() - 1;
+      in_view = in_view && pixel && pixel->x > 0 && pixel->y > 0 && pixel->x < camera.width_px() - 1 &&
+                pixel->y < camera.height_px() - 1;
     }
     if (in_view) break;
   }

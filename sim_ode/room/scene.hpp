@@ -1,4 +1,5 @@
-// What a room looks like apart from its robots: table, walls, light, and things that lie about. Drawn once for each camera.
+// What a room looks like apart from its robots: table, walls, light, and things that lie about. Drawn once for each
+// camera.
 #pragma once
 
 #include <cstdint>
@@ -18,20 +19,23 @@ struct Scene {
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
   double shadow = 0.4;               // share of the light that a robot takes from the table under it
   bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
-  double robot_height_m = 0.0217;  // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
+  double robot_height_m =
+      0.0217;  // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
   std::uint64_t seed = 1;
 
   // 1 in the arena's middle.
   double light_at(double x_m, double y_m) const;
 };
 
-// The empty table as that camera sees it, without noise and blur; `vignetting` is the share of light lost in the corners.
+// The empty table as that camera sees it, without noise and blur; `vignetting` is the share of light lost in the
+// corners.
 cv::Mat draw_scene(const Scene& scene, const CameraModel& camera, double vignetting);
 // Share of the light that reaches a pixel.
 double vignetting_at(const CameraModel& camera, double vignetting, double x_px, double y_px);
 
 // A picture of a chessboard held before the camera; `number` chooses among many poses, all wholly in view.
 // Inner corners `columns` x `rows`.
-cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double square_m, std::uint64_t number, std::uint64_t seed);
+cv::Mat draw_chessboard(const CameraModel& camera, int columns, int rows, double square_m, std::uint64_t number,
+                        std::uint64_t seed);
 
 }  // namespace arkmesh::sim_ode::room

@@ -80,15 +80,18 @@ void BareSwarm::step() {
   }
   std::fill(w.first.begin(), w.first.end(), 0);
   const auto place = [&w](float at) { return std::min(w.columns - 1, static_cast<int>((at + w.half) / range_m)); };
-  for (std::size_t i = 0; i < n; ++i) ++w.first[static_cast<std::size_t>(w.cell[i] = place(w.y[i]) * w.columns + place(w.x[i]))];
+  for (std::size_t i = 0; i < n; ++i)
+    ++w.first[static_cast<std::size_t>(w.cell[i] = place(w.y[i]) * w.columns + place(w.x[i]))];
   int total = 0;
   for (int& f : w.first) f = total += f;
-  for (std::size_t i = n; i-- > 0;) w.member[static_cast<std::size_t>(--w.first[static_cast<std::size_t>(w.cell[i])])] = static_cast<int>(i);
+  for (std::size_t i = n; i-- > 0;)
+    w.member[static_cast<std::size_t>(--w.first[static_cast<std::size_t>(w.cell[i])])] = static_cast<int>(i);
   // every 16th robot sends
   for (std::size_t i = static_cast<std::size_t>(w.number & 15); i < n; i += 16) {
     const int column = w.cell[i] % w.columns, row = w.cell[i] / w.columns;
     for (int r = std::max(0, row - 1); r <= std::min(w.columns - 1, row + 1); ++r) {
-      const auto from = static_cast<std::size_t>(r * w.columns + std::max(0, column - 1)), to = static_cast<std::size_t>(r * w.columns + std::min(w.columns - 1, column + 1));
+      const auto from = static_cast<std::size_t>(r * w.columns + std::max(0, column - 1)),
+                 to = static_cast<std::size_t>(r * w.columns + std::min(w.columns - 1, column + 1));
       for (int k = w.first[from]; k < w.first[to + 1]; ++k) {
         const auto j = static_cast<std::size_t>(w.member[static_cast<std::size_t>(k)]);
         const float dx = w.x[j] - w.x[i], dy = w.y[j] - w.y[i], d2 = dx * dx + dy * dy;
@@ -101,6 +104,8 @@ void BareSwarm::step() {
   }
 }
 
-std::uint64_t BareSwarm::messages() const { return state_->received; }
+std::uint64_t BareSwarm::messages() const {
+  return state_->received;
+}
 
 }  // namespace arkmesh::bench

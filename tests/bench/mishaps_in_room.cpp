@@ -1,9 +1,10 @@
-// A campaign of mishaps on a virtual table: the same ones with many seeds. Prints for each seed how long it took until all robots were where
-// frames say, frames that said something wrong, and messages to robots that nobody had named.
+// A campaign of mishaps on a virtual table: the same ones with many seeds. Prints for each seed how long it took until
+// all robots were where frames say, frames that said something wrong, and messages to robots that nobody had named.
 //
 //   mishaps_in_room FIRST_SEED SEEDS ROBOTS SECONDS "AT_S COMMAND" ...
 //
-// Mishaps are commands of a room (`arkmesh room --help`), at their seconds since the robots began to walk. After the last one the run goes on for SECONDS, or until everybody has been right for 2 s.
+// Mishaps are commands of a room (`arkmesh room --help`), at their seconds since the robots began to walk. After the
+// last one the run goes on for SECONDS, or until everybody has been right for 2 s.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -51,7 +52,8 @@ Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mish
       const auto at = table.truth(id);
       for (const auto& seen : table.frame->robots)
         if (seen.robot == id && verbose)
-          fmt::print("  {:.1f} s: robot {} said at {:.3f} {:.3f}, is at {:.3f} {:.3f}\n", now_s, id, seen.pose.x_m, seen.pose.y_m, at ? at->x_m : 9, at ? at->y_m : 9);
+          fmt::print("  {:.1f} s: robot {} said at {:.3f} {:.3f}, is at {:.3f} {:.3f}\n", now_s, id, seen.pose.x_m,
+                     seen.pose.y_m, at ? at->x_m : 9, at ? at->y_m : 9);
     }
     if (next < mishaps.size()) continue;
     int expected = 0;
@@ -92,14 +94,17 @@ int main(int argc, char** argv) {
   double longest_s = 0;
   for (int seed = first; seed < first + seeds; ++seed) {
     const Score score = run(static_cast<std::uint64_t>(seed), std::atoi(argv[3]), std::atof(argv[4]), mishaps, verbose);
-    fmt::print("seed {}: named at first {:.1f} s, right after {:.1f} s, wrong frames {}, blind messages {}, at most {:.1f} mm off\n", seed, score.named_s,
-               score.right_after_s, score.wrong, score.blind, 1000 * score.off_m);
+    fmt::print(
+        "seed {}: named at first {:.1f} s, right after {:.1f} s, wrong frames {}, blind messages {}, at most {:.1f} mm "
+        "off\n",
+        seed, score.named_s, score.right_after_s, score.wrong, score.blind, 1000 * score.off_m);
     std::fflush(stdout);
     late += score.right_after_s < 0;
     wrong += score.wrong;
     blind += score.blind;
     longest_s = std::max(longest_s, score.right_after_s);
   }
-  fmt::print("seeds {}, never right {}, longest {:.1f} s, wrong frames {}, blind messages {}\n", seeds, late, longest_s, wrong, blind);
+  fmt::print("seeds {}, never right {}, longest {:.1f} s, wrong frames {}, blind messages {}\n", seeds, late, longest_s,
+             wrong, blind);
   return wrong > 0 || late > 0;
 }

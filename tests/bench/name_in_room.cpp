@@ -1,4 +1,5 @@
-// How long a whole table needs until every robot has its name. name_in_room ROOM.toml [spelled|ark] [SEED] [SECONDS THAT ROBOTS RUN AFTERWARDS] [KEY=VALUE ...]
+// How long a whole table needs until every robot has its name. name_in_room ROOM.toml [spelled|ark] [SEED] [SECONDS
+// THAT ROBOTS RUN AFTERWARDS] [KEY=VALUE ...]
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -21,10 +22,12 @@ int measure(int argc, char** argv) {
   const auto when = [&](std::size_t n) { return n <= result.named_s.size() && n > 0 ? result.named_s[n - 1] : -1.0; };
   const auto robots = static_cast<std::size_t>(result.robots);
   fmt::print("{} robots, {}, seed {}\n", result.robots, trial.identity, trial.seed);
-  fmt::print("  all named after       {:.1f} s (half of them {:.1f} s, all but one {:.1f} s)\n", result.named_all_s, when(robots / 2), when(robots - 1));
+  fmt::print("  all named after       {:.1f} s (half of them {:.1f} s, all but one {:.1f} s)\n", result.named_all_s,
+             when(robots / 2), when(robots - 1));
   fmt::print("  named at the end      {}\n", result.named);
   fmt::print("  wrong names           {} robot-frames\n", result.wrong);
-  for (const hal::Pose& pose : result.nameless) fmt::print("  nameless              at x {:.4f} m, y {:.4f} m\n", pose.x_m, pose.y_m);
+  for (const hal::Pose& pose : result.nameless)
+    fmt::print("  nameless              at x {:.4f} m, y {:.4f} m\n", pose.x_m, pose.y_m);
   for (const auto& [name, total] : result.counters.all())
     if (name.starts_with("identity.") || name.starts_with("track.")) fmt::print("  {:<21} {}\n", name, total);
   return result.wrong == 0 && result.named_all_s >= 0 ? 0 : 3;

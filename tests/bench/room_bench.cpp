@@ -1,5 +1,5 @@
-// What the virtual room costs in processor time: one picture of 1920 x 1080 with 100 robots, its JPEG, and a whole second of the room with 15 of
-// both. One core: OpenCV is told to use no other.
+// What the virtual room costs in processor time: one picture of 1920 x 1080 with 100 robots, its JPEG, and a whole
+// second of the room with 15 of both. One core: OpenCV is told to use no other.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/core.hpp>

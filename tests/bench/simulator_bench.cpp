@@ -1,7 +1,8 @@
-// Speed of the simulated arena beside a bare reference and a textbook ODE world, alternating in one process. Prints robot-seconds
-// per second of processor time. All robots walk at random and send; contacts have friction 0.3. At the end it sums up: shares, time per
-// part, how deep contacts went and how far anything came out of the plane. The bare reference is compiled like the arena; with
-// -march=native -ffast-math it was up to 6 % faster. It runs at several times the floor that keeps it honest (0.8 M, dense 0.6 M).
+// Speed of the simulated arena beside a bare reference and a textbook ODE world, alternating in one process. Prints
+// robot-seconds per second of processor time. All robots walk at random and send; contacts have friction 0.3. At the
+// end it sums up: shares, time per part, how deep contacts went and how far anything came out of the plane. The bare
+// reference is compiled like the arena; with -march=native -ffast-math it was up to 6 % faster. It runs at several
+// times the floor that keeps it honest (0.8 M, dense 0.6 M).
 //   bench_simulator [--benchmark_filter=...] [--benchmark_repetitions=5]
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -51,7 +52,8 @@ void measure(benchmark::State& state, const Size& size, double step_s, Step&& st
     step();
     ++steps;
   }
-  state.counters["robot_s_per_cpu_s"] = benchmark::Counter(static_cast<double>(steps) * step_s * size.robots, benchmark::Counter::kIsRate);
+  state.counters["robot_s_per_cpu_s"] =
+      benchmark::Counter(static_cast<double>(steps) * step_s * size.robots, benchmark::Counter::kIsRate);
 }
 
 void bare(benchmark::State& state, Size size) {
@@ -78,7 +80,9 @@ void ours(benchmark::State& state, Size size) {
   Kept& k = kept[size.name()];
   if (!k.arena) {
     const auto config = hal::Config::from_text(
-        fmt::format("[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n[arena.ode]\ncontroller = \"{2}\"\n", size.side_m(), size.robots, program), "bench");
+        fmt::format("[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n[arena.ode]\ncontroller = \"{2}\"\n",
+                    size.side_m(), size.robots, program),
+        "bench");
     k.arena = sim_ode::make_ode_arena(config.root().section("arena"), "bench", 1);
     k.arena->robots().command({.kind = hal::FleetCommand::Kind::run});
     k.arena->advance_to(k.at = hal::LabTime{static_cast<std::int64_t>(warm_up_s * 1e6)});
@@ -94,10 +98,12 @@ void parts(benchmark::State& state, Size size) {
   using namespace sim_ode;
   struct Kept {
     Kept(const Size& s)
-        : motors(settings, s.robots, "bench", 1), leds(s.robots),
+        : motors(settings, s.robots, "bench", 1),
+          leds(s.robots),
           world(s.side_m(), s.side_m(), settings.friction, 1,
                 start_places(s.robots, s.side_m() / 2 - 0.0165, s.side_m() / 2 - 0.0165, "bench", 1)),
-          host(RobotProgram::load(program), s.robots, motors, leds, {}, "bench", 1), medium(settings, s.side_m(), s.side_m(), s.robots, "bench", 1) {
+          host(RobotProgram::load(program), s.robots, motors, leds, {}, "bench", 1),
+          medium(settings, s.side_m(), s.side_m(), s.robots, "bench", 1) {
       Message run;
       run.type = type_run;
       inbox.overhead.push_back({0, run, {}});
@@ -110,7 +116,7 @@ void parts(benchmark::State& state, Size size) {
     InfraredMedium medium;
     Inbox inbox;
     std::int64_t tick = 0;
-    std::array<double, 5> taken_s{};   // by part
+    std::array<double, 5> taken_s{};  // by part
   };
   static constexpr std::array names = {"programs_us", "infrared_us", "grid_us", "motion_us", "contacts_us"};
   static std::map<std::string, std::unique_ptr<Kept>> kept;
@@ -144,12 +150,15 @@ void parts(benchmark::State& state, Size size) {
   const std::int64_t first = k->tick;
   measure(state, size, tick_us * 1e-6, step);
   const double robot_s = static_cast<double>(k->tick - first) * tick_us * 1e-6 * size.robots;
-  for (std::size_t part = 0; part < names.size(); ++part) state.counters[names[part]] = k->taken_s[part] / robot_s * 1e6;
+  for (std::size_t part = 0; part < names.size(); ++part)
+    state.counters[names[part]] = k->taken_s[part] / robot_s * 1e6;
   const ContactWorld::Totals& totals = k->world.totals();
   state.counters["deepest_mm"] = totals.deepest_m * 1000;
-  state.counters["deep_share"] = totals.contacts ? static_cast<double>(totals.deep) / static_cast<double>(totals.contacts) : 0;
+  state.counters["deep_share"] =
+      totals.contacts ? static_cast<double>(totals.deep) / static_cast<double>(totals.contacts) : 0;
   state.counters["drift_mm"] = totals.drift_m * 1000;
-  state.counters["touching_share"] = static_cast<double>(totals.touching) / static_cast<double>(totals.steps) / size.robots;
+  state.counters["touching_share"] =
+      static_cast<double>(totals.touching) / static_cast<double>(totals.steps) / size.robots;
 }
 
 // Shows what the library's own reporter shows, and keeps the medians for the summary.
@@ -175,17 +184,25 @@ class Medians final : public benchmark::BenchmarkReporter {
   }
   // To the error stream, so that other formats stay readable by programs.
   void summarize() const {
-    const auto rate = [this](const char* what, const Size& size) { return value(what + ("/" + size.name()), "robot_s_per_cpu_s"); };
-    fmt::print(stderr, "\n{:>14} {:>9} {:>14} {:>16} {:>11} {:>10} {:>9}   us per robot-second: programs infrared grid motion contacts\n", "robots", "robot-s/s",
-               "share of bare", "times textbook", "deepest mm", "> 1 mm", "drift mm");
+    const auto rate = [this](const char* what, const Size& size) {
+      return value(what + ("/" + size.name()), "robot_s_per_cpu_s");
+    };
+    fmt::print(stderr,
+               "\n{:>14} {:>9} {:>14} {:>16} {:>11} {:>10} {:>9}   us per robot-second: programs infrared grid motion "
+               "contacts\n",
+               "robots", "robot-s/s", "share of bare", "times textbook", "deepest mm", "> 1 mm", "drift mm");
     for (const Size& size : sizes) {
       const std::string part = "parts/" + size.name();
-      fmt::print(stderr, "{:>14} {:>7.0f} k {:>14.3f} {:>16.1f} {:>11.3f} {:>9.4f}% {:>9.3g}   ", size.name(), rate("ours", size) / 1e3, rate("ours", size) / rate("bare", size),
-                 rate("ours", size) / rate("textbook", size), value(part, "deepest_mm"), 100 * value(part, "deep_share"), value(part, "drift_mm"));
-      for (const char* name : {"programs_us", "infrared_us", "grid_us", "motion_us", "contacts_us"}) fmt::print(stderr, " {:.3f}", value(part, name));
+      fmt::print(stderr, "{:>14} {:>7.0f} k {:>14.3f} {:>16.1f} {:>11.3f} {:>9.4f}% {:>9.3g}   ", size.name(),
+                 rate("ours", size) / 1e3, rate("ours", size) / rate("bare", size),
+                 rate("ours", size) / rate("textbook", size), value(part, "deepest_mm"),
+                 100 * value(part, "deep_share"), value(part, "drift_mm"));
+      for (const char* name : {"programs_us", "infrared_us", "grid_us", "motion_us", "contacts_us"})
+        fmt::print(stderr, " {:.3f}", value(part, name));
       fmt::print(stderr, "\n");
     }
-    fmt::print(stderr, "a robot costs {:.2f} times as much among 10000 as among 100\n", rate("ours", sizes[0]) / rate("ours", sizes[2]));
+    fmt::print(stderr, "a robot costs {:.2f} times as much among 10000 as among 100\n",
+               rate("ours", sizes[0]) / rate("ours", sizes[2]));
   }
 
  private:
@@ -205,8 +222,8 @@ int main(int argc, char** argv) {
     benchmark::RegisterBenchmark(("parts/" + size.name()).c_str(), parts, size);
   }
   // alternating, so that all see the same load of the machine
-  std::vector<std::string> arguments = {argv[0], "--benchmark_enable_random_interleaving=true", "--benchmark_repetitions=5",
-                                        "--benchmark_report_aggregates_only=true"};
+  std::vector<std::string> arguments = {argv[0], "--benchmark_enable_random_interleaving=true",
+                                        "--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true"};
   arguments.insert(arguments.end(), argv + 1, argv + argc);
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());

@@ -1,5 +1,5 @@
-// `arkmesh doctor` as a user sees it: the real program, on machines that lack one thing each. Network namespaces, empty paths
-// and other labs on the same port stand for those machines.
+// `arkmesh doctor` as a user sees it: the real program, on machines that lack one thing each. Network namespaces, empty
+// paths and other labs on the same port stand for those machines.
 #include <arpa/inet.h>
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -32,7 +32,9 @@ namespace fs = std::filesystem;
 class Command {
  public:
   explicit Command(const std::string& line) : pipe_(::popen((line + " 2>&1").c_str(), "r")) {}
-  ~Command() { if (pipe_) ::pclose(pipe_); }
+  ~Command() {
+    if (pipe_) ::pclose(pipe_);
+  }
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
   // Reads everything it says until it ends; calls `meanwhile` again and again until then.
@@ -58,7 +60,9 @@ class Command {
 
 const std::string doctor = fmt::format("'{}' doctor", ARKMESH_PROGRAM);
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 // The line of `words` that speaks of `what`.
 std::string line_of(const std::string& words, const std::string& what) {
@@ -84,8 +88,9 @@ class LabFile {
 };
 
 std::string lab_text(int lcm_port, const std::string& listen) {
-  return fmt::format("[lab]\nname = \"shark\"\n[bus]\nurl = \"udpm://239.255.76.67:{}?ttl=0\"\n[gateway]\nlisten = \"{}\"\n",
-                     lcm_port, listen);
+  return fmt::format(
+      "[lab]\nname = \"shark\"\n[bus]\nurl = \"udpm://239.255.76.67:{}?ttl=0\"\n[gateway]\nlisten = \"{}\"\n", lcm_port,
+      listen);
 }
 
 // A TCP socket that listens on a port that the kernel chose.
@@ -130,15 +135,16 @@ TEST_CASE("no multicast route") {
 }
 
 TEST_CASE("small receive buffer, little disk space") {
-  // A kernel that allows too small a receive buffer is told with the command that raises it; a disk that is nearly full with what to do.
+  // A kernel that allows too small a receive buffer is told with the command that raises it; a disk that is nearly full
+  // with what to do.
   const std::string inside = "unshare --mount --map-root-user ";
   if (std::system((inside + "true").c_str()) != 0) {
     MESSAGE("mount namespaces are not permitted here, so this case could not be run");
     return;
   }
   const LabFile limit("212992\n");  // stands in for the kernel's file; 212992 is Debian's default
-  Command small(inside + "sh -c \"mount --bind " + limit.path() + " /proc/sys/net/core/rmem_max; mount -t tmpfs -o size=9m none /mnt; cd /mnt; " +
-                doctor + "\"");
+  Command small(inside + "sh -c \"mount --bind " + limit.path() +
+                " /proc/sys/net/core/rmem_max; mount -t tmpfs -o size=9m none /mnt; cd /mnt; " + doctor + "\"");
   const std::string words = small.words();
   CHECK(small.code() == 1);
   const std::string buffer = line_of(words, "net.core.rmem_max)");
@@ -152,7 +158,9 @@ TEST_CASE("missing programs") {
   Command poor("env PATH=/nonexistent " + doctor);
   const std::string words = poor.words();
   CHECK(poor.code() == 1);
-  CHECK(line_of(words, "problem  cc") == "problem  cc: the program cc is missing: it compiles robot controllers when a run begins -> apt-get install gcc libc6-dev");
+  CHECK(line_of(words, "problem  cc") ==
+        "problem  cc: the program cc is missing: it compiles robot controllers when a run begins -> apt-get install "
+        "gcc libc6-dev");
   CHECK(has(line_of(words, "problem  lcm-logger"), "apt-get install liblcm-bin"));
   CHECK(has(line_of(words, "problem  Java for lcm-spy"), "scripts/setup spy"));
   CHECK(has(words, " problems.\n"));
@@ -178,7 +186,9 @@ TEST_CASE("another lab on our LCM port") {
     other_group.drain();
   });
   CHECK(examined.code() == 1);
-  CHECK(has(words, "problem  LCM port of lab shark: lynx, roark: talking on udpm://239.255.76.67:7870?ttl=0 as well -> give each lab"));
+  CHECK(has(words,
+            "problem  LCM port of lab shark: lynx, roark: talking on udpm://239.255.76.67:7870?ttl=0 as well -> give "
+            "each lab"));
 }
 
 TEST_CASE("only our own lab on our LCM port") {
@@ -189,7 +199,10 @@ TEST_CASE("only our own lab on our LCM port") {
   peers_t ours{};
   ours.lab = "shark";
   Command examined(doctor + " " + file.path());
-  const std::string words = examined.words([&] { bus.publish("peers", ours); bus.drain(); });
+  const std::string words = examined.words([&] {
+    bus.publish("peers", ours);
+    bus.drain();
+  });
   CHECK(has(words, "ok       LCM port of lab shark\n"));
   CHECK(has(words, "(in use by this lab's own gateway)"));
 }
@@ -200,11 +213,17 @@ TEST_CASE("TCP port taken") {
   const std::string taken = fmt::format("127.0.0.1:{}", other.port());
   const LabFile file(lab_text(7872, taken));
   Command examined(doctor + " " + file.path());
-  CHECK(has(examined.words(), fmt::format("problem  TCP {}: port {} is taken by another program -> see who has it with: ss -ltnp 'sport = :{}'", taken, other.port(), other.port())));
+  CHECK(has(
+      examined.words(),
+      fmt::format("problem  TCP {}: port {} is taken by another program -> see who has it with: ss -ltnp 'sport = :{}'",
+                  taken, other.port(), other.port())));
   CHECK(examined.code() == 1);
 
   std::string free;
-  { const Listener gone; free = fmt::format("127.0.0.1:{}", gone.port()); }
+  {
+    const Listener gone;
+    free = fmt::format("127.0.0.1:{}", gone.port());
+  }
   const LabFile fine(lab_text(7872, free));
   Command second(doctor + " " + fine.path());
   CHECK(has(second.words(), fmt::format("ok       TCP {}\n", free)));
@@ -219,8 +238,10 @@ TEST_CASE("a lab file that is wrong") {
 }
 
 TEST_CASE("a table whose controller and camera are not there") {
-  // The doctor tries what a lab with a real table names: one line for each that is missing, with the reason; in simulation it does not ask.
-  const std::string table = lab_text(7873, "") +
+  // The doctor tries what a lab with a real table names: one line for each that is missing, with the reason; in
+  // simulation it does not ask.
+  const std::string table =
+      lab_text(7873, "") +
       "[arena]\nuse = \"kilobot\"\n[arena.kilobot]\nport = \"tcp://127.0.0.1:1\"\n[[arena.kilobot.cameras]]\n"
       "source = \"/dev/video987\"\ncalibration = \"none.yaml\"\n";
   const LabFile file(table);

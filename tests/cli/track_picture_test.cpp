@@ -36,14 +36,16 @@ Ran track(const std::vector<std::string>& arguments) {
 const std::string pictures = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
 
 TEST_CASE("track prints a picture's robots as JSON") {
-  // Proves: the list has every robot with its keys, null where an unlit LED leaves something unknown, and headings turned by the offset.
+  // Proves: the list has every robot with its keys, null where an unlit LED leaves something unknown, and headings
+  // turned by the offset.
   const Ran ran = track({pictures + "table_6robots.png", "--json", "--led-offset", "90"});
   REQUIRE(ran.code == 0);
   const nlohmann::json list = nlohmann::json::parse(ran.output);
   REQUIRE(list.size() == 6);
   int unlit = 0;
   for (const nlohmann::json& robot : list) {
-    for (const char* key : {"x_px", "y_px", "r_px", "led", "led_x_px", "led_y_px", "heading_rad", "led_heading_rad"}) CHECK(robot.contains(key));
+    for (const char* key : {"x_px", "y_px", "r_px", "led", "led_x_px", "led_y_px", "heading_rad", "led_heading_rad"})
+      CHECK(robot.contains(key));
     CHECK(robot.size() == 8);
     if (robot["led"] == "off") {
       ++unlit;
@@ -60,9 +62,11 @@ TEST_CASE("track prints a picture's robots as JSON") {
 }
 
 TEST_CASE("track goes through a folder of pictures and draws") {
-  // Proves: each picture gets its results under its name, and a drawn picture of the same size that differs from the original.
+  // Proves: each picture gets its results under its name, and a drawn picture of the same size that differs from the
+  // original.
   TemporaryFolder folder;
-  for (const char* name : {"bodyguard_f003.png", "bodyguard_f010.png"}) std::filesystem::copy_file(pictures + name, folder.path() / name);
+  for (const char* name : {"bodyguard_f003.png", "bodyguard_f010.png"})
+    std::filesystem::copy_file(pictures + name, folder.path() / name);
   std::filesystem::create_directory(folder.path() / "drawn");
   const Ran ran = track({folder.path().string(), "--json", "--png", (folder.path() / "drawn").string()});
   REQUIRE(ran.code == 0);
@@ -71,13 +75,15 @@ TEST_CASE("track goes through a folder of pictures and draws") {
   CHECK(list[0]["picture"] == "bodyguard_f003.png");
   CHECK(list[0]["robots"].size() == 28);
   CHECK(list[1]["robots"].size() == 28);
-  const cv::Mat before = cv::imread(pictures + "bodyguard_f010.png"), after = cv::imread((folder.path() / "drawn/bodyguard_f010.png").string());
+  const cv::Mat before = cv::imread(pictures + "bodyguard_f010.png"),
+                after = cv::imread((folder.path() / "drawn/bodyguard_f010.png").string());
   REQUIRE(after.size() == before.size());
   CHECK(cv::norm(before, after, cv::NORM_INF) > 50);
 }
 
 TEST_CASE("a damaged picture in a folder is named and left out, and the others are not lost") {
-  // Proves it for single pictures and for a folder that is followed as a clip: results of the rest, one sentence, exit code 1.
+  // Proves it for single pictures and for a folder that is followed as a clip: results of the rest, one sentence, exit
+  // code 1.
   TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "clip");
   for (const char* name : {"bodyguard_f003.png", "bodyguard_f010.png"})
@@ -99,13 +105,15 @@ TEST_CASE("a damaged picture in a folder is named and left out, and the others a
 }
 
 TEST_CASE("who opens the page of track --serve sees the robots") {
-  // Proves, with a real process and OpenCV in a browser's place, that pictures come though nobody watched when it began, and that
-  // robots are drawn on them.
+  // Proves, with a real process and OpenCV in a browser's place, that pictures come though nobody watched when it
+  // began, and that robots are drawn on them.
   TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "clip");
   for (int i = 0; i < 300; ++i)
-    std::filesystem::create_symlink(pictures + "bodyguard_f010.png", folder.path() / "clip" / (std::to_string(i) + ".png"));
-  Process process(ARKMESH_PROGRAM, {"track", (folder.path() / "clip").string(), "--serve", "0"}, folder.path() / "out.txt");
+    std::filesystem::create_symlink(pictures + "bodyguard_f010.png",
+                                    folder.path() / "clip" / (std::to_string(i) + ".png"));
+  Process process(ARKMESH_PROGRAM, {"track", (folder.path() / "clip").string(), "--serve", "0"},
+                  folder.path() / "out.txt");
   const std::string says = "/table shows the robots";
   REQUIRE(eventually(20s, [&] { return process.output().find(says) != std::string::npos; }));
   const std::string output = process.output();
@@ -122,7 +130,8 @@ TEST_CASE("who opens the page of track --serve sees the robots") {
 }
 
 TEST_CASE("track says what is wrong with its source") {
-  // Proves: no file, no picture, an empty folder, a place that cannot be written: one sentence each that names it, and exit code 1.
+  // Proves: no file, no picture, an empty folder, a place that cannot be written: one sentence each that names it, and
+  // exit code 1.
   TemporaryFolder folder;
   std::ofstream(folder.path() / "words.png") << "these are no pixels";
   std::filesystem::create_directory(folder.path() / "empty");

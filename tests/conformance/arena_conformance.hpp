@@ -50,9 +50,11 @@ inline bool same(const PoseFrame& a, const PoseFrame& b) {
 inline bool alike(const PoseFrame& a, const PoseFrame& b) {
   constexpr double noise_m = 0.002;
   return a.stamp == b.stamp && a.number == b.number &&
-         std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(), [](const Sighting& p, const Sighting& q) {
-           return p.robot == q.robot && std::hypot(p.pose.x_m - q.pose.x_m, p.pose.y_m - q.pose.y_m) < noise_m && p.led == q.led;
-         });
+         std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(),
+                    [](const Sighting& p, const Sighting& q) {
+                      return p.robot == q.robot &&
+                             std::hypot(p.pose.x_m - q.pose.x_m, p.pose.y_m - q.pose.y_m) < noise_m && p.led == q.led;
+                    });
 }
 
 inline std::uint64_t total(const Counters& counters) {

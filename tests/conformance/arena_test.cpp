@@ -64,12 +64,14 @@ std::unique_ptr<Arena> kilobot_table() {
 std::string virtual_table() {
   static const TemporaryDirectory directory;
   const auto room_file = directory.path() / "room.toml", calibration = directory.path() / "table.yaml";
-  std::ofstream(room_file) << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n" << walkers
-                           << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
+  std::ofstream(room_file)
+      << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n"
+      << walkers
+      << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
   const Config config = Config::from_file(room_file);
   sim_ode::room::write_calibration(sim_ode::room::Room(config.root()), calibration);
-  return "height_m = 0.4\nroom.file = \"" + room_file.string() + "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" +
-         calibration.string() + "\"\n";
+  return "height_m = 0.4\nroom.file = \"" + room_file.string() +
+         "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" + calibration.string() + "\"\n";
 }
 
 const std::vector<ArenaRow>& rows() {

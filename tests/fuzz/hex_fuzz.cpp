@@ -1,5 +1,6 @@
-// Intel HEX from anywhere: text as it is, or records whose checksums are made right, because the fuzzer would hardly guess them. Whatever
-// comes, it ends in one sentence with the file's name or in a program whose pages, written as HEX again, read the same.
+// Intel HEX from anywhere: text as it is, or records whose checksums are made right, because the fuzzer would hardly
+// guess them. Whatever comes, it ends in one sentence with the file's name or in a program whose pages, written as HEX
+// again, read the same.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -64,7 +65,8 @@ void read(std::string_view text) {
       put_record(again, 0, static_cast<unsigned>(page) * page_bytes, firmware.page(page));
     put_record(again, 1, 0, {});
     const Firmware same = parse_intel_hex(again, "again.hex");
-    for (int page = 0; page < firmware.pages(); ++page) require(std::ranges::equal(firmware.page(page), same.page(page)));
+    for (int page = 0; page < firmware.pages(); ++page)
+      require(std::ranges::equal(firmware.page(page), same.page(page)));
   } catch (const FirmwareError& error) {
     const std::string_view said = error.what();
     require(said.starts_with("fuzz.hex:") && said.find('\n') == std::string_view::npos);
@@ -76,7 +78,9 @@ void read(std::string_view text) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::span bytes(data, size);
-  if (data[0] % 2 == 0) read({reinterpret_cast<const char*>(data) + 1, size - 1});
-  else read(records(bytes.subspan(1)));
+  if (data[0] % 2 == 0)
+    read({reinterpret_cast<const char*>(data) + 1, size - 1});
+  else
+    read(records(bytes.subspan(1)));
   return 0;
 }

@@ -1,5 +1,5 @@
-// Arbitrary bytes at arbitrary times on the serial line of the room's overhead controller. Whatever comes, messages leave in order, one at
-// a time, as long as they take; and the fine steps of time make no difference.
+// Arbitrary bytes at arbitrary times on the serial line of the room's overhead controller. Whatever comes, messages
+// leave in order, one at a time, as long as they take; and the fine steps of time make no difference.
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -15,7 +15,8 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-// Pairs of bytes: what to do and with what. `step_us` is how finely the device is asked what it sent; 0: only at the end.
+// Pairs of bytes: what to do and with what. `step_us` is how finely the device is asked what it sent; 0: only at the
+// end.
 std::vector<Transmission> run(const std::uint8_t* data, std::size_t size, std::int64_t step_us) {
   OhcDevice device;
   std::vector<Transmission> out;
@@ -60,7 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::vector<Transmission> coarse = run(data, size, 0), fine = run(data, size, 777);
   require(coarse.size() == fine.size());
   for (std::size_t k = 0; k < coarse.size(); ++k) {
-    require(coarse[k].start_us == fine[k].start_us && coarse[k].clean == fine[k].clean && coarse[k].message.data == fine[k].message.data);
+    require(coarse[k].start_us == fine[k].start_us && coarse[k].clean == fine[k].clean &&
+            coarse[k].message.data == fine[k].message.data);
     require(coarse[k].end_us - coarse[k].start_us == 4371);
     if (k > 0) require(coarse[k].start_us >= coarse[k - 1].end_us);
   }

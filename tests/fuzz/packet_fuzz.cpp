@@ -1,5 +1,6 @@
-// Arbitrary messages and pages to an overhead controller, through a wire that takes them in arbitrary pieces and is lost at arbitrary
-// moments: the controller hears what was meant and nothing else, and never the same packet twice in a row.
+// Arbitrary messages and pages to an overhead controller, through a wire that takes them in arbitrary pieces and is
+// lost at arbitrary moments: the controller hears what was meant and nothing else, and never the same packet twice in a
+// row.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -50,9 +51,12 @@ Packet next_packet(Input& input, const std::optional<Packet>& last) {
   std::array<std::uint8_t, page_bytes> page{};
   switch (kind) {
     case 0:
-    case 1: return forward_packet(message);
-    case 2: return forward_once_packet(message);
-    case 3: return forward_raw_packet(message);
+    case 1:
+      return forward_packet(message);
+    case 2:
+      return forward_once_packet(message);
+    case 3:
+      return forward_raw_packet(message);
     case 4:
     case 5: {
       // a page from a few bytes over and over, so that it need not be long to be dangerous
@@ -61,7 +65,8 @@ Packet next_packet(Input& input, const std::optional<Packet>& last) {
       for (std::size_t i = 0; i < page.size(); ++i) page[i] = pattern[i % 4];
       return boot_page_packet(number, page);
     }
-    default: return led_toggle_packet();
+    default:
+      return led_toggle_packet();
   }
 }
 
@@ -72,7 +77,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   // any bytes at all, to the ear and to the check
   tests::PacketEar ear;
-  for (const Packet& packet : ear.hear({data, size})) require(is_packet(packet) && packet_checksum(packet) == packet[packet_bytes - 1]);
+  for (const Packet& packet : ear.hear({data, size}))
+    require(is_packet(packet) && packet_checksum(packet) == packet[packet_bytes - 1]);
 
   auto cable = std::make_shared<tests::FakeCable>();
   hal::Counters counters;

@@ -1,4 +1,5 @@
-// Arbitrary bytes as a peer's `world`: check, decode, and a gate that hears it. Nothing may crash, hang or take much memory.
+// Arbitrary bytes as a peer's `world`: check, decode, and a gate that hears it. Nothing may crash, hang or take much
+// memory.
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -33,7 +33,9 @@ class RawClient {
   ~RawClient() { ::close(fd_); }
   RawClient(const RawClient&) = delete;
   RawClient& operator=(const RawClient&) = delete;
-  bool send(const std::string& text) { return ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size()); }
+  bool send(const std::string& text) {
+    return ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
   void no_more() { ::shutdown(fd_, SHUT_WR); }
   // Adds what has come; false at the connection's end.
   bool read() {
@@ -214,7 +216,9 @@ TEST_CASE("no more clients than there is room for") {
   std::vector<std::unique_ptr<RawClient>> clients;
   for (std::size_t k = 0; k < MjpegServer::most_clients + 5; ++k) {
     clients.push_back(std::make_unique<RawClient>(server.port()));
-    REQUIRE(serve_until(server, [&] { return server.counters()["mjpeg.clients"] + server.counters()["mjpeg.refused.too_many"] == k + 1; }));
+    REQUIRE(serve_until(server, [&] {
+      return server.counters()["mjpeg.clients"] + server.counters()["mjpeg.refused.too_many"] == k + 1;
+    }));
   }
   CHECK(server.counters()["mjpeg.clients"] == MjpegServer::most_clients);
   CHECK(server.counters()["mjpeg.refused.too_many"] == 5);
@@ -225,6 +229,7 @@ TEST_CASE("no more clients than there is room for") {
 TEST_CASE("a port that is taken, and an address that is none, are refused with a sentence") {
   // What to do stands in it.
   const MjpegServer first("127.0.0.1", 0);
-  CHECK_THROWS_WITH_AS(MjpegServer("127.0.0.1", first.port()), doctest::Contains("is in use by another program"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(MjpegServer("127.0.0.1", first.port()), doctest::Contains("is in use by another program"),
+                       std::runtime_error);
   CHECK_THROWS_WITH_AS(MjpegServer("nowhere", 0), doctest::Contains("is no address"), std::runtime_error);
 }

@@ -1,5 +1,5 @@
-// A wire that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its end takes for
-// packets is kept with the time.
+// A wire that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its end
+// takes for packets is kept with the time.
 #pragma once
 
 #include <algorithm>

@@ -20,7 +20,7 @@ struct FakeTable {
   int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
   int looks = 0;
   std::vector<hal::LabTime> looked_at;
-  double x_m = 0;             // of all robots
+  double x_m = 0;  // of all robots
 };
 
 class FakeWatch final : public hal::kilobot::RobotWatch {
@@ -39,7 +39,9 @@ class FakeWatch final : public hal::kilobot::RobotWatch {
   std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }
   std::optional<hal::kilobot::Message> question() const override { return table_->question; }
   std::span<const hal::RobotId> doubtful() const override { return table_->in_doubt; }
-  bool everybody_named() const override { return table_->in_doubt.empty() && table_->looks >= table_->named_after_looks; }
+  bool everybody_named() const override {
+    return table_->in_doubt.empty() && table_->looks >= table_->named_after_looks;
+  }
   const hal::Counters& counters() const override { return counters_; }
 
  private:

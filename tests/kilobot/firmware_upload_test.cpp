@@ -42,7 +42,8 @@ std::vector<std::uint8_t> program(std::size_t size) {
 }  // namespace
 
 TEST_CASE("upload: a round") {
-  // The call to the boot loaders, then in each round the number of pages and every page in order, at the spacing of the setting.
+  // The call to the boot loaders, then in each round the number of pages and every page in order, at the spacing of the
+  // setting.
   UploadBench bench(program(300), 2);
   CHECK(bench.upload.pages() == 3);
   CHECK(bench.upload.round_time() == 4 * 165ms);
@@ -82,7 +83,8 @@ TEST_CASE("upload: no end") {
 }
 
 TEST_CASE("upload: dangerous pages") {
-  // Pages full of header bytes are never misread, and no page begins while the controller is still busy with the one before.
+  // Pages full of header bytes are never misread, and no page begins while the controller is still busy with the one
+  // before.
   std::vector<std::uint8_t> bytes(28'160);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = i % 3 == 0 ? 0x55 : static_cast<std::uint8_t>(i % 7);
   UploadBench bench(bytes, 1, {.boot_for = 500ms, .spacing = 132ms});
@@ -118,5 +120,6 @@ TEST_CASE("upload: unplugged on the way") {
   CHECK(heard[0].type() == PacketType::stop);
   CHECK(heard[1].type() == PacketType::boot_page);
   CHECK(heard[1].packet[2] == page);
-  CHECK(std::ranges::none_of(heard, [](const auto& one) { return one.message_type() == type_boot && one.type() == PacketType::forward; }));
+  CHECK(std::ranges::none_of(
+      heard, [](const auto& one) { return one.message_type() == type_boot && one.type() == PacketType::forward; }));
 }

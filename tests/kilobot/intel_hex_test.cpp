@@ -60,7 +60,8 @@ TEST_CASE("hex: contents and pages") {
   struct Row {
     int size, pages;
   };
-  for (const Row row : {Row{1, 1}, Row{127, 1}, Row{128, 2}, Row{129, 2}, Row{7054, 56}, Row{28'159, 220}, Row{28'160, 220}}) {
+  for (const Row row :
+       {Row{1, 1}, Row{127, 1}, Row{128, 2}, Row{129, 2}, Row{7054, 56}, Row{28'159, 220}, Row{28'160, 220}}) {
     CAPTURE(row.size);
     const Firmware firmware = parse_intel_hex(program(row.size), "robot.hex");
     CHECK(firmware.pages() == row.pages);
@@ -72,10 +73,10 @@ TEST_CASE("hex: contents and pages") {
 
 TEST_CASE("hex: gaps, order and kinds of records") {
   // Records may come in any order with gaps between; segment and linear bases count, start addresses do not.
-  const Firmware firmware =
-      parse_intel_hex(record(4, 0, {0, 0}) + record(0, 300, {7}) + "\n" + record(3, 0, {0, 0, 0, 0}) + record(2, 0, {0, 0x10}) +
-                          record(0, 2, {9}) + record(5, 0, {0, 0, 0, 0}) + record(4, 0, {0, 0}) + record(0, 0, {5}) + end_record,
-                      "robot.hex");
+  const Firmware firmware = parse_intel_hex(
+      record(4, 0, {0, 0}) + record(0, 300, {7}) + "\n" + record(3, 0, {0, 0, 0, 0}) + record(2, 0, {0, 0x10}) +
+          record(0, 2, {9}) + record(5, 0, {0, 0, 0, 0}) + record(4, 0, {0, 0}) + record(0, 0, {5}) + end_record,
+      "robot.hex");
   CHECK(firmware.size_bytes() == 301);
   CHECK(firmware.pages() == 3);
   CHECK(firmware.page(0)[0] == 5);
@@ -95,7 +96,10 @@ TEST_CASE("hex: complaints") {
   check_complaint("", "robot.hex: ", "empty");
   check_complaint(record(0, 0, {1}), "robot.hex:1: ", "end record");
   check_complaint(end_record, "robot.hex:1: ", "no program");
-  check_complaint("\x7f" "ELF\n", "robot.hex:1: ", "must begin with ':'");
+  check_complaint(
+      "\x7f"
+      "ELF\n",
+      "robot.hex:1: ", "must begin with ':'");
   check_complaint(record(0, 0, {1}) + ":01000G\n", "robot.hex:2: ", "column 6");
   check_complaint(":0100000\n", "robot.hex:1: ", "column 8");
   check_complaint(":000000\n", "robot.hex:1: ", "at least 5");
@@ -107,7 +111,8 @@ TEST_CASE("hex: complaints") {
   check_complaint(record(5, 0, {}), "robot.hex:1: ", "type 05 has 4");
   check_complaint(record(1, 0, {1}), "robot.hex:1: ", "type 01 has 0");
   check_complaint(end_record + end_record, "robot.hex:2: ", "after the end record");
-  check_complaint(record(0, 5, {1, 2}) + record(0, 6, {3}) + end_record, "robot.hex:2: ", "address 0x6 is set a second time");
+  check_complaint(record(0, 5, {1, 2}) + record(0, 6, {3}) + end_record,
+                  "robot.hex:2: ", "address 0x6 is set a second time");
   check_complaint(program(28'161), "robot.hex:1761: ", "0x6E00");
   check_complaint(record(0, 0x7000, {1}) + end_record, "robot.hex:1: ", "28160 bytes");
   check_complaint(record(4, 0, {0xFF, 0xFF}) + record(0, 0xFFFF, {1, 2}), "robot.hex:2: ", "0xFFFFFFFF");

@@ -44,7 +44,8 @@ hal::Section section(const std::string& keys) {
 struct Table {
   explicit Table(const std::string& keys = "") : eyes_see(std::make_shared<FakeTable>()) {
     eyes_see->robots = read_robot_ids(section(keys));
-    arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see), std::make_unique<FakeWire>(cable), wall);
+    arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see),
+                               std::make_unique<FakeWire>(cable), wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};
@@ -67,7 +68,9 @@ struct Table {
   std::unique_ptr<hal::Arena> arena;
 };
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -85,7 +88,8 @@ TEST_CASE("kilobot arena: what it is") {
 }
 
 TEST_CASE("kilobot arena: names first") {
-  // advance_to(0) asks the robots what the eyes want to know and ends when everybody is named; lab time stands still, the eyes' does not.
+  // advance_to(0) asks the robots what the eyes want to know and ends when everybody is named; lab time stands still,
+  // the eyes' does not.
   Table table("kilobot.again_s = 0");
   table.eyes_see->question = Message{{1}, 120, 0};
   table.eyes_see->named_after_looks = 80;
@@ -130,7 +134,8 @@ TEST_CASE("kilobot arena: not ready in time") {
 }
 
 TEST_CASE("kilobot arena: begins without somebody") {
-  // When the wait is over, as many robots as may be missing are counted and left out; one more ends the lab, and so does an operator, at once.
+  // When the wait is over, as many robots as may be missing are counted and left out; one more ends the lab, and so
+  // does an operator, at once.
   Table table("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   table.eyes_see->in_doubt = {2};
   table.frame(0);
@@ -144,8 +149,9 @@ TEST_CASE("kilobot arena: begins without somebody") {
   Table stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   stopped.eyes_see->in_doubt = {2};
   const Moment begun = stopped.wall.now();
-  stopped.arena = make_kilobot_arena(section("kilobot.may_miss = 1"), "roark", std::make_unique<FakeWatch>(stopped.eyes_see),
-                                     std::make_unique<FakeWire>(stopped.cable), stopped.wall, [&] { return stopped.wall.now() - begun > 5s; });
+  stopped.arena = make_kilobot_arena(
+      section("kilobot.may_miss = 1"), "roark", std::make_unique<FakeWatch>(stopped.eyes_see),
+      std::make_unique<FakeWire>(stopped.cable), stopped.wall, [&] { return stopped.wall.now() - begun > 5s; });
   const std::string said = stopped.failure();
   CHECK(holds(said, "stopped by the operator; waited for the table: 1 of 4 robots"));
   CHECK(stopped.wall.now() - begun < 7s);
@@ -213,7 +219,8 @@ TEST_CASE("kilobot arena: what eyes must not invent") {
 }
 
 TEST_CASE("kilobot arena: swapped robots") {
-  // From the look that finds two robots in doubt until they are named again nothing is said to them, and the others hear as ever.
+  // From the look that finds two robots in doubt until they are named again nothing is said to them, and the others
+  // hear as ever.
   Table table;
   table.frame(0);
   int asked = 0, said = 0;
@@ -233,8 +240,10 @@ TEST_CASE("kilobot arena: swapped robots") {
     if (n > 42) CHECK(to_doubtful > 0);
     if (n > 42) CHECK(questions == 0);
     // meanwhile questions and the others take turns
-    if (n > 20 && n <= 40) asked += questions, said += to_others;
-    else CHECK(to_others > 0);
+    if (n > 20 && n <= 40)
+      asked += questions, said += to_others;
+    else
+      CHECK(to_others > 0);
   }
   CHECK(asked >= 16);
   CHECK(said >= 2 * 16);
@@ -264,8 +273,8 @@ TEST_CASE("kilobot arena: overhead controller gone and back") {
 }
 
 TEST_CASE("kilobot arena: the last word") {
-  // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise repeat it for
-  // ever; a command for robots asleep is not waited for.
+  // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise
+  // repeat it for ever; a command for robots asleep is not waited for.
   for (const bool asleep : {false, true}) {
     Table table("kilobot.again_s = 0");
     table.frame(0);
@@ -286,7 +295,8 @@ TEST_CASE("kilobot arena: the last word") {
 }
 
 TEST_CASE("kilobot arena: through a serial device") {
-  // The whole way in real time: a configured port, real serial code, packets at the other end, a stop when the arena ends.
+  // The whole way in real time: a configured port, real serial code, packets at the other end, a stop when the arena
+  // ends.
   PseudoTerminal terminal;
   const std::string keys = "kilobot.settle_s = 0\nkilobot.port = \"" + terminal.port() + "\"";
   auto eyes_see = std::make_shared<FakeTable>();
@@ -325,8 +335,8 @@ TEST_CASE("kilobot arena: configuration") {
     return "";
   };
   CHECK(holds(complaint(""), "port"));
-  CHECK(
-      holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""),
+              "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
   CHECK(holds(complaint("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
   const PseudoTerminal terminal;
   const std::string port = "kilobot.port = \"" + terminal.port() + "\"\n";

@@ -60,7 +60,9 @@ std::vector<Packet> meant(const Outcome& outcome) {
   return {outcome.heard.begin() + 1, outcome.heard.end() - 1};
 }
 
-Packet forward(std::uint8_t type, std::array<std::uint8_t, 9> data = {}) { return forward_packet(Message{data, type, 0}); }
+Packet forward(std::uint8_t type, std::array<std::uint8_t, 9> data = {}) {
+  return forward_packet(Message{data, type, 0});
+}
 
 void check_fails(const std::vector<std::string>& arguments, int code, const std::string& says) {
   const TemporaryFolder folder;
@@ -76,7 +78,8 @@ void check_fails(const std::vector<std::string>& arguments, int code, const std:
 
 std::filesystem::path small_program(const TemporaryFolder& folder) {
   const auto file = folder.path() / "robot.hex";
-  std::ofstream(file) << ":040000000102030" << "4F2\n:00000001FF\n";
+  std::ofstream(file) << ":040000000102030"
+                      << "4F2\n:00000001FF\n";
   return file;
 }
 
@@ -113,7 +116,8 @@ TEST_CASE("ohc: numbers") {
 }
 
 TEST_CASE("ohc: upload") {
-  // A program goes out in rounds after the call to the boot loaders, with progress; it ends by itself after the rounds asked for.
+  // A program goes out in rounds after the call to the boot loaders, with progress; it ends by itself after the rounds
+  // asked for.
   const TemporaryFolder folder;
   const Outcome outcome = say({"upload", small_program(folder), "--rounds", "2", "--boot", "0.1", "--page-ms", "132"});
   std::array<std::uint8_t, page_bytes> page{1, 2, 3, 4};
@@ -127,9 +131,10 @@ TEST_CASE("ohc: stopping an upload") {
   // Ctrl-C ends an upload without end well: with a stop, a summary and code 0.
   const TemporaryFolder folder;
   Listener listener;
-  Process process(ARKMESH_PROGRAM,
-                  {"ohc", listener.port(), "--settle", "0", "upload", small_program(folder), "--boot", "0.1", "--page-ms", "132"},
-                  folder.path() / "output");
+  Process process(
+      ARKMESH_PROGRAM,
+      {"ohc", listener.port(), "--settle", "0", "upload", small_program(folder), "--boot", "0.1", "--page-ms", "132"},
+      folder.path() / "output");
   PacketEar ear;
   std::vector<Packet> heard;
   const auto listen = [&] {
@@ -145,7 +150,8 @@ TEST_CASE("ohc: stopping an upload") {
 }
 
 TEST_CASE("ohc: a real serial device") {
-  // The program itself, with the library that opens serial devices, talks to a pseudo-terminal; that one goes away on the way.
+  // The program itself, with the library that opens serial devices, talks to a pseudo-terminal; that one goes away on
+  // the way.
   std::string preload = ARKMESH_PTY_SHIM;
   // under a sanitizer its library has to come first
   std::ifstream maps("/proc/self/maps");
@@ -157,10 +163,11 @@ TEST_CASE("ohc: a real serial device") {
   const TemporaryFolder folder;
   PseudoTerminal terminal;
   const auto start = [&](const std::string& seconds) {
-    return std::make_unique<Process>("/usr/bin/env",
-                                     std::vector<std::string>{"LD_PRELOAD=" + preload, ARKMESH_PROGRAM, "ohc", terminal.port(), "run",
-                                                              "--settle", "0", "--seconds", seconds},
-                                     folder.path() / "output");
+    return std::make_unique<Process>(
+        "/usr/bin/env",
+        std::vector<std::string>{"LD_PRELOAD=" + preload, ARKMESH_PROGRAM, "ohc", terminal.port(), "run", "--settle",
+                                 "0", "--seconds", seconds},
+        folder.path() / "output");
   };
   PacketEar ear;
   std::vector<Packet> heard;
@@ -195,13 +202,16 @@ TEST_CASE("ohc: complaints") {
   check_fails({"tcp://127.0.0.1:1", "jump"}, 2, "arkmesh ohc has no command jump; arkmesh ohc --help lists them");
   check_fails({"tcp://127.0.0.1:9", "message", "128"}, 2, "belongs to the robots' library");
   check_fails({"tcp://127.0.0.1:9", "message", "12x"}, 2, "'12x' is no number from 0 to 255");
-  check_fails({"tcp://127.0.0.1:9", "message", "1", "0", "0", "0", "0", "0", "0", "0", "0", "0", "0"}, 2, "9 bytes, not 10");
+  check_fails({"tcp://127.0.0.1:9", "message", "1", "0", "0", "0", "0", "0", "0", "0", "0", "0", "0"}, 2,
+              "9 bytes, not 10");
   check_fails({"tcp://127.0.0.1:9", "set-uid", "65536"}, 2, "from 0 to 65535");
   check_fails({"tcp://127.0.0.1:9", "left", "-1"}, 2, "");
   check_fails({"tcp://127.0.0.1:9", "run", "--seconds", "0"}, 2, "--seconds");
-  check_fails({"tcp://127.0.0.1:9", "upload", "/nowhere/robot.hex"}, 1, "/nowhere/robot.hex: cannot be read: No such file");
+  check_fails({"tcp://127.0.0.1:9", "upload", "/nowhere/robot.hex"}, 1,
+              "/nowhere/robot.hex: cannot be read: No such file");
   const TemporaryFolder folder;
   std::ofstream(folder.path() / "bad.hex") << ":00000001FE\n";
-  check_fails({"tcp://127.0.0.1:9", "upload", folder.path() / "bad.hex"}, 1, "bad.hex:1: the checksum is FE but should be FF");
+  check_fails({"tcp://127.0.0.1:9", "upload", folder.path() / "bad.hex"}, 1,
+              "bad.hex:1: the checksum is FE but should be FF");
   check_fails({"tcp://127.0.0.1:9", "upload", folder.path() / "bad.hex", "--page-ms", "100"}, 2, "--page-ms");
 }

@@ -1,5 +1,5 @@
-// What reaches robots: the driver's packets through a serial line's pace into an overhead controller that behaves, byte by byte, as
-// the published firmware was measured to.
+// What reaches robots: the driver's packets through a serial line's pace into an overhead controller that behaves, byte
+// by byte, as the published firmware was measured to.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -42,7 +42,8 @@ struct Air {
     coming.emplace_back(line_free_twelfths / 12, byte);
   }
   void run_to(std::int64_t us) {
-    for (; !coming.empty() && coming.front().first <= us; coming.pop_front()) device.receive(coming.front().second, coming.front().first);
+    for (; !coming.empty() && coming.front().first <= us; coming.pop_front())
+      device.receive(coming.front().second, coming.front().first);
     device.sent_until(us, heard);
     now_us = us;
   }
@@ -91,14 +92,15 @@ struct AirBench {
 }  // namespace
 
 TEST_CASE("on air: composites") {
-  // At the usual spacing every composite reaches the air clean at least once, also when bytes come 10 % apart; sent once, exactly once.
+  // At the usual spacing every composite reaches the air clean at least once, also when bytes come 10 % apart; sent
+  // once, exactly once.
   struct Row {
     OverheadSettings settings;
     std::int64_t slower_percent;
     std::size_t least, most;
   };
-  for (const Row& row :
-       {Row{{}, 0, 1, 3}, Row{{}, 10, 1, 3}, Row{{.spacing = 60ms}, 0, 2, 4}, Row{{.spacing = 42ms, .once = true}, 0, 1, 1}}) {
+  for (const Row& row : {Row{{}, 0, 1, 3}, Row{{}, 10, 1, 3}, Row{{.spacing = 60ms}, 0, 2, 4},
+                         Row{{.spacing = 42ms, .once = true}, 0, 1, 1}}) {
     CAPTURE(row.settings.spacing.count());
     CAPTURE(row.slower_percent);
     AirBench bench(3, row.settings, row.slower_percent);
@@ -111,7 +113,8 @@ TEST_CASE("on air: composites") {
       ++number;
       std::vector<hal::ToRobot> messages;
       for (hal::RobotId robot = 0; robot < 3; ++robot)
-        messages.push_back({robot, 0, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint16_t>(number & 255)});
+        messages.push_back(
+            {robot, 0, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint16_t>(number & 255)});
       bench.controller.offer(messages);
     });
     std::map<int, std::size_t> copies;
@@ -140,7 +143,8 @@ TEST_CASE("on air: commands, questions and silence") {
   bench.controller.command({hal::FleetCommand::Kind::run});
   bench.run(600ms, [] {});
   const auto clean = [&](std::uint8_t type) {
-    return std::ranges::count_if(bench.air->heard, [&](const Transmission& sent) { return sent.clean && sent.message.type == type; });
+    return std::ranges::count_if(bench.air->heard,
+                                 [&](const Transmission& sent) { return sent.clean && sent.message.type == type; });
   };
   CHECK(clean(type_run) >= 40);
   CHECK_FALSE(bench.air->device.on_air(bench.air->now_us - 20'000, bench.air->now_us));
@@ -155,8 +159,8 @@ TEST_CASE("on air: commands, questions and silence") {
 }
 
 TEST_CASE("on air: a line that spoils packets") {
-  // What matters goes over the line more than once: on one that spoils every fourth packet commands and questions reach the air all the
-  // same, and in the end there is silence. Said once, some of them do not.
+  // What matters goes over the line more than once: on one that spoils every fourth packet commands and questions reach
+  // the air all the same, and in the end there is silence. Said once, some of them do not.
   for (const bool again : {true, false}) {
     CAPTURE(again);
     AirBench bench(3, {.broadcast_for = 500ms, .again_after = again ? 100ms : 0ms});
@@ -170,7 +174,9 @@ TEST_CASE("on air: a line that spoils packets") {
       bench.controller.ask(Message{{n}, 120, 0});
       bench.run(500ms, [] {});
       const auto clean = [&](std::uint8_t type) {
-        return std::ranges::any_of(bench.air->heard, [&](const Transmission& sent) { return sent.clean && sent.message.type == type && sent.message.data[0] == n; });
+        return std::ranges::any_of(bench.air->heard, [&](const Transmission& sent) {
+          return sent.clean && sent.message.type == type && sent.message.data[0] == n;
+        });
       };
       commands += clean(99);
       questions += clean(120);
@@ -185,7 +191,8 @@ TEST_CASE("on air: a line that spoils packets") {
 }
 
 TEST_CASE("on air: questions between composites") {
-  // Questions and composites that take turns all reach the air clean, also when composites are sent once and close to each other.
+  // Questions and composites that take turns all reach the air clean, also when composites are sent once and close to
+  // each other.
   for (const OverheadSettings& settings : {OverheadSettings{}, OverheadSettings{.spacing = 40ms, .once = true}}) {
     CAPTURE(settings.once);
     AirBench bench(3, settings);
@@ -211,7 +218,8 @@ TEST_CASE("on air: questions between composites") {
 }
 
 TEST_CASE("on air: upload") {
-  // Every page of a round reaches the air whole, at the usual spacing and at the smallest; nothing is lost while the controller is deaf.
+  // Every page of a round reaches the air whole, at the usual spacing and at the smallest; nothing is lost while the
+  // controller is deaf.
   for (const auto spacing : {165ms, 132ms}) {
     std::vector<std::uint8_t> program(5000);
     for (std::size_t i = 0; i < program.size(); ++i) program[i] = static_cast<std::uint8_t>(i * i / 7);
@@ -236,7 +244,8 @@ TEST_CASE("on air: upload") {
     CHECK(words.size() == 40);
     CHECK(air->device.counters()["ohc.bytes_lost.deaf"] == 0);
     for (const auto& [page, offsets] : words) CHECK(offsets.size() == 22);
-    CHECK(std::ranges::count_if(air->heard, [](const Transmission& sent) { return sent.clean && sent.message.type == type_boot_size; }) >
-          0);
+    CHECK(std::ranges::count_if(air->heard, [](const Transmission& sent) {
+            return sent.clean && sent.message.type == type_boot_size;
+          }) > 0);
   }
 }

@@ -1,4 +1,5 @@
-// An overhead controller's driver with a cable in a test's hand and time that only the test moves, a millisecond at a time.
+// An overhead controller's driver with a cable in a test's hand and time that only the test moves, a millisecond at a
+// time.
 #pragma once
 
 #include <chrono>
@@ -22,7 +23,8 @@ struct OverheadBench {
     run(settings.settle + Ms{50});
     cable->take();
   }
-  void run(std::chrono::microseconds time, const std::function<void()>& each_ms = [] {}) {
+  void run(
+      std::chrono::microseconds time, const std::function<void()>& each_ms = [] {}) {
     for (const auto end = now + time; now < end; now += Ms{1}) {
       cable->now = now;
       each_ms();
@@ -47,7 +49,8 @@ struct OverheadBench {
 inline std::vector<hal::RobotId> robots_of(const hal::kilobot::Packet& packet) {
   std::vector<hal::RobotId> out;
   const auto type = static_cast<hal::kilobot::PacketType>(packet[1]);
-  if (packet[11] != 0 || (type != hal::kilobot::PacketType::forward && type != hal::kilobot::PacketType::forward_once)) return out;
+  if (packet[11] != 0 || (type != hal::kilobot::PacketType::forward && type != hal::kilobot::PacketType::forward_once))
+    return out;
   for (std::size_t at = 2; at < 11; at += 3) {
     const auto robot = static_cast<hal::RobotId>(packet[at] << 2 | packet[at + 1] >> 6);
     if (robot != 1023) out.push_back(robot);

@@ -31,7 +31,8 @@ void check_order(const std::vector<FakeCable::Heard>& heard, std::chrono::micros
 }  // namespace
 
 TEST_CASE("overhead controller: start") {
-  // A controller that starts when its port opens is left alone until it listens; then it is told to stop whatever it did.
+  // A controller that starts when its port opens is left alone until it listens; then it is told to stop whatever it
+  // did.
   OverheadBench bench;
   bench.controller.command({Kind::run});
   bench.run(2500ms);
@@ -93,7 +94,8 @@ TEST_CASE("overhead controller: silence") {
 }
 
 TEST_CASE("overhead controller: fleet commands") {
-  // Commands overtake all registers, are repeated by the controller for their time, keep their order, and end with a stop.
+  // Commands overtake all registers, are repeated by the controller for their time, keep their order, and end with a
+  // stop.
   OverheadBench bench;
   bench.start();
   for (hal::RobotId robot = 0; robot < 9; ++robot) bench.offer(robot);
@@ -131,7 +133,8 @@ TEST_CASE("overhead controller: robots asleep") {
 }
 
 TEST_CASE("overhead controller: the same command again") {
-  // A command that is on the air already is held longer instead of being sent again, which the controller could misread.
+  // A command that is on the air already is held longer instead of being sent again, which the controller could
+  // misread.
   OverheadBench bench;
   bench.start();
   bench.controller.command({Kind::run});
@@ -181,8 +184,8 @@ TEST_CASE("overhead controller: dangerous neighbours") {
 }
 
 TEST_CASE("overhead controller: a standing question") {
-  // A question is repeated by the controller while nobody has messages, takes every second packet when somebody has, and ends with
-  // a stop.
+  // A question is repeated by the controller while nobody has messages, takes every second packet when somebody has,
+  // and ends with a stop.
   OverheadBench bench;
   bench.start();
   Message question{{7}, 120, 0};
@@ -217,7 +220,8 @@ TEST_CASE("overhead controller: a standing question") {
 }
 
 TEST_CASE("overhead controller: on hold") {
-  // Before an experiment begins only questions go out, however long that takes; what was said meanwhile comes afterwards, whole.
+  // Before an experiment begins only questions go out, however long that takes; what was said meanwhile comes
+  // afterwards, whole.
   OverheadBench bench;
   bench.controller.hold(true);
   bench.start();
@@ -232,7 +236,8 @@ TEST_CASE("overhead controller: on hold") {
   const auto heard = bench.cable->take();
   REQUIRE(heard.size() >= 2);
   CHECK(std::ranges::any_of(heard, [](const auto& each) { return each.message_type() == type_run; }));
-  CHECK(std::ranges::any_of(heard, [](const auto& each) { return robots_of(each.packet) == std::vector<hal::RobotId>{3}; }));
+  CHECK(std::ranges::any_of(heard,
+                            [](const auto& each) { return robots_of(each.packet) == std::vector<hal::RobotId>{3}; }));
   CHECK(bench.counters["fleet_command.expired"] == 0);
 }
 
@@ -252,8 +257,8 @@ TEST_CASE("overhead controller: a command during a question") {
 }
 
 TEST_CASE("overhead controller: doubtful robots") {
-  // Nothing is said to a robot whose name is in doubt: what waits is dropped, what is on the air ends, new offers are dropped; the
-  // others get theirs, and the totals add up.
+  // Nothing is said to a robot whose name is in doubt: what waits is dropped, what is on the air ends, new offers are
+  // dropped; the others get theirs, and the totals add up.
   OverheadBench bench;
   bench.start();
   for (hal::RobotId robot : {1, 2, 3, 4}) bench.offer(robot, 0), bench.offer(robot, 1);
@@ -375,7 +380,8 @@ TEST_CASE("overhead controller: a line that takes bytes and does not deliver the
 }
 
 TEST_CASE("overhead controller: the end") {
-  // Towards the end fleet commands still go out, nothing else; at the end what is on the air is ended too, and the last word is a stop.
+  // Towards the end fleet commands still go out, nothing else; at the end what is on the air is ended too, and the last
+  // word is a stop.
   OverheadBench bench;
   bench.start();
   for (hal::RobotId robot = 0; robot < 9; ++robot) bench.offer(robot);
@@ -403,7 +409,8 @@ TEST_CASE("overhead controller: settings") {
   const auto read = [](const std::string& keys) {
     return read_overhead_settings(hal::Config::from_text("[k]\n" + keys, "lab.toml").root().section("k"));
   };
-  const OverheadSettings some = read("spacing_s = 0.06\ncommand_s = 1\nbroadcast_s = 0.3\nwaking_s = 9\nexpire_s = 2\nsettle_s = 0\n");
+  const OverheadSettings some =
+      read("spacing_s = 0.06\ncommand_s = 1\nbroadcast_s = 0.3\nwaking_s = 9\nexpire_s = 2\nsettle_s = 0\n");
   CHECK(some.spacing == 60ms);
   CHECK(some.command_for == 1s);
   CHECK(some.broadcast_for == 300ms);

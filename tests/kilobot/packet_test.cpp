@@ -39,12 +39,18 @@ Packet any_packet(hal::RandomStream& random) {
   std::array<std::uint8_t, page_bytes> page;
   for (auto& byte : page) byte = pick();
   switch (random.below(6)) {
-    case 0: return led_toggle_packet();
-    case 1: return forward_packet(content);
-    case 2: return forward_once_packet(content);
-    case 3: return forward_raw_packet(content);
-    case 4: return boot_page_packet(pick(), page);
-    default: return stop_packet();
+    case 0:
+      return led_toggle_packet();
+    case 1:
+      return forward_packet(content);
+    case 2:
+      return forward_once_packet(content);
+    case 3:
+      return forward_raw_packet(content);
+    case 4:
+      return boot_page_packet(pick(), page);
+    default:
+      return stop_packet();
   }
 }
 
@@ -68,11 +74,23 @@ TEST_CASE("packet: worked examples") {
       {"charge", forward_packet(message(type_charge)), {0x55, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x86}, 0xD1},
       {"voltage", forward_packet(message(type_voltage)), {0x55, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x87}, 0xD0},
       {"boot", forward_packet(message(type_boot)), {0x55, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x80}, 0xD7},
-      {"read bit 3 of the id", forward_packet(message(type_read_uid, {3})), {0x55, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0x89}, 0xDD},
+      {"read bit 3 of the id",
+       forward_packet(message(type_read_uid, {3})),
+       {0x55, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0x89},
+       0xDD},
       {"17 pages", forward_packet(message(type_boot_size, {17})), {0x55, 2, 0x11, 0, 0, 0, 0, 0, 0, 0, 0, 0x82}, 0xC4},
-      {"set id 300", forward_packet(message(type_calibrate, {1, 0x2C, 1})), {0x55, 2, 1, 0x2C, 1, 0, 0, 0, 0, 0, 0, 0x8A}, 0xF1},
-      {"left 72", forward_packet(message(type_calibrate, {2, 0, 0, 72})), {0x55, 2, 2, 0, 0, 0x48, 0, 0, 0, 0, 0, 0x8A}, 0x97},
-      {"right 74", forward_packet(message(type_calibrate, {3, 0, 0, 0, 74})), {0x55, 2, 3, 0, 0, 0, 0x4A, 0, 0, 0, 0, 0x8A}, 0x94},
+      {"set id 300",
+       forward_packet(message(type_calibrate, {1, 0x2C, 1})),
+       {0x55, 2, 1, 0x2C, 1, 0, 0, 0, 0, 0, 0, 0x8A},
+       0xF1},
+      {"left 72",
+       forward_packet(message(type_calibrate, {2, 0, 0, 72})),
+       {0x55, 2, 2, 0, 0, 0x48, 0, 0, 0, 0, 0, 0x8A},
+       0x97},
+      {"right 74",
+       forward_packet(message(type_calibrate, {3, 0, 0, 0, 74})),
+       {0x55, 2, 3, 0, 0, 0, 0x4A, 0, 0, 0, 0, 0x8A},
+       0x94},
       {"straight",
        forward_packet(message(type_calibrate, {4, 0, 0, 0, 0, 65, 70})),
        {0x55, 2, 4, 0, 0, 0, 0, 0x41, 0x46, 0, 0, 0x8A},
@@ -145,7 +163,8 @@ TEST_CASE("packet: false packet between two equal ones") {
 }
 
 TEST_CASE("packet: false packets are those that a controller hears") {
-  // The test agrees with a controller's ear for thousands of pairs, dangerous and not, and a parting stop makes each pair safe.
+  // The test agrees with a controller's ear for thousands of pairs, dangerous and not, and a parting stop makes each
+  // pair safe.
   hal::RandomStream random(1, "packets");
   int dangerous = 0;
   for (int i = 0; i < 20'000; ++i) {

@@ -25,10 +25,12 @@ namespace {
 
 constexpr std::chrono::milliseconds deadline = 10s;
 
-Moment now() { return std::chrono::steady_clock::now(); }
+Moment now() {
+  return std::chrono::steady_clock::now();
+}
 
-// A packet whose bytes differ from their neighbours, so that a lost or doubled byte shows; without header bytes, so that packets may
-// follow each other directly.
+// A packet whose bytes differ from their neighbours, so that a lost or doubled byte shows; without header bytes, so
+// that packets may follow each other directly.
 Packet telling_packet(int number) {
   const auto page = static_cast<std::uint8_t>(number % 64);
   std::array<std::uint8_t, page_bytes> bytes;
@@ -36,7 +38,8 @@ Packet telling_packet(int number) {
   return boot_page_packet(page, bytes);
 }
 
-// Sends packets 0..count-1 through the line while `read` takes bytes at the other end, and wants them there whole and in order.
+// Sends packets 0..count-1 through the line while `read` takes bytes at the other end, and wants them there whole and
+// in order.
 template <class Read>
 void check_delivery(SerialLine& line, int count, Read read) {
   PacketEar ear;
@@ -121,7 +124,9 @@ TEST_CASE("serial device: unplugged and plugged in again") {
     CHECK(eventually(deadline, [&] { return line.tend(now()), !line.is_open(); }));
     CHECK_FALSE(line.is_free());
     check_holds(line.trouble(), "was unplugged");
-    CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+    CHECK(eventually(deadline, [&] {
+      return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos;
+    }));
     terminal.plug();
     CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
     check_delivery(line, 3, [&] { return terminal.read(); });
@@ -156,7 +161,8 @@ TEST_CASE("serial device: for one program alone") {
 }
 
 TEST_CASE("serial device: a pseudo-terminal by its own name") {
-  // What socat or a virtual room offers is opened although libserialport knows no such terminals; bytes, unplugging and plugging in work alike.
+  // What socat or a virtual room offers is opened although libserialport knows no such terminals; bytes, unplugging and
+  // plugging in work alike.
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.link()), counters);
@@ -165,7 +171,8 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   CHECK((terminal.settings().c_oflag & OPOST) == 0);
   terminal.say(std::string(1000, 'x'));
   terminal.unplug();
-  CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+  CHECK(eventually(
+      deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
   terminal.plug();
   CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
   check_delivery(line, 3, [&] { return terminal.read(); });
@@ -219,7 +226,8 @@ TEST_CASE("tcp: a connection that ends") {
   CHECK(line.trouble() == listener.port() + ": the connection ended");
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.stop();
-  CHECK(eventually(deadline, [&] { return line.tend(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
+  CHECK(eventually(deadline,
+                   [&] { return line.tend(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
   listener.listen_again();
   check_delivery(line, 3, [&] { return listener.read(); });
   CHECK(counters["overhead.line_opened"] == 3);
@@ -227,8 +235,8 @@ TEST_CASE("tcp: a connection that ends") {
 
 TEST_CASE("tcp: addresses") {
   // An address without a port, with a wrong one, or of an unknown host is refused with what is expected.
-  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536", "tcp://host:12x",
-                                 "tcp://host:99999999999"}) {
+  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536",
+                                 "tcp://host:12x", "tcp://host:99999999999"}) {
     CAPTURE(port);
     CHECK_THROWS_AS(make_wire(port), PortError);
   }

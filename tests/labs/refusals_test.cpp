@@ -1,6 +1,6 @@
-#include <string>
-
 #include <doctest/doctest.h>
+
+#include <string>
 
 #include "cli/joint_run.hpp"
 #include "tests/support/dhtf_labs.hpp"
@@ -14,7 +14,8 @@ namespace {
 // Two labs of null arenas whose configurations differ by what is appended to roark's.
 Outcome run_different(const std::string& roark_override) {
   const tests::TemporaryFolder folder;
-  const std::vector<std::string> common = {"shared.labs=[\"roark\",\"shark\"]", "recorder.log=false", "run.duration_s=20", "arena.use=null"};
+  const std::vector<std::string> common = {"shared.labs=[\"roark\",\"shark\"]", "recorder.log=false",
+                                           "run.duration_s=20", "arena.use=null"};
   std::vector<std::string> other = common;
   other.push_back(roark_override);
   std::vector<hal::Config> configs;
@@ -37,12 +38,13 @@ TEST_CASE("labs with different settings never start, and both say which key diff
     const char* change;
     const char* expected;
   };
-  for (const Case& c : {Case{"run.seed=2", "run.seed is 1 in shark and 2 in roark"},
-                        Case{"gate.slack=1", "gate.slack is 0 in shark and 1 in roark"},
-                        Case{"run.duration_s=40", "run.duration_s is 20"},
-                        Case{"shared.projection.roark.scale=3.0", "shared.projection.roark.scale is 2.0 in shark and 3.0 in roark"},
-                        Case{"scenario.dhtf.respawn_s=50", "scenario.dhtf.respawn_s is"},
-                        Case{"gate.period_s=1.0", "gate.period_s is 2.0 in shark and 1.0 in roark"}}) {
+  for (const Case& c :
+       {Case{"run.seed=2", "run.seed is 1 in shark and 2 in roark"},
+        Case{"gate.slack=1", "gate.slack is 0 in shark and 1 in roark"},
+        Case{"run.duration_s=40", "run.duration_s is 20"},
+        Case{"shared.projection.roark.scale=3.0", "shared.projection.roark.scale is 2.0 in shark and 3.0 in roark"},
+        Case{"scenario.dhtf.respawn_s=50", "scenario.dhtf.respawn_s is"},
+        Case{"gate.period_s=1.0", "gate.period_s is 2.0 in shark and 1.0 in roark"}}) {
     CAPTURE(c.change);
     const Outcome outcome = run_different(c.change);
     CHECK_FALSE(outcome.finished);
@@ -55,7 +57,8 @@ TEST_CASE("labs with different settings never start, and both say which key diff
 
 TEST_CASE("a strict gate refuses a room by name") {
   // Proves rule 10's refusal.
-  const Outcome outcome = run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.mode=strict", "run.duration_s=2"}});
+  const Outcome outcome =
+      run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.mode=strict", "run.duration_s=2"}});
   CHECK_FALSE(outcome.finished);
   CHECK(outcome.reason.find("gate.mode") != std::string::npos);
 }
@@ -69,6 +72,7 @@ TEST_CASE("null labs finish and agree") {
 
 TEST_CASE("a free run of rooms ends by itself") {
   // Proves that labs that cannot wait run to their end in free mode, in real time.
-  const Outcome outcome = run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "run.duration_s=2", "gate.period_s=0.5"}});
+  const Outcome outcome =
+      run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "run.duration_s=2", "gate.period_s=0.5"}});
   CHECK(outcome.finished);
 }

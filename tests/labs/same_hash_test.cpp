@@ -1,6 +1,6 @@
-#include <string>
-
 #include <doctest/doctest.h>
+
+#include <string>
 
 #include "tests/support/dhtf_labs.hpp"
 
@@ -16,7 +16,9 @@ const Outcome& reference() {
 }
 
 // Boundaries that lab 0 has passed.
-std::uint32_t period(cli::JointRun& run) { return run.lab(0).run().period(); }
+std::uint32_t period(cli::JointRun& run) {
+  return run.lab(0).run().period();
+}
 
 }  // namespace
 
@@ -30,7 +32,10 @@ TEST_CASE("two runs with the same seed have the same hash, and tasks were comple
 TEST_CASE("a late, jittering, lossy and repeating network changes nothing") {
   // Proves that the hash is independent of what the links do to single messages.
   for (const gateway::LoopbackImpairment impairment :
-       {gateway::LoopbackImpairment{.delay_steps = 20}, {.delay_steps = 3, .jitter_steps = 40}, {.loss = 0.5}, {.repeat = 0.5},
+       {gateway::LoopbackImpairment{.delay_steps = 20},
+        {.delay_steps = 3, .jitter_steps = 40},
+        {.loss = 0.5},
+        {.repeat = 0.5},
         {.delay_steps = 5, .jitter_steps = 10, .loss = 0.3, .repeat = 0.3}}) {
     std::uint64_t impaired_at = 0;
     const Outcome outcome = run_labs({}, [&](cli::JointRun& run) {
@@ -102,7 +107,8 @@ TEST_CASE("slack keeps the hash independent of the network too") {
   const tests::DhtfLabs slack{.overrides = {"gate.slack=2", "run.duration_s=60"}};
   const Outcome quiet = run_labs(slack);
   const Outcome noisy = run_labs(slack, [](cli::JointRun& run) {
-    if (period(run) == 5) run.network().impair("shark", "roark", {.delay_steps = 4, .jitter_steps = 30, .loss = 0.4, .repeat = 0.2});
+    if (period(run) == 5)
+      run.network().impair("shark", "roark", {.delay_steps = 4, .jitter_steps = 30, .loss = 0.4, .repeat = 0.2});
   });
   REQUIRE(quiet.finished);
   REQUIRE(noisy.finished);

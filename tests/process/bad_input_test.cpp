@@ -1,12 +1,11 @@
+#include <doctest/doctest.h>
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <csignal>
 #include <fstream>
 #include <string>
 #include <vector>
-
-#include <doctest/doctest.h>
-#include <fmt/format.h>
 
 #include "tests/support/dhtf_labs.hpp"
 #include "tests/support/lab_processes.hpp"
@@ -30,12 +29,15 @@ Said say(const std::vector<std::string>& arguments) {
   return {code.value_or(-1), process.output()};
 }
 
-std::string lab_file(const char* lab) { return (tests::experiments() / "dhtf" / (std::string(lab) + ".toml")).string(); }
+std::string lab_file(const char* lab) {
+  return (tests::experiments() / "dhtf" / (std::string(lab) + ".toml")).string();
+}
 
 // `arkmesh run` of shark alone with one override.
 Said run_with(const std::string& set, const std::vector<std::string>& more = {}) {
   const tests::TemporaryFolder folder;
-  std::vector<std::string> arguments = {"run", lab_file("shark"), "--out", (folder.path() / "out").string(), "--set", "run.duration_s=20", "--set", set};
+  std::vector<std::string> arguments = {"run",   lab_file("shark"),   "--out", (folder.path() / "out").string(),
+                                        "--set", "run.duration_s=20", "--set", set};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return say(arguments);
 }
@@ -84,7 +86,8 @@ TEST_CASE("a wrong key in a file is named with file and line") {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "lab.toml";
   std::ofstream(file) << "[lab]\nname = \"shark\"\n[run]\nscenario = \"dhtf\"\n[arena]\nrobotz = 3\n";
-  const Said said = say({"run", file.string(), "--out", (folder.path() / "out").string(), "--set", "scenario.dhtf.requirements.shark=[1,2]", "--set", "arena.use=null"});
+  const Said said = say({"run", file.string(), "--out", (folder.path() / "out").string(), "--set",
+                         "scenario.dhtf.requirements.shark=[1,2]", "--set", "arena.use=null"});
   CAPTURE(said.text);
   CHECK(said.code == 2);
   CHECK(said.text.find("lab.toml:6") != std::string::npos);
@@ -95,7 +98,8 @@ TEST_CASE("a controller that does not compile is said with file, line and the co
   // Proves that a user sees the error of the program, not of ours.
   const tests::TemporaryFolder folder;
   const auto program = folder.path() / "broken.c";
-  std::ofstream(program) << "#include <kilolib.h>\nvoid setup() {}\nvoid loop() { no_such_function_anywhere }\nint main() { return 0; }\n";
+  std::ofstream(program)
+      << "#include <kilolib.h>\nvoid setup() {}\nvoid loop() { no_such_function_anywhere }\nint main() { return 0; }\n";
   const Said said = run_with(fmt::format("arena.ode.controller=\"{}\"", program.string()));
   CAPTURE(said.text);
   CHECK(said.code == 2);
@@ -107,14 +111,17 @@ TEST_CASE("a controller that does not compile is said with file, line and the co
   CHECK(missing.text.find("/nowhere/at/all.c") != std::string::npos);
 }
 
-TEST_CASE("a log that is missing, foreign, empty or too short for the run is refused by name; a cut one is played as far as it goes") {
+TEST_CASE(
+    "a log that is missing, foreign, empty or too short for the run is refused by name; a cut one is played as far as "
+    "it goes") {
   // Proves that a replay never invents poses.
   const tests::TemporaryFolder folder;
   const auto out = folder.path() / "recorded";
   REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=20", "--out", out.string()}).code == 0);
   const std::string log = (out / "shark" / "log.lcm").string();
   const auto replay = [&](const std::string& file, const std::string& duration = "20") {
-    return run_with("arena.use=replay", {"--set", fmt::format("arena.replay.log=\"{}\"", file), "--set", "run.duration_s=" + duration});
+    return run_with("arena.use=replay",
+                    {"--set", fmt::format("arena.replay.log=\"{}\"", file), "--set", "run.duration_s=" + duration});
   };
   CHECK(replay(log).code == 0);
   const auto refused = [&](const Said& said, const std::string& name) {
@@ -143,7 +150,8 @@ TEST_CASE("a full disk stops the recording, is said, and the run goes on to the 
     return json.substr(json.find("\"final_hash\""), 36);
   }();
   const tests::TemporaryFolder folder;
-  // A file size limit in the child stands for the full disk: the write fails the same way. What compiling the controller writes is smaller.
+  // A file size limit in the child stands for the full disk: the write fails the same way. What compiling the
+  // controller writes is smaller.
   ::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
@@ -162,9 +170,15 @@ TEST_CASE("a full disk stops the recording, is said, and the run goes on to the 
 
 TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
   // Proves that scripts can tell wrong use from failure.
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{}, {"dance"}, {"run"}, {"run", "/nowhere.toml"}, {"lab"}, {"gateway"}, {"run", lab_file("shark"), "--seeds", "5..1"},
-        {"run", lab_file("shark"), "--jobs", "0"}, {"run", lab_file("shark"), lab_file("shark")}}) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                    {"dance"},
+                                                    {"run"},
+                                                    {"run", "/nowhere.toml"},
+                                                    {"lab"},
+                                                    {"gateway"},
+                                                    {"run", lab_file("shark"), "--seeds", "5..1"},
+                                                    {"run", lab_file("shark"), "--jobs", "0"},
+                                                    {"run", lab_file("shark"), lab_file("shark")}}) {
     const Said said = say(arguments);
     CAPTURE(said.text);
     CHECK(said.code == 2);

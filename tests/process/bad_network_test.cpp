@@ -1,8 +1,8 @@
+#include <doctest/doctest.h>
+
 #include <chrono>
 #include <memory>
 #include <string>
-
-#include <doctest/doctest.h>
 
 #include "cli/result_file.hpp"
 #include "tests/support/dhtf_labs.hpp"
@@ -22,7 +22,9 @@ struct Proxied {
   ImpairmentProxy proxy{7921};
   LabProcesses labs;
   explicit Proxied(const std::string& duration)
-      : labs({.overrides = {"run.duration_s=" + duration}, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7920}) {
+      : labs({.overrides = {"run.duration_s=" + duration},
+              .through_port = {{{"roark", "shark"}, proxy.port()}},
+              .first_port = 7920}) {
     labs.start();
   }
   void check(const std::string& duration) {
@@ -91,7 +93,8 @@ TEST_CASE("a link that is cut, reset, stalled or half open in mid-run changes no
     if (k == "stall") p.proxy.set({.stall = true});
     const std::int64_t at = p.labs.period("shark", 100ms);
     REQUIRE(at < 300);
-    for (const auto until = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < until;) p.labs.period("shark", 50ms);
+    for (const auto until = std::chrono::steady_clock::now() + 5s; std::chrono::steady_clock::now() < until;)
+      p.labs.period("shark", 50ms);
     if (k != "reset") CHECK(p.labs.period("shark") <= at + 1);
     p.proxy.refuse(false);
     p.proxy.set({});

@@ -1,11 +1,11 @@
-// The faults of the other files in runs of full length: 1800 simulated seconds, faults at periods 300 and 500. Skipped by ctest
-// (they take minutes); scripts/measure runs each by name and shows what its MESSAGE says.
+// The faults of the other files in runs of full length: 1800 simulated seconds, faults at periods 300 and 500. Skipped
+// by ctest (they take minutes); scripts/measure runs each by name and shows what its MESSAGE says.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <string>
-
-#include <doctest/doctest.h>
-#include <fmt/format.h>
 
 #include "cli/result_file.hpp"
 #include "tests/support/dhtf_labs.hpp"
@@ -26,10 +26,12 @@ const std::string& reference() {
   return hash;
 }
 
-// shark listens on 7871; roark reaches it through the proxy at 7875: a port that the system gives to nobody while the link is cut.
+// shark listens on 7871; roark reaches it through the proxy at 7875: a port that the system gives to nobody while the
+// link is cut.
 struct Run {
   ImpairmentProxy proxy{7871, 7875};
-  LabProcesses labs{{.overrides = {"run.duration_s=1800"}, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7870}};
+  LabProcesses labs{
+      {.overrides = {"run.duration_s=1800"}, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7870}};
   Run() { labs.start(); }
 
   // Lets the run come to `period`, which must not be its end.
@@ -40,7 +42,8 @@ struct Run {
     return at;
   }
   void wait(std::chrono::seconds time) {
-    for (const auto until = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < until;) labs.period("shark", 100ms);
+    for (const auto until = std::chrono::steady_clock::now() + time; std::chrono::steady_clock::now() < until;)
+      labs.period("shark", 100ms);
   }
   // Waits for the end and compares.
   void check() {
@@ -69,7 +72,8 @@ TEST_CASE("full length: delay of 20 ms" * doctest::skip()) {
   run.proxy.set({});
   CHECK(took > 20ms * (to - from - 2));
   run.check();
-  run.tell(fmt::format("delayed from period {} to {}, {:.1f} ms a period", from, to, took.count() * 1e3 / static_cast<double>(to - from)));
+  run.tell(fmt::format("delayed from period {} to {}, {:.1f} ms a period", from, to,
+                       took.count() * 1e3 / static_cast<double>(to - from)));
 }
 
 TEST_CASE("full length: slices of 1 byte" * doctest::skip()) {
@@ -94,7 +98,8 @@ TEST_CASE("full length: corrupted bytes" * doctest::skip()) {
   CHECK(counts.corrupted > 5);
   CHECK(counts.connections > 3);
   run.check();
-  run.tell(fmt::format("{} bits flipped from period {} to {}, {} sessions", counts.corrupted, from, to, counts.connections));
+  run.tell(
+      fmt::format("{} bits flipped from period {} to {}, {} sessions", counts.corrupted, from, to, counts.connections));
 }
 
 TEST_CASE("full length: cut of 30 s" * doctest::skip()) {

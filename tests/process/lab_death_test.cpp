@@ -1,8 +1,8 @@
+#include <doctest/doctest.h>
+
 #include <chrono>
 #include <csignal>
 #include <string>
-
-#include <doctest/doctest.h>
 
 #include "arkmesh/world_t.hpp"
 #include "hal/event_log.hpp"
@@ -54,7 +54,8 @@ TEST_CASE("a lab that is started again in mid-run ends the run by name") {
   REQUIRE(labs.lab("shark").wait(15s) == 1);
   const std::string said = labs.lab_output("shark");
   CAPTURE(said);
-  CHECK((said.find("roark was restarted at period") != std::string::npos || said.find("roark is gone at period") != std::string::npos));
+  CHECK((said.find("roark was restarted at period") != std::string::npos ||
+         said.find("roark is gone at period") != std::string::npos));
 }
 
 TEST_CASE("a second lab on a lab's LCM port refuses to start and says why") {
@@ -65,8 +66,8 @@ TEST_CASE("a second lab on a lab's LCM port refuses to start and says why") {
   REQUIRE(labs.reached("shark", 0, 20s));
   const tests::TemporaryFolder folder;
   tests::Process other(ARKMESH_PROGRAM,
-                       {"lab", (tests::experiments() / "dhtf" / "roark.toml").string(), "--set", "bus.url=\"" + labs.bus_url("shark") + "\"", "--out",
-                        (folder.path() / "out").string()},
+                       {"lab", (tests::experiments() / "dhtf" / "roark.toml").string(), "--set",
+                        "bus.url=\"" + labs.bus_url("shark") + "\"", "--out", (folder.path() / "out").string()},
                        folder.path() / "other.txt");
   CHECK(other.wait(20s) == 2);
   CHECK(other.output().find("another lab process ('shark') is on this LCM port") != std::string::npos);

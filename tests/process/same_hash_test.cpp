@@ -1,8 +1,8 @@
-#include <csignal>
-#include <string>
-
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+
+#include <csignal>
+#include <string>
 
 #include "cli/result_file.hpp"
 #include "hal/event_log.hpp"
@@ -46,7 +46,8 @@ TEST_CASE("four processes over TCP have the hash of one process") {
 
 TEST_CASE("six processes of three labs have the hash of one process") {
   // Proves the same with a link for every pair.
-  const std::string expected = cli::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
+  const std::string expected =
+      cli::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
   LabProcesses labs({.labs = {"shark", "roark", "lynx"}, .overrides = shortened});
   labs.start();
   REQUIRE(labs.ended(120s));
@@ -66,7 +67,8 @@ TEST_CASE("a gateway killed in mid-run and started again changes nothing") {
     const std::int64_t at = labs.period("shark", 200ms);
     REQUIRE(at < 300);  // in mid-run
     // Both labs stop at most one period later, and stay there.
-    for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+    for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;)
+      labs.period("shark", 50ms);
     CHECK(labs.period("shark") <= at + 1);
     CHECK(std::abs(labs.period("shark") - labs.period("roark")) <= 1);
     labs.start_gateway(killed);
@@ -82,11 +84,13 @@ TEST_CASE("both gateways killed stop all labs; started again they finish the run
   REQUIRE(labs.reached("roark", 30, 60s));
   labs.gateway("roark").kill();
   labs.gateway("shark").kill();
-  for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+  for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;)
+    labs.period("shark", 50ms);
   const std::int64_t shark = labs.period("shark"), roark = labs.period("roark");
   REQUIRE(shark < 300);
   CHECK(std::abs(shark - roark) <= 1);
-  for (const auto until = std::chrono::steady_clock::now() + 1s; std::chrono::steady_clock::now() < until;) labs.period("shark", 50ms);
+  for (const auto until = std::chrono::steady_clock::now() + 1s; std::chrono::steady_clock::now() < until;)
+    labs.period("shark", 50ms);
   CHECK(labs.period("shark") == shark);
   labs.start_gateway("roark");
   labs.start_gateway("shark");

@@ -23,16 +23,18 @@ SwarmProgram crowd(const std::string& program) {
 }
 
 double share(const hal::PoseFrame& frame, Led led) {
-  return static_cast<double>(std::count_if(frame.robots.begin(), frame.robots.end(), [&](auto& robot) { return robot.led == led; })) /
+  return static_cast<double>(
+             std::count_if(frame.robots.begin(), frame.robots.end(), [&](auto& robot) { return robot.led == led; })) /
          static_cast<double>(frame.robots.size());
 }
 
 }  // namespace
 
 TEST_CASE("a gradient counts hops") {
-  // Robots of a random crowd show their distance from robot 0 in hops, as a search through the robots in range finds it; nine in
-  // ten at least at any one moment, as a message now and then gets through late.
-  const std::map<int, Led> colours = {{1, Led::red}, {2, Led::yellow}, {3, Led::green}, {4, Led::cyan}, {5, Led::blue}, {0, Led::magenta}};
+  // Robots of a random crowd show their distance from robot 0 in hops, as a search through the robots in range finds
+  // it; nine in ten at least at any one moment, as a message now and then gets through late.
+  const std::map<int, Led> colours = {{1, Led::red},  {2, Led::yellow}, {3, Led::green},
+                                      {4, Led::cyan}, {5, Led::blue},   {0, Led::magenta}};
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
     SwarmProgram run("gradient_hops");
@@ -58,7 +60,8 @@ TEST_CASE("a gradient counts hops") {
       const Led expected = hops[k] < 0 ? Led::off : hops[k] == 0 ? Led::white : colours.at(hops[k] % 6);
       right += robots[k].led == expected;
     }
-    MESSAGE("seed ", seed, ": ", queue.size(), " of ", robots.size(), " reached, up to ", farthest, " hops, ", right, " show theirs");
+    MESSAGE("seed ", seed, ": ", queue.size(), " of ", robots.size(), " reached, up to ", farthest, " hops, ", right,
+            " show theirs");
     CHECK(right * 10 >= robots.size() * 9);
     CHECK(farthest >= 4);
   }
@@ -69,9 +72,10 @@ TEST_CASE("synchronising robots flash together") {
   struct Case {
     std::string program;
     Led flash;
-    double early_s;   // as long as they cannot have agreed yet
+    double early_s;  // as long as they cannot have agreed yet
   };
-  for (const Case& c : {Case{"sync_firefly", Led::red, 8}, {"sync_average", Led::red, 8}, {"sync_clock", Led::white, 0.5}}) {
+  for (const Case& c :
+       {Case{"sync_firefly", Led::red, 8}, {"sync_average", Led::red, 8}, {"sync_clock", Led::white, 0.5}}) {
     SwarmProgram run = crowd(c.program);
     double before = 0, after = 0;
     run.for_seconds(c.early_s, [&](const hal::PoseFrame& frame) { before = std::max(before, share(frame, c.flash)); });
@@ -94,7 +98,8 @@ TEST_CASE("nobody passes through anybody or the wall") {
   run.for_seconds(120, [&](const hal::PoseFrame& frame) {
     for (const double d : cli::nearest_neighbours(frame)) nearest = std::min(nearest, d);
     for (const hal::Sighting& robot : frame.robots)
-      outside = std::max({outside, std::abs(robot.pose.x_m) + diameter_m / 2 - 0.25, std::abs(robot.pose.y_m) + diameter_m / 2 - 0.2});
+      outside = std::max(
+          {outside, std::abs(robot.pose.x_m) + diameter_m / 2 - 0.25, std::abs(robot.pose.y_m) + diameter_m / 2 - 0.2});
   });
   REQUIRE_MESSAGE(run.failure.empty(), run.failure);
   MESSAGE("nearest centres ", nearest, " m, deepest in a wall ", outside, " m");
@@ -104,7 +109,8 @@ TEST_CASE("nobody passes through anybody or the wall") {
 }
 
 TEST_CASE("a program that forgets the checksum is not heard") {
-  // Its messages go on the air, are counted, and no robot's callback is called; the same robots hear a program that does not forget.
+  // Its messages go on the air, are counted, and no robot's callback is called; the same robots hear a program that
+  // does not forget.
   SwarmProgram mute = crowd("mute_no_crc"), well = crowd("style_no_return");
   mute.for_seconds(30);
   well.for_seconds(30);
@@ -152,7 +158,8 @@ TEST_CASE("composite messages of an arena reach the robots they name") {
   // Robot 5 is told to be blue for 100 ticks, robot 7 to be green: they are, for 3.3 s, and nobody else is.
   SwarmProgram run("ark_blocks");
   run.for_seconds(2);
-  const std::vector<hal::ToRobot> told = {{.robot = 5, .slot = 0, .kind = 4, .value = 100}, {.robot = 7, .slot = 0, .kind = 2, .value = 100}};
+  const std::vector<hal::ToRobot> told = {{.robot = 5, .slot = 0, .kind = 4, .value = 100},
+                                          {.robot = 7, .slot = 0, .kind = 2, .value = 100}};
   run.swarm->arena().robots().offer(told);
   run.for_seconds(2);
   for (std::size_t i = 0; i < 25; ++i) CHECK(run.robot(i).led == (i == 5 ? Led::blue : i == 7 ? Led::green : Led::off));

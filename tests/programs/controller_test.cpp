@@ -21,7 +21,8 @@ struct Ended {
   std::string output;  // standard output and error
 };
 
-Ended controller(std::vector<std::string> arguments, const std::filesystem::path& folder, const std::string& arkmesh = ARKMESH_PROGRAM) {
+Ended controller(std::vector<std::string> arguments, const std::filesystem::path& folder,
+                 const std::string& arkmesh = ARKMESH_PROGRAM) {
   static int number = 0;
   arguments.insert(arguments.begin(), "controller");
   Process process(arkmesh, arguments, folder / fmt::format("output-{}.txt", ++number));
@@ -29,9 +30,13 @@ Ended controller(std::vector<std::string> arguments, const std::filesystem::path
   return {code.value_or(-1), process.output()};
 }
 
-bool says(const Ended& ended, const std::string& part) { return ended.output.find(part) != std::string::npos; }
+bool says(const Ended& ended, const std::string& part) {
+  return ended.output.find(part) != std::string::npos;
+}
 
-std::string file(const std::string& name) { return program_file(name).string(); }
+std::string file(const std::string& name) {
+  return program_file(name).string();
+}
 
 }  // namespace
 
@@ -39,10 +44,13 @@ TEST_CASE("controller run tells what the swarm did and leaves a table") {
   // Ten seconds of nine robots: 101 frames of nine rows and a header; a summary with each of its parts; exit code 0.
   const TemporaryFolder folder;
   const auto csv = folder.path() / "poses.csv";
-  const Ended ended = controller({"run", file("naming_vote"), "--robots", "9", "--seconds", "10", "--arena", "0.3x0.4", "--csv", csv.string()}, folder.path());
+  const Ended ended = controller(
+      {"run", file("naming_vote"), "--robots", "9", "--seconds", "10", "--arena", "0.3x0.4", "--csv", csv.string()},
+      folder.path());
   INFO(ended.output);
   CHECK(ended.code == 0);
-  for (const char* part : {"9 robots", "10.0 s simulated", "colours", "paths", "nearest", "messages", " sent", " heard"})
+  for (const char* part :
+       {"9 robots", "10.0 s simulated", "colours", "paths", "nearest", "messages", " sent", " heard"})
     CHECK_MESSAGE(says(ended, part), std::string(part));
   std::ifstream table(csv);
   std::string line;
@@ -66,8 +74,10 @@ TEST_CASE("controller run says in one sentence what is wrong with a program") {
   // Does not compile, crashes, never returns: exit code 1, and the last line names file and line or robot and time.
   const TemporaryFolder folder;
   const std::pair<const char*, std::vector<std::string>> cases[] = {
-      {"refused_syntax", {"refused_syntax.c:7", "error"}}, {"refused_no_start", {"never calls kilo_start"}},
-      {"crash_null", {"robot 3", "bad pointer", "crash_null.c:10"}}, {"hang_loop", {"never returns", "hang_loop.c:9"}}};
+      {"refused_syntax", {"refused_syntax.c:7", "error"}},
+      {"refused_no_start", {"never calls kilo_start"}},
+      {"crash_null", {"robot 3", "bad pointer", "crash_null.c:10"}},
+      {"hang_loop", {"never returns", "hang_loop.c:9"}}};
   for (const auto& [program, parts] : cases) {
     const Ended ended = controller({"run", file(program), "--seconds", "10"}, folder.path());
     INFO(ended.output);
@@ -80,8 +90,8 @@ TEST_CASE("controller run says in one sentence what is wrong with a program") {
 }
 
 TEST_CASE("controller run shows what robots print, and how much it does not show") {
-  // Lines carry robot and time and are complete, also when they are printed bit by bit; --text bounds them and says so; a crash comes
-  // after the robot's last words; progress counts seconds.
+  // Lines carry robot and time and are complete, also when they are printed bit by bit; --text bounds them and says so;
+  // a crash comes after the robot's last words; progress counts seconds.
   const TemporaryFolder folder;
   const auto program = folder.path() / "chatter.c";
   std::ofstream(program) << R"(#define DEBUG
@@ -99,9 +109,12 @@ int main() { kilo_init(); kilo_start(setup, loop); return 0; }
   const Ended all = controller({"run", program.string(), "--robots", "2", "--seconds", "5"}, folder.path());
   INFO(all.output);
   CHECK(all.code == 0);
-  for (const char* part : {"robot 0: robot 0 is here\n", "robot 1: robot 1 is here\n", "robot 0: line 5\n", "robot 1: line 5\n", "second "}) CHECK_MESSAGE(says(all, part), std::string(part));
+  for (const char* part : {"robot 0: robot 0 is here\n", "robot 1: robot 1 is here\n", "robot 0: line 5\n",
+                           "robot 1: line 5\n", "second "})
+    CHECK_MESSAGE(says(all, part), std::string(part));
   CHECK_FALSE(says(all, "not shown"));
-  const Ended some = controller({"run", program.string(), "--robots", "2", "--seconds", "5", "--text", "2"}, folder.path());
+  const Ended some =
+      controller({"run", program.string(), "--robots", "2", "--seconds", "5", "--text", "2"}, folder.path());
   CHECK(says(some, "robot 1: line 1\n"));
   CHECK_FALSE(says(some, "line 2\n"));
   CHECK_MESSAGE(says(some, "8 more lines not shown"), some.output);
@@ -119,11 +132,13 @@ TEST_CASE("an installed program brings along what it compiles against") {
   std::filesystem::create_directories(arkmesh.parent_path());
   std::filesystem::create_directories(kilolib);
   std::filesystem::copy_file(ARKMESH_PROGRAM, arkmesh);
-  std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib", kilolib, std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib", kilolib,
+                        std::filesystem::copy_options::recursive);
   std::ofstream(kilolib / "kilolib.h", std::ios::app) << "#define INSTALLED_COPY 1\n";
   const auto program = folder.path() / "where.c";
-  std::ofstream(program) << "#include <kilolib.h>\n#ifndef INSTALLED_COPY\n#error the headers of the sources\n#endif\n"
-                            "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
+  std::ofstream(program)
+      << "#include <kilolib.h>\n#ifndef INSTALLED_COPY\n#error the headers of the sources\n#endif\n"
+         "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
   const Ended run = controller({"run", program.string(), "--seconds", "1"}, folder.path(), arkmesh.string());
   CHECK_MESSAGE(run.code == 0, run.output);
   CHECK(controller({"run", program.string(), "--seconds", "1"}, folder.path()).code == 1);
@@ -133,16 +148,20 @@ TEST_CASE("an installed program brings along what it compiles against") {
 }
 
 TEST_CASE("controller run ends cleanly with programs that would harm the process") {
-  // An endless loop in main(), before any robot's time begins; variables that would fill the PC's memory; an empty file.
+  // An endless loop in main(), before any robot's time begins; variables that would fill the PC's memory; an empty
+  // file.
   const TemporaryFolder folder;
-  const std::string rest = "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
+  const std::string rest =
+      "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
   const std::tuple<const char*, std::string, const char*> cases[] = {
-      {"main_hangs.c", "#include <kilolib.h>\nvoid setup() {}\nvoid loop() {}\nint main() {\n  for (;;) {\n  }\n}\n", "never returns in main (main_hangs.c:5)"},
+      {"main_hangs.c", "#include <kilolib.h>\nvoid setup() {}\nvoid loop() {}\nint main() {\n  for (;;) {\n  }\n}\n",
+       "never returns in main (main_hangs.c:5)"},
       {"large.c", "#include <kilolib.h>\nchar room[100000000];\n" + rest, "its variables take 100000"},
       {"empty.c", "", "undefined reference to `main'"}};
   for (const auto& [name, text, words] : cases) {
     std::ofstream(folder.path() / name) << text;
-    const Ended ended = controller({"run", (folder.path() / name).string(), "--robots", "3", "--seconds", "5"}, folder.path());
+    const Ended ended =
+        controller({"run", (folder.path() / name).string(), "--robots", "3", "--seconds", "5"}, folder.path());
     CHECK(ended.code == 1);
     CHECK_MESSAGE(says(ended, words), ended.output);
   }
@@ -151,20 +170,21 @@ TEST_CASE("controller run ends cleanly with programs that would harm the process
 TEST_CASE("controller refuses wrong use with exit code 2") {
   // A missing file, no file, nonsense for sizes and places, and more robots than fit.
   const TemporaryFolder folder;
-  const std::vector<std::vector<std::string>> wrong = {{},
-                                                       {"run"},
-                                                       {"run", "no_such_file.c"},
-                                                       {"run", file("labs_blink"), "--arena", "1m"},
-                                                       {"run", file("labs_blink"), "--arena", "1x1x1"},
-                                                       {"run", file("labs_blink"), "--light", "here"},
-                                                       {"run", file("labs_blink"), "--seconds", "-1"},
-                                                       {"run", file("labs_blink"), "--robots", "0"},
-                                                       {"run", file("labs_blink"), "--arena", "0.05x0.05"},
-                                                       {"run", file("labs_blink"), "--csv", "/no/such/folder/poses.csv"},
-                                                       {"run", file("labs_blink"), "--png", "/no/such/folder/end.png"},
-                                                       {"run", file("labs_blink"), "--video", "/no/such/folder/run.mp4"},
-                                                       {"run", file("labs_blink"), "--text", "-1"},
-                                                       {"check", "no_such_file.c"}};
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"run"},
+      {"run", "no_such_file.c"},
+      {"run", file("labs_blink"), "--arena", "1m"},
+      {"run", file("labs_blink"), "--arena", "1x1x1"},
+      {"run", file("labs_blink"), "--light", "here"},
+      {"run", file("labs_blink"), "--seconds", "-1"},
+      {"run", file("labs_blink"), "--robots", "0"},
+      {"run", file("labs_blink"), "--arena", "0.05x0.05"},
+      {"run", file("labs_blink"), "--csv", "/no/such/folder/poses.csv"},
+      {"run", file("labs_blink"), "--png", "/no/such/folder/end.png"},
+      {"run", file("labs_blink"), "--video", "/no/such/folder/run.mp4"},
+      {"run", file("labs_blink"), "--text", "-1"},
+      {"check", "no_such_file.c"}};
   for (const auto& arguments : wrong) {
     const Ended ended = controller(arguments, folder.path());
     INFO(ended.output);
@@ -180,7 +200,8 @@ TEST_CASE("controller check says what a program needs and what may go wrong with
     return;
   }
   const TemporaryFolder folder;
-  const std::string frame = "\nvoid setup() {{}}\nvoid loop() {{ {} }}\nint main() {{ kilo_init(); kilo_start(setup, loop); }}\n";
+  const std::string frame =
+      "\nvoid setup() {{}}\nvoid loop() {{ {} }}\nint main() {{ kilo_init(); kilo_start(setup, loop); }}\n";
   const auto write = [&](const std::string& name, const std::string& text) {
     const auto path = folder.path() / name;
     std::ofstream(path) << text;
@@ -191,11 +212,17 @@ TEST_CASE("controller check says what a program needs and what may go wrong with
   CHECK_MESSAGE(says(good, "of 28160 bytes"), good.output);
   CHECK_FALSE(says(good, "warning"));
 
-  const Ended large = controller({"check", write("large.c", "#include <kilolib.h>\nchar room[2000];" + fmt::format(fmt::runtime(frame), "room[kilo_uid] = 1;"))}, folder.path());
+  const Ended large =
+      controller({"check", write("large.c", "#include <kilolib.h>\nchar room[2000];" +
+                                                fmt::format(fmt::runtime(frame), "room[kilo_uid] = 1;"))},
+                 folder.path());
   CHECK(large.code == 1);
   CHECK_MESSAGE(says(large, "does not fit"), large.output);
 
-  const Ended wide = controller({"check", write("wide.c", "#include <kilolib.h>\n" + fmt::format(fmt::runtime(frame), "if (kilo_uid * 2 > 3) delay(60 * 1000);"))}, folder.path());
+  const Ended wide = controller(
+      {"check", write("wide.c", "#include <kilolib.h>\n" +
+                                    fmt::format(fmt::runtime(frame), "if (kilo_uid * 2 > 3) delay(60 * 1000);"))},
+      folder.path());
   CHECK(wide.code == 0);
   CHECK_MESSAGE(says(wide, "warning: integer overflow"), wide.output);
 

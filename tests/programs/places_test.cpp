@@ -1,4 +1,5 @@
-// What a swarm must do whatever the details of the models, where it matters where robots begin: each test places those of one program.
+// What a swarm must do whatever the details of the models, where it matters where robots begin: each test places those
+// of one program.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -19,13 +20,16 @@ constexpr double diameter_m = 0.033;
 std::vector<hal::Pose> grid(int columns, int rows, double spacing_m) {
   std::vector<hal::Pose> places;
   for (int y = 0; y < rows; ++y)
-    for (const hal::Pose& place : row(columns, spacing_m, -(columns - 1) * spacing_m / 2, (y - (rows - 1) / 2.0) * spacing_m))
-      places.push_back({place.x_m, place.y_m, std::remainder(static_cast<double>(places.size()) * 2.4, 2 * std::numbers::pi)});
+    for (const hal::Pose& place :
+         row(columns, spacing_m, -(columns - 1) * spacing_m / 2, (y - (rows - 1) / 2.0) * spacing_m))
+      places.push_back(
+          {place.x_m, place.y_m, std::remainder(static_cast<double>(places.size()) * 2.4, 2 * std::numbers::pi)});
   return places;
 }
 
 double share(const hal::PoseFrame& frame, Led led) {
-  return static_cast<double>(std::count_if(frame.robots.begin(), frame.robots.end(), [&](auto& robot) { return robot.led == led; })) /
+  return static_cast<double>(
+             std::count_if(frame.robots.begin(), frame.robots.end(), [&](auto& robot) { return robot.led == led; })) /
          static_cast<double>(frame.robots.size());
 }
 
@@ -54,7 +58,8 @@ TEST_CASE("an orbiting robot keeps its distance band and comes round") {
       before = angle;
     });
     REQUIRE_MESSAGE(run.failure.empty(), run.failure);
-    MESSAGE(fmt::format("seed {}: {:.1f} to {:.1f} mm, {:.1f} rounds", seed, nearest * 1e3, farthest * 1e3, swept / 2 / std::numbers::pi));
+    MESSAGE(fmt::format("seed {}: {:.1f} to {:.1f} mm, {:.1f} rounds", seed, nearest * 1e3, farthest * 1e3,
+                        swept / 2 / std::numbers::pi));
     CHECK(nearest > 0.035);
     CHECK(farthest < 0.085);
     CHECK(std::abs(swept) > std::numbers::pi);
@@ -79,14 +84,18 @@ TEST_CASE("phototaxis arrives") {
     std::string program;
     double from_m, arrives_m, ends_beyond_m;
   };
-  for (const Case& c : {Case{"phototaxis_zigzag", 0.4, 0.05, 0}, {"phototaxis_thresholds", 0.2, 0.05, 0}, {"phototaxis_hide", 0.15, 1, 0.35}})
+  for (const Case& c : {Case{"phototaxis_zigzag", 0.4, 0.05, 0},
+                        {"phototaxis_thresholds", 0.2, 0.05, 0},
+                        {"phototaxis_hide", 0.15, 1, 0.35}})
     for (const std::uint64_t seed : {1, 2, 3, 4}) {
       SwarmProgram run(c.program, {{0.2 - c.from_m, 0, static_cast<double>(seed)}});
       run.options.light = hal::Pose{.x_m = 0.2, .y_m = 0};
       run.options.seed = seed;
       run.options.width_m = run.options.height_m = 1.4;
       double nearest = 1;
-      run.for_seconds(300, [&](const hal::PoseFrame& frame) { nearest = std::min(nearest, distance_m(frame.robots[0].pose, *run.options.light)); });
+      run.for_seconds(300, [&](const hal::PoseFrame& frame) {
+        nearest = std::min(nearest, distance_m(frame.robots[0].pose, *run.options.light));
+      });
       const double at_end = distance_m(run.robot(0).pose, *run.options.light);
       MESSAGE(c.program, ", seed ", seed, ": as near as ", nearest, " m, at the end ", at_end, " m");
       CHECK_MESSAGE(run.failure.empty(), run.failure);
@@ -102,8 +111,10 @@ TEST_CASE("dispersing robots disperse") {
     SwarmProgram run(program, grid(5, 5, 0.04));
     run.for_seconds(600);
     REQUIRE_MESSAGE(run.failure.empty(), run.failure);
-    const double before = mean(cli::nearest_neighbours(run.report.first())), after = mean(cli::nearest_neighbours(run.report.last()));
-    MESSAGE(program, ": nearest neighbours at ", before, " m, then at ", after, " m; ", share(run.report.last(), Led::green), " rest");
+    const double before = mean(cli::nearest_neighbours(run.report.first())),
+                 after = mean(cli::nearest_neighbours(run.report.last()));
+    MESSAGE(program, ": nearest neighbours at ", before, " m, then at ", after, " m; ",
+            share(run.report.last(), Led::green), " rest");
     CHECK(before == doctest::Approx(0.04));
     CHECK(after > 0.07);
     CHECK(share(run.report.last(), Led::green) > 0.3);
@@ -115,7 +126,9 @@ TEST_CASE("a driving robot pushes an idle one") {
   SwarmProgram run("labs_drive", {{0, 0, 0}, {0.05, 0.002, 0}});
   run.options.settings = {"ode.speed_spread=0.0", "ode.duty_spread=0.0"};
   double nearest = 1;
-  run.for_seconds(20, [&](const hal::PoseFrame& frame) { nearest = std::min(nearest, distance_m(frame.robots[0].pose, frame.robots[1].pose)); });
+  run.for_seconds(20, [&](const hal::PoseFrame& frame) {
+    nearest = std::min(nearest, distance_m(frame.robots[0].pose, frame.robots[1].pose));
+  });
   REQUIRE_MESSAGE(run.failure.empty(), run.failure);
   const double pushed = distance_m(run.robot(1).pose, {0.05, 0.002, 0});
   MESSAGE("pushed by ", pushed, " m, as near as ", nearest, " m");
@@ -158,8 +171,8 @@ TEST_CASE("messages reach as far as infrared does") {
 
 TEST_CASE("distance readings tell how far a speaker is") {
   // Pairs of robots 3.7 to 9 cm apart, far from each other, show the colour of their distance.
-  const std::vector<std::pair<double, Led>> pairs = {
-      {0.037, Led::red}, {0.045, Led::yellow}, {0.055, Led::green}, {0.065, Led::cyan}, {0.075, Led::blue}, {0.09, Led::white}};
+  const std::vector<std::pair<double, Led>> pairs = {{0.037, Led::red},  {0.045, Led::yellow}, {0.055, Led::green},
+                                                     {0.065, Led::cyan}, {0.075, Led::blue},   {0.09, Led::white}};
   std::vector<hal::Pose> places;
   for (std::size_t i = 0; i < pairs.size(); ++i)
     for (const double x_m : {0.0, pairs[i].first}) places.push_back({x_m, 0.25 * (static_cast<double>(i) - 2.5), 0});
@@ -181,4 +194,3 @@ TEST_CASE("what an arena tells one robot spreads among those in reach of each ot
   for (std::size_t i = 0; i < 8; ++i) CHECK(run.robot(i).led == Led::green);
   CHECK(run.robot(8).led == Led::off);
 }
-

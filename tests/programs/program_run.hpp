@@ -15,13 +15,20 @@
 
 namespace arkmesh::tests {
 
-inline std::filesystem::path programs_folder() { return std::filesystem::path(ARKMESH_SOURCE_DIR) / "tests" / "programs"; }
-inline std::filesystem::path program_file(const std::string& name) { return programs_folder() / (name + ".c"); }
+inline std::filesystem::path programs_folder() {
+  return std::filesystem::path(ARKMESH_SOURCE_DIR) / "tests" / "programs";
+}
+inline std::filesystem::path program_file(const std::string& name) {
+  return programs_folder() / (name + ".c");
+}
 
-inline double distance_m(const hal::Pose& a, const hal::Pose& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+inline double distance_m(const hal::Pose& a, const hal::Pose& b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
 
 // A row of robots along x.
-inline std::vector<hal::Pose> row(int robots, double spacing_m, double x_m = 0, double y_m = 0, double heading_rad = 0) {
+inline std::vector<hal::Pose> row(int robots, double spacing_m, double x_m = 0, double y_m = 0,
+                                  double heading_rad = 0) {
   std::vector<hal::Pose> places;
   for (int i = 0; i < robots; ++i) places.push_back({x_m + i * spacing_m, y_m, heading_rad});
   return places;
@@ -34,11 +41,11 @@ struct SwarmProgram {
     options.places = std::move(places);
   }
 
-  cli::SwarmOptions options;          // to be changed before the first for_seconds()
+  cli::SwarmOptions options;  // to be changed before the first for_seconds()
   cli::SwarmReport report;
   std::optional<cli::ControllerSwarm> swarm;
-  std::string failure;                // sentence of a program that does not run to the end
-  bool refused = false;               // it did not even start
+  std::string failure;                         // sentence of a program that does not run to the end
+  bool refused = false;                        // it did not even start
   std::uint64_t hash = 14695981039346656037u;  // of all frames: places in micrometres, headings, colours
 
   // The next so many seconds; `look` sees each frame, 10 a second.

@@ -21,10 +21,10 @@ enum class End { runs, fails, refused };
 struct Expected {
   std::string program;
   End end = End::runs;
-  std::vector<std::string> says = {};     // parts of the sentence of a program that does not run
-  std::optional<Led> all_show = {};       // at the end, of a program that checks itself: every robot shows this
-  bool moves = false;                     // robots get anywhere; none does in the others
-  bool talks = false;                     // messages are sent and heard; none are in the others
+  std::vector<std::string> says = {};  // parts of the sentence of a program that does not run
+  std::optional<Led> all_show = {};    // at the end, of a program that checks itself: every robot shows this
+  bool moves = false;                  // robots get anywhere; none does in the others
+  bool talks = false;                  // messages are sent and heard; none are in the others
 };
 
 // Robots stand so near that everybody hears somebody.
@@ -153,7 +153,8 @@ void check_outcome(const Expected& expected, const SwarmProgram& run) {
     CHECK(run.refused == (expected.end == End::refused));
     CHECK_FALSE(run.failure.empty());
     CHECK(run.failure.find('\n') == std::string::npos);
-    for (const std::string& part : expected.says) CHECK_MESSAGE(run.failure.find(part) != std::string::npos, part, " in: ", run.failure);
+    for (const std::string& part : expected.says)
+      CHECK_MESSAGE(run.failure.find(part) != std::string::npos, part, " in: ", run.failure);
     return;
   }
   CHECK_MESSAGE(run.failure.empty(), run.failure);
@@ -166,13 +167,15 @@ void check_outcome(const Expected& expected, const SwarmProgram& run) {
   CHECK((run.count("infrared.received") > 0) == expected.talks);
   if (expected.all_show)
     for (const hal::Sighting& robot : run.report.last().robots)
-      CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ", std::string(cli::name_of(robot.led)));
+      CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ",
+                    std::string(cli::name_of(robot.led)));
 }
 
 }  // namespace
 
 TEST_CASE("every program has the outcome that the table names, within half a minute of wall time") {
-  // Programs as other people write them run unmodified; those that fail are told in one sentence with robot, time and line.
+  // Programs as other people write them run unmodified; those that fail are told in one sentence with robot, time and
+  // line.
   std::set<std::string> seen;
   for (const Expected& expected : table()) {
     CAPTURE(expected.program);
@@ -184,14 +187,17 @@ TEST_CASE("every program has the outcome that the table names, within half a min
     check_outcome(expected, run);
   }
   for (const auto& entry : std::filesystem::directory_iterator(programs_folder()))
-    if (entry.path().extension() == ".c") CHECK_MESSAGE(seen.contains(entry.path().stem().string()), entry.path().filename().string());
+    if (entry.path().extension() == ".c")
+      CHECK_MESSAGE(seen.contains(entry.path().stem().string()), entry.path().filename().string());
 }
 
 TEST_CASE("the same seed gives the same swarm, another seed another one") {
-  // Programs that wait in delay(), in callbacks, on the clock or for a flag, that crash or hang in one robot, that print, or draw random
-  // numbers repeat frame for frame.
-  for (const std::string program : {"labs_move", "style_busy_clock", "orbit_delay", "style_random", "naming_game", "crash_after_delay", "crash_null",
-                                    "style_wait_plain", "style_wait_include", "art_callback_delay", "style_text", "hang_volatile", "crash_tail", "sync_phase_jump"}) {
+  // Programs that wait in delay(), in callbacks, on the clock or for a flag, that crash or hang in one robot, that
+  // print, or draw random numbers repeat frame for frame.
+  for (const std::string program :
+       {"labs_move", "style_busy_clock", "orbit_delay", "style_random", "naming_game", "crash_after_delay",
+        "crash_null", "style_wait_plain", "style_wait_include", "art_callback_delay", "style_text", "hang_volatile",
+        "crash_tail", "sync_phase_jump"}) {
     CAPTURE(program);
     SwarmProgram first = crowd(program), second = crowd(program), third = crowd(program);
     third.options.seed = 2;

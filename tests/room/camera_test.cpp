@@ -114,8 +114,8 @@ TEST_CASE("the LED shines 44 degrees to the right of ahead, near the rim") {
   CHECK(look.led_radius <= 0.9);
   for (double heading : {0.0, 1.0, 2.5, -2.0}) {
     const double angle = heading - 44 * std::numbers::pi / 180, far = look.led_radius * radius_m;
-    const cv::Point2d expected =
-        by_opencv(camera.model(), 0.1 + far * std::cos(angle), -0.1 + far * std::sin(angle), scene.robot_height_m + 0.001);
+    const cv::Point2d expected = by_opencv(camera.model(), 0.1 + far * std::cos(angle), -0.1 + far * std::sin(angle),
+                                           scene.robot_height_m + 0.001);
     Seen robot{.pose = {0.1, -0.1, heading}};
     cv::Mat off, on;
     camera.picture({&robot, 1}, {}, 0, off);
@@ -140,7 +140,8 @@ TEST_CASE("an LED's core is white and its halo coloured, for each of the eight c
     camera.picture({&robot, 1}, {}, 0, on);
     cv::absdiff(on, off, added);
     const double angle = -44 * std::numbers::pi / 180, far = 0.87 * radius_m;
-    const cv::Point2d led = by_opencv(camera.model(), far * std::cos(angle), far * std::sin(angle), scene.robot_height_m);
+    const cv::Point2d led =
+        by_opencv(camera.model(), far * std::cos(angle), far * std::sin(angle), scene.robot_height_m);
     const auto core = on.at<cv::Vec3b>(static_cast<int>(std::lround(led.y)), static_cast<int>(std::lround(led.x)));
     CHECK(*std::min_element(core.val, core.val + 3) > 150);
     // a ring around the core
@@ -220,8 +221,8 @@ TEST_CASE("a chessboard's corners are found and give the camera back") {
   }
   cv::Mat matrix, distortion;
   std::vector<cv::Mat> turns, places;
-  const double residual = cv::calibrateCamera(std::vector<std::vector<cv::Point3f>>(corners.size(), board), corners, {960, 720}, matrix,
-                                              distortion, turns, places, cv::CALIB_FIX_K3);
+  const double residual = cv::calibrateCamera(std::vector<std::vector<cv::Point3f>>(corners.size(), board), corners,
+                                              {960, 720}, matrix, distortion, turns, places, cv::CALIB_FIX_K3);
   CHECK(residual < 0.15);
   CHECK(matrix.at<double>(0, 0) == doctest::Approx(camera.model().matrix()(0, 0)).epsilon(0.003));
   CHECK(std::abs(matrix.at<double>(0, 2) - camera.model().matrix()(0, 2)) < 3);

@@ -54,7 +54,8 @@ Copies stream(std::uint8_t type, std::int64_t spacing_us, double byte_us = 3125 
   OhcDevice device;
   std::vector<std::size_t> copies(packets);
   for (int k = 0; k < packets; ++k) {
-    const std::int64_t end = write(device, packet(type, {k & 0x3F, k >> 6}, 2), started_us + 10'000 + k * spacing_us, byte_us);
+    const std::int64_t end =
+        write(device, packet(type, {k & 0x3F, k >> 6}, 2), started_us + 10'000 + k * spacing_us, byte_us);
     for (const Transmission& sent : heard(device, end + (k + 1 == packets ? 20'000 : 0)))
       if (sent.clean) ++copies[static_cast<std::size_t>(sent.message.data[0] | sent.message.data[1] << 6)];
   }
@@ -98,16 +99,18 @@ TEST_CASE("a forwarded message is repeated each 10.409 ms with a checksum of the
 }
 
 TEST_CASE("how many copies of a packet stay clean depends on the spacing as measured on the firmware") {
-  // Table: start-to-start spacing, share of packets with a clean copy and clean copies per packet for type 2, and for type 6.
+  // Table: start-to-start spacing, share of packets with a clean copy and clean copies per packet for type 2, and for
+  // type 6.
   struct Row {
     int spacing_ms;
     double with_one, mean;
     std::size_t least, most;
     double single;
   };
-  const Row rows[] = {{35, 0, 0, 0, 0, 0},     {36, 0, 0, 0, 0, 0},     {38, 0, 0, 0, 0, 0},     {40, .14, .14, 0, 1, 1},
-                      {42, .31, .31, 0, 1, 1}, {45, .61, .61, 0, 1, 1}, {47, .80, .80, 0, 1, 1}, {50, 1, 1.10, 1, 2, 1},
-                      {55, 1, 1.6, 1, 2, 1},   {60, 1, 2.1, 2, 3, 1},   {70, 1, 3.0, 3, 4, 1},   {80, 1, 4.0, 3, 4, 1},
+  const Row rows[] = {{35, 0, 0, 0, 0, 0},     {36, 0, 0, 0, 0, 0},     {38, 0, 0, 0, 0, 0},
+                      {40, .14, .14, 0, 1, 1}, {42, .31, .31, 0, 1, 1}, {45, .61, .61, 0, 1, 1},
+                      {47, .80, .80, 0, 1, 1}, {50, 1, 1.10, 1, 2, 1},  {55, 1, 1.6, 1, 2, 1},
+                      {60, 1, 2.1, 2, 3, 1},   {70, 1, 3.0, 3, 4, 1},   {80, 1, 4.0, 3, 4, 1},
                       {100, 1, 5.9, 5, 6, 1}};
   for (const Row& row : rows) {
     CAPTURE(row.spacing_ms);
@@ -125,7 +128,8 @@ TEST_CASE("how many copies of a packet stay clean depends on the spacing as meas
 }
 
 TEST_CASE("two identical packets with 0x55 in their payload are taken for another one, rotated") {
-  // The measured example: the message 00 00 00 55 01 .. sent twice becomes LEDTOGGLE until the second packet is complete.
+  // The measured example: the message 00 00 00 55 01 .. sent twice becomes LEDTOGGLE until the second packet is
+  // complete.
   OhcDevice device;
   const Packet twice = packet(2, {0, 0, 0, 0x55, 1}, 3);
   const std::int64_t end = write(device, twice, started_us);
@@ -137,7 +141,8 @@ TEST_CASE("two identical packets with 0x55 in their payload are taken for anothe
   CHECK(device.lamp());
   CHECK(device.counters()["ohc.packets.led_toggle"] == 1);
   CHECK(heard(device, end + 200'000).empty());
-  for (std::size_t i = 5; i < twice.size(); ++i) device.receive(twice[i], end + 200'000 + static_cast<std::int64_t>(i) * 260);
+  for (std::size_t i = 5; i < twice.size(); ++i)
+    device.receive(twice[i], end + 200'000 + static_cast<std::int64_t>(i) * 260);
   CHECK(heard(device, end + 300'000).size() >= 5);
   CHECK(device.counters()["ohc.packets.forward"] == 2);
 
@@ -212,7 +217,8 @@ TEST_CASE("a flash page goes out as 22 messages while the line is deaf") {
       write(other, numbered, started_us + k * spacing_us);
     }
     std::set<int> pages;
-    for (const Transmission& message : heard(other, started_us + 41 * spacing_us)) pages.insert(message.message.data[0]);
+    for (const Transmission& message : heard(other, started_us + 41 * spacing_us))
+      pages.insert(message.message.data[0]);
     CHECK((pages.size() == 40) == all);
     CHECK((other.counters()["ohc.bytes_lost.deaf"] == 0) == all);
   }

@@ -28,7 +28,8 @@ struct TestRoom {
 
   std::string text() const {
     return fmt::format(
-        "[room]\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n{}\n{}\n{}\n[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = {}\n"
+        "[room]\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n{}\n{}\n{}\n[arena]\nwidth_m = 0.5\nheight_m = "
+        "0.4\nrobots = {}\n"
         "[arena.ode]\ncontroller = \"{}/{}\"\nstart_poses = [{}]\n{}\n",
         room, cameras, events, robots, ARKMESH_SOURCE_DIR, controller, poses, arena);
   }

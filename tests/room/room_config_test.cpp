@@ -44,7 +44,8 @@ TEST_CASE("every key of a room has its range") {
   CHECK(camera_with("x_m = 30.0\nlook_x_m = 60.0").find("whole arena") != std::string::npos);
   CHECK(camera_with("focal_px = 5.0").find("longer focal_px") != std::string::npos);
   CHECK(complaint({.robots = 2, .events = "[[room.event]]\nat_s = 1.0"}).find("do") != std::string::npos);
-  CHECK(complaint({.robots = 2, .events = "[[room.event]]\nat_s = -1.0\ndo = \"help\""}).find("at_s") != std::string::npos);
+  CHECK(complaint({.robots = 2, .events = "[[room.event]]\nat_s = -1.0\ndo = \"help\""}).find("at_s") !=
+        std::string::npos);
   CHECK(complaint({.poses = "0, 0, 0", .robots = 2}).find("start_poses") != std::string::npos);
 }
 

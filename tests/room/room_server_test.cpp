@@ -62,7 +62,8 @@ std::string ask(RoomServer& server, const std::string& line) {
 }  // namespace
 
 TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplugged and plugged in between") {
-  // Packets written in one go arrive as a serial line would bring them; the terminal is another one after the unplugging.
+  // Packets written in one go arrive as a serial line would bring them; the terminal is another one after the
+  // unplugging.
   const tests::TemporaryDirectory folder;
   const std::string link = (folder.path() / "ohc").string();
   Room room = TestRoom{.robots = 2, .room = "ids = \"in_order\"\nohc_link = \"" + link + "\""}.make();
@@ -180,20 +181,24 @@ TEST_CASE("a taken port, a link that is a file and a video without a folder are 
   const std::string file = folder.write("occupied", "text").string();
   CHECK_THROWS_WITH_AS(LineReader("127.0.0.1", 0, file), doctest::Contains("no symbolic link"), std::runtime_error);
   CHECK(std::filesystem::exists(file));
-  CHECK_THROWS_WITH_AS(RoomRecord(room, "/nowhere/truth.csv", ""), doctest::Contains("/nowhere/truth.csv"), std::runtime_error);
-  CHECK_THROWS_WITH_AS(RoomRecord(room, "", "/nowhere/video.mp4"), doctest::Contains("/nowhere/video.mp4"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(RoomRecord(room, "/nowhere/truth.csv", ""), doctest::Contains("/nowhere/truth.csv"),
+                       std::runtime_error);
+  CHECK_THROWS_WITH_AS(RoomRecord(room, "", "/nowhere/video.mp4"), doctest::Contains("/nowhere/video.mp4"),
+                       std::runtime_error);
   CHECK_THROWS_WITH_AS(RoomRecord(room, "", "video.txt"), doctest::Contains(".avi or .mp4"), std::runtime_error);
 }
 
 TEST_CASE("calibration and chessboards are written for every camera") {
   // The file holds what the renderer uses; pictures have the cameras' size.
   const tests::TemporaryDirectory folder;
-  Room room = TestRoom{.robots = 2,
-                       .cameras =
-                           "[[room.camera]]\nname = \"a\"\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n"
-                           "distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]\n"
-                           "[[room.camera]]\nname = \"b\"\nwidth_px = 400\nheight_px = 300\nx_m = 0.2\nlook_x_m = 0.1\nz_m = 0.9"}
-                  .make();
+  Room room =
+      TestRoom{
+          .robots = 2,
+          .cameras =
+              "[[room.camera]]\nname = \"a\"\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n"
+              "distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]\n"
+              "[[room.camera]]\nname = \"b\"\nwidth_px = 400\nheight_px = 300\nx_m = 0.2\nlook_x_m = 0.1\nz_m = 0.9"}
+          .make();
   const std::string file = (folder.path() / "room.yaml").string();
   write_calibration(room, file);
   const cv::FileStorage read(file, cv::FileStorage::READ);
@@ -216,7 +221,8 @@ TEST_CASE("calibration and chessboards are written for every camera") {
   write_chessboards(room, 2, (folder.path() / "boards").string());
   for (const char* const name : {"a-00.png", "a-01.png", "b-00.png", "b-01.png"})
     CHECK(std::filesystem::exists(folder.path() / "boards" / name));
-  CHECK_THROWS_WITH_AS(write_calibration(room, "/nowhere/x.yaml"), doctest::Contains("/nowhere/x.yaml"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(write_calibration(room, "/nowhere/x.yaml"), doctest::Contains("/nowhere/x.yaml"),
+                       std::runtime_error);
 }
 
 TEST_CASE("a video keeps time while a camera is gone") {

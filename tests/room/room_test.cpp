@@ -20,7 +20,8 @@ double mean_difference(const cv::Mat& a, const cv::Mat& b) {
 }  // namespace
 
 TEST_CASE("a room's robots obey the serial line and nothing else") {
-  // RUN starts the unmodified controller, whose LEDs show the ids; a broadcast reaches it; PAUSE and RESET do what they do on robots.
+  // RUN starts the unmodified controller, whose LEDs show the ids; a broadcast reaches it; PAUSE and RESET do what they
+  // do on robots.
   Room room = TestRoom{.robots = 2}.make();
   room.advance_to(ms(2'100));
   CHECK(led_of(room, 1) == hal::Led::off);
@@ -51,8 +52,10 @@ TEST_CASE("bytes that come while a message is on the air distort it for everybod
 }
 
 TEST_CASE("ids are to be found out") {
-  // Shuffled: every id once, in another order for another seed; unassigned: 65535 all over; always what the program sees.
-  const std::string ten = "-0.2,0,0, -0.16,0,0, -0.12,0,0, -0.08,0,0, -0.04,0,0, 0,0,0, 0.04,0,0, 0.08,0,0, 0.12,0,0, 0.16,0,0";
+  // Shuffled: every id once, in another order for another seed; unassigned: 65535 all over; always what the program
+  // sees.
+  const std::string ten =
+      "-0.2,0,0, -0.16,0,0, -0.12,0,0, -0.08,0,0, -0.04,0,0, 0,0,0, 0.04,0,0, 0.08,0,0, 0.12,0,0, 0.16,0,0";
   std::vector<std::vector<std::uint16_t>> orders;
   for (const char* const seed : {"seed = 1", "seed = 2", "seed = 1"}) {
     const Room room = TestRoom{.poses = ten, .robots = 10, .room = seed}.make();
@@ -176,7 +179,8 @@ TEST_CASE("cameras freeze, go dark, vanish and are knocked about") {
 }
 
 TEST_CASE("an unplugged controller and garbage on its line do no more than they would on hardware") {
-  // Bytes are lost while unplugged and during the start-up that follows nothing is acted on; garbage ends nobody's life.
+  // Bytes are lost while unplugged and during the start-up that follows nothing is acted on; garbage ends nobody's
+  // life.
   Room room = TestRoom{.robots = 2}.make();
   room.advance_to(ms(2'100));
   CHECK(room.command("ohc unplug") == "ok");

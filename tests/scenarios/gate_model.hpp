@@ -1,14 +1,14 @@
-// Whole labs without arenas: each lab's state is a number that depends on all it has merged, so equal final numbers mean equal merge
-// sequences. The network between them loses, repeats and reorders as a random stream says.
+// Whole labs without arenas: each lab's state is a number that depends on all it has merged, so equal final numbers
+// mean equal merge sequences. The network between them loses, repeats and reorders as a random stream says.
 #pragma once
+
+#include <fmt/format.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "hal/random.hpp"
 #include "scenarios/period_gate.hpp"
@@ -19,12 +19,12 @@ struct GateModelOptions {
   int labs = 2;
   std::uint32_t slack = 0;
   std::uint32_t periods = 20;
-  std::uint32_t window = 0;        // 0: as the gate has it
-  std::uint64_t world_seed = 1;    // what the labs do
-  std::uint64_t schedule_seed = 1; // what the network does
+  std::uint32_t window = 0;         // 0: as the gate has it
+  std::uint64_t world_seed = 1;     // what the labs do
+  std::uint64_t schedule_seed = 1;  // what the network does
   double loss = 0.5;
-  std::int64_t moved_site = 0;     // a lab's own choice that changes its behaviour
-  bool leftovers = true;           // messages of an earlier run are under way at the start
+  std::int64_t moved_site = 0;  // a lab's own choice that changes its behaviour
+  bool leftovers = true;        // messages of an earlier run are under way at the start
 };
 
 class GateModel {
@@ -33,9 +33,13 @@ class GateModel {
     std::vector<std::string> names;
     for (int i = 0; i < options_.labs; ++i) names.push_back(fmt::format("lab{}", i));
     for (int i = 0; i < options_.labs; ++i) {
-      labs_.push_back(std::make_unique<Lab>(scenarios::PeriodGate({.lab = names[static_cast<std::size_t>(i)], .labs = names, .slack = options_.slack,
-                                                .last_period = options_.periods, .nonce = 100u + static_cast<unsigned>(i), .window = options_.window}),
-                        hal::mix64(options_.world_seed + static_cast<unsigned>(i))));
+      labs_.push_back(std::make_unique<Lab>(scenarios::PeriodGate({.lab = names[static_cast<std::size_t>(i)],
+                                                                   .labs = names,
+                                                                   .slack = options_.slack,
+                                                                   .last_period = options_.periods,
+                                                                   .nonce = 100u + static_cast<unsigned>(i),
+                                                                   .window = options_.window}),
+                                            hal::mix64(options_.world_seed + static_cast<unsigned>(i))));
       publish(*labs_.back());
     }
     if (options_.leftovers)
@@ -48,7 +52,8 @@ class GateModel {
       }
   }
 
-  // Runs until all labs have merged the last period, or nothing has progressed for a long time (a deadlock). True when done.
+  // Runs until all labs have merged the last period, or nothing has progressed for a long time (a deadlock). True when
+  // done.
   bool run() {
     const int patience = 3000;
     for (int idle = 0; idle < patience; ++idle) {

@@ -1,12 +1,13 @@
+#include "scenarios/peer_watch.hpp"
+
+#include <doctest/doctest.h>
+
 #include <chrono>
 #include <string>
 #include <vector>
 
-#include <doctest/doctest.h>
-
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "scenarios/peer_watch.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
@@ -61,7 +62,8 @@ TEST_CASE("dead means: link up and no status for five seconds") {
 }
 
 TEST_CASE("a peer that dies before its first status came is dead too") {
-  // Proves that a state that counts is a sign of life, and that its lack is noticed: a fast run is over before the next status.
+  // Proves that a state that counts is a sign of life, and that its lack is noticed: a fast run is over before the next
+  // status.
   Watch w;
   w.peers(0s, true);
   w.hear_state("roark", 7s);

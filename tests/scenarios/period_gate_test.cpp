@@ -1,9 +1,10 @@
-#include <map>
-#include <vector>
+#include "scenarios/period_gate.hpp"
 
 #include <doctest/doctest.h>
 
-#include "scenarios/period_gate.hpp"
+#include <map>
+#include <vector>
+
 #include "tests/scenarios/gate_model.hpp"
 
 using namespace arkmesh;
@@ -24,7 +25,8 @@ LabState state(std::uint32_t period, std::uint64_t hash = 7) {
 }
 
 PeriodGate gate(std::uint32_t slack = 0, bool can_wait = true) {
-  return PeriodGate({.lab = "a", .labs = {"a", "b"}, .slack = slack, .last_period = 100, .nonce = 1, .can_wait = can_wait});
+  return PeriodGate(
+      {.lab = "a", .labs = {"a", "b"}, .slack = slack, .last_period = 100, .nonce = 1, .can_wait = can_wait});
 }
 
 // What b says to a, in answer to nonce 1.
@@ -43,8 +45,11 @@ TEST_CASE("random schedules of loss, repetition and reordering give equal merge 
   // Proves that what the labs merge does not depend on what the network did, for 2 and 3 labs and slack 0 to 2.
   std::map<std::pair<int, std::uint32_t>, std::uint64_t> results;
   for (std::uint64_t schedule = 0; schedule < 10'000; ++schedule) {
-    GateModelOptions options{.labs = 2 + static_cast<int>(schedule % 2), .slack = static_cast<std::uint32_t>(schedule / 2 % 3), .periods = 12,
-                             .schedule_seed = schedule, .loss = 0.1 * static_cast<double>(schedule % 7)};
+    GateModelOptions options{.labs = 2 + static_cast<int>(schedule % 2),
+                             .slack = static_cast<std::uint32_t>(schedule / 2 % 3),
+                             .periods = 12,
+                             .schedule_seed = schedule,
+                             .loss = 0.1 * static_cast<double>(schedule % 7)};
     GateModel model(options);
     REQUIRE(model.run());
     REQUIRE_FALSE(model.restarted_heard());
@@ -59,7 +64,8 @@ TEST_CASE("a window one state shorter deadlocks") {
   int deadlocks = 0;
   for (std::uint64_t schedule = 0; schedule < 40; ++schedule) {
     const auto slack = static_cast<std::uint32_t>(schedule % 3);
-    GateModel model({.labs = 2, .slack = slack, .periods = 1000, .window = 2 * slack + 1, .schedule_seed = schedule, .loss = 0.5});
+    GateModel model(
+        {.labs = 2, .slack = slack, .periods = 1000, .window = 2 * slack + 1, .schedule_seed = schedule, .loss = 0.5});
     deadlocks += model.run() ? 0 : 1;
   }
   CHECK(deadlocks == 40);
@@ -103,9 +109,14 @@ TEST_CASE("a bound peer that answers with another nonce was restarted") {
 }
 
 TEST_CASE("state 0 may come together with later states") {
-  // Proves that a peer whose first message was lost is believed: what is checked against its state 0 finds it in the same message.
+  // Proves that a peer whose first message was lost is believed: what is checked against its state 0 finds it in the
+  // same message.
   std::vector<std::uint32_t> checked;
-  PeriodGate a({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1,
+  PeriodGate a({.lab = "a",
+                .labs = {"a", "b"},
+                .slack = 1,
+                .last_period = 100,
+                .nonce = 1,
                 .check = [&](std::string_view, const LabState& s, const LabState& initial) -> std::string_view {
                   checked.push_back(s.period);
                   return initial.period == 0 ? "" : "wrong_initial";
@@ -129,7 +140,8 @@ TEST_CASE("lies are refused by name, counted, and change nothing") {
     std::string origin = "b";
     WorldMessage message;
   };
-  WorldMessage other_lab = from_b({state(0)}), flips = from_b({state(0)}), no_nonce = from_b({state(0)}), not_for_us = from_b({state(0)});
+  WorldMessage other_lab = from_b({state(0)}), flips = from_b({state(0)}), no_nonce = from_b({state(0)}),
+               not_for_us = from_b({state(0)});
   other_lab.lab = "c";
   flips.can_wait = false;
   no_nonce.nonce = 0;
@@ -141,13 +153,19 @@ TEST_CASE("lies are refused by name, counted, and change nothing") {
       {"not_for_us", "b", not_for_us},
       {"can_wait_changed", "b", flips},
       {"acknowledges_the_future", "b", from_b({state(2)}, 1)},
-      {"period", "b", from_b({state(3)})},                       // more than slack + 1 ahead of us
+      {"period", "b", from_b({state(3)})},  // more than slack + 1 ahead of us
       {"period", "b", from_b({state(1'000'000'000)})},
       {"order", "b", from_b({state(2), state(1)})},
       {"order", "b", from_b({state(2), state(2)})},
       {"gap", "b", from_b({state(1), state(3)})},
       {"changed", "b", from_b({state(1, 8), state(2)})},
-      {"settings", "b", from_b({state(1), [] { LabState s = state(2); s.settings["run.seed"] = "1"; return s; }()})},
+      {"settings", "b",
+       from_b({state(1),
+               [] {
+                 LabState s = state(2);
+                 s.settings["run.seed"] = "1";
+                 return s;
+               }()})},
   };
   for (const Lie& lie : lies) {
     CAPTURE(lie.why);

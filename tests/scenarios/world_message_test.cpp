@@ -1,13 +1,14 @@
-#include <limits>
-#include <vector>
+#include "scenarios/world_message.hpp"
 
 #include <doctest/doctest.h>
+
+#include <limits>
+#include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
 #include "scenarios/wire_check.hpp"
-#include "scenarios/world_message.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios;
@@ -108,13 +109,24 @@ TEST_CASE("forged counts are refused before anything is decoded") {
     for (const std::int32_t lie : {-1, 0, 0x7fffffff, 1 << 27})
       for (std::size_t at = 0; at + 4 <= bytes.size(); ++at) {
         std::vector<std::byte> forged = bytes;
-        for (int i = 0; i < 4; ++i) forged[at + static_cast<std::size_t>(i)] = static_cast<std::byte>(static_cast<std::uint32_t>(lie) >> (24 - 8 * i));
+        for (int i = 0; i < 4; ++i)
+          forged[at + static_cast<std::size_t>(i)] =
+              static_cast<std::byte>(static_cast<std::uint32_t>(lie) >> (24 - 8 * i));
         if (check(forged).empty()) CHECK(decode(forged));  // what passes decodes, within the bytes it has
       }
   };
-  forge(encoded(to_message(example())), check_world, [](const auto& b) { world_t m; return hal::decode(b, m); });
-  forge(encoded(status_example()), check_status, [](const auto& b) { lab_status_t m; return hal::decode(b, m); });
-  forge(encoded(peers_example()), check_peers, [](const auto& b) { peers_t m; return hal::decode(b, m); });
+  forge(encoded(to_message(example())), check_world, [](const auto& b) {
+    world_t m;
+    return hal::decode(b, m);
+  });
+  forge(encoded(status_example()), check_status, [](const auto& b) {
+    lab_status_t m;
+    return hal::decode(b, m);
+  });
+  forge(encoded(peers_example()), check_peers, [](const auto& b) {
+    peers_t m;
+    return hal::decode(b, m);
+  });
 }
 
 TEST_CASE("values that no robot or field can have are refused by name") {
@@ -131,6 +143,9 @@ TEST_CASE("values that no robot or field can have are refused by name") {
   CHECK(why([](world_t& m) { m.window[1].robots[2].robot = 70000; }) == "robot");
   CHECK(why([](world_t& m) { m.window[1].robots[0].led = 8; }) == "robot");
   CHECK(why([](world_t& m) { m.window[1].fields[1].name = m.window[1].fields[0].name; }) == "duplicate");
-  CHECK(why([](world_t& m) { m.acks.push_back(m.acks[0]); m.n_acks = 2; }) == "duplicate");
+  CHECK(why([](world_t& m) {
+          m.acks.push_back(m.acks[0]);
+          m.n_acks = 2;
+        }) == "duplicate");
   CHECK(why([](world_t& m) { m.lab = std::string(5000, 'x'); }) == "text");
 }

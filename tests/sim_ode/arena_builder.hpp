@@ -13,21 +13,25 @@
 
 namespace arkmesh::sim_ode {
 
-inline std::string controller(const std::string& name) { return std::string(ARKMESH_SOURCE_DIR) + "/tests/sim_ode/controllers/" + name; }
+inline std::string controller(const std::string& name) {
+  return std::string(ARKMESH_SOURCE_DIR) + "/tests/sim_ode/controllers/" + name;
+}
 
 struct TestArena {
   std::string program = "wander.c";  // a name in controllers/
   int robots = 1;
   double side_m = 1;
-  std::string ode;                   // further lines of [arena.ode]
-  std::string arena;                 // further lines of [arena]
+  std::string ode;    // further lines of [arena.ode]
+  std::string arena;  // further lines of [arena]
   std::uint64_t seed = 1;
   std::string lab = "shark";
 
   std::unique_ptr<hal::Arena> make() const {
-    const auto config = hal::Config::from_text(fmt::format("[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n{2}\n[arena.ode]\ncontroller = \"{3}\"\n{4}\n",
-                                                           side_m, robots, arena, controller(program), ode),
-                                               "test.toml");
+    const auto config = hal::Config::from_text(
+        fmt::format(
+            "[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n{2}\n[arena.ode]\ncontroller = \"{3}\"\n{4}\n",
+            side_m, robots, arena, controller(program), ode),
+        "test.toml");
     auto out = make_ode_arena(config.root().section("arena"), lab, seed);
     config.refuse_unknown();
     return out;
@@ -43,7 +47,9 @@ struct TestArena {
 // A drive without spread: every robot does exactly what its motors are told.
 inline const char* const exact_drive = "speed_spread = 0.0\nduty_spread = 0.0";
 
-inline hal::LabTime seconds(double s) { return hal::LabTime{static_cast<std::int64_t>(s * 1e6 + 0.5)}; }
+inline hal::LabTime seconds(double s) {
+  return hal::LabTime{static_cast<std::int64_t>(s * 1e6 + 0.5)};
+}
 
 // Advances frame by frame and returns the frame at `t`, which must be a whole number of 0.1 s.
 inline hal::PoseFrame frame_at(hal::Arena& arena, hal::LabTime t) {

@@ -1,8 +1,8 @@
+#include "sim_ode/contact_solver.hpp"
+
 #include <doctest/doctest.h>
 
 #include <vector>
-
-#include "sim_ode/contact_solver.hpp"
 
 namespace {
 
@@ -10,7 +10,8 @@ using arkmesh::sim_ode::ContactSolver;
 
 constexpr double diameter_m = 0.033, way_m = 0.0003;
 
-// A row of robots along x that touch; the first one pushes. `warm_m`: what each contact is said to have pushed a step ago.
+// A row of robots along x that touch; the first one pushes. `warm_m`: what each contact is said to have pushed a step
+// ago.
 std::vector<double> pushed_row(int robots, bool wall_at_end, double warm_m) {
   ContactSolver solver(0.3, 1);
   std::vector<double> x, y(static_cast<std::size_t>(robots), 0);
@@ -29,17 +30,20 @@ std::vector<double> pushed_row(int robots, bool wall_at_end, double warm_m) {
 }  // namespace
 
 TEST_CASE("pushed robots share the pusher's motion, whatever the last step's pushes were") {
-  // One that pushes k others moves at 1/(k+1) of its speed, and so do they; the last step's pushes say only where the search begins.
+  // One that pushes k others moves at 1/(k+1) of its speed, and so do they; the last step's pushes say only where the
+  // search begins.
   for (double warm_m : {0.0, 0.0001, 0.001})
     for (int robots : {2, 3, 5}) {
       CAPTURE(warm_m);
       CAPTURE(robots);
-      for (double went : pushed_row(robots, false, warm_m)) CHECK(went == doctest::Approx(way_m / robots).epsilon(0.25));
+      for (double went : pushed_row(robots, false, warm_m))
+        CHECK(went == doctest::Approx(way_m / robots).epsilon(0.25));
     }
 }
 
 TEST_CASE("nobody is pushed through a wall") {
-  // Four in a row against a wall: all the motion is taken away, but for the ten micrometres for each contact that count as solved.
+  // Four in a row against a wall: all the motion is taken away, but for the ten micrometres for each contact that count
+  // as solved.
   for (double warm_m : {0.0, 0.0001})
     for (double went : pushed_row(4, true, warm_m)) {
       CHECK(went < 4e-5);

@@ -13,15 +13,20 @@ namespace {
 
 constexpr double r = hal::kilobot_radius_m;
 
-double distance(const hal::Pose& a, const hal::Pose& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+double distance(const hal::Pose& a, const hal::Pose& b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
 
-double turned(const hal::Pose& from, const hal::Pose& to) { return std::remainder(to.heading_rad - from.heading_rad, 2 * std::numbers::pi); }
+double turned(const hal::Pose& from, const hal::Pose& to) {
+  return std::remainder(to.heading_rad - from.heading_rad, 2 * std::numbers::pi);
+}
 
 }  // namespace
 
 TEST_CASE("straight, left, right") {
   // Both motors: 1 cm/s straight. The first turns left, the second right, 45 deg/s about a rear leg, centre on its arc.
-  auto arena = TestArena{.program = "drive.c", .side_m = 2, .ode = std::string(exact_drive) + "\nstart = \"centre80\""}.make_running();
+  auto arena = TestArena{.program = "drive.c", .side_m = 2, .ode = std::string(exact_drive) + "\nstart = \"centre80\""}
+                   .make_running();
   double at = 0;
   const auto measured = [&](int motors) {
     arena->robots().command(broadcast(1, {motors}));
@@ -34,7 +39,8 @@ TEST_CASE("straight, left, right") {
   const auto [s0, s1] = measured(3);
   CHECK(distance(s0, s1) == doctest::Approx(0.01).epsilon(1e-6));
   CHECK(turned(s0, s1) == doctest::Approx(0).epsilon(1e-9));
-  CHECK(std::cos(s0.heading_rad) * (s1.x_m - s0.x_m) + std::sin(s0.heading_rad) * (s1.y_m - s0.y_m) == doctest::Approx(0.01).epsilon(1e-6));
+  CHECK(std::cos(s0.heading_rad) * (s1.x_m - s0.x_m) + std::sin(s0.heading_rad) * (s1.y_m - s0.y_m) ==
+        doctest::Approx(0.01).epsilon(1e-6));
 
   // the leg lies 9.2 mm behind the centre and 12.5 mm to the side: radius 15.5 mm
   const double radius = std::hypot(0.0092, 0.0125), chord = 2 * radius * std::sin(std::numbers::pi / 8);
@@ -96,7 +102,8 @@ TEST_CASE("a wall stops") {
 }
 
 TEST_CASE("pushing") {
-  // A driving robot pushes a standing one, more slowly than it drives alone; a longer chain is slower still; nobody passes through.
+  // A driving robot pushes a standing one, more slowly than it drives alone; a longer chain is slower still; nobody
+  // passes through.
   double last = 0.01;
   for (int chain : {1, 2, 3, 5}) {
     std::vector<hal::Pose> start;
@@ -110,7 +117,8 @@ TEST_CASE("pushing") {
     CHECK(speed < last * 0.95);
     CHECK(speed > 0.01 / (chain + 1) * 0.9);
     last = speed;
-    for (int i = 0; i < chain; ++i) CHECK(world.x()[static_cast<std::size_t>(i) + 1] - world.x()[static_cast<std::size_t>(i)] > 2 * r - 0.0002);
+    for (int i = 0; i < chain; ++i)
+      CHECK(world.x()[static_cast<std::size_t>(i) + 1] - world.x()[static_cast<std::size_t>(i)] > 2 * r - 0.0002);
   }
 }
 
@@ -122,8 +130,10 @@ TEST_CASE("friction turns what slides past") {
     for (int k = 0; k < 200; ++k) world.step();
     CHECK(world.x()[0] > -0.005);
     const double heading = std::atan2(world.heading(1).second, world.heading(1).first);
-    if (friction == 0) CHECK(heading == 0);
-    else CHECK(std::abs(heading) > 0.01);
+    if (friction == 0)
+      CHECK(heading == 0);
+    else
+      CHECK(std::abs(heading) > 0.01);
     CHECK(world.totals().deepest_m < 1e-4);
   }
 }
@@ -146,7 +156,8 @@ TEST_CASE("crowds do not overlap") {
     CHECK(outermost < side / 2 - r + 0.001);
     CHECK(arena->counters()["contacts.robot_ticks"] > 100);
     CHECK(arena->counters()["contacts.deeper_than_1mm"] == 0);
-    MESSAGE(robots << " robots: nearest " << nearest * 1000 << " mm, outermost " << (side / 2 - outermost) * 1000 << " mm from the wall");
+    MESSAGE(robots << " robots: nearest " << nearest * 1000 << " mm, outermost " << (side / 2 - outermost) * 1000
+                   << " mm from the wall");
   }
 }
 
@@ -161,8 +172,10 @@ TEST_CASE("one great jam") {
     for (int k = 0; k < 300; ++k) world.step();
     CHECK(world.totals().ode_steps > 100);
     CHECK(world.totals().deepest_m < 0.001);
-    if (run == 0) first = world.x();
-    else CHECK(world.x() == first);
+    if (run == 0)
+      first = world.x();
+    else
+      CHECK(world.x() == first);
     MESSAGE("ODE steps " << world.totals().ode_steps << ", deepest " << world.totals().deepest_m * 1000 << " mm");
   }
 }

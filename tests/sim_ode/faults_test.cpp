@@ -54,11 +54,14 @@ bool says(const std::string& sentence, std::initializer_list<const char*> words)
 
 int entries_of(const std::filesystem::path& directory, const std::string& beginning) {
   int n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(directory)) n += entry.path().filename().string().starts_with(beginning);
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    n += entry.path().filename().string().starts_with(beginning);
   return n;
 }
 
-int open_files() { return entries_of("/proc/self/fd", ""); }
+int open_files() {
+  return entries_of("/proc/self/fd", "");
+}
 
 int mappings() {
   std::ifstream in("/proc/self/maps");
@@ -123,7 +126,8 @@ TEST_CASE("nothing is left behind") {
   { auto warm_up = TestArena{.program = "wander.c"}.make(); }
   const int folders = entries_of(temporary, "arkmesh-controller-"), files = open_files(), programs = mappings();
   for (int k = 0; k < 5; ++k) {
-    auto a = TestArena{.program = "wander.c"}.make_running(), b = TestArena{.program = "wander.c", .seed = 2}.make_running();
+    auto a = TestArena{.program = "wander.c"}.make_running(),
+         b = TestArena{.program = "wander.c", .seed = 2}.make_running();
     auto c = TestArena{.program = "rounds.c", .robots = 5}.make_running();
     c->advance_to(seconds(1));
     CHECK(mappings() > programs);
@@ -133,8 +137,10 @@ TEST_CASE("nothing is left behind") {
   CHECK(entries_of(temporary, "arkmesh-controller-") == folders);
   CHECK(open_files() == files);
   CHECK(mappings() == programs);
-  if (before) setenv("TMPDIR", usual.c_str(), 1);
-  else unsetenv("TMPDIR");
+  if (before)
+    setenv("TMPDIR", usual.c_str(), 1);
+  else
+    unsetenv("TMPDIR");
   std::filesystem::remove_all(own);
 }
 

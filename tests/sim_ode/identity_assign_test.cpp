@@ -47,7 +47,8 @@ std::size_t right(TableSwarm& swarm, const IdAssigner& assigner) {
 
 TEST_CASE("identity assignment: a hundred robots, all with the same id") {
   // Fresh from the factory, a tenth of the messages lost: each gets an id of its own, and stores it.
-  TableSwarm swarm({.program = program, .robots = 100, .ids = std::vector<std::uint16_t>(100, 65535), .ode = "overhead_loss = 0.1"});
+  TableSwarm swarm(
+      {.program = program, .robots = 100, .ids = std::vector<std::uint16_t>(100, 65535), .ode = "overhead_loss = 0.1"});
   swarm.run();
   IdAssigner assigner({.ids = numbers(0, 100)});
   run(swarm, assigner, 120);
@@ -81,7 +82,8 @@ TEST_CASE("identity assignment: temporary ids drawn twice are drawn anew") {
   swarm.run();
   IdAssigner assigner({.ids = numbers(0, 400)});
   run(swarm, assigner, 200);
-  MESSAGE("400 ids assigned in ", swarm.seconds(), " s, ", assigner.counters()["assignment.repeated.double"], " robots drew twice");
+  MESSAGE("400 ids assigned in ", swarm.seconds(), " s, ", assigner.counters()["assignment.repeated.double"],
+          " robots drew twice");
   CHECK(assigner.counters()["assignment.repeated.double"] >= 2);
   CHECK(right(swarm, assigner) == 400);
 }

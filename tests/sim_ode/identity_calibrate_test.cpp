@@ -21,7 +21,10 @@ void run(TableSwarm& swarm, MotorCalibrator& calibrator, double most_s) {
     const auto& tracks = swarm.next_picture(calibrator.question());
     hal::PoseFrame frame{.stamp = swarm.now};
     for (const tracker::Track& track : tracks)
-      frame.robots.push_back({.robot = swarm.ids[swarm.robot_of(track.number)], .pose = track.in_arena, .led = track.led, .age = track.age});
+      frame.robots.push_back({.robot = swarm.ids[swarm.robot_of(track.number)],
+                              .pose = track.in_arena,
+                              .led = track.led,
+                              .age = track.age});
     std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });
     calibrator.on_frame(frame);
     swarm.table().robots().offer(calibrator.take_messages());
@@ -42,8 +45,9 @@ struct Motion {
 Motion measured(TableSwarm& swarm, std::uint16_t id, std::uint8_t kind, int left, int right, double s) {
   const std::size_t robot = swarm.robot_with(id);
   REQUIRE(swarm.table().put(static_cast<int>(robot), {-0.1, 0, 0}) == "");
-  std::vector<hal::ToRobot> messages = {{.robot = id, .slot = 1, .kind = 5, .value = static_cast<std::uint16_t>(right)},
-                                        {.robot = id, .slot = 0, .kind = kind, .value = static_cast<std::uint16_t>(left)}};
+  std::vector<hal::ToRobot> messages = {
+      {.robot = id, .slot = 1, .kind = 5, .value = static_cast<std::uint16_t>(right)},
+      {.robot = id, .slot = 0, .kind = kind, .value = static_cast<std::uint16_t>(left)}};
   for (int i = 0; i < 8; ++i) {
     swarm.table().robots().offer(messages);
     swarm.next_picture({});
@@ -63,14 +67,16 @@ Motion measured(TableSwarm& swarm, std::uint16_t id, std::uint8_t kind, int left
 }  // namespace
 
 TEST_CASE("identity calibration: twelve unequal robots turn and go straight alike") {
-  // Of motors that differ by a fifth, seen with a millimetre of noise, a tenth of the messages lost: each gets duties with which it, looked
-  // at by itself, turns 35 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a course that turns less than 4 degrees a second.
-  TableSwarm swarm({.program = program, .robots = 12, .side_m = 1.5, .ode = "overhead_loss = 0.1", .position_noise_m = 0.0007});
+  // Of motors that differ by a fifth, seen with a millimetre of noise, a tenth of the messages lost: each gets duties
+  // with which it, looked at by itself, turns 35 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a
+  // course that turns less than 4 degrees a second.
+  TableSwarm swarm(
+      {.program = program, .robots = 12, .side_m = 1.5, .ode = "overhead_loss = 0.1", .position_noise_m = 0.0007});
   swarm.run();
   MotorCalibrator calibrator({.width_m = 1.5, .height_m = 1.5}, numbers(12));
   run(swarm, calibrator, 1800);
-  MESSAGE("12 robots calibrated in ", swarm.seconds(), " s, ", calibrator.counters()["calibration.changed"], " changes, ",
-          calibrator.counters()["calibration.repeated.contact"], " pictures with contacts");
+  MESSAGE("12 robots calibrated in ", swarm.seconds(), " s, ", calibrator.counters()["calibration.changed"],
+          " changes, ", calibrator.counters()["calibration.repeated.contact"], " pictures with contacts");
   for (const auto& [id, robot] : calibrator.robots()) {
     INFO("robot ", id, ": ", robot.why);
     CHECK(robot.stage == MotorCalibrator::Stage::done);
@@ -78,7 +84,8 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
     CHECK(robot.round);
     const auto number = static_cast<std::uint16_t>(id);
     // clear the middle, one at a time
-    for (std::uint16_t other = 0; other < 12; ++other) swarm.table().take_off(static_cast<int>(swarm.robot_with(other)));
+    for (std::uint16_t other = 0; other < 12; ++other)
+      swarm.table().take_off(static_cast<int>(swarm.robot_with(other)));
     const auto& duties = robot.duties;
     const Motion left = measured(swarm, number, 1, duties.turn_left, duties.straight_right, 6);
     const Motion right = measured(swarm, number, 2, duties.turn_right, duties.straight_right, 6);
@@ -94,9 +101,12 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
 }
 
 TEST_CASE("identity calibration: dead robots fail by themselves, one between them walks away first") {
-  // Three dead robots say why they fail and keep nobody waiting; one wedged in between two of them goes where there is room, and is
-  // calibrated as the free one is.
-  TableSwarm swarm({.program = program, .robots = 5, .side_m = 1.2, .ids = {0, 1, 2, 3, 4},
+  // Three dead robots say why they fail and keep nobody waiting; one wedged in between two of them goes where there is
+  // room, and is calibrated as the free one is.
+  TableSwarm swarm({.program = program,
+                    .robots = 5,
+                    .side_m = 1.2,
+                    .ids = {0, 1, 2, 3, 4},
                     .ode = "start_poses = [-0.4, 0.4, 0, 0.4, 0.4, 0, 0.034, 0, 0, 0, 0, 0, -0.034, 0, 0]"});
   swarm.run();
   swarm.table().set_power(0, false);
@@ -114,8 +124,8 @@ TEST_CASE("identity calibration: dead robots fail by themselves, one between the
 }
 
 TEST_CASE("identity calibration: what a path says") {
-  // Exact paths: a circle of 15 mm in 9 s, a straight of 10 mm/s, an arc that turns 3 degrees a second to the right, and noise of a
-  // millimetre on a robot that stands still.
+  // Exact paths: a circle of 15 mm in 9 s, a straight of 10 mm/s, an arc that turns 3 degrees a second to the right,
+  // and noise of a millimetre on a robot that stands still.
   tracker::MotionLog circle, straight, arc, still, nothing;
   hal::RandomStream chance(1, "test/log");
   for (int n = 0; n <= 120; ++n) {

@@ -21,9 +21,11 @@ struct Ended {
 // A lab of its own folder, and commands on it.
 class Lab {
  public:
-  explicit Lab(int robots, const std::string& controller = "scenarios/dhtf/controller/dhtf.c", const std::string& more = "") {
+  explicit Lab(int robots, const std::string& controller = "scenarios/dhtf/controller/dhtf.c",
+               const std::string& more = "") {
     std::ofstream(folder_.path() / "lab.toml") << fmt::format(
-        "[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = 60.0\n[shared]\nlabs = [\"roark\"]\n[arena]\nrobots = {}\nwidth_m = 1.2\nheight_m = 1.2\n"
+        "[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = 60.0\n[shared]\nlabs = "
+        "[\"roark\"]\n[arena]\nrobots = {}\nwidth_m = 1.2\nheight_m = 1.2\n"
         "[arena.ode]\ncontroller = \"{}/{}\"\n{}\n",
         robots, ARKMESH_SOURCE_DIR, controller, more);
   }
@@ -39,7 +41,9 @@ class Lab {
   int number_ = 0;
 };
 
-bool says(const Ended& ended, const std::string& part) { return ended.output.find(part) != std::string::npos; }
+bool says(const Ended& ended, const std::string& part) {
+  return ended.output.find(part) != std::string::npos;
+}
 
 // Rows of the table: lines that begin with a number.
 int rows(const Ended& ended) {
@@ -57,7 +61,11 @@ int rows(const Ended& ended) {
 TEST_CASE("identify tells who is who") {
   // Twelve robots of a lab, by both protocols and with nobody expected: a row each, exit code 0.
   Lab lab(12);
-  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{{"identify"}, {"identify", "--protocol", "ark"}, {"identify", "--protocol", "ark-runtime"}, {"identify", "--any"}}) {
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"identify"},
+                                             {"identify", "--protocol", "ark"},
+                                             {"identify", "--protocol", "ark-runtime"},
+                                             {"identify", "--any"}}) {
     const Ended ended = lab.run(arguments);
     INFO(ended.output);
     CHECK(ended.code == 0);
@@ -67,7 +75,8 @@ TEST_CASE("identify tells who is who") {
 }
 
 TEST_CASE("identify names those who are missing") {
-  // Of twelve robots two more are expected than there are: exit code 1, and both are named; a program that cannot answer finds nobody.
+  // Of twelve robots two more are expected than there are: exit code 1, and both are named; a program that cannot
+  // answer finds nobody.
   Lab lab(12);
   const Ended missing = lab.run({"identify", "--ids", "0-13"});
   INFO(missing.output);
@@ -118,10 +127,18 @@ TEST_CASE("calibrate-motors calibrates") {
 TEST_CASE("the chores refuse wrong use") {
   // Exit code 2 and one sentence for lists that are none, ids that cannot be, arenas without robots.
   Lab lab(3);
-  const std::vector<std::vector<std::string>> wrong = {{"identify", "--ids", "3-1"},  {"identify", "--ids", "1,1"},     {"identify", "--ids", "0-70000"},
-                                                       {"identify", "--ids", "a"},    {"identify", "--ids", "1,"},      {"identify", "--ids", "-3"},
-                                                       {"identify", "--protocol", "x"}, {"identify", "--any", "--ids", "1"}, {"assign-ids", "--ids", "5-"},
-                                                       {"calibrate-motors", "--duty", "300"}, {"calibrate-motors", "--ids", "0-300"}, {"identify", "--set", "arena.use=null"}};
+  const std::vector<std::vector<std::string>> wrong = {{"identify", "--ids", "3-1"},
+                                                       {"identify", "--ids", "1,1"},
+                                                       {"identify", "--ids", "0-70000"},
+                                                       {"identify", "--ids", "a"},
+                                                       {"identify", "--ids", "1,"},
+                                                       {"identify", "--ids", "-3"},
+                                                       {"identify", "--protocol", "x"},
+                                                       {"identify", "--any", "--ids", "1"},
+                                                       {"assign-ids", "--ids", "5-"},
+                                                       {"calibrate-motors", "--duty", "300"},
+                                                       {"calibrate-motors", "--ids", "0-300"},
+                                                       {"identify", "--set", "arena.use=null"}};
   for (const auto& arguments : wrong) {
     const Ended ended = lab.run(arguments);
     INFO(ended.output);

@@ -18,21 +18,28 @@ namespace {
 void look_for(TableSwarm& swarm, double s, const std::optional<hal::kilobot::Message>& question = {}) {
   for (const double end = swarm.seconds() + s - 0.05; swarm.seconds() < end;) swarm.next_picture(question);
 }
-double moved_m(TableSwarm& swarm, std::size_t robot, double s, const std::optional<hal::kilobot::Message>& question = {}) {
+double moved_m(TableSwarm& swarm, std::size_t robot, double s,
+               const std::optional<hal::kilobot::Message>& question = {}) {
   const hal::Pose before = swarm.seen(robot).pose;
   look_for(swarm, s, question);
   return std::hypot(swarm.seen(robot).pose.x_m - before.x_m, swarm.seen(robot).pose.y_m - before.y_m);
 }
-Audience list(hal::RobotId robot) { return {.kind = Audience::Kind::list, .robots = {robot, tracker::nobody, tracker::nobody, tracker::nobody}}; }
+Audience list(hal::RobotId robot) {
+  return {.kind = Audience::Kind::list, .robots = {robot, tracker::nobody, tracker::nobody, tracker::nobody}};
+}
 
 constexpr const char* walkers = "speed_spread = 0.0\nstart_poses = [-0.7, 0.3, 0, -0.7, 0, 0, -0.7, -0.3, 0]";
 
 }  // namespace
 
 TEST_CASE("identity header: digits, stillness, and afterwards everything as before") {
-  // Each digit of each id is shown while the robot stands still; a robot that is not asked walks on; at the end colours and motors are
-  // what they were.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {5, 1022, 65534}, .ode = walkers});
+  // Each digit of each id is shown while the robot stands still; a robot that is not asked walks on; at the end colours
+  // and motors are what they were.
+  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
+                    .robots = 3,
+                    .side_m = 2,
+                    .ids = {5, 1022, 65534},
+                    .ode = walkers});
   swarm.run();
   look_for(swarm, 2);
   for (std::size_t i = 0; i < 3; ++i) CHECK(moved_m(swarm, i, 1) > 0.005);
@@ -61,7 +68,8 @@ TEST_CASE("identity header: digits, stillness, and afterwards everything as befo
 
 TEST_CASE("identity header: the clock stands still for the program") {
   // A robot asked for 10 s changes its colour 10 s later than one that was not.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
+  TableSwarm swarm(
+      {.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
   swarm.run();
   look_for(swarm, 5);
   look_for(swarm, 10, tracker::digit_question(list(1), 3));
@@ -80,7 +88,8 @@ TEST_CASE("identity header: the clock stands still for the program") {
 
 TEST_CASE("identity header: before RUN, and when the end is not heard") {
   // An idle robot answers and does not move. Left alone a running one goes on by itself after 3 s.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
+  TableSwarm swarm(
+      {.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
   look_for(swarm, 0.5, tracker::digit_question({}, 0));
   for (std::size_t i = 0; i < 3; ++i) CHECK(swarm.seen(i).led == tracker::spelled(swarm.ids[i], 0));
   swarm.run();
@@ -95,8 +104,12 @@ TEST_CASE("identity header: before RUN, and when the end is not heard") {
 }
 
 TEST_CASE("identity header: callbacks set late, and programs that wait") {
-  // A program that sets its callback in setup hears its messages and no questions; one inside delay() is stopped at once.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers_late.c", .robots = 1, .ids = {7}, .ode = "start_poses = [0, 0, 0]"});
+  // A program that sets its callback in setup hears its messages and no questions; one inside delay() is stopped at
+  // once.
+  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers_late.c",
+                    .robots = 1,
+                    .ids = {7},
+                    .ode = "start_poses = [0, 0, 0]"});
   swarm.run();
   look_for(swarm, 2);
   CHECK(swarm.seen(0).led == hal::Led::white);
@@ -113,7 +126,11 @@ TEST_CASE("identity header: callbacks set late, and programs that wait") {
 
 TEST_CASE("identity header: ARK's messages") {
   // 120 and 119: blue is the one whose id is called, red all others; 65535 ends it. Ids above 255 count whole.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {5, 261, 1022}, .ode = walkers});
+  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
+                    .robots = 3,
+                    .side_m = 2,
+                    .ids = {5, 261, 1022},
+                    .ode = walkers});
   swarm.run();
   look_for(swarm, 1);
   for (const std::uint8_t type : {tracker::ark_initial_type, tracker::ark_runtime_type}) {
@@ -129,8 +146,8 @@ TEST_CASE("identity header: ARK's messages") {
 }
 
 TEST_CASE("identity header: a hundred DHTF robots") {
-  // Of whom a tenth miss each message: named in less than 15 s, the same by ARK's protocol; then two swapped by hand while all walk are
-  // right within 20 s of being back, and nobody else is stopped.
+  // Of whom a tenth miss each message: named in less than 15 s, the same by ARK's protocol; then two swapped by hand
+  // while all walk are right within 20 s of being back, and nobody else is stopped.
   TableSwarm swarm({.program = "scenarios/dhtf/controller/dhtf.c", .robots = 100, .ode = "overhead_loss = 0.1"});
   swarm.run();
   look_for(swarm, 5);
@@ -163,7 +180,8 @@ TEST_CASE("identity header: a hundred DHTF robots") {
         const hal::Pose place{at.x_m + r * std::cos(angle), at.y_m + r * std::sin(angle), 0};
         bool is_free = std::max(std::abs(place.x_m), std::abs(place.y_m)) < 0.48;
         for (std::size_t i = 0; i < 100 && is_free; ++i)
-          is_free = i == a || i == b || std::hypot(swarm.seen(i).pose.x_m - place.x_m, swarm.seen(i).pose.y_m - place.y_m) > 0.04;
+          is_free = i == a || i == b ||
+                    std::hypot(swarm.seen(i).pose.x_m - place.x_m, swarm.seen(i).pose.y_m - place.y_m) > 0.04;
         if (is_free) return place;
       }
     return at;
@@ -175,7 +193,8 @@ TEST_CASE("identity header: a hundred DHTF robots") {
   std::vector<bool> disturbed(100, false);
   while (!(is_right(a) && is_right(b)) && swarm.seconds() - back_s < 60) {
     look();
-    for (const std::size_t robot : {a, b}) CHECK((is_right(robot) || std::ranges::binary_search(keeper.doubtful(), swarm.ids[robot])));
+    for (const std::size_t robot : {a, b})
+      CHECK((is_right(robot) || std::ranges::binary_search(keeper.doubtful(), swarm.ids[robot])));
     // all walk, blue, until somebody asks them
     for (std::size_t i = 0; i < 100; ++i)
       if (swarm.seen(i).led != hal::Led::blue) disturbed[i] = true;

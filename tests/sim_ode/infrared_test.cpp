@@ -10,10 +10,16 @@ namespace {
 
 // Standing robots that all send all the time, with every part within reach.
 struct Standing {
-  Standing(const std::vector<hal::Pose>& places, Settings with = {}, std::uint64_t seed = 1, const char* program = "chatter.c")
-      : settings(with), motors(settings, static_cast<int>(places.size()), "shark", seed), leds(static_cast<int>(places.size())),
-        world(2, 2, 0.3, seed, places), host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds, {}, "shark", seed, settings.clock_spread),
-        medium(settings, 2, 2, static_cast<int>(places.size()), "shark", seed), heard_by(places.size() * places.size()) {
+  Standing(const std::vector<hal::Pose>& places, Settings with = {}, std::uint64_t seed = 1,
+           const char* program = "chatter.c")
+      : settings(with),
+        motors(settings, static_cast<int>(places.size()), "shark", seed),
+        leds(static_cast<int>(places.size())),
+        world(2, 2, 0.3, seed, places),
+        host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds, {}, "shark", seed,
+             settings.clock_spread),
+        medium(settings, 2, 2, static_cast<int>(places.size()), "shark", seed),
+        heard_by(places.size() * places.size()) {
     Message run;
     run.type = type_run;
     inbox.overhead.push_back({0, run, {}});
@@ -22,7 +28,8 @@ struct Standing {
     host.tick(++tick, inbox);
     inbox.overhead.clear();
     medium.run_tick(tick, world, host, inbox.infrared);
-    for (const Reception& reception : inbox.infrared) ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
+    for (const Reception& reception : inbox.infrared)
+      ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
   }
   std::size_t leds_count() const { return world.x().size(); }
   // Messages of `sender` that `listener` has heard.
@@ -49,8 +56,10 @@ TEST_CASE("period") {
     one.step();
     if (one.medium.totals().sent == before) continue;
     before = one.medium.totals().sent;
-    if (first == 0) first = k;
-    else CHECK(k - last == 16);
+    if (first == 0)
+      first = k;
+    else
+      CHECK(k - last == 16);
     last = k;
   }
   CHECK(first >= 1);
@@ -80,11 +89,13 @@ TEST_CASE("a crowd of senders") {
   CHECK(each >= 293);
   CHECK(each <= 303);
   CHECK(crowd.heard(6, 7) > 240);
-  MESSAGE("sent each: " << each << ", heard of a neighbour: " << crowd.heard(6, 7) << ", spoiled: " << crowd.medium.totals().spoiled);
+  MESSAGE("sent each: " << each << ", heard of a neighbour: " << crowd.heard(6, 7)
+                        << ", spoiled: " << crowd.medium.totals().spoiled);
 }
 
 TEST_CASE("hidden senders") {
-  // Two senders that do not hear each other spoil each other's messages between them when they overlap: the middle one loses some.
+  // Two senders that do not hear each other spoil each other's messages between them when they overlap: the middle one
+  // loses some.
   Settings close;
   int spoiled_runs = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -112,9 +123,9 @@ TEST_CASE("the controller talks over robots") {
 }
 
 TEST_CASE("reception against distance") {
-  // With the settings for the logged 5 x 5 grid, reception falls with distance as in the logs: even up to 16 cm, half at 20 cm, little
-  // beyond. Each pair hears nearly all or nearly nothing, and not always both ways.
-  const double logged[][2] = {{5.0, 0.971}, {7.1, 0.965}, {10.0, 0.960}, {11.2, 0.958}, {14.1, 0.954}, {15.0, 0.945},
+  // With the settings for the logged 5 x 5 grid, reception falls with distance as in the logs: even up to 16 cm, half
+  // at 20 cm, little beyond. Each pair hears nearly all or nearly nothing, and not always both ways.
+  const double logged[][2] = {{5.0, 0.971},  {7.1, 0.965},  {10.0, 0.960}, {11.2, 0.958}, {14.1, 0.954}, {15.0, 0.945},
                               {15.8, 0.946}, {18.0, 0.932}, {20.0, 0.511}, {22.4, 0.136}, {28.3, 0.034}};
   std::vector<hal::Pose> grid;
   for (int i = 0; i < 25; ++i) grid.push_back({0.05 * (i % 5) - 0.1, 0.05 * (i / 5) - 0.1, 0});
@@ -130,7 +141,8 @@ TEST_CASE("reception against distance") {
     for (int k = 0; k < 1600; ++k) crowd.step();
     for (std::size_t a = 0; a < 25; ++a)
       for (std::size_t b = 0; b < 25; ++b) {
-        const double cm = 100 * std::hypot(grid[a].x_m - grid[b].x_m, grid[a].y_m - grid[b].y_m), share = crowd.heard(a, b) / 100.0;
+        const double cm = 100 * std::hypot(grid[a].x_m - grid[b].x_m, grid[a].y_m - grid[b].y_m),
+                     share = crowd.heard(a, b) / 100.0;
         for (std::size_t k = 0; k < 11; ++k)
           if (std::abs(cm - logged[k][0]) < 0.06) heard[k] += share, ++pairs[k];
         if (cm > 17) {
@@ -151,7 +163,8 @@ TEST_CASE("reception against distance") {
 }
 
 TEST_CASE("unequal clocks") {
-  // Clocks differ by up to the set share and no more, evenly; without it they are equal. Sending keeps to each robot's own clock.
+  // Clocks differ by up to the set share and no more, evenly; without it they are equal. Sending keeps to each robot's
+  // own clock.
   std::vector<hal::Pose> apart;
   for (int i = 0; i < 49; ++i) apart.push_back({0.25 * (i % 7) - 0.75, 0.25 * (i / 7) - 0.75, 0});
   Settings settings;
@@ -169,7 +182,8 @@ TEST_CASE("unequal clocks") {
   CHECK(least < 0.985);
   CHECK(most < 1.0205);
   CHECK(most > 1.015);
-  CHECK(static_cast<double>(different.medium.totals().sent) == doctest::Approx(static_cast<double>(equal.medium.totals().sent)).epsilon(0.01));
+  CHECK(static_cast<double>(different.medium.totals().sent) ==
+        doctest::Approx(static_cast<double>(equal.medium.totals().sent)).epsilon(0.01));
 }
 
 TEST_CASE("checksum") {

@@ -1,5 +1,6 @@
 // The overhead controller: packing, order, airtime.
 #include "hal/platforms/kilobot/message_board.hpp"
+
 #include "sim_ode/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
@@ -30,7 +31,9 @@ std::vector<Block> blocks(const Message& message) {
 
 constexpr Block filler{1023, 0, 0};
 
-bool adds_up(const hal::Airtime& a) { return a.offered == a.sent + a.replaced + a.refused + a.not_sent + a.waiting; }
+bool adds_up(const hal::Airtime& a) {
+  return a.offered == a.sent + a.replaced + a.refused + a.not_sent + a.waiting;
+}
 
 }  // namespace
 
@@ -85,7 +88,8 @@ TEST_CASE("limits") {
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
   MessageBoard controller(info, counters);
-  const hal::Airtime air = controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
+  const hal::Airtime air =
+      controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
   CHECK(air.refused == 3);
   CHECK(air.waiting == 1);
   CHECK(adds_up(air));
@@ -105,7 +109,8 @@ TEST_CASE("fleet commands go first") {
   MessageBoard controller(info, counters);
   using Kind = hal::FleetCommand::Kind;
   controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
-  for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge}) controller.command({.kind = kind});
+  for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge})
+    controller.command({.kind = kind});
   controller.command(broadcast(119, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
   for (int type : {0x88, 0x85, 0x83, 0x84, 0x87, 0x86, 119}) {
     const auto message = controller.next();
@@ -125,7 +130,8 @@ TEST_CASE("airtime") {
   for (hal::RobotId id = 0; id < 100; ++id) all.push_back({id, 0, 1, 1});
   arena->robots().offer(all);
   // composites at 110, 165, ... ms
-  const std::pair<std::int64_t, std::uint64_t> expected[] = {{109'999, 0}, {110'000, 3}, {164'999, 3}, {165'000, 6}, {1'924'999, 99}, {1'925'000, 100}, {5'000'000, 100}};
+  const std::pair<std::int64_t, std::uint64_t> expected[] = {
+      {109'999, 0}, {110'000, 3}, {164'999, 3}, {165'000, 6}, {1'924'999, 99}, {1'925'000, 100}, {5'000'000, 100}};
   for (const auto& [us, sent] : expected) {
     arena->advance_to(hal::LabTime{us});
     const hal::Airtime air = arena->robots().offer({});
@@ -137,7 +143,10 @@ TEST_CASE("airtime") {
 
 TEST_CASE("messages reach programs") {
   // A robot that drives by broadcast starts in the tick after the composite, not before.
-  auto arena = TestArena{.program = "drive.c", .ode = std::string(exact_drive) + "\nstart = \"centre80\"", .arena = "frame_period_s = 0.001"}.make_running();
+  auto arena = TestArena{.program = "drive.c",
+                         .ode = std::string(exact_drive) + "\nstart = \"centre80\"",
+                         .arena = "frame_period_s = 0.001"}
+                   .make_running();
   arena->robots().command(broadcast(1, {3}));
   const hal::Pose start = frame_at(*arena, hal::LabTime{0}).robots[0].pose;
   // RUN at 55 ms, heard at tick 2 (65.536 ms); the broadcast at 110 ms, heard at tick 4 (131.072 ms)
@@ -147,7 +156,8 @@ TEST_CASE("messages reach programs") {
 
 TEST_CASE("loss") {
   // overhead_loss is the share of robots that miss a composite; fleet commands reach everybody.
-  auto arena = TestArena{.program = "all_ahead.c", .robots = 100, .side_m = 1.5, .ode = "overhead_loss = 0.3"}.make_running();
+  auto arena =
+      TestArena{.program = "all_ahead.c", .robots = 100, .side_m = 1.5, .ode = "overhead_loss = 0.3"}.make_running();
   const hal::PoseFrame start = frame_at(*arena, hal::LabTime{0});
   const hal::PoseFrame later = frame_at(*arena, seconds(1));
   for (std::size_t i = 0; i < 100; ++i) CHECK(later.robots[i].pose.x_m != start.robots[i].pose.x_m);

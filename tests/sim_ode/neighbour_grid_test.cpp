@@ -1,3 +1,5 @@
+#include "sim_ode/neighbour_grid.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "sim_ode/neighbour_grid.hpp"
 
 namespace {
 
@@ -33,12 +34,14 @@ Points scattered(std::size_t count, double width_m, double height_m) {
 }  // namespace
 
 TEST_CASE("a grid finds each pair once and every neighbour") {
-  // Compares with all pairs by hand, in arenas crowded, long and nearly empty; only distances within rounding may go either way.
+  // Compares with all pairs by hand, in arenas crowded, long and nearly empty; only distances within rounding may go
+  // either way.
   struct Case {
     std::size_t points;
     double width_m, height_m, reach_m;
   };
-  for (const Case& c : {Case{300, 1, 1, 0.053}, Case{200, 10, 0.1, 0.1}, Case{50, 100, 100, 3}, Case{1, 1, 1, 0.1}, Case{0, 1, 1, 0.1}}) {
+  for (const Case& c : {Case{300, 1, 1, 0.053}, Case{200, 10, 0.1, 0.1}, Case{50, 100, 100, 3}, Case{1, 1, 1, 0.1},
+                        Case{0, 1, 1, 0.1}}) {
     CAPTURE(c.points);
     CAPTURE(c.width_m);
     const Points points = scattered(c.points, c.width_m, c.height_m);

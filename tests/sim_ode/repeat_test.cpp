@@ -24,7 +24,8 @@ constexpr int frames = 300;
 
 void talk(hal::Arena& arena, int k) {
   std::vector<hal::ToRobot> all;
-  for (hal::RobotId id : arena.info().robots) all.push_back({id, 0, static_cast<std::uint8_t>(k % 16), static_cast<std::uint16_t>(k)});
+  for (hal::RobotId id : arena.info().robots)
+    all.push_back({id, 0, static_cast<std::uint8_t>(k % 16), static_cast<std::uint16_t>(k)});
   arena.robots().offer(all);
 }
 
@@ -41,7 +42,8 @@ std::uint64_t run_alone(const TestArena& scene) {
 }  // namespace
 
 TEST_CASE("two arenas in turn") {
-  // Two arenas that share a program and the process's ODE, stepped in turn, do what each does alone; another seed differs.
+  // Two arenas that share a program and the process's ODE, stepped in turn, do what each does alone; another seed
+  // differs.
   const TestArena a{.robots = 60, .side_m = 0.4, .seed = 1}, b{.robots = 20, .side_m = 0.3, .seed = 2, .lab = "roark"};
   const std::uint64_t alone_a = run_alone(a), alone_b = run_alone(b);
   CHECK(run_alone(a) == alone_a);
@@ -80,7 +82,10 @@ TEST_CASE("slices of time") {
 
 TEST_CASE("frames between ticks") {
   // Frames show robots on their way between two ticks: a straight drive is straight and even at any frame period.
-  auto arena = TestArena{.program = "ahead.c", .ode = std::string(exact_drive) + "\nstart = \"centre80\"", .arena = "frame_period_s = 0.01"}.make_running();
+  auto arena = TestArena{.program = "ahead.c",
+                         .ode = std::string(exact_drive) + "\nstart = \"centre80\"",
+                         .arena = "frame_period_s = 0.01"}
+                   .make_running();
   arena->advance_to(seconds(1));
   arena->poses().latest();
   hal::Pose last{};

@@ -7,7 +7,8 @@ namespace arkmesh::sim_ode {
 
 TEST_CASE("places by hand") {
   // Robots stand where start_poses puts them, ids in order; touching each other and the wall is allowed.
-  auto arena = TestArena{.robots = 3, .ode = "start_poses = [0.1, -0.2, 1.5, 0.133, -0.2, -3, 0.4835, 0.4835, 0]"}.make();
+  auto arena =
+      TestArena{.robots = 3, .ode = "start_poses = [0.1, -0.2, 1.5, 0.133, -0.2, -3, 0.4835, 0.4835, 0]"}.make();
   const hal::PoseFrame frame = frame_at(*arena, hal::LabTime{0});
   CHECK(frame.robots[0].pose.x_m == 0.1);
   CHECK(frame.robots[0].pose.y_m == -0.2);
@@ -30,7 +31,8 @@ TEST_CASE("impossible places") {
   CHECK(refusal("[0, 0, 0, 0.2, 0, 0]") == "accepted");
   CHECK(refusal("[0, 0, 0]").find("holds 1 places for 2 robots") != std::string::npos);
   CHECK(refusal("[0, 0, 0, 0.2]").find("three numbers for each robot") != std::string::npos);
-  CHECK(refusal("[0, 0, 0, 0.2, 0.49, 0]").find("robot 1 at 0.2, 0.49, not wholly inside the walls") != std::string::npos);
+  CHECK(refusal("[0, 0, 0, 0.2, 0.49, 0]").find("robot 1 at 0.2, 0.49, not wholly inside the walls") !=
+        std::string::npos);
   CHECK(refusal("[0, 0, 0, 0.03, 0, 0]").find("robots 0 and 1 nearer than 0.033 m") != std::string::npos);
   CHECK(refusal("[0, 0, 0, nan, 0, 0]") != "accepted");
 }

@@ -22,13 +22,15 @@ struct Watched {
 };
 
 Watched watched() {
-  return {TestArena{.program = "states.c", .side_m = 2, .ode = std::string(exact_drive) + "\nstart = \"centre80\""}.make()};
+  return {
+      TestArena{.program = "states.c", .side_m = 2, .ode = std::string(exact_drive) + "\nstart = \"centre80\""}.make()};
 }
 
 }  // namespace
 
 TEST_CASE("run, pause, run") {
-  // RUN starts setup and loop; pause cuts the motors and the LED; the second RUN goes on without setup (the program asserts it).
+  // RUN starts setup and loop; pause cuts the motors and the LED; the second RUN goes on without setup (the program
+  // asserts it).
   Watched w = watched();
   CHECK_FALSE(w.moves());
   CHECK(w.after(0.1).led == hal::Led::off);

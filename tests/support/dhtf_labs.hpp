@@ -11,7 +11,9 @@
 
 namespace arkmesh::tests {
 
-inline std::filesystem::path experiments() { return std::filesystem::path(ARKMESH_SOURCE_DIR) / "experiments"; }
+inline std::filesystem::path experiments() {
+  return std::filesystem::path(ARKMESH_SOURCE_DIR) / "experiments";
+}
 
 struct DhtfLabs {
   std::vector<std::string> labs = {"shark", "roark"};
@@ -24,7 +26,8 @@ inline std::vector<hal::Config> dhtf_configs(const DhtfLabs& options) {
   std::vector<std::string> overrides = {"shared.labs=[" + names + "]", "recorder.log=false", "run.duration_s=120"};
   overrides.insert(overrides.end(), options.overrides.begin(), options.overrides.end());
   std::vector<hal::Config> configs;
-  for (const std::string& lab : options.labs) configs.push_back(hal::Config::from_file(experiments() / "dhtf" / (lab + ".toml"), overrides));
+  for (const std::string& lab : options.labs)
+    configs.push_back(hal::Config::from_file(experiments() / "dhtf" / (lab + ".toml"), overrides));
   return configs;
 }
 
@@ -32,8 +35,8 @@ inline std::vector<hal::Config> dhtf_configs(const DhtfLabs& options) {
 struct Outcome {
   bool finished = false;
   std::uint64_t hash = 0, completed = 0, steps = 0;
-  hal::Counters drops;          // of all labs
-  std::string reason;           // of the first lab that failed
+  hal::Counters drops;  // of all labs
+  std::string reason;   // of the first lab that failed
 };
 
 // `each_step` may disturb the run; it is called after every step.

@@ -1,9 +1,9 @@
 #include "tests/support/lab_processes.hpp"
 
-#include <fstream>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "scenarios/world_message.hpp"
@@ -46,11 +46,13 @@ std::vector<std::string> LabProcesses::arguments(const std::string& command, con
                                   through == options_.through_port.end() ? labs_.at(other).tcp_port : through->second));
     }
   }
-  std::vector<std::string> sets = {fmt::format("shared.labs=[{}]", fmt::join(names, ",")), fmt::format("bus.url=\"{}\"", bus_url(lab)),
+  std::vector<std::string> sets = {fmt::format("shared.labs=[{}]", fmt::join(names, ",")),
+                                   fmt::format("bus.url=\"{}\"", bus_url(lab)),
                                    fmt::format("gateway.listen=\"127.0.0.1:{}\"", labs_.at(lab).tcp_port),
                                    fmt::format("gateway.peers=[{}]", fmt::join(peers, ","))};
   sets.insert(sets.end(), options_.overrides.begin(), options_.overrides.end());
-  if (const auto own = options_.by_lab.find(lab); own != options_.by_lab.end()) sets.insert(sets.end(), own->second.begin(), own->second.end());
+  if (const auto own = options_.by_lab.find(lab); own != options_.by_lab.end())
+    sets.insert(sets.end(), own->second.begin(), own->second.end());
   std::vector<std::string> arguments = {command, (experiments() / "dhtf" / (lab + ".toml")).string()};
   for (const std::string& set : sets) arguments.insert(arguments.end(), {"--set", set});
   return arguments;
@@ -63,7 +65,8 @@ void LabProcesses::start_lab(const std::string& lab) {
 }
 
 void LabProcesses::start_gateway(const std::string& lab) {
-  labs_.at(lab).gateway = std::make_unique<Process>(ARKMESH_PROGRAM, arguments("gateway", lab), folder_.path() / (lab + "-gateway.txt"));
+  labs_.at(lab).gateway =
+      std::make_unique<Process>(ARKMESH_PROGRAM, arguments("gateway", lab), folder_.path() / (lab + "-gateway.txt"));
 }
 
 void LabProcesses::start() {
@@ -77,13 +80,15 @@ std::int64_t LabProcesses::period(const std::string& lab, std::chrono::milliseco
 }
 
 bool LabProcesses::reached(const std::string& lab, std::int64_t wanted, std::chrono::seconds deadline) {
-  return eventually(deadline, [&] { return period(lab) >= wanted || !this->lab(lab).running(); }) && period(lab) >= wanted;
+  return eventually(deadline, [&] { return period(lab) >= wanted || !this->lab(lab).running(); }) &&
+         period(lab) >= wanted;
 }
 
 bool LabProcesses::ended(std::chrono::seconds deadline) {
   return eventually(deadline, [&] {
     bool running = false;
-    for (auto& [name, m] : labs_) running = running || (m.process && m.process->running()), m.bus->drain(std::chrono::milliseconds(2));
+    for (auto& [name, m] : labs_)
+      running = running || (m.process && m.process->running()), m.bus->drain(std::chrono::milliseconds(2));
     return !running;
   });
 }

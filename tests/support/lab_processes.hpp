@@ -1,4 +1,5 @@
-// Real lab and gateway processes on loopback: every lab with its own LCM port, gateway and run folder, watched through its bus.
+// Real lab and gateway processes on loopback: every lab with its own LCM port, gateway and run folder, watched through
+// its bus.
 #pragma once
 
 #include <chrono>
@@ -18,11 +19,11 @@ class LabProcesses {
  public:
   struct Options {
     std::vector<std::string> labs = {"shark", "roark"};
-    std::vector<std::string> overrides;                         // of every lab and gateway
-    std::map<std::string, std::vector<std::string>> by_lab;     // of one lab and its gateway
+    std::vector<std::string> overrides;                      // of every lab and gateway
+    std::map<std::string, std::vector<std::string>> by_lab;  // of one lab and its gateway
     // Where lab a's gateway is told to find lab b; the default is b's own listening port. For a proxy between them.
     std::map<std::pair<std::string, std::string>, int> through_port;
-    int first_port = 7900;                                      // LCM and TCP ports from here on, one each per lab
+    int first_port = 7900;  // LCM and TCP ports from here on, one each per lab
   };
 
   explicit LabProcesses(Options options);
@@ -36,7 +37,9 @@ class LabProcesses {
   int tcp_port(const std::string& lab) const { return labs_.at(lab).tcp_port; }
   std::string bus_url(const std::string& lab) const;
   std::filesystem::path directory(const std::string& lab) const { return folder_.path() / lab; }
-  std::string gateway_output(const std::string& lab) const { return read_file(folder_.path() / (lab + "-gateway.txt")); }
+  std::string gateway_output(const std::string& lab) const {
+    return read_file(folder_.path() / (lab + "-gateway.txt"));
+  }
   std::string lab_output(const std::string& lab) const { return read_file(folder_.path() / (lab + "-lab.txt")); }
 
   // Newest period that the lab has published, -1 before the first. Serves all buses for up to `wait`.

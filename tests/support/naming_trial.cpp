@@ -30,8 +30,10 @@ class Judge {
     named_now_.clear();
     for (const tracker::Track& track : look.tracker.tracks()) {
       if (!track.robot || track.doubtful) continue;
-      const auto own = std::find_if(truth.begin(), truth.end(), [&](const auto& robot) { return robot.id == *track.robot; });
-      const bool right = own != truth.end() && std::hypot(own->seen.pose.x_m - track.in_arena.x_m, own->seen.pose.y_m - track.in_arena.y_m) < same_place_m;
+      const auto own =
+          std::find_if(truth.begin(), truth.end(), [&](const auto& robot) { return robot.id == *track.robot; });
+      const bool right = own != truth.end() && std::hypot(own->seen.pose.x_m - track.in_arena.x_m,
+                                                          own->seen.pose.y_m - track.in_arena.y_m) < same_place_m;
       // a robot out of sight may have gone on
       if (!right && track.age.count() == 0) ++result_.wrong;
       if (right) named_now_.insert(*track.robot);
@@ -72,18 +74,21 @@ NamingResult name_in_room(const NamingTrial& trial) {
     sim_ode::room::write_calibration(room, calibration.string());
     std::ofstream(room_file) << config.effective();
     for (std::size_t k = 0; k < room.cameras(); ++k)
-      cameras += fmt::format("[[arena.kilobot.cameras]]\nsource = \"{}\"\ncalibration = \"{}\"\n", k, calibration.string());
+      cameras +=
+          fmt::format("[[arena.kilobot.cameras]]\nsource = \"{}\"\ncalibration = \"{}\"\n", k, calibration.string());
     const hal::Section arena = config.root().section("arena");
-    sides = fmt::format("robots = {}\nwidth_m = {}\nheight_m = {}\n", room.robots(), arena.number("width_m", 1), arena.number("height_m", 1));
+    sides = fmt::format("robots = {}\nwidth_m = {}\nheight_m = {}\n", room.robots(), arena.number("width_m", 1),
+                        arena.number("height_m", 1));
   }
   const hal::Config config = hal::Config::from_text(
-      fmt::format("[arena]\n{}room.file = \"{}\"\n[arena.kilobot]\nidentity = \"{}\"\nnames_within_s = {}\n{}", sides, room_file.string(), trial.identity,
-                  trial.within_s, cameras),
+      fmt::format("[arena]\n{}room.file = \"{}\"\n[arena.kilobot]\nidentity = \"{}\"\nnames_within_s = {}\n{}", sides,
+                  room_file.string(), trial.identity, trial.within_s, cameras),
       "lab.toml", trial.lab);
 
   NamingResult result;
   Judge judge(trial, result);
-  const auto arena = cli::make_room_arena(config.root().section("arena"), "lab", trial.seed, [&](const tracker::Look& look) { judge.look(look); });
+  const auto arena = cli::make_room_arena(config.root().section("arena"), "lab", trial.seed,
+                                          [&](const tracker::Look& look) { judge.look(look); });
   judge.watch(cli::room_of(*arena));
   bool complete = true;
   try {
@@ -94,7 +99,9 @@ NamingResult name_in_room(const NamingTrial& trial) {
   }
   if (complete && trial.then_s > 0) {
     arena->robots().command({hal::FleetCommand::Kind::run});
-    for (hal::LabTime t = arena->info().frame_period; static_cast<double>(t.count()) * 1e-6 <= trial.then_s; t += arena->info().frame_period) arena->advance_to(t);
+    for (hal::LabTime t = arena->info().frame_period; static_cast<double>(t.count()) * 1e-6 <= trial.then_s;
+         t += arena->info().frame_period)
+      arena->advance_to(t);
   }
   judge.finish();
   result.counters = arena->counters();

@@ -1,5 +1,5 @@
-// How long it takes on a table in a virtual room until every robot has its name, and whether any name was ever wrong. For tests and
-// measurements.
+// How long it takes on a table in a virtual room until every robot has its name, and whether any name was ever wrong.
+// For tests and measurements.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,24 @@
 namespace arkmesh::tests {
 
 struct NamingTrial {
-  std::filesystem::path room;            // a room's file
-  std::vector<std::string> sets;         // on top of it: "arena.robots=20"
-  std::vector<std::string> lab;          // the lab's: "arena.kilobot.led_offset_deg=44"
-  std::string identity = "spelled";      // or "ark"
+  std::filesystem::path room;        // a room's file
+  std::vector<std::string> sets;     // on top of it: "arena.robots=20"
+  std::vector<std::string> lab;      // the lab's: "arena.kilobot.led_offset_deg=44"
+  std::string identity = "spelled";  // or "ark"
   std::uint64_t seed = 1;
-  double within_s = 30;                  // most_s in all until everybody is named, the controller's start-up included
-  double then_s = 0;                     // how long robots run afterwards
+  double within_s = 30;  // most_s in all until everybody is named, the controller's start-up included
+  double then_s = 0;     // how long robots run afterwards
   // For people who want to know more; the truth is that of the moment after the picture.
   std::function<void(const tracker::Look&, const std::vector<sim_ode::room::Room::Truth>&)> onlooker;
 };
 
 struct NamingResult {
   int robots = 0;
-  int named = 0;                         // rightly, in the last picture
-  double named_all_s = -1;               // since everything was switched on, start-up of 2 s included; below 0: never
-  std::uint64_t wrong = 0;               // robot-frames in which a sure name was another robot's
-  std::vector<double> named_s;           // when the n-th robot had its name for the first time
-  std::vector<hal::Pose> nameless;       // where robots stand that have no name in the last picture, in truth
+  int named = 0;                    // rightly, in the last picture
+  double named_all_s = -1;          // since everything was switched on, start-up of 2 s included; below 0: never
+  std::uint64_t wrong = 0;          // robot-frames in which a sure name was another robot's
+  std::vector<double> named_s;      // when the n-th robot had its name for the first time
+  std::vector<hal::Pose> nameless;  // where robots stand that have no name in the last picture, in truth
   hal::Counters counters;
 };
 

@@ -15,7 +15,8 @@
 
 namespace arkmesh::tests {
 
-Process::Process(const std::string& program, const std::vector<std::string>& arguments, std::filesystem::path output) : output_(std::move(output)) {
+Process::Process(const std::string& program, const std::vector<std::string>& arguments, std::filesystem::path output)
+    : output_(std::move(output)) {
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
@@ -63,7 +64,9 @@ std::optional<int> Process::wait(std::chrono::milliseconds deadline) {
   return code_;
 }
 
-std::string Process::output() const { return read_file(output_); }
+std::string Process::output() const {
+  return read_file(output_);
+}
 
 TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "arkmesh-test-XXXXXX").string();

@@ -42,7 +42,8 @@ bool eventually(std::chrono::milliseconds deadline, Condition condition) {
   return true;
 }
 
-// A new empty folder below the system's temporary folder, removed with its content at the end unless ARKMESH_KEEP is set.
+// A new empty folder below the system's temporary folder, removed with its content at the end unless ARKMESH_KEEP is
+// set.
 class TemporaryFolder {
  public:
   TemporaryFolder();

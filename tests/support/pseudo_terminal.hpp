@@ -1,5 +1,5 @@
-// A serial port that exists only here: what is written to it comes out of a descriptor. It can be unplugged and plugged in again under
-// the same name. libserialport opens it by port() with the help of pty_shim.c only.
+// A serial port that exists only here: what is written to it comes out of a descriptor. It can be unplugged and plugged
+// in again under the same name. libserialport opens it by port() with the help of pty_shim.c only.
 #pragma once
 
 #include <fcntl.h>
@@ -25,15 +25,18 @@ class PseudoTerminal {
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
-  // Below /dev by name, because libserialport takes nothing else; it finds "/sys/class/tty/../../../tmp/...", a link as it wants one.
+  // Below /dev by name, because libserialport takes nothing else; it finds "/sys/class/tty/../../../tmp/...", a link as
+  // it wants one.
   std::string port() const { return "/dev/../../.." + link_.string(); }
   // As anybody else would name it.
   std::string link() const { return link_.string(); }
   void plug() {
     master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) throw std::runtime_error("no pseudo-terminal");
+    if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0)
+      throw std::runtime_error("no pseudo-terminal");
     std::array<char, 64> name{};
-    if (::ptsname_r(master_, name.data(), name.size()) != 0) throw std::runtime_error("a pseudo-terminal without a name");
+    if (::ptsname_r(master_, name.data(), name.size()) != 0)
+      throw std::runtime_error("a pseudo-terminal without a name");
     std::filesystem::create_symlink(name.data(), link_);
   }
   void unplug() {

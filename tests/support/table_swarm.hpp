@@ -1,5 +1,6 @@
-// A simulated table and the eyes of a camera on it: pictures as tracks under numbers of their own, late, and questions put on the air as
-// an overhead controller has time for them. For tests of everything that talks to robots it cannot name.
+// A simulated table and the eyes of a camera on it: pictures as tracks under numbers of their own, late, and questions
+// put on the air as an overhead controller has time for them. For tests of everything that talks to robots it cannot
+// name.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -21,13 +22,13 @@
 namespace arkmesh::tests {
 
 struct TableSettings {
-  std::string program;                 // path below the sources
+  std::string program;  // path below the sources
   int robots = 1;
   double side_m = 1;
-  std::vector<std::uint16_t> ids;      // by robot; empty: shuffled 0..robots-1
-  std::string ode;                     // further lines of [arena.ode]
-  hal::LabTime latency{150'000};       // of the camera
-  double position_noise_m = 0;         // s.d. of what it says of each coordinate
+  std::vector<std::uint16_t> ids;  // by robot; empty: shuffled 0..robots-1
+  std::string ode;                 // further lines of [arena.ode]
+  hal::LabTime latency{150'000};   // of the camera
+  double position_noise_m = 0;     // s.d. of what it says of each coordinate
   std::uint64_t seed = 1;
 };
 
@@ -35,9 +36,11 @@ class TableSwarm {
  public:
   explicit TableSwarm(TableSettings settings)
       : settings_(std::move(settings)),
-        config_(hal::Config::from_text(fmt::format("[arena]\nrobots = {0}\nwidth_m = {1}\nheight_m = {1}\n[arena.ode]\ncontroller = \"{2}/{3}\"\n{4}\n", settings_.robots,
-                                                   settings_.side_m, ARKMESH_SOURCE_DIR, settings_.program, settings_.ode),
-                                       "test.toml")),
+        config_(hal::Config::from_text(
+            fmt::format(
+                "[arena]\nrobots = {0}\nwidth_m = {1}\nheight_m = {1}\n[arena.ode]\ncontroller = \"{2}/{3}\"\n{4}\n",
+                settings_.robots, settings_.side_m, ARKMESH_SOURCE_DIR, settings_.program, settings_.ode),
+            "test.toml")),
         chance_(settings_.seed, "test/table") {
     ids = settings_.ids;
     if (ids.empty()) ids = shuffled<std::uint16_t>(0);
@@ -63,7 +66,11 @@ class TableSwarm {
     tracks_.clear();
     for (std::size_t i = 0; i < track_of.size(); ++i) {
       const hal::Sighting& seen = pictures_.front().robots[i];
-      tracker::Track track{.number = track_of[i], .in_arena = seen.pose, .led = seen.led, .led_seen = seen.led != hal::Led::off, .confidence = 1};
+      tracker::Track track{.number = track_of[i],
+                           .in_arena = seen.pose,
+                           .led = seen.led,
+                           .led_seen = seen.led != hal::Led::off,
+                           .confidence = 1};
       track.in_arena.x_m += settings_.position_noise_m * chance_.normal();
       track.in_arena.y_m += settings_.position_noise_m * chance_.normal();
       if (hidden_since_[i]) {
@@ -97,11 +104,13 @@ class TableSwarm {
   std::size_t robot_of(tracker::TrackNumber track) const {
     return static_cast<std::size_t>(std::find(track_of.begin(), track_of.end(), track) - track_of.begin());
   }
-  std::size_t robot_with(std::uint16_t id) const { return static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin()); }
+  std::size_t robot_with(std::uint16_t id) const {
+    return static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
+  }
   sim_ode::Table& table() { return *table_; }
 
-  std::vector<std::uint16_t> ids;                // by robot, at the beginning
-  std::vector<tracker::TrackNumber> track_of;    // by robot
+  std::vector<std::uint16_t> ids;              // by robot, at the beginning
+  std::vector<tracker::TrackNumber> track_of;  // by robot
   hal::LabTime now{0};
 
  private:

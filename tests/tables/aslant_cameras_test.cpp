@@ -1,4 +1,5 @@
-// Cameras that look aslant through bent lenses and overlap: their pictures give one track for each robot, where it truly is.
+// Cameras that look aslant through bent lenses and overlap: their pictures give one track for each robot, where it
+// truly is.
 #include <doctest/doctest.h>
 
 #include "hal/config.hpp"
@@ -13,9 +14,11 @@ namespace {
 hal::Config two_cameras() {
   return hal::Config::from_text(
       "[room]\nframes_per_s = 10.0\n"
-      "[[room.camera]]\nname = \"west\"\nwidth_px = 800\nheight_px = 600\nx_m = -0.62\ny_m = 0.0\nz_m = 1.0\nlook_x_m = -0.18\n"
+      "[[room.camera]]\nname = \"west\"\nwidth_px = 800\nheight_px = 600\nx_m = -0.62\ny_m = 0.0\nz_m = 1.0\nlook_x_m "
+      "= -0.18\n"
       "look_y_m = 0.0\nfocal_px = 1000.0\ndistortion = [-0.25, 0.08, 0.0003, -0.0002, 0.0]\n"
-      "[[room.camera]]\nname = \"east\"\nwidth_px = 800\nheight_px = 600\nx_m = 0.2\ny_m = 0.02\nz_m = 1.0\nfocal_px = 1100.0\n"
+      "[[room.camera]]\nname = \"east\"\nwidth_px = 800\nheight_px = 600\nx_m = 0.2\ny_m = 0.02\nz_m = 1.0\nfocal_px = "
+      "1100.0\n"
       "distortion = [-0.08, 0.02, 0.0, 0.0, 0.0]\n"
       "[arena]\nwidth_m = 0.9\nheight_m = 0.5\nrobots = 20\n"
       "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/experiments/room/walker.c\"\n",
@@ -25,11 +28,12 @@ hal::Config two_cameras() {
 }  // namespace
 
 TEST_CASE("a camera that looks aslant and one beside it give each robot one track, within a millimetre") {
-  // Proves that robots are followed across the seam with their names, and that a camera that is gone brings no invented poses: the robots
-  // that only it sees are no longer reported, the others go on, and all are back when it is.
+  // Proves that robots are followed across the seam with their names, and that a camera that is gone brings no invented
+  // poses: the robots that only it sees are no longer reported, the others go on, and all are back when it is.
   sim_ode::room::Room room(two_cameras().root());
   std::vector<tracker::Calibration> cameras;
-  for (std::size_t k = 0; k < room.cameras(); ++k) cameras.push_back(tests::true_calibration(room.camera(k).model(), 0.9, 0.5));
+  for (std::size_t k = 0; k < room.cameras(); ++k)
+    cameras.push_back(tests::true_calibration(room.camera(k).model(), 0.9, 0.5));
   tracker::TableSettings settings;
   settings.expected_robots = 20;
   tracker::TableTracker table(std::move(cameras), settings);

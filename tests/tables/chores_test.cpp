@@ -1,4 +1,5 @@
-// The chores before an experiment in a virtual room, with the truth beside: cameras, controller and robots' programs are those of a real table.
+// The chores before an experiment in a virtual room, with the truth beside: cameras, controller and robots' programs
+// are those of a real table.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -25,16 +26,24 @@ class RoomLab {
  public:
   explicit RoomLab(int robots, const std::string& ids = "shuffled", double side_m = 0.5) {
     const auto room = folder_.path() / "room.toml", calibration = folder_.path() / "table.yaml";
-    const std::string arena = fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n", robots, side_m, side_m);
-    std::ofstream(room) << fmt::format("[room]\nids = \"{}\"\n{}[arena.ode]\ncontroller = \"{}/scenarios/dhtf/controller/dhtf.c\"\n", ids, arena, ARKMESH_SOURCE_DIR)
-                        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
+    const std::string arena =
+        fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n", robots, side_m, side_m);
+    std::ofstream(room)
+        << fmt::format("[room]\nids = \"{}\"\n{}[arena.ode]\ncontroller = \"{}/scenarios/dhtf/controller/dhtf.c\"\n",
+                       ids, arena, ARKMESH_SOURCE_DIR)
+        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
     const hal::Config config = hal::Config::from_file(room, {"room.seed=1"});
     const sim_ode::room::Room first(config.root());
     sim_ode::room::write_calibration(first, calibration.string());
     truth_ = first.truth();
-    std::ofstream(file()) << fmt::format("[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = 60.0\nseed = 1\n[shared]\nlabs = [\"roark\"]\n{}", arena)
-                          << fmt::format("use = \"room\"\nroom.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n", room.string(),
-                                         calibration.string());
+    std::ofstream(file())
+        << fmt::format(
+               "[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = 60.0\nseed = 1\n[shared]\nlabs = "
+               "[\"roark\"]\n{}",
+               arena)
+        << fmt::format(
+               "use = \"room\"\nroom.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
+               room.string(), calibration.string());
   }
   std::filesystem::path file() const { return folder_.path() / "lab.toml"; }
   // Where robots stand when the room begins, with their ids.
@@ -47,7 +56,9 @@ class RoomLab {
 };
 
 bool is_there(const std::vector<sim_ode::room::Room::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {
-  return std::ranges::any_of(truth, [&](const auto& each) { return each.id == robot && std::hypot(each.seen.pose.x_m - x_m, each.seen.pose.y_m - y_m) < 0.01; });
+  return std::ranges::any_of(truth, [&](const auto& each) {
+    return each.id == robot && std::hypot(each.seen.pose.x_m - x_m, each.seen.pose.y_m - y_m) < 0.01;
+  });
 }
 
 }  // namespace
@@ -92,7 +103,8 @@ TEST_CASE("table: assign-ids in a room") {
     REQUIRE(robot.given.has_value());
     given.insert(static_cast<hal::RobotId>(*robot.given));
     for (const auto& each : lab.truth())
-      if (std::hypot(each.seen.pose.x_m - robot.in_arena.x_m, each.seen.pose.y_m - robot.in_arena.y_m) < 0.01) told.insert(each.robot);
+      if (std::hypot(each.seen.pose.x_m - robot.in_arena.x_m, each.seen.pose.y_m - robot.in_arena.y_m) < 0.01)
+        told.insert(each.robot);
   }
   CHECK(given == std::set<hal::RobotId>(ids.begin(), ids.end()));
   CHECK(told.size() == 8);

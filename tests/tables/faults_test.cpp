@@ -24,8 +24,8 @@ bool everybody_soon(VirtualTable& table, double seconds, int robots = VirtualTab
 }  // namespace
 
 TEST_CASE("table: cameras and controller fail and come back") {
-  // A camera that is gone, frozen or dark, a controller that is unplugged and garbage on its line: counters show it where there is something to
-  // count, no frame is wrong meanwhile, and afterwards all robots are where frames say.
+  // A camera that is gone, frozen or dark, a controller that is unplugged and garbage on its line: counters show it
+  // where there is something to count, no frame is wrong meanwhile, and afterwards all robots are where frames say.
   VirtualTable table;
   table.start();
   REQUIRE(everybody_soon(table, 2));
@@ -60,8 +60,9 @@ TEST_CASE("table: cameras and controller fail and come back") {
 }
 
 TEST_CASE("table: a camera is knocked about") {
-  // Whether by 3 mm or so far that no mark is where it was: from then on no frame is made from places that are off, the counters say so,
-  // and frames come again when it is clear where the camera hangs now, also when it is put back. Turned away it shows nothing until then.
+  // Whether by 3 mm or so far that no mark is where it was: from then on no frame is made from places that are off, the
+  // counters say so, and frames come again when it is clear where the camera hangs now, also when it is put back.
+  // Turned away it shows nothing until then.
   struct Row {
     const char* knock;
     bool followed;
@@ -74,10 +75,12 @@ TEST_CASE("table: a camera is knocked about") {
     const auto off_m = [&] {
       double most = 0;
       for (const hal::Sighting& seen : table.frame ? table.frame->robots : std::vector<hal::Sighting>{})
-        if (const auto at = table.truth(seen.robot)) most = std::max(most, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
+        if (const auto at = table.truth(seen.robot))
+          most = std::max(most, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
       return most;
     };
-    for (const std::string& command : {std::string("camera camera0 move ") + row.knock, std::string("camera camera0 ok")}) {
+    for (const std::string& command :
+         {std::string("camera camera0 move ") + row.knock, std::string("camera camera0 ok")}) {
       const std::uint64_t lost = table.counted("poses.lost.no_picture"), moved = table.counted("camera.moved");
       const bool back = command.ends_with("ok");
       table.happen(command);
@@ -86,8 +89,10 @@ TEST_CASE("table: a camera is knocked about") {
       table.steps(10, [&] { CHECK(off_m() < 0.003); });
       CHECK(table.counted("camera.moved") == moved + row.followed);
       CHECK(table.counted("poses.lost.no_picture") > lost - back);
-      if (row.followed || back) CHECK(table.right() == VirtualTable::robots);
-      else CHECK(!table.frame);
+      if (row.followed || back)
+        CHECK(table.right() == VirtualTable::robots);
+      else
+        CHECK(!table.frame);
     }
     CHECK(table.counted("camera.realigned") == (row.followed ? 2 : 0));
   }
@@ -101,15 +106,18 @@ TEST_CASE("table: a robot is taken away and put elsewhere") {
 
   const auto id_of = [&](int number) { return table.room().truth()[static_cast<std::size_t>(number)].id; };
   table.happen("robot 3 take");
-  CHECK(soon(table, 10, [&] { return table.frame && std::ranges::none_of(table.frame->robots, [&](const auto& seen) { return seen.robot == id_of(3); }); }));
+  CHECK(soon(table, 10, [&] {
+    return table.frame &&
+           std::ranges::none_of(table.frame->robots, [&](const auto& seen) { return seen.robot == id_of(3); });
+  }));
   table.steps(1, [&] { CHECK(table.right() >= VirtualTable::robots - 1); });
   table.happen("robot 3 put 0.2 -0.2 90");
   CHECK(everybody_soon(table, 20));
 }
 
 TEST_CASE("table: two robots swapped by hand") {
-  // Lifted for 1.5 s and put down in each other's place: nothing is said to either until it is named again, which takes less than 20 s,
-  // and no frame ever has one in the place of the other.
+  // Lifted for 1.5 s and put down in each other's place: nothing is said to either until it is named again, which takes
+  // less than 20 s, and no frame ever has one in the place of the other.
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u}) {
     CAPTURE(seed);
     VirtualTable table("", seed);
@@ -134,18 +142,25 @@ TEST_CASE("table: two robots swapped by hand") {
       withheld = now;
     }
     CHECK(both);
-    MESSAGE("named again " << static_cast<double>((table.now() - down).count()) * 1e-6 << " s after they were put down");
+    MESSAGE("named again " << static_cast<double>((table.now() - down).count()) * 1e-6
+                           << " s after they were put down");
   }
 }
 
 TEST_CASE("table: swapped while nobody can see or hear it") {
-  // In the dark, before a camera that is frozen, with the controller unplugged, all of it at once and among three: no frame is ever wrong,
-  // nothing is said to a robot that no frame names, and everybody is named again when the last trouble is over.
+  // In the dark, before a camera that is frozen, with the controller unplugged, all of it at once and among three: no
+  // frame is ever wrong, nothing is said to a robot that no frame names, and everybody is named again when the last
+  // trouble is over.
   const std::vector<std::vector<std::pair<double, const char*>>> stories{
       {{0, "camera camera0 dark"}, {1, "swap 1 5 1.2"}, {3, "camera camera0 ok"}},
       {{0, "camera camera0 frozen"}, {1, "swap 1 5 1.2"}, {10, "camera camera0 ok"}},
       {{0, "ohc unplug"}, {0.5, "swap 1 5 1.2"}, {2, "swap 5 6 1.2"}, {4, "ohc plug"}, {4, "ohc garbage 500"}},
-      {{0, "swap 1 5 1.2"}, {0.5, "ohc unplug"}, {1, "camera camera0 gone"}, {2, "camera camera0 move 0.01 0"}, {2, "swap 2 3 1"}, {3.5, "camera camera0 ok"},
+      {{0, "swap 1 5 1.2"},
+       {0.5, "ohc unplug"},
+       {1, "camera camera0 gone"},
+       {2, "camera camera0 move 0.01 0"},
+       {2, "swap 2 3 1"},
+       {3.5, "camera camera0 ok"},
        {3.5, "ohc plug"}}};
   for (const auto& story : stories) {
     CAPTURE(&story - stories.data());
@@ -166,8 +181,8 @@ TEST_CASE("table: swapped while nobody can see or hear it") {
 }
 
 TEST_CASE("table: a robot dies and comes back, while the line to the controller is noisy") {
-  // Bytes are spoilt and no frame puts anybody in a wrong place. The dead robot is seen dark where it lies; powered and told to run again,
-  // it shines and drives.
+  // Bytes are spoilt and no frame puts anybody in a wrong place. The dead robot is seen dark where it lies; powered and
+  // told to run again, it shines and drives.
   VirtualTable table;
   table.start();
   REQUIRE(everybody_soon(table, 2));

@@ -21,10 +21,12 @@ tests::NamingTrial small_table(const std::string& identity, std::uint64_t seed) 
 }  // namespace
 
 TEST_CASE("table: a hundred robots have their names in 15 s") {
-  // From the moment when everything is switched on, robots walking until they are asked; no name is ever another robot's, afterwards neither.
+  // From the moment when everything is switched on, robots walking until they are asked; no name is ever another
+  // robot's, afterwards neither.
   for (const std::uint64_t seed : {1, 2}) {
     CAPTURE(seed);
-    const tests::NamingResult result = tests::name_in_room({.room = ARKMESH_SOURCE_DIR "/experiments/room/hundred.toml", .seed = seed, .then_s = 5});
+    const tests::NamingResult result =
+        tests::name_in_room({.room = ARKMESH_SOURCE_DIR "/experiments/room/hundred.toml", .seed = seed, .then_s = 5});
     CHECK(result.robots == 100);
     CHECK(result.named_all_s > 0);
     CHECK(result.named_all_s < 15);

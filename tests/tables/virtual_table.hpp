@@ -27,16 +27,18 @@ class VirtualTable {
   // `events` are [[room.event]]s; their times count from when the cameras were switched on.
   explicit VirtualTable(const std::string& events = "", std::uint64_t seed = 1, int count = robots) {
     const auto room_file = directory_.path() / "room.toml", calibration = directory_.path() / "table.yaml";
-    std::ofstream(room_file) << "[arena]\nrobots = " << count << "\nwidth_m = 0.5\nheight_m = 0.5\n"
-                             << "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n"
-                             << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n"
-                             << events;
+    std::ofstream(room_file)
+        << "[arena]\nrobots = " << count << "\nwidth_m = 0.5\nheight_m = 0.5\n"
+        << "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n"
+        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n"
+        << events;
     const hal::Config room = hal::Config::from_file(room_file);
     sim_ode::room::write_calibration(sim_ode::room::Room(room.root()), calibration);
-    const hal::Config config = hal::Config::from_text(
-        fmt::format("[arena]\nrobots = {}\nwidth_m = 0.5\nheight_m = 0.5\nroom.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
-                    count, room_file.string(), calibration.string()),
-        "table.toml");
+    const hal::Config config =
+        hal::Config::from_text(fmt::format("[arena]\nrobots = {}\nwidth_m = 0.5\nheight_m = 0.5\nroom.file = "
+                                           "\"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
+                                           count, room_file.string(), calibration.string()),
+                               "table.toml");
     arena = cli::make_room_arena(config.root().section("arena"), "lab", seed, {});
     this->room().listen([this](const sim_ode::Transmission& sent) { hear(sent); });
   }
@@ -66,17 +68,22 @@ class VirtualTable {
     frame = arena->poses().latest();
     note_frame();
     std::vector<hal::ToRobot> said;
-    for (const hal::RobotId robot : arena->info().robots) said.push_back({robot, 0, 0, static_cast<std::uint16_t>(++words_ % 256)});
+    for (const hal::RobotId robot : arena->info().robots)
+      said.push_back({robot, 0, 0, static_cast<std::uint16_t>(++words_ % 256)});
     arena->robots().offer(said);
   }
-  void steps(double seconds, const std::function<void()>& each = [] {}) {
+  void steps(
+      double seconds, const std::function<void()>& each = [] {}) {
     for (int n = 0; n < std::lround(seconds * 10); ++n) step(), each();
   }
   hal::LabTime now() const { return now_; }
-  // Messages on the air to robots that no frame had named for longer than the controller needs to hear of it and to end what it is saying.
+  // Messages on the air to robots that no frame had named for longer than the controller needs to hear of it and to end
+  // what it is saying.
   int said_blindly() const { return said_blindly_; }
   // The last message on the air to that robot began then, in the room's time.
-  hal::LabTime last_said(hal::RobotId id) const { return last_said_.contains(id) ? last_said_.at(id) : hal::LabTime{-1}; }
+  hal::LabTime last_said(hal::RobotId id) const {
+    return last_said_.contains(id) ? last_said_.at(id) : hal::LabTime{-1};
+  }
   std::uint64_t counted(std::string_view name) const { return arena->counters()[name]; }
 
   // Where the robot with that id is in truth; nothing while it is off the table.
@@ -86,13 +93,21 @@ class VirtualTable {
     return {};
   }
   // Whether the frame says where that robot is, and that is where it is; and whether it says something that is wrong.
-  bool right(hal::RobotId id) { return says(id, [](double off_m, const hal::Sighting& seen) { return off_m < 0.01 && seen.age < hal::LabTime{500'000}; }); }
+  bool right(hal::RobotId id) {
+    return says(
+        id, [](double off_m, const hal::Sighting& seen) { return off_m < 0.01 && seen.age < hal::LabTime{500'000}; });
+  }
   bool wrong(hal::RobotId id) {
     // A sighting with an age says where the robot was, and is no lie.
-    return says(id, [](double off_m, const hal::Sighting& seen) { return off_m > 0.01 && seen.age == hal::LabTime{0}; });
+    return says(id,
+                [](double off_m, const hal::Sighting& seen) { return off_m > 0.01 && seen.age == hal::LabTime{0}; });
   }
-  int right() { return static_cast<int>(std::ranges::count_if(arena->info().robots, [&](hal::RobotId id) { return right(id); })); }
-  int wrong() { return static_cast<int>(std::ranges::count_if(arena->info().robots, [&](hal::RobotId id) { return wrong(id); })); }
+  int right() {
+    return static_cast<int>(std::ranges::count_if(arena->info().robots, [&](hal::RobotId id) { return right(id); }));
+  }
+  int wrong() {
+    return static_cast<int>(std::ranges::count_if(arena->info().robots, [&](hal::RobotId id) { return wrong(id); }));
+  }
 
   std::unique_ptr<hal::Arena> arena;
   std::optional<hal::PoseFrame> frame;
@@ -112,9 +127,13 @@ class VirtualTable {
 
   void note_frame() {
     for (const hal::RobotId id : arena->info().robots) {
-      const bool named = frame && std::ranges::any_of(frame->robots, [id](const hal::Sighting& seen) { return seen.robot == id && seen.age == hal::LabTime{0}; });
-      if (named) nameless_since_.erase(id);
-      else nameless_since_.try_emplace(id, room().now());
+      const bool named = frame && std::ranges::any_of(frame->robots, [id](const hal::Sighting& seen) {
+                           return seen.robot == id && seen.age == hal::LabTime{0};
+                         });
+      if (named)
+        nameless_since_.erase(id);
+      else
+        nameless_since_.try_emplace(id, room().now());
     }
   }
   // The room's time runs ahead of what it tells of.

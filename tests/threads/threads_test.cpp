@@ -1,7 +1,8 @@
-// The two threads there are, a camera's and a serial line's, beside those who ask them: built with the thread sanitizer, which ends the
-// program with an error at the first race.
+// The two threads there are, a camera's and a serial line's, beside those who ask them: built with the thread
+// sanitizer, which ends the program with an error at the first race.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -12,8 +13,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <fcntl.h>
 
 #include "hal/listening_socket.hpp"
 #include "hal/mjpeg_server.hpp"
@@ -38,7 +37,8 @@ bool soon(const std::function<bool()>& each) {
 }  // namespace
 
 TEST_CASE("threads: a camera comes, goes and comes back") {
-  // Pictures, troubles and counters are asked for by one thread while another reads the stream; the feed ends while pictures still come.
+  // Pictures, troubles and counters are asked for by one thread while another reads the stream; the feed ends while
+  // pictures still come.
   hal::MjpegServer server("127.0.0.1", 0);
   std::vector<std::uint8_t> jpeg;
   std::uint8_t grey = 0;

@@ -19,14 +19,21 @@ using tracker_test::WalkingSwarm;
 
 namespace {
 
-hal::LabTime at_s(double seconds) { return hal::LabTime(std::llround(seconds * 1e6)); }
+hal::LabTime at_s(double seconds) {
+  return hal::LabTime(std::llround(seconds * 1e6));
+}
 
-Seen robot_at(double x_m, double y_m) { return {.x_m = x_m, .y_m = y_m, .sigma_m = 0.0007, .confidence = 0.9f, .led_confidence = 0.9f}; }
+Seen robot_at(double x_m, double y_m) {
+  return {.x_m = x_m, .y_m = y_m, .sigma_m = 0.0007, .confidence = 0.9f, .led_confidence = 0.9f};
+}
 
-double apart_m(const hal::Pose& a, const hal::Pose& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+double apart_m(const hal::Pose& a, const hal::Pose& b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
 
 // The greatest total gain by trying everything.
-double best_gain(std::uint32_t row, std::uint32_t rows, std::set<std::uint32_t>& used, const std::vector<Pairing>& possible) {
+double best_gain(std::uint32_t row, std::uint32_t rows, std::set<std::uint32_t>& used,
+                 const std::vector<Pairing>& possible) {
   if (row == rows) return 0;
   double best = best_gain(row + 1, rows, used, possible);
   for (const Pairing& pair : possible) {
@@ -52,13 +59,15 @@ Score follow(WalkingSwarm& swarm, double seconds, double frame_s, const Associat
   for (double now = 0; now < seconds; now += frame_s) {
     const std::vector<Track> tracks = associator.update(at_s(now), swarm.look());
     for (const Track& track : tracks) {
-      const auto nearest = std::min_element(swarm.robots.begin(), swarm.robots.end(), [&](const auto& a, const auto& b) {
-        return apart_m(a.pose, track.in_arena) < apart_m(b.pose, track.in_arena);
-      });
+      const auto nearest =
+          std::min_element(swarm.robots.begin(), swarm.robots.end(), [&](const auto& a, const auto& b) {
+            return apart_m(a.pose, track.in_arena) < apart_m(b.pose, track.in_arena);
+          });
       const double off_m = apart_m(nearest->pose, track.in_arena);
       const auto id = static_cast<hal::RobotId>(nearest - swarm.robots.begin());
       if (off_m > 0.0165 && track.age.count() == 0 && track.confidence > 0.8f && !track.doubtful) ++score.invented;
-      if (track.robot && !track.doubtful && apart_m(swarm.robots[*track.robot].pose, track.in_arena) > 0.02) ++score.wrong_id;
+      if (track.robot && !track.doubtful && apart_m(swarm.robots[*track.robot].pose, track.in_arena) > 0.02)
+        ++score.wrong_id;
       if (track.robot == id && off_m < 0.0165) {
         ++score.tracked;
         if (track.age.count() == 0) score.square_m += off_m * off_m;
@@ -68,7 +77,8 @@ Score follow(WalkingSwarm& swarm, double seconds, double frame_s, const Associat
           ++score.headings;
         }
       }
-      if (track.robot && !track.doubtful) nameless_since.erase(track.number);
+      if (track.robot && !track.doubtful)
+        nameless_since.erase(track.number);
       else if (track.age.count() == 0 && off_m < 0.0165) {
         const double since = nameless_since.try_emplace(track.number, now).first->second;
         if (now == 0 || now - since >= 2) {
@@ -116,9 +126,9 @@ TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
   for (const double frame_s : {0.1, 1.0 / 15}) {
     WalkingSwarm swarm({.seed = 3});
     const Score score = follow(swarm, 600, frame_s);
-    MESSAGE("frames of ", frame_s, " s: tracked ", 100.0 * score.tracked / score.robot_frames, " %, named ", score.named_again,
-            " times, centre RMS ", 1000 * std::sqrt(score.square_m / score.tracked), " mm, heading RMS with LED ",
-            std::sqrt(score.heading_square / score.headings) * 180 / M_PI, " degrees");
+    MESSAGE("frames of ", frame_s, " s: tracked ", 100.0 * score.tracked / score.robot_frames, " %, named ",
+            score.named_again, " times, centre RMS ", 1000 * std::sqrt(score.square_m / score.tracked),
+            " mm, heading RMS with LED ", std::sqrt(score.heading_square / score.headings) * 180 / M_PI, " degrees");
     CHECK(score.wrong_id == 0);
     CHECK(score.tracked >= 0.999 * score.robot_frames);
     CHECK(score.invented == 0);
@@ -130,14 +140,21 @@ TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
 
 TEST_CASE("a packed swarm under bad light is followed") {
   // Proves that robots that touch, one sighting in ten missing, are not mistaken for each other.
-  WalkingSwarm swarm({.robots = 60, .width_m = 0.4, .height_m = 0.4, .noise_m = 0.001, .missed = 0.1, .false_per_frame = 0.5, .seed = 5});
+  WalkingSwarm swarm({.robots = 60,
+                      .width_m = 0.4,
+                      .height_m = 0.4,
+                      .noise_m = 0.001,
+                      .missed = 0.1,
+                      .false_per_frame = 0.5,
+                      .seed = 5});
   const Score score = follow(swarm, 120, 0.1);
   CHECK(score.wrong_id == 0);
   CHECK(score.tracked >= 0.98 * score.robot_frames);
 }
 
 TEST_CASE("two robots exchanged by hand while covered are doubtful until they are named") {
-  // Proves that a cover of one second is enough for nobody to act on either id, from soon after the cover until both are named again.
+  // Proves that a cover of one second is enough for nobody to act on either id, from soon after the cover until both
+  // are named again.
   Associator associator;
   double now = 0;
   const auto frames = [&](int n, const std::vector<Seen>& seen) {
@@ -177,7 +194,8 @@ TEST_CASE("one sighting between two robots leaves both in doubt") {
 }
 
 TEST_CASE("a robot out of sight fades, is no longer reported, and comes back in doubt or as a stranger") {
-  // Proves that no pose is invented: age grows, confidence falls, after a second nothing is reported, after five the track is gone.
+  // Proves that no pose is invented: age grows, confidence falls, after a second nothing is reported, after five the
+  // track is gone.
   Associator associator;
   double now = 0;
   for (; now < 0.95; now += 0.1) associator.update(at_s(now), std::vector{robot_at(0.1, 0.1)});
@@ -229,7 +247,13 @@ TEST_CASE("a weak sighting must be repeated, and two bodies never overlap") {
 
 TEST_CASE("six hundred robots, all hidden at once for a second") {
   // Proves that wide gates and nothing but ambiguity end in doubt, not in a stuck program.
-  WalkingSwarm swarm({.robots = 600, .width_m = 1.5, .height_m = 1.5, .missed = 0, .hidden_per_s = 0, .false_per_frame = 0, .seed = 9});
+  WalkingSwarm swarm({.robots = 600,
+                      .width_m = 1.5,
+                      .height_m = 1.5,
+                      .missed = 0,
+                      .hidden_per_s = 0,
+                      .false_per_frame = 0,
+                      .seed = 9});
   Associator associator;
   for (int i = 0; i < 5; ++i) associator.update(at_s(0.1 * i), swarm.look());
   associator.update(at_s(1.9), {});

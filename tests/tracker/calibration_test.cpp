@@ -52,7 +52,9 @@ std::string refusal(const auto& action) {
   return "";
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -70,8 +72,10 @@ TEST_CASE("every lens maps as OpenCV's does") {
           std::vector<cv::Point2d> expected;
           const std::vector<cv::Point3d> points = {{x, y, z}};
           const cv::Vec3d t(data.translation_m.data());
-          if (model == LensModel::fisheye) cv::fisheye::projectPoints(points, expected, cv::Vec3d(rodrigues), t, k, distortion);
-          else cv::projectPoints(points, rodrigues, t, k, distortion, expected);
+          if (model == LensModel::fisheye)
+            cv::fisheye::projectPoints(points, expected, cv::Vec3d(rodrigues), t, k, distortion);
+          else
+            cv::projectPoints(points, rodrigues, t, k, distortion, expected);
           const auto pixel = calibration.to_pixel({x, y}, z);
           REQUIRE(pixel.has_value());
           CHECK(pixel->x == doctest::Approx(expected[0].x).epsilon(1e-9));
@@ -111,7 +115,8 @@ TEST_CASE("a robot's height is corrected") {
 }
 
 TEST_CASE("pictures of which nothing is known are seen from straight above") {
-  // Proves the mapping without calibration: metres are pixels times the scale, north up, the middle is the origin, height does not matter.
+  // Proves the mapping without calibration: metres are pixels times the scale, north up, the middle is the origin,
+  // height does not matter.
   const Calibration flat = Calibration::overhead(801, 601, 0.001);
   const auto place = flat.to_arena({500, 200}, 0.0217);
   REQUIRE(place.has_value());
@@ -177,7 +182,8 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
   CHECK(contains(refusal([&] { read_calibration(file); }), "which is meant: camera0, camera1"));
   CHECK(contains(refusal([&] { read_calibration(file, "north"); }), "no camera north"));
   CHECK(contains(refusal([&] { read_calibration(folder.path() / "none.yaml"); }), "no such"));
-  CHECK(contains(refusal([&] { write_calibrations(folder.path() / "no" / "folder.yaml", cameras); }), "cannot be written"));
+  CHECK(contains(refusal([&] { write_calibrations(folder.path() / "no" / "folder.yaml", cameras); }),
+                 "cannot be written"));
   const auto reason = [&](const std::string& text) {
     std::ofstream(file) << text;
     return refusal([&] { read_calibration(file); });
@@ -188,9 +194,12 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
   CHECK(contains(reason(head + "cameras: [ 1, 2 ]\n"), "something else"));
   CHECK(contains(reason(head + "cameras:\n  - { name: a, lens: mirror }\n"), "lens"));
   CHECK(contains(reason(head + "cameras:\n  - { name: a, image_width: -4 }\n"), "image_width"));
-  CHECK(contains(reason(head + "cameras:\n  - { name: a, image_width: 10, image_height: 10, camera_matrix: [ 1, 2 ] }\n"),
-                 "camera a: camera_matrix should hold 9"));
-  CHECK(contains(reason("\x7f""ELF {{{ ["), file.string()));
+  CHECK(
+      contains(reason(head + "cameras:\n  - { name: a, image_width: 10, image_height: 10, camera_matrix: [ 1, 2 ] }\n"),
+               "camera a: camera_matrix should hold 9"));
+  CHECK(contains(reason("\x7f"
+                        "ELF {{{ ["),
+                 file.string()));
 }
 
 TEST_CASE("a calibration of ARK is taken over") {
@@ -199,7 +208,8 @@ TEST_CASE("a calibration of ARK is taken over") {
   const auto file = folder.path() / "ark.yaml";
   std::vector<cv::Mat> ks, rs;
   for (int i = 0; i < 4; ++i) {
-    ks.push_back((cv::Mat_<double>(3, 3) << 6000 + 100 * i, 0, i % 2 ? -900 : 2900, 0, 5800, i < 2 ? 1950 : -420, 0, 0, 1));
+    ks.push_back(
+        (cv::Mat_<double>(3, 3) << 6000 + 100 * i, 0, i % 2 ? -900 : 2900, 0, 5800, i < 2 ? 1950 : -420, 0, 0, 1));
     cv::Mat r;
     cv::Rodrigues(cv::Vec3d(0.02 * i, -0.015 * i, 0.01 * i), r);
     rs.push_back(r);
@@ -218,7 +228,8 @@ TEST_CASE("a calibration of ARK is taken over") {
   std::vector<cv::Matx33d> onto_plane;
   for (int i = 0; i < 4; ++i) {
     onto_plane.push_back(cv::Matx33d(cv::Mat(rs[i] * ks[i].inv())));
-    for (const cv::Vec3d& p : {cv::Vec3d(0, 0, 1), cv::Vec3d(2047, 0, 1), cv::Vec3d(0, 1535, 1), cv::Vec3d(2047, 1535, 1)}) {
+    for (const cv::Vec3d& p :
+         {cv::Vec3d(0, 0, 1), cv::Vec3d(2047, 0, 1), cv::Vec3d(0, 1535, 1), cv::Vec3d(2047, 1535, 1)}) {
       const cv::Vec3d at = onto_plane[i] * p;
       left = std::min(left, at[0] / at[2]), right = std::max(right, at[0] / at[2]);
       top = std::min(top, at[1] / at[2]), bottom = std::max(bottom, at[1] / at[2]);
@@ -260,7 +271,8 @@ TEST_CASE("a calibration of ARK is taken over") {
 }
 
 TEST_CASE("real chessboard pictures of a strong fisheye give a fisheye") {
-  // Proves that a pinhole, whose distortion folds over within the picture, is not taken although it fits the boards in the middle as well.
+  // Proves that a pinhole, whose distortion folds over within the picture, is not taken although it fits the boards in
+  // the middle as well.
   std::vector<cv::Mat> pictures;
   for (const char* name : {"checker_01.jpg", "checker_02.jpg", "checker_09.jpg", "checker_11.jpg", "checker_13.jpg"})
     pictures.push_back(cv::imread(std::string(ARKMESH_TEST_DATA) + "/kilobot-images/checkerboards/" + name));
@@ -277,7 +289,8 @@ TEST_CASE("real chessboard pictures of a strong fisheye give a fisheye") {
 }
 
 TEST_CASE("a camera's place follows from the arena's corners") {
-  // Proves that four corners, seen through a known lens, give the place back, and the error of one that is wrong in millimetres.
+  // Proves that four corners, seen through a known lens, give the place back, and the error of one that is wrong in
+  // millimetres.
   const CameraData truth = tilted(LensModel::fisheye, {-0.02, 0.01, -0.005, 0.001});
   const Calibration camera(truth);
   std::vector<Point> corners;
@@ -295,11 +308,13 @@ TEST_CASE("a camera's place follows from the arena's corners") {
 }
 
 TEST_CASE("a table that stands out shows its corners") {
-  // Proves that a turned, pale table with robots on it is found to a pixel, the order of the corners, and that a plain floor has none.
+  // Proves that a turned, pale table with robots on it is found to a pixel, the order of the corners, and that a plain
+  // floor has none.
   cv::Mat picture(600, 800, CV_8UC3, cv::Scalar(60, 70, 65));
   const std::vector<cv::Point> table = {{150, 80}, {660, 120}, {620, 520}, {110, 470}};
   cv::fillConvexPoly(picture, table, cv::Scalar(215, 220, 210), cv::LINE_AA);
-  for (int i = 0; i < 8; ++i) cv::circle(picture, {200 + 50 * i, 200 + 30 * i}, 12, cv::Scalar(40, 30, 30), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 8; ++i)
+    cv::circle(picture, {200 + 50 * i, 200 + 30 * i}, 12, cv::Scalar(40, 30, 30), cv::FILLED, cv::LINE_AA);
   const std::vector<Point> found = find_table_corners(picture);
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
@@ -312,7 +327,9 @@ TEST_CASE("a table as bright as what is around it shows its corners by its colou
   const std::vector<cv::Point> table = {{150, 60}, {800, 90}, {790, 680}, {130, 650}};
   cv::fillConvexPoly(picture, table, cv::Scalar(158, 160, 156), cv::LINE_AA);
   cv::rectangle(picture, cv::Rect(0, 250, 110, 160), cv::Scalar::all(250), cv::FILLED);
-  for (int i = 0; i < 9; ++i) cv::circle(picture, cv::Point(250 + 200 * (i % 3), 180 + 180 * (i / 3)), 26, cv::Scalar::all(40), cv::FILLED, cv::LINE_AA);
+  for (int i = 0; i < 9; ++i)
+    cv::circle(picture, cv::Point(250 + 200 * (i % 3), 180 + 180 * (i / 3)), 26, cv::Scalar::all(40), cv::FILLED,
+               cv::LINE_AA);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) picture.at<cv::Vec3b>(y, x) *= 0.9 + 0.15 * x / picture.cols;
   const std::vector<Point> found = find_table_corners(picture);
@@ -321,11 +338,13 @@ TEST_CASE("a table as bright as what is around it shows its corners by its colou
 }
 
 TEST_CASE("a camera that sees no corner of the arena gets its place from marks") {
-  // Proves that points anywhere on the table do instead of corners, that more of them average clicks that are a little off, and what is refused.
+  // Proves that points anywhere on the table do instead of corners, that more of them average clicks that are a little
+  // off, and what is refused.
   const CameraData truth = tilted(LensModel::pinhole, {-0.25, 0.06, 0.001, -0.002});
   const Calibration camera(truth);
   std::vector<Mark> marks;
-  for (const Point& at : {Point{-0.2, 0.3}, Point{0.1, 0.3}, Point{0.3, 0.1}, Point{0.25, -0.2}, Point{-0.1, -0.3}, Point{-0.3, -0.1}})
+  for (const Point& at :
+       {Point{-0.2, 0.3}, Point{0.1, 0.3}, Point{0.3, 0.1}, Point{0.25, -0.2}, Point{-0.1, -0.3}, Point{-0.3, -0.1}})
     marks.push_back({*camera.to_pixel(at, 0), at});
   const CameraData placed = place_camera(truth.lens, marks, 3, 2);
   for (int i = 0; i < 3; ++i) CHECK(placed.translation_m[i] == doctest::Approx(truth.translation_m[i]).epsilon(1e-4));
@@ -336,7 +355,9 @@ TEST_CASE("a camera that sees no corner of the arena gets its place from marks")
   const auto middle = nearly.to_arena(*camera.to_pixel({0, 0}, board_height_m), board_height_m);
   CHECK(std::hypot(middle->x, middle->y) < 0.0008);
   CHECK(contains(refusal([&] { place_camera(truth.lens, std::span(marks).first(3), 3, 2); }), "four"));
-  const std::vector<Mark> line = {{*camera.to_pixel({-0.3, 0}, 0), {-0.3, 0}}, {*camera.to_pixel({-0.1, 0}, 0), {-0.1, 0}},
-                                  {*camera.to_pixel({0.1, 0}, 0), {0.1, 0}}, {*camera.to_pixel({0.3, 0}, 0), {0.3, 0}}};
+  const std::vector<Mark> line = {{*camera.to_pixel({-0.3, 0}, 0), {-0.3, 0}},
+                                  {*camera.to_pixel({-0.1, 0}, 0), {-0.1, 0}},
+                                  {*camera.to_pixel({0.1, 0}, 0), {0.1, 0}},
+                                  {*camera.to_pixel({0.3, 0}, 0), {0.3, 0}}};
   CHECK(contains(refusal([&] { place_camera(truth.lens, line, 3, 2); }), "one line"));
 }

@@ -14,7 +14,8 @@ using Verdict = CameraGuard::Verdict;
 
 namespace {
 
-// A table with specks and a border, 1 mm a pixel, as seen when the camera has gone by (x, y) pixels and turned; another noise each time.
+// A table with specks and a border, 1 mm a pixel, as seen when the camera has gone by (x, y) pixels and turned; another
+// noise each time.
 cv::Mat table(double x_px = 0, double y_px = 0, double turn_deg = 0, double light = 1, std::uint64_t noise = 1) {
   cv::Mat out(480, 640, CV_8UC3, cv::Scalar(150, 150, 150));
   cv::rectangle(out, {40, 30}, {600, 450}, cv::Scalar(90, 95, 100), 6);
@@ -36,7 +37,9 @@ cv::Mat table(double x_px = 0, double y_px = 0, double turn_deg = 0, double ligh
   return out;
 }
 
-Calibration above() { return Calibration::overhead(640, 480, 0.001); }
+Calibration above() {
+  return Calibration::overhead(640, 480, 0.001);
+}
 
 }  // namespace
 
@@ -48,7 +51,8 @@ TEST_CASE("camera guard: what leaves a camera in place") {
   guard.learn(table(), {}, calibration);
   REQUIRE(guard.marks() > 25);
   std::uint64_t noise = 2;
-  for (const double light : {1.0, 0.5, 0.8, 1.3}) CHECK(guard.look(table(0, 0, 0, light, ++noise), calibration) == Verdict::in_place);
+  for (const double light : {1.0, 0.5, 0.8, 1.3})
+    CHECK(guard.look(table(0, 0, 0, light, ++noise), calibration) == Verdict::in_place);
   hal::RandomStream chance(6, "robots");
   for (int k = 0; k < 20; ++k) {
     cv::Mat busy = table(0, 0, 0, 1, ++noise);
@@ -65,7 +69,8 @@ TEST_CASE("camera guard: what leaves a camera in place") {
 }
 
 TEST_CASE("camera guard: a camera that moved") {
-  // It is noticed from 2 mm on, and the calibration that follows brings places of the table to where they are now, within half a pixel.
+  // It is noticed from 2 mm on, and the calibration that follows brings places of the table to where they are now,
+  // within half a pixel.
   struct Row {
     double x_px, y_px, turn_deg;
   };
@@ -85,7 +90,8 @@ TEST_CASE("camera guard: a camera that moved") {
     CHECK(guard.look(table(row.x_px, row.y_px, row.turn_deg, 1, ++noise), *now) == Verdict::in_place);
     cv::Mat warp = cv::getRotationMatrix2D({319.5F, 239.5F}, row.turn_deg, 1);
     warp.at<double>(0, 2) += row.x_px, warp.at<double>(1, 2) += row.y_px;
-    for (const cv::Point2d& place : {cv::Point2d(100, 100), cv::Point2d(500, 90), cv::Point2d(320, 240), cv::Point2d(120, 400), cv::Point2d(520, 380)}) {
+    for (const cv::Point2d& place : {cv::Point2d(100, 100), cv::Point2d(500, 90), cv::Point2d(320, 240),
+                                     cv::Point2d(120, 400), cv::Point2d(520, 380)}) {
       const auto on_table = calibration.to_arena({place.x, place.y}, 0);
       REQUIRE(on_table);
       const auto seen = now->to_pixel(*on_table, 0);

@@ -17,13 +17,15 @@ std::vector<tracker::Expected> moved(const Scene& scene, double by_radii, double
   for (std::size_t i = 0; i < scene.robots.size(); ++i) {
     const TrueRobot& robot = scene.robots[i];
     const double angle = 2.4 * static_cast<double>(i), far = by_radii * robot.r_px;
-    where.push_back({robot.x_px + far * std::cos(angle), robot.y_px + far * std::sin(angle), robot.r_px, reach_radii * robot.r_px});
+    where.push_back(
+        {robot.x_px + far * std::cos(angle), robot.y_px + far * std::sin(angle), robot.r_px, reach_radii * robot.r_px});
   }
   return where;
 }
 
 TEST_CASE("follow finds what search finds") {
-  // Proves: near or half a radius away, each expected robot is found at its own index and as well as by a search of everything.
+  // Proves: near or half a radius away, each expected robot is found at its own index and as well as by a search of
+  // everything.
   for (const double by_radii : {0.0, 0.15, 0.5})
     for (const Scene& scene : real_scenes()) {
       const auto seen = tracker::Detector().follow(scene.bgr, moved(scene, by_radii, by_radii + 0.2));
@@ -43,7 +45,8 @@ TEST_CASE("follow finds what search finds") {
 }
 
 TEST_CASE("follow gives one robot to one place") {
-  // Proves: of two places that see the same robot the nearer one gets it; an empty place and one out of reach get nothing.
+  // Proves: of two places that see the same robot the nearer one gets it; an empty place and one out of reach get
+  // nothing.
   const Scene scene = real_scenes()[1];
   const TrueRobot& robot = scene.robots[0];
   const std::vector<tracker::Expected> where = {{robot.x_px + 8, robot.y_px, robot.r_px, robot.r_px},
@@ -63,21 +66,24 @@ TEST_CASE("follow survives any place") {
   // Proves: places far outside, without size or not numbers at all are nothing seen, without harm.
   const Scene scene = real_scenes()[1];
   const double none = std::numeric_limits<double>::quiet_NaN(), endless = std::numeric_limits<double>::infinity();
-  const std::vector<tracker::Expected> where = {{-1e9, 5, 20, 5},    {5, 1e300, 20, 5},     {none, 5, 20, 5}, {5, 5, none, 5},
-                                                {5, 5, 20, none},    {5, 5, endless, 5},    {5, 5, 20, endless}, {5, 5, 0, 5},
-                                                {5, 5, -20, 5},      {5, 5, 20, -5},        {853, 479, 20, 1},   {-20, -20, 22, 3}};
+  const std::vector<tracker::Expected> where = {
+      {-1e9, 5, 20, 5},    {5, 1e300, 20, 5}, {none, 5, 20, 5}, {5, 5, none, 5}, {5, 5, 20, none},  {5, 5, endless, 5},
+      {5, 5, 20, endless}, {5, 5, 0, 5},      {5, 5, -20, 5},   {5, 5, 20, -5},  {853, 479, 20, 1}, {-20, -20, 22, 3}};
   for (const auto& seen : tracker::Detector().follow(scene.bgr, where)) CHECK(!seen);
   CHECK(tracker::Detector().follow(scene.bgr, {}).empty());
 }
 
 TEST_CASE("pictures without robots") {
   // Proves: nothing is invented on plain, noisy, chequered and tiny pictures, whatever the size asked for.
-  cv::Mat noise(480, 640, CV_8UC3), chess(480, 640, CV_8UC3, cv::Scalar::all(220)), lines(480, 640, CV_8UC3, cv::Scalar::all(180));
+  cv::Mat noise(480, 640, CV_8UC3), chess(480, 640, CV_8UC3, cv::Scalar::all(220)),
+      lines(480, 640, CV_8UC3, cv::Scalar::all(180));
   cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
   for (int y = 0; y < 12; ++y)
-    for (int x = y % 2; x < 16; x += 2) cv::rectangle(chess, cv::Rect(40 * x, 40 * y, 40, 40), cv::Scalar::all(20), cv::FILLED);
+    for (int x = y % 2; x < 16; x += 2)
+      cv::rectangle(chess, cv::Rect(40 * x, 40 * y, 40, 40), cv::Scalar::all(20), cv::FILLED);
   for (int i = 0; i < 30; ++i)
-    cv::line(lines, cv::Point(i * 37 % 640, 0), cv::Point(i * 91 % 640, 479), cv::Scalar::all(30), 1 + i % 7, cv::LINE_AA);
+    cv::line(lines, cv::Point(i * 37 % 640, 0), cv::Point(i * 91 % 640, 479), cv::Scalar::all(30), 1 + i % 7,
+             cv::LINE_AA);
   std::vector<cv::Mat> pictures = {noise, chess, lines};
   for (const int level : {0, 128, 255}) pictures.emplace_back(480, 640, CV_8UC3, cv::Scalar::all(level));
   for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 2000), cv::Size(2000, 3), cv::Size(16, 16)})

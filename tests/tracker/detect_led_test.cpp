@@ -62,9 +62,11 @@ Scene recoloured(const Scene& scene, Led led) {
         const cv::Point at(static_cast<int>(robot.led_x_px) + x, static_cast<int>(robot.led_y_px) + y);
         if (x * x + y * y > reach * reach || !cv::Rect({}, scene.bgr.size()).contains(at)) continue;
         cv::Vec3b& pixel = out.bgr.at<cv::Vec3b>(at);
-        const int most = *std::max_element(pixel.val, pixel.val + 3), least = *std::min_element(pixel.val, pixel.val + 3);
+        const int most = *std::max_element(pixel.val, pixel.val + 3),
+                  least = *std::min_element(pixel.val, pixel.val + 3);
         const int bits = static_cast<int>(led);
-        for (int c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(bits & (c == 0 ? 4 : c == 1 ? 2 : 1) ? most : least);
+        for (int c = 0; c < 3; ++c)
+          pixel[c] = static_cast<std::uint8_t>(bits & (c == 0 ? 4 : c == 1 ? 2 : 1) ? most : least);
       }
   }
   return out;
@@ -79,7 +81,8 @@ TEST_CASE("find_led, all colours") {
       for (const Scene coloured = recoloured(scene, led); const TrueRobot& robot : coloured.robots) {
         const tracker::LedSpot spot = tracker::find_led(coloured.bgr, {robot.x_px, robot.y_px, robot.r_px});
         ++all;
-        if (spot.led == led && std::hypot(spot.x_px - robot.led_x_px, spot.y_px - robot.led_y_px) < 0.2 * robot.r_px) ++right;
+        if (spot.led == led && std::hypot(spot.x_px - robot.led_x_px, spot.y_px - robot.led_y_px) < 0.2 * robot.r_px)
+          ++right;
       }
     CAPTURE(static_cast<int>(led));
     CHECK(all == 51);
@@ -94,7 +97,8 @@ TEST_CASE("find_led, unlit and out of sight") {
   for (const TrueRobot& robot : unlit.robots)
     if (tracker::find_led(unlit.bgr, {robot.x_px, robot.y_px, robot.r_px}).led != Led::off) ++lit;
   CHECK(lit <= 1);
-  for (const tracker::Circle& circle : {tracker::Circle{-500, -500, 20}, {5, 5, 400}, {0, 0, 2}, {100, 100, 0}, {100, 100, NAN}}) {
+  for (const tracker::Circle& circle :
+       {tracker::Circle{-500, -500, 20}, {5, 5, 400}, {0, 0, 2}, {100, 100, 0}, {100, 100, NAN}}) {
     const tracker::LedSpot spot = tracker::find_led(unlit.bgr, circle);
     CHECK((spot.led != Led::off || std::isnan(spot.x_px)));
   }

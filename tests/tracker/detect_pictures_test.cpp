@@ -16,7 +16,9 @@ namespace arkmesh::tests {
 namespace {
 
 // One setting for all, no radius given: a new detector for each picture.
-Score score_of(const Scene& scene) { return score(tracker::Detector().search(scene.bgr), scene); }
+Score score_of(const Scene& scene) {
+  return score(tracker::Detector().search(scene.bgr), scene);
+}
 
 Score score_of(const std::vector<Scene>& scenes, const std::function<Scene(const Scene&)>& change) {
   std::vector<Score> all;
@@ -24,7 +26,9 @@ Score score_of(const std::vector<Scene>& scenes, const std::function<Scene(const
   return total(all);
 }
 
-void print(const std::string& what, const Score& score) { fmt::print("{:28} {}\n", what, text(score)); }
+void print(const std::string& what, const Score& score) {
+  fmt::print("{:28} {}\n", what, text(score));
+}
 
 TEST_CASE("real pictures") {
   // Proves: every robot of the six pictures is found and nothing else, at its place, with its colour and direction.
@@ -72,13 +76,15 @@ TEST_CASE("changed pictures") {
 }
 
 TEST_CASE("other tables") {
-  // Proves: robots are found on light, black, wooden, green, chequered and speckled tables, touching, among cables, coins and paper.
+  // Proves: robots are found on light, black, wooden, green, chequered and speckled tables, touching, among cables,
+  // coins and paper.
   const std::vector<Scene> scenes = real_scenes();
   for (const std::string table : {"light", "black", "wood", "felt", "checks", "speckle"})
     for (const bool crowded : {false, true}) {
       std::vector<Score> all;
       for (const double diameter_px : {16.0, 36.0})
-        all.push_back(score_of(collage(scenes, {.diameter_px = diameter_px, .table = table, .touching = crowded, .distractors = crowded})));
+        all.push_back(score_of(collage(
+            scenes, {.diameter_px = diameter_px, .table = table, .touching = crowded, .distractors = crowded})));
       const Score sum = total(all);
       print(table + (crowded ? ", crowded" : ""), sum);
       CAPTURE(table);
@@ -106,15 +112,17 @@ std::map<int, std::vector<TruthRow>> clip_truth() {
     cells.resize(8);
     const auto number = [](const std::string& cell) { return cell.empty() ? std::nan("") : std::stod(cell); };
     const bool sure = cells[5] != "unsure";
-    frames[std::stoi(cells[0])].push_back({{number(cells[2]), number(cells[3]), number(cells[4]),
-                                            sure ? led_named(cells[5]) : hal::Led::off, number(cells[6]), number(cells[7])},
-                                           sure});
+    frames[std::stoi(cells[0])].push_back(
+        {{number(cells[2]), number(cells[3]), number(cells[4]), sure ? led_named(cells[5]) : hal::Led::off,
+          number(cells[6]), number(cells[7])},
+         sure});
   }
   return frames;
 }
 
 TEST_CASE("real clip") {
-  // Proves: in all frames of a clip of moving, touching robots all are found, by full searches and by following from frame to frame.
+  // Proves: in all frames of a clip of moving, touching robots all are found, by full searches and by following from
+  // frame to frame.
   cv::VideoCapture clip(std::string(ARKMESH_TEST_DATA) + "/kilobot-images/bodyguard_clip.mp4");
   REQUIRE(clip.isOpened());
   const auto truth = clip_truth();
@@ -138,7 +146,8 @@ TEST_CASE("real clip") {
       std::vector<tracker::Detection> seen;
       const auto again = detector.follow(bgr, where);
       for (std::size_t i = 0; i < again.size(); ++i)
-        if (again[i]) seen.push_back(*again[i]), where[i] = {again[i]->x_px, again[i]->y_px, again[i]->r_px, 0.6 * again[i]->r_px};
+        if (again[i])
+          seen.push_back(*again[i]), where[i] = {again[i]->x_px, again[i]->y_px, again[i]->r_px, 0.6 * again[i]->r_px};
       followed.push_back(score(seen, robots));
     } else {
       for (const tracker::Detection& one : all) where.push_back({one.x_px, one.y_px, one.r_px, 0.6 * one.r_px});

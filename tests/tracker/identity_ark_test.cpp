@@ -25,7 +25,8 @@ std::map<TrackNumber, hal::RobotId> run(ArkIdentifier& identifier, SpellingRobot
 }  // namespace
 
 TEST_CASE("identity: ARK's protocol names everybody, ids above 255 too") {
-  // Under bad conditions, with both of ARK's messages; the same names as the robots', each in less than a second of its own.
+  // Under bad conditions, with both of ARK's messages; the same names as the robots', each in less than a second of its
+  // own.
   const std::vector<hal::RobotId> ids = {0, 3, 17, 255, 256, 300, 511, 1022};
   for (const bool runtime : {false, true}) {
     SpellingRobots robots(ids, {.loss = 0.1, .unseen = 0.05, .wrong = 0.01});
@@ -51,7 +52,8 @@ TEST_CASE("identity: ARK's protocol without a list of ids") {
 }
 
 TEST_CASE("identity: ARK's protocol with doubles, dead and always blue robots") {
-  // A double id names nobody; a robot that is blue whatever is called is seen through, and those called meanwhile are called again.
+  // A double id names nobody; a robot that is blue whatever is called is seen through, and those called meanwhile are
+  // called again.
   SpellingRobots robots({1, 2, 2, 3, 4, 5, 6}, {});
   robots.by_id(4).deaf = true;  // its program shows blue
   robots.by_id(3).dark = true;
@@ -69,7 +71,8 @@ TEST_CASE("identity: ARK's protocol forgets who was hidden") {
   ArkIdentifier identifier({.candidates = {0, 1, 2, 3}});
   std::map<TrackNumber, hal::RobotId> names;
   while (!identifier.finished() && robots.seconds() < 60) {
-    if (robots.seconds() > 1.5 && robots.seconds() < 1.6) robots.by_id(0).hidden = true, robots.by_id(0).hidden_since = robots.now;
+    if (robots.seconds() > 1.5 && robots.seconds() < 1.6)
+      robots.by_id(0).hidden = true, robots.by_id(0).hidden_since = robots.now;
     if (robots.seconds() > 2.6 && robots.by_id(0).hidden) {
       robots.by_id(0).hidden = false;
       std::swap(robots.by_id(0).track, robots.by_id(3).track);

@@ -20,7 +20,8 @@ std::vector<std::uint8_t> digits_of(hal::RobotId robot, int digits) {
 }  // namespace
 
 TEST_CASE("identity: every id is read as it is spelled, and not when it is cut short") {
-  // All ids of 16 bits but the erased one; with seven digits a longer id passes as another one only where the part cut off is 23.
+  // All ids of 16 bits but the erased one; with seven digits a longer id passes as another one only where the part cut
+  // off is 23.
   int wrong = 0, passed_short = 0;
   for (hal::RobotId robot = 0; robot <= largest_spelled_id; ++robot) {
     wrong += id_of(digits_of(robot, most_id_digits)) != robot;
@@ -33,13 +34,14 @@ TEST_CASE("identity: every id is read as it is spelled, and not when it is cut s
 
 TEST_CASE("identity: digits needed") {
   // 3^n ids have n digits; 16 bits have eleven.
-  const std::pair<hal::RobotId, int> cases[] = {{0, 1}, {2, 1}, {3, 2}, {8, 2}, {9, 3}, {99, 5}, {242, 5}, {243, 6}, {1022, 7}, {2186, 7}, {2187, 8}, {65534, 11}};
+  const std::pair<hal::RobotId, int> cases[] = {{0, 1},   {2, 1},   {3, 2},    {8, 2},    {9, 3},    {99, 5},
+                                                {242, 5}, {243, 6}, {1022, 7}, {2186, 7}, {2187, 8}, {65534, 11}};
   for (const auto& [largest, digits] : cases) CHECK(id_digits(largest) == digits);
 }
 
 TEST_CASE("identity: one wrong digit is always noticed, an LED that never changes is no id") {
-  // Every single error of every id up to 2186; three constant colours in all lengths; a robot that stops hearing at any digit and
-  // keeps its colour passes never where that colour stands in all of the check word.
+  // Every single error of every id up to 2186; three constant colours in all lengths; a robot that stops hearing at any
+  // digit and keeps its colour passes never where that colour stands in all of the check word.
   for (hal::RobotId robot = 0; robot < 2187; ++robot) {
     const auto right = digits_of(robot, 7);
     for (std::size_t i = 0; i < right.size(); ++i) {
@@ -96,5 +98,6 @@ TEST_CASE("identity: questions on the air") {
   const auto ark = ark_question(ark_initial_type, 1022);
   CHECK(ark.type == 120);
   CHECK(ark.data == std::array<std::uint8_t, 9>{3, 254});
-  for (const auto& message : {everybody, range, list, end_of_questions(), ark}) CHECK(message.crc == hal::kilobot::message_crc(message));
+  for (const auto& message : {everybody, range, list, end_of_questions(), ark})
+    CHECK(message.crc == hal::kilobot::message_crc(message));
 }

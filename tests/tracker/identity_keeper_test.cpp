@@ -1,11 +1,12 @@
 // The book of identities, against a model of robots, air and camera.
+#include "tracker/identity/identity_keeper.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <set>
 
 #include "tests/tracker/spelling_robots.hpp"
-#include "tracker/identity/identity_keeper.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;
@@ -41,24 +42,26 @@ struct Watch {
 
   SpellingRobots& robots;
   IdentityKeeper keeper;
-  int wrong = 0;   // names that were not the robot's
+  int wrong = 0;  // names that were not the robot's
 };
 
 }  // namespace
 
 TEST_CASE("identity: a thousand robots in less than 25 s") {
-  // With lost messages, LEDs unseen or mistaken, and cameras of 10 and 15 pictures a second and 100 or 200 ms of latency; no name is wrong.
-  const Conditions cases[] = {{.latency = 100ms},
-                              {.loss = 0.1, .latency = 200ms},
-                              {.loss = 0.1, .unseen = 0.05, .wrong = 0.01, .latency = 200ms},
-                              {.loss = 0.2, .unseen = 0.1, .wrong = 0.02, .latency = 150ms, .frame = 66'667us, .spacing = 55ms}};
+  // With lost messages, LEDs unseen or mistaken, and cameras of 10 and 15 pictures a second and 100 or 200 ms of
+  // latency; no name is wrong.
+  const Conditions cases[] = {
+      {.latency = 100ms},
+      {.loss = 0.1, .latency = 200ms},
+      {.loss = 0.1, .unseen = 0.05, .wrong = 0.01, .latency = 200ms},
+      {.loss = 0.2, .unseen = 0.1, .wrong = 0.02, .latency = 150ms, .frame = 66'667us, .spacing = 55ms}};
   for (const Conditions& conditions : cases)
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       SpellingRobots robots(ids_from_0(1000), conditions, seed);
       Watch watch(robots, {.expected = ids_from_0(1000)});
       const double took_s = watch.until_named(60);
-      MESSAGE("1000 robots, loss ", conditions.loss, ", LEDs unseen ", conditions.unseen, ", wrong ", conditions.wrong, ": ", took_s, " s, ",
-              watch.keeper.progress().passes, " rounds of questions");
+      MESSAGE("1000 robots, loss ", conditions.loss, ", LEDs unseen ", conditions.unseen, ", wrong ", conditions.wrong,
+              ": ", took_s, " s, ", watch.keeper.progress().passes, " rounds of questions");
       CHECK(watch.keeper.everybody_named());
       CHECK(took_s < 25);
       CHECK(watch.wrong == 0);
@@ -76,7 +79,8 @@ TEST_CASE("identity: ids that nobody told") {
 }
 
 TEST_CASE("identity: silent robots, strangers and doubles") {
-  // Everybody else is named at once; the silent are missed, the stranger and the double id are told of, and questions become rare.
+  // Everybody else is named at once; the silent are missed, the stranger and the double id are told of, and questions
+  // become rare.
   auto ids = ids_from_0(20);
   ids[18] = 5;     // another 5
   ids[19] = 1000;  // not expected
@@ -121,8 +125,9 @@ TEST_CASE("identity: double ids are told of in the round that shows them") {
 }
 
 TEST_CASE("identity: two swapped robots are asked alone and named anew") {
-  // Lifted for 1.5 s, put down in each other's place under the same tracks; each is doubted all the while, both are right within 20 s of
-  // being back, and no other robot is ever interrupted. The same when a tracker only suspects a swap.
+  // Lifted for 1.5 s, put down in each other's place under the same tracks; each is doubted all the while, both are
+  // right within 20 s of being back, and no other robot is ever interrupted. The same when a tracker only suspects a
+  // swap.
   for (const bool lifted : {true, false}) {
     SpellingRobots robots(ids_from_0(100), {.loss = 0.1, .unseen = 0.05, .wrong = 0.01});
     Watch watch(robots, {.expected = ids_from_0(100)});
@@ -160,7 +165,8 @@ TEST_CASE("identity: two swapped robots are asked alone and named anew") {
 }
 
 TEST_CASE("identity: a doubt that turns out to be none asks nobody") {
-  // A track that its tracker doubts for a moment and then not any more keeps its name; meanwhile nobody may speak to it.
+  // A track that its tracker doubts for a moment and then not any more keeps its name; meanwhile nobody may speak to
+  // it.
   SpellingRobots robots(ids_from_0(5), {});
   Watch watch(robots, {.expected = ids_from_0(5)});
   watch.until_named(30);
@@ -178,13 +184,15 @@ TEST_CASE("identity: a doubt that turns out to be none asks nobody") {
 }
 
 TEST_CASE("identity: many robots in doubt at once") {
-  // A shadow over 8 and over 60 of 100 robots for a second: a few lists, or one round with everybody; all are right again.
+  // A shadow over 8 and over 60 of 100 robots for a second: a few lists, or one round with everybody; all are right
+  // again.
   for (const std::size_t covered : {8u, 60u}) {
     SpellingRobots robots(ids_from_0(100), {.loss = 0.1, .unseen = 0.05});
     Watch watch(robots, {.expected = ids_from_0(100)});
     watch.until_named(30);
     watch.look_for(2);
-    for (std::size_t i = 0; i < covered; ++i) robots.robots[i * 100 / covered].hidden = true, robots.robots[i * 100 / covered].hidden_since = robots.now;
+    for (std::size_t i = 0; i < covered; ++i)
+      robots.robots[i * 100 / covered].hidden = true, robots.robots[i * 100 / covered].hidden_since = robots.now;
     watch.look_for(1.2);
     CHECK(watch.keeper.doubtful().size() == covered);
     for (auto& robot : robots.robots) robot.hidden = false;
@@ -227,8 +235,8 @@ TEST_CASE("identity: whose LED is an answer") {
 }
 
 TEST_CASE("identity: robots whose LED shows in some colours only") {
-  // Red cannot be seen of three robots, in whose ids other digits stand too: they are told apart by these, once only they are asked; a robot that
-  // answers nothing and changes its colour once or stays as it is gets no name.
+  // Red cannot be seen of three robots, in whose ids other digits stand too: they are told apart by these, once only
+  // they are asked; a robot that answers nothing and changes its colour once or stays as it is gets no name.
   const auto blind_to_red = [](std::vector<Track> tracks, const std::vector<TrackNumber>& blind) {
     for (Track& track : tracks)
       if (track.led == hal::Led::red && std::ranges::find(blind, track.number) != blind.end()) track.led_seen = false;
@@ -237,7 +245,8 @@ TEST_CASE("identity: robots whose LED shows in some colours only") {
   SpellingRobots robots(ids_from_0(100), {.loss = 0.05});
   const std::vector<TrackNumber> blind = {robots.by_id(44).track, robots.by_id(53).track, robots.by_id(71).track};
   IdentityKeeper keeper({.expected = ids_from_0(100)});
-  while (!keeper.everybody_named() && robots.seconds() < 40) keeper.on_frame(robots.now, blind_to_red(robots.next_picture(keeper.question()), blind));
+  while (!keeper.everybody_named() && robots.seconds() < 40)
+    keeper.on_frame(robots.now, blind_to_red(robots.next_picture(keeper.question()), blind));
   MESSAGE("named after ", robots.seconds(), " s");
   CHECK(keeper.everybody_named());
   for (const auto& robot : robots.robots) CHECK(keeper.robot_of(robot.track) == robot.id);

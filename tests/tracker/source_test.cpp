@@ -28,7 +28,9 @@ std::string refusal(const std::string& source) {
   return "";
 }
 
-cv::Mat grey(int level) { return cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(level)); }
+cv::Mat grey(int level) {
+  return cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(level));
+}
 
 }  // namespace
 
@@ -66,7 +68,8 @@ TEST_CASE("a folder gives its pictures in the order of their numbers") {
 TEST_CASE("a damaged picture of a folder is empty, and those after it keep their times") {
   // Proves that one bad file costs one picture.
   const TemporaryDirectory folder;
-  for (const int number : {1, 3}) cv::imwrite((folder.path() / ("frame" + std::to_string(number) + ".png")).string(), grey(number));
+  for (const int number : {1, 3})
+    cv::imwrite((folder.path() / ("frame" + std::to_string(number) + ".png")).string(), grey(number));
   folder.write("frame2.png", "words");
   auto recording = open_recording(folder.path().string());
   CHECK(recording->next()->bgr.at<cv::Vec3b>(0, 0)[0] == 1);
@@ -111,11 +114,13 @@ TEST_CASE("what is no source is refused in a sentence that names it") {
 }
 
 TEST_CASE("a camera that is not there says so and does not block") {
-  // Proves that reading never waits, that the reason is a sentence, that it is counted, and that the thread ends when the feed does.
+  // Proves that reading never waits, that the reason is a sentence, that it is counted, and that the thread ends when
+  // the feed does.
   for (const std::string source : {"/dev/video987", "http://127.0.0.1:1/none"}) {
     const auto feed = open_camera(source);
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (feed->trouble().find("no picture has come yet") != std::string::npos && std::chrono::steady_clock::now() < limit)
+    while (feed->trouble().find("no picture has come yet") != std::string::npos &&
+           std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();
     CHECK(feed->trouble().find(source) != std::string::npos);
     CHECK(feed->newest().empty());

@@ -1,5 +1,5 @@
-// Robots that answer questions about their ids as arkmesh_id.h has it, the air between, and a camera that looks at them late, misses LEDs
-// and takes some for others. For tests of identification without bodies.
+// Robots that answer questions about their ids as arkmesh_id.h has it, the air between, and a camera that looks at them
+// late, misses LEDs and takes some for others. For tests of identification without bodies.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 namespace arkmesh::tracker {
 
 struct Conditions {
-  double loss = 0;              // probability that a robot misses a copy of a message
-  double unseen = 0;            // that a picture does not show an LED
-  double wrong = 0;             // that it shows another colour
+  double loss = 0;    // probability that a robot misses a copy of a message
+  double unseen = 0;  // that a picture does not show an LED
+  double wrong = 0;   // that it shows another colour
   hal::LabTime latency{150'000};
   hal::LabTime frame{100'000};
   hal::LabTime spacing{60'000};  // of messages on the air
@@ -28,17 +28,18 @@ class SpellingRobots {
   struct Robot {
     hal::RobotId id = 0;
     TrackNumber track = 0;
-    hal::Led own = hal::Led::blue;   // what its program shows
+    hal::Led own = hal::Led::blue;  // what its program shows
     std::optional<hal::Led> answer;
     hal::LabTime heard_at{0};
     bool deaf = false, dark = false, hidden = false;
-    bool doubtful = false;           // what a tracker thinks
+    bool doubtful = false;  // what a tracker thinks
     std::optional<hal::RobotId> named;
     hal::LabTime hidden_since{0};
-    int answers = 0;                 // questions answered with another colour than before
+    int answers = 0;  // questions answered with another colour than before
   };
 
-  SpellingRobots(std::vector<hal::RobotId> ids, Conditions conditions, std::uint64_t seed = 1) : conditions_(conditions), chance_(seed, "test/robots") {
+  SpellingRobots(std::vector<hal::RobotId> ids, Conditions conditions, std::uint64_t seed = 1)
+      : conditions_(conditions), chance_(seed, "test/robots") {
     // tracks are numbered in no order of ids
     std::vector<TrackNumber> tracks(ids.size());
     std::iota(tracks.begin(), tracks.end(), 100u);
@@ -46,7 +47,8 @@ class SpellingRobots {
     for (std::size_t i = 0; i < ids.size(); ++i) robots.push_back({.id = ids[i], .track = tracks[i]});
   }
 
-  // Until the next picture; `question` goes on the air as long as it lasts. Returns the tracks in the picture, ascending.
+  // Until the next picture; `question` goes on the air as long as it lasts. Returns the tracks in the picture,
+  // ascending.
   const std::vector<Track>& next_picture(const std::optional<hal::kilobot::Message>& question) {
     now += conditions_.frame;
     for (; next_air_ <= now; next_air_ += conditions_.spacing) {
@@ -97,14 +99,17 @@ class SpellingRobots {
     return out;
   }
   void on_air(hal::LabTime at, const hal::kilobot::Message& message) {
-    const auto id_at = [&message](std::size_t i) { return static_cast<hal::RobotId>(message.data[i] << 8 | message.data[i + 1]); };
+    const auto id_at = [&message](std::size_t i) {
+      return static_cast<hal::RobotId>(message.data[i] << 8 | message.data[i + 1]);
+    };
     for (Robot& robot : robots) {
       if (robot.deaf || chance_.uniform() < conditions_.loss) continue;
       std::optional<hal::Led> answer;
       if (message.type == question_type) {
         const unsigned who = message.data[0] >> 6;
         const bool asked = who == 1 || (who == 2 && id_at(1) <= robot.id && robot.id <= id_at(3)) ||
-                           (who == 3 && (id_at(1) == robot.id || id_at(3) == robot.id || id_at(5) == robot.id || id_at(7) == robot.id));
+                           (who == 3 && (id_at(1) == robot.id || id_at(3) == robot.id || id_at(5) == robot.id ||
+                                         id_at(7) == robot.id));
         if (asked) answer = spelled(robot.id, message.data[0] & 63);
       } else if (message.type == ark_initial_type || message.type == ark_runtime_type) {
         if (id_at(0) != nobody) answer = id_at(0) == robot.id ? hal::Led::blue : hal::Led::red;

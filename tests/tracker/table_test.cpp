@@ -52,7 +52,11 @@ std::map<std::uint32_t, std::map<int, TrueRobot>> true_tracks() {
 
 CameraData camera_at(double x_m, double width_px = 900, double height_px = 900) {
   CameraData data;
-  data.lens = {LensModel::pinhole, static_cast<int>(width_px), static_cast<int>(height_px), {900, 0, 449.5, 0, 900, 449.5, 0, 0, 1}, {}};
+  data.lens = {LensModel::pinhole,
+               static_cast<int>(width_px),
+               static_cast<int>(height_px),
+               {900, 0, 449.5, 0, 900, 449.5, 0, 0, 1},
+               {}};
   data.translation_m = {-x_m, 0, 1.0};
   return data;
 }
@@ -61,14 +65,22 @@ Detection detection_at(const Calibration& camera, Point place, double offset_m =
   const auto pixel = camera.to_pixel({place.x + offset_m, place.y}, board_height_m);
   const double r_px = camera.scale(place, board_height_m)->largest * 0.0165;
   const auto led = camera.to_pixel({place.x + offset_m, place.y + 0.014}, board_height_m + 0.002);
-  return {.x_px = pixel->x, .y_px = pixel->y, .r_px = r_px, .confidence = 0.8f, .led = hal::Led::green, .led_confidence = 0.9f,
-          .led_x_px = led->x, .led_y_px = led->y};
+  return {.x_px = pixel->x,
+          .y_px = pixel->y,
+          .r_px = r_px,
+          .confidence = 0.8f,
+          .led = hal::Led::green,
+          .led_confidence = 0.9f,
+          .led_x_px = led->x,
+          .led_y_px = led->y};
 }
 
-// A virtual room as the table: its camera is what the watch sees, and what the watch asks is said by its overhead controller.
+// A virtual room as the table: its camera is what the watch sees, and what the watch asks is said by its overhead
+// controller.
 class RoomTable {
  public:
-  explicit RoomTable(const std::string& text) : config_(hal::Config::from_text(text, "room.toml")), room_(config_.root()) {
+  explicit RoomTable(const std::string& text)
+      : config_(hal::Config::from_text(text, "room.toml")), room_(config_.root()) {
     room_.advance_to(hal::LabTime(2'500'000));
   }
 
@@ -81,7 +93,8 @@ class RoomTable {
       CameraData data;
       data.lens.width_px = model.width_px();
       data.lens.height_px = model.height_px();
-      for (int i = 0; i < 9; ++i) data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
+      for (int i = 0; i < 9; ++i)
+        data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
       data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
       for (int i = 0; i < 3; ++i) data.translation_m[i] = model.translation()[i];
       cameras.push_back({room_.camera(k).settings().name, data});
@@ -112,8 +125,11 @@ class RoomTable {
     for (const hal::Sighting& seen : frame->robots) {
       if (seen.age.count() > 0) continue;
       const auto truth = room_.truth();
-      const auto robot = std::find_if(truth.begin(), truth.end(), [&](const auto& one) { return one.id == seen.robot; });
-      if (robot == truth.end() || std::hypot(robot->seen.pose.x_m - seen.pose.x_m, robot->seen.pose.y_m - seen.pose.y_m) > 0.02) ++wrong;
+      const auto robot =
+          std::find_if(truth.begin(), truth.end(), [&](const auto& one) { return one.id == seen.robot; });
+      if (robot == truth.end() ||
+          std::hypot(robot->seen.pose.x_m - seen.pose.x_m, robot->seen.pose.y_m - seen.pose.y_m) > 0.02)
+        ++wrong;
     }
     if (named) *named = static_cast<int>(frame->robots.size());
     return wrong;
@@ -154,18 +170,20 @@ class RoomTable {
 };
 
 std::string room_text(const std::string& more = "") {
-  return fmt::format("[room]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
-                     "[[room.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
-                     "distortion = [-0.09, 0.02, 0.0006, -0.0004, 0.0]\n{}\n"
-                     "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.ode]\n"
-                     "controller = \"{}/tests/sim_ode/controllers/answers.c\"\n",
-                     more, ARKMESH_SOURCE_DIR);
+  return fmt::format(
+      "[room]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
+      "[[room.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
+      "distortion = [-0.09, 0.02, 0.0006, -0.0004, 0.0]\n{}\n"
+      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.ode]\n"
+      "controller = \"{}/tests/sim_ode/controllers/answers.c\"\n",
+      more, ARKMESH_SOURCE_DIR);
 }
 
 std::string lab_text(const std::filesystem::path& calibration, const std::string& more = "") {
-  return fmt::format("[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.kilobot]\n{}\n"
-                     "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
-                     more, calibration.string());
+  return fmt::format(
+      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.kilobot]\n{}\n"
+      "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
+      more, calibration.string());
 }
 
 std::string refusal(const std::string& text) {
@@ -178,12 +196,15 @@ std::string refusal(const std::string& text) {
   return "";
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
 TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
-  // Proves that every robot of all 242 frames is followed by one track from the first to the last, at four times life speed, uncalibrated.
+  // Proves that every robot of all 242 frames is followed by one track from the first to the last, at four times life
+  // speed, uncalibrated.
   const auto truth = true_tracks();
   REQUIRE(truth.size() == 242);
   const auto clip = open_recording(pictures_folder + "bodyguard_clip.mp4");
@@ -220,7 +241,8 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
 }
 
 TEST_CASE("robots at a seam are one, neighbours stay two") {
-  // Proves that views that differ by a few millimetres are brought together, weighted, and that bodies that touch are not.
+  // Proves that views that differ by a few millimetres are brought together, weighted, and that bodies that touch are
+  // not.
   const Calibration west(camera_at(-0.2)), east(camera_at(0.2));
   const Point a{0, 0}, b{0.034, 0};
   const std::vector<Detection> in_west = {detection_at(west, a), detection_at(west, b)};
@@ -250,8 +272,8 @@ TEST_CASE("a picture of another size than the calibration's is refused and count
 }
 
 TEST_CASE("a watch names the robots of a room, and again those that were exchanged by hand") {
-  // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are exchanged under
-  // cover, and both are right again within 20 s.
+  // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are
+  // exchanged under cover, and both are right again within 20 s.
   const arkmesh::tests::TemporaryDirectory folder;
   RoomTable table(room_text());
   const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
@@ -289,7 +311,8 @@ TEST_CASE("a watch names the robots of a room, and again those that were exchang
 }
 
 TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
-  // Proves that nothing is invented: looks without news and pictures that do not show the table make no frame, and all of it is counted.
+  // Proves that nothing is invented: looks without news and pictures that do not show the table make no frame, and all
+  // of it is counted.
   const arkmesh::tests::TemporaryDirectory folder;
   RoomTable table(room_text());
   const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
@@ -334,7 +357,9 @@ TEST_CASE("a watch's configuration is refused with file, key and reason") {
   const std::string head = "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 2\n";
   CHECK(contains(refusal(head), "cameras"));
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\n"), "calibration"));
-  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"clip.mp4\"\ncalibration = \"x.yaml\"\n"), "is no camera"));
-  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"none.yaml\"\n"), "no such calibration"));
+  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"clip.mp4\"\ncalibration = \"x.yaml\"\n"),
+                 "is no camera"));
+  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"none.yaml\"\n"),
+                 "no such calibration"));
   CHECK(contains(refusal(head + "[arena.kilobot]\nidentity = \"guess\"\n"), "identity"));
 }

@@ -62,11 +62,13 @@ bool tells(const std::string& says, const std::string& part) {
 }  // namespace
 
 TEST_CASE("the trouble with a camera's URL is told from what answers there") {
-  // Proves one sentence for each: wrong path, a password, a page, another protocol, bytes of all kinds, something that is not said.
+  // Proves one sentence for each: wrong path, a password, a page, another protocol, bytes of all kinds, something that
+  // is not said.
   CHECK(tells("HTTP/1.1 404 Not Found\r\n\r\n", "answers 404 Not Found; is the path right?"));
   CHECK(tells("HTTP/1.1 401 Unauthorized\r\n\r\n", "USER:PASSWORD@HOST"));
   CHECK(tells("HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=utf-8\r\n\r\n<html>", "sends a page, no pictures"));
-  CHECK(tells("HTTP/1.1 200 OK\r\nContent-Type: video/x-none\r\n\r\n", "sends video/x-none, but no pictures that can be read"));
+  CHECK(tells("HTTP/1.1 200 OK\r\nContent-Type: video/x-none\r\n\r\n",
+              "sends video/x-none, but no pictures that can be read"));
   CHECK(tells("HTTP/1.1 \x1b[2J\r\n\r\n", "and no pictures"));
   CHECK(tells("SSH-2.0-OpenSSH_9.2\r\n\r\n", "not in HTTP"));
   CHECK(tells(std::string(20'000, '\xff'), "not in HTTP"));
@@ -76,7 +78,8 @@ TEST_CASE("the trouble with a camera's URL is told from what answers there") {
 TEST_CASE("a camera's URL at which nothing listens says which port") {
   // Proves the commonest mistakes: the port, and a host that is none.
   CHECK(url_trouble("http://127.0.0.1:1/table").find("nobody listens on port 1 of 127.0.0.1") != std::string::npos);
-  CHECK(url_trouble("rtsp://user:word@127.0.0.1:1/").find("nobody listens on port 1 of 127.0.0.1") != std::string::npos);
+  CHECK(url_trouble("rtsp://user:word@127.0.0.1:1/").find("nobody listens on port 1 of 127.0.0.1") !=
+        std::string::npos);
   CHECK(url_trouble("http://[::1]:1/").find("port 1 of ::1") != std::string::npos);
   CHECK(url_trouble("http://").find("http://") != std::string::npos);
   CHECK(url_trouble("http://127.0.0.1:word/").find("is not known") != std::string::npos);

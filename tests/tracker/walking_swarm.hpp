@@ -1,4 +1,5 @@
-// A swarm of Kilobots that walk, turn about a rear leg and push each other, and what imperfect cameras would see of it. No pictures.
+// A swarm of Kilobots that walk, turn about a rear leg and push each other, and what imperfect cameras would see of it.
+// No pictures.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +17,12 @@ namespace arkmesh::tracker_test {
 struct SwarmSettings {
   int robots = 100;
   double width_m = 1, height_m = 1;
-  double noise_m = 0.0007;            // of each coordinate
-  double missed = 0.01;               // of each robot and frame
-  double hidden_per_s = 0.002;        // how often something covers a robot
+  double noise_m = 0.0007;      // of each coordinate
+  double missed = 0.01;         // of each robot and frame
+  double hidden_per_s = 0.002;  // how often something covers a robot
   double hidden_s = 0.5;
   double false_per_frame = 0.3;
-  double led_on = 0.5;                // part of the time, in spells of some seconds
+  double led_on = 0.5;  // part of the time, in spells of some seconds
   double led_noise_rad = 0.09;
   double led_offset_rad = 0.7679449;  // driving direction minus LED direction
   std::uint64_t seed = 1;
@@ -39,7 +40,8 @@ class WalkingSwarm {
   explicit WalkingSwarm(const SwarmSettings& settings) : settings_(settings), random_(settings.seed) {
     while (static_cast<int>(robots.size()) < settings.robots) {
       Robot robot;
-      robot.pose = {uniform(-settings.width_m / 2, settings.width_m / 2), uniform(-settings.height_m / 2, settings.height_m / 2),
+      robot.pose = {uniform(-settings.width_m / 2, settings.width_m / 2),
+                    uniform(-settings.height_m / 2, settings.height_m / 2),
                     uniform(-std::numbers::pi, std::numbers::pi)};
       const bool free = std::none_of(robots.begin(), robots.end(), [&](const Robot& other) {
         return std::hypot(other.pose.x_m - robot.pose.x_m, other.pose.y_m - robot.pose.y_m) < 0.036;
@@ -58,8 +60,11 @@ class WalkingSwarm {
     std::vector<tracker::Seen> seen;
     for (Robot& robot : robots) {
       if (now_s_ < robot.hidden_until_s || chance(settings_.missed)) continue;
-      tracker::Seen one{.x_m = robot.pose.x_m + noise(settings_.noise_m), .y_m = robot.pose.y_m + noise(settings_.noise_m),
-                        .sigma_m = settings_.noise_m, .confidence = 0.9f, .led_confidence = 0.9f};
+      tracker::Seen one{.x_m = robot.pose.x_m + noise(settings_.noise_m),
+                        .y_m = robot.pose.y_m + noise(settings_.noise_m),
+                        .sigma_m = settings_.noise_m,
+                        .confidence = 0.9f,
+                        .led_confidence = 0.9f};
       if (robot.led) {
         one.led = hal::Led::green;
         one.led_heading_rad = robot.pose.heading_rad - settings_.led_offset_rad + noise(settings_.led_noise_rad);
@@ -70,7 +75,9 @@ class WalkingSwarm {
     std::poisson_distribution<int> strangers(settings_.false_per_frame);
     for (int i = strangers(random_); i > 0; --i)
       seen.push_back({.x_m = uniform(-settings_.width_m / 2, settings_.width_m / 2),
-                      .y_m = uniform(-settings_.height_m / 2, settings_.height_m / 2), .sigma_m = settings_.noise_m, .confidence = 0.6f});
+                      .y_m = uniform(-settings_.height_m / 2, settings_.height_m / 2),
+                      .sigma_m = settings_.noise_m,
+                      .confidence = 0.6f});
     std::shuffle(seen.begin(), seen.end(), random_);
     return seen;
   }

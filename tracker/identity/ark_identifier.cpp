@@ -40,7 +40,8 @@ void ArkIdentifier::on_frame(hal::LabTime now, std::span<const Track> tracks) {
 // What was found out about a track holds no longer when it is gone or may be another robot.
 void ArkIdentifier::drop_unsure(std::span<const Track> tracks) {
   const auto unsure = [tracks](const auto& entry) {
-    const auto at = std::find_if(tracks.begin(), tracks.end(), [&entry](const Track& track) { return track.number == entry.first; });
+    const auto at = std::find_if(tracks.begin(), tracks.end(),
+                                 [&entry](const Track& track) { return track.number == entry.first; });
     return at == tracks.end() || at->doubtful || at->age > blind;
   };
   counters_.add("identity.doubted.lost", std::erase_if(claims_, unsure));
@@ -56,16 +57,20 @@ void ArkIdentifier::conclude(hal::LabTime now) {
     const int all = count.blue + count.other;
     if (count.blue < 2 || 3 * count.blue < 2 * all) continue;
     ++answers_[track];
-    if (answers_[track] > too_many_answers) counters_.add("identity.ignored.always_blue");
-    else blue.push_back({track, robot, static_cast<float>(count.blue) / static_cast<float>(all)});
+    if (answers_[track] > too_many_answers)
+      counters_.add("identity.ignored.always_blue");
+    else
+      blue.push_back({track, robot, static_cast<float>(count.blue) / static_cast<float>(all)});
   }
   if (blue.size() > 1) {
     counters_.add("identity.refused.duplicate");
     duplicates_.push_back(robot);
   } else if (blue.size() == 1) {
     // a track that answers to two ids answers to none of them for now
-    if (answers_[blue[0].track] == 1) claims_[blue[0].track] = {robot, blue[0].confidence};
-    else counters_.add("identity.refused.two_ids");
+    if (answers_[blue[0].track] == 1)
+      claims_[blue[0].track] = {robot, blue[0].confidence};
+    else
+      counters_.add("identity.refused.two_ids");
   }
   for (const Naming& naming : blue)
     if (answers_[naming.track] > 1) claims_.erase(naming.track);
@@ -84,7 +89,9 @@ void ArkIdentifier::next_id(hal::LabTime now) {
     ++round_;
     to_call_.clear();
     for (hal::RobotId robot : settings_.candidates)
-      if (std::none_of(claims_.begin(), claims_.end(), [robot](const auto& claim) { return claim.second.robot == robot; })) to_call_.push_back(robot);
+      if (std::none_of(claims_.begin(), claims_.end(),
+                       [robot](const auto& claim) { return claim.second.robot == robot; }))
+        to_call_.push_back(robot);
     position_ = 0;
     duplicates_.clear();
     std::erase_if(answers_, [](const auto& entry) { return entry.second < too_many_answers; });
@@ -98,7 +105,8 @@ void ArkIdentifier::next_id(hal::LabTime now) {
 
 std::optional<hal::kilobot::Message> ArkIdentifier::question() const {
   if (state_ == State::finished) return std::nullopt;
-  return ark_question(settings_.runtime ? ark_runtime_type : ark_initial_type, state_ == State::ending ? nobody : to_call_[position_]);
+  return ark_question(settings_.runtime ? ark_runtime_type : ark_initial_type,
+                      state_ == State::ending ? nobody : to_call_[position_]);
 }
 
 std::optional<hal::RobotId> ArkIdentifier::called() const {

@@ -1,6 +1,6 @@
-// ARK's way to find out who is who, for robot programs that know no other: one id after the other is called (message 120 before an
-// experiment, 119 during one); the robot whose id it is shows blue, all others red. Takes as long as there are ids. Ids have
-// 16 bits here as the message has them; ARK itself keeps 8 of them.
+// ARK's way to find out who is who, for robot programs that know no other: one id after the other is called (message
+// 120 before an experiment, 119 during one); the robot whose id it is shows blue, all others red. Takes as long as
+// there are ids. Ids have 16 bits here as the message has them; ARK itself keeps 8 of them.
 #pragma once
 
 #include <cstdint>
@@ -19,18 +19,18 @@ namespace arkmesh::tracker {
 struct ArkSettings {
   std::vector<hal::RobotId> candidates;  // ascending; empty: 0 to `largest`
   hal::RobotId largest = 1022;
-  bool runtime = false;                  // message 119, not 120
+  bool runtime = false;  // message 119, not 120
   ReadingTimes times{.pictures = 5};
-  hal::LabTime ending{600'000};          // how long robots are told that it is over
-  int most_rounds = 3;                   // through all candidates that have not been found
+  hal::LabTime ending{600'000};  // how long robots are told that it is over
+  int most_rounds = 3;           // through all candidates that have not been found
 };
 
 class ArkIdentifier {
  public:
   explicit ArkIdentifier(ArkSettings settings);
 
-  // One picture of the table with the tracks in question; `now` never decreases. Doubtful tracks and such as were not seen for
-  // longer than 0.8 s lose what was found out about them.
+  // One picture of the table with the tracks in question; `now` never decreases. Doubtful tracks and such as were not
+  // seen for longer than 0.8 s lose what was found out about them.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
   std::optional<hal::kilobot::Message> question() const;
   // All at the end: until then an id may turn out to be called wrongly. Ascending by track.
@@ -61,7 +61,7 @@ class ArkIdentifier {
   ArkSettings settings_;
   hal::Counters counters_;
   State state_ = State::asking;
-  std::vector<hal::RobotId> to_call_;    // this round's
+  std::vector<hal::RobotId> to_call_;  // this round's
   std::size_t position_ = 0;
   int round_ = 1;
   std::optional<hal::LabTime> asked_at_;

@@ -51,8 +51,8 @@ void DigitReader::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   asked_at_ = now;
 }
 
-// Who was seen too late, or lit badly for a while, needs the rest only. A whole spelling when nothing is missing: somebody was not
-// believed, and has to say it again.
+// Who was seen too late, or lit badly for a while, needs the rest only. A whole spelling when nothing is missing:
+// somebody was not believed, and has to say it again.
 std::vector<std::uint8_t> DigitReader::missing(std::span<const TrackNumber> tracks) const {
   std::vector<std::uint8_t> out;
   for (const std::uint8_t digit : order_) {
@@ -95,9 +95,10 @@ std::vector<DigitReader::Reading> DigitReader::take_readings(std::span<const hal
   return out;
 }
 
-// The candidate that contradicts nothing that was read, while all others do in two places. Five digits must have been read, and the colour
-// must have changed as programs do not change it in these seconds.
-std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<std::uint8_t>> digits, std::span<const hal::RobotId> candidates) const {
+// The candidate that contradicts nothing that was read, while all others do in two places. Five digits must have been
+// read, and the colour must have changed as programs do not change it in these seconds.
+std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<std::uint8_t>> digits,
+                                                 std::span<const hal::RobotId> candidates) const {
   constexpr int least_read = 5, least_changes = 2, least_against_others = 2;
   int known = 0, changes = 0;
   std::optional<std::uint8_t> before;
@@ -112,7 +113,8 @@ std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<s
   for (const hal::RobotId robot : candidates) {
     if (robot > largest_spelled_id) continue;
     int against = 0;
-    for (std::size_t i = 0; i < digits.size(); ++i) against += digits[i] && digits[i] != digit_of(spelled(robot, order_[i]));
+    for (std::size_t i = 0; i < digits.size(); ++i)
+      against += digits[i] && digits[i] != digit_of(spelled(robot, order_[i]));
     if (against > 0 && against < least_against_others) return std::nullopt;
     if (against > 0) continue;
     if (out) return std::nullopt;

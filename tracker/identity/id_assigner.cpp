@@ -25,7 +25,8 @@ hal::kilobot::Message message(std::uint8_t type, std::array<std::uint32_t, 4> nu
 
 }  // namespace
 
-IdAssigner::IdAssigner(AssignmentSettings settings) : settings_(std::move(settings)), reader_(settings_.times, counters_) {
+IdAssigner::IdAssigner(AssignmentSettings settings)
+    : settings_(std::move(settings)), reader_(settings_.times, counters_) {
   announcements_.add(message(draw_type, {static_cast<std::uint32_t>(settings_.session) << 8, 0, 0, 0}), draw_lasts);
 }
 
@@ -33,8 +34,12 @@ void IdAssigner::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   update_robots(tracks);
   if (phase_ == Phase::finished || announcements_.say(now)) return;
   switch (phase_) {
-    case Phase::drawing: read(Phase::reading); break;
-    case Phase::storing: read(Phase::checking); break;
+    case Phase::drawing:
+      read(Phase::reading);
+      break;
+    case Phase::storing:
+      read(Phase::checking);
+      break;
     case Phase::reading:
     case Phase::checking:
       reader_.on_frame(now, tracks);
@@ -44,8 +49,11 @@ void IdAssigner::on_frame(hal::LabTime now, std::span<const Track> tracks) {
       phase_ == Phase::reading ? use_drawn() : use_checked();
       announcements_.say(now);
       break;
-    case Phase::ending: phase_ = Phase::finished; break;
-    case Phase::finished: break;
+    case Phase::ending:
+      phase_ = Phase::finished;
+      break;
+    case Phase::finished:
+      break;
   }
 }
 
@@ -76,8 +84,8 @@ void IdAssigner::read(Phase phase) {
   reader_.ask({}, most_id_digits);
 }
 
-// Everybody's temporary id, if it is one of its own; else another round. What was read in an earlier round holds until something else is
-// read.
+// Everybody's temporary id, if it is one of its own; else another round. What was read in an earlier round holds until
+// something else is read.
 void IdAssigner::use_drawn() {
   bool somebody_missed_it = false;
   for (const auto& reading : reader_.take_readings()) {
@@ -104,7 +112,8 @@ void IdAssigner::use_drawn() {
     robot.temporary.reset();
     robot.outcome = Outcome::unread;
   }
-  const bool everybody = std::all_of(robots_.begin(), robots_.end(), [](const auto& robot) { return robot.second.outcome != Outcome::unread; });
+  const bool everybody = std::all_of(robots_.begin(), robots_.end(),
+                                     [](const auto& robot) { return robot.second.outcome != Outcome::unread; });
   if (everybody || round_ >= settings_.most_rounds) {
     round_ = 1;
     give_ids();
@@ -112,7 +121,8 @@ void IdAssigner::use_drawn() {
   }
   ++round_;
   for (hal::RobotId robot : doubles) announcements_.add(message(draw_anew_type, {robot, 0, 0, 0}), draw_anew_lasts);
-  if (somebody_missed_it) announcements_.add(message(draw_type, {static_cast<std::uint32_t>(settings_.session) << 8, 0, 0, 0}), draw_lasts);
+  if (somebody_missed_it)
+    announcements_.add(message(draw_type, {static_cast<std::uint32_t>(settings_.session) << 8, 0, 0, 0}), draw_lasts);
   phase_ = Phase::drawing;
 }
 
@@ -122,8 +132,9 @@ void IdAssigner::give_ids() {
   for (auto& [number, robot] : robots_)
     if (robot.outcome == Outcome::drawn) order.push_back(&robot);
   const auto row = [](const Robot* robot) { return -std::floor(robot->in_arena.y_m / 0.05); };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](const Robot* a, const Robot* b) { return row(a) != row(b) ? row(a) < row(b) : a->in_arena.x_m < b->in_arena.x_m; });
+  std::stable_sort(order.begin(), order.end(), [&](const Robot* a, const Robot* b) {
+    return row(a) != row(b) ? row(a) < row(b) : a->in_arena.x_m < b->in_arena.x_m;
+  });
   for (Robot* robot : order) {
     if (next_id_ == settings_.ids.size()) {
       robot->outcome = Outcome::no_id_left;
@@ -141,8 +152,10 @@ void IdAssigner::announce_ids() {
     if (robot.outcome == Outcome::given) waiting.push_back(&robot);
   for (std::size_t i = 0; i < waiting.size(); i += 2) {
     const bool two = i + 1 < waiting.size();
-    announcements_.add(message(store_type, {*waiting[i]->temporary, *waiting[i]->given, two ? *waiting[i + 1]->temporary : nobody, two ? *waiting[i + 1]->given : nobody}),
-                       store_lasts);
+    announcements_.add(
+        message(store_type, {*waiting[i]->temporary, *waiting[i]->given, two ? *waiting[i + 1]->temporary : nobody,
+                             two ? *waiting[i + 1]->given : nobody}),
+        store_lasts);
   }
   announced_ = announcements_.waiting();
   phase_ = waiting.empty() ? Phase::ending : Phase::storing;
@@ -191,7 +204,8 @@ IdAssigner::Progress IdAssigner::progress() const {
 }
 
 std::string_view name_of(IdAssigner::Phase phase) {
-  constexpr std::string_view names[] = {"drawing temporary ids", "reading temporary ids", "storing new ids", "reading new ids", "ending", "finished"};
+  constexpr std::string_view names[] = {
+      "drawing temporary ids", "reading temporary ids", "storing new ids", "reading new ids", "ending", "finished"};
   return names[static_cast<std::size_t>(phase)];
 }
 

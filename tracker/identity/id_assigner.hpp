@@ -1,5 +1,5 @@
-// Gives robots ids of their own, whatever ids they have: lets them draw temporary ids by chance, reads these, has those that were
-// drawn twice drawn anew, tells each temporary id its new one, and reads everybody again. The robots run
+// Gives robots ids of their own, whatever ids they have: lets them draw temporary ids by chance, reads these, has those
+// that were drawn twice drawn anew, tells each temporary id its new one, and reads everybody again. The robots run
 // sim_ode/kilolib/programs/assign_ids.c. Pure: time and pictures come in, broadcasts go out.
 #pragma once
 
@@ -20,10 +20,10 @@ namespace arkmesh::tracker {
 inline constexpr hal::RobotId first_temporary_id = 0x8000;
 
 struct AssignmentSettings {
-  std::vector<hal::RobotId> ids;   // to give, in this order, each once and below first_temporary_id
-  std::uint8_t session = 1;        // another one for each assignment: robots draw once per session
+  std::vector<hal::RobotId> ids;  // to give, in this order, each once and below first_temporary_id
+  std::uint8_t session = 1;       // another one for each assignment: robots draw once per session
   ReadingTimes times;
-  int most_rounds = 6;             // of drawing, and of storing, until the rest is given up
+  int most_rounds = 6;  // of drawing, and of storing, until the rest is given up
 };
 
 class IdAssigner {
@@ -41,9 +41,9 @@ class IdAssigner {
   bool finished() const { return phase_ == Phase::finished; }
 
   struct Robot {
-    hal::Pose in_arena;                      // when last seen
+    hal::Pose in_arena;  // when last seen
     std::optional<hal::RobotId> temporary;
-    std::optional<hal::RobotId> given;       // its id once it is confirmed
+    std::optional<hal::RobotId> given;  // its id once it is confirmed
     Outcome outcome = Outcome::unread;
   };
   // By track, those in the newest picture.
@@ -52,7 +52,7 @@ class IdAssigner {
   // For people who wait: how far the phase is.
   struct Progress {
     int round = 1;
-    int done = 0, of = 0;   // digits, or robots told
+    int done = 0, of = 0;  // digits, or robots told
     int confirmed = 0;
   };
   Progress progress() const;
@@ -72,7 +72,7 @@ class IdAssigner {
   Announcements announcements_;
   Phase phase_ = Phase::drawing;
   std::map<TrackNumber, Robot> robots_;
-  std::size_t next_id_ = 0;        // of settings_.ids
+  std::size_t next_id_ = 0;  // of settings_.ids
   int round_ = 1;
   std::size_t announced_ = 0;
 };

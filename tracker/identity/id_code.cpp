@@ -75,9 +75,12 @@ std::optional<hal::RobotId> id_of(std::span<const std::uint8_t> digits) {
 
 bool Audience::includes(hal::RobotId robot) const {
   switch (kind) {
-    case Kind::everybody: return true;
-    case Kind::range: return robots[0] <= robot && robot <= robots[1];
-    case Kind::list: return robot != nobody && std::find(robots.begin(), robots.end(), robot) != robots.end();
+    case Kind::everybody:
+      return true;
+    case Kind::range:
+      return robots[0] <= robot && robot <= robots[1];
+    case Kind::list:
+      return robot != nobody && std::find(robots.begin(), robots.end(), robot) != robots.end();
   }
   return false;
 }
@@ -87,21 +90,26 @@ Audience audience_for(std::span<const hal::RobotId> wanted, std::span<const hal:
   out.robots.fill(nobody);
   if (wanted.size() > out.robots.size()) {
     const auto next = std::lower_bound(spared.begin(), spared.end(), wanted.front());
-    if (next == spared.end() || *next > wanted.back()) return {.kind = Audience::Kind::range, .robots = {wanted.front(), wanted.back()}};
+    if (next == spared.end() || *next > wanted.back())
+      return {.kind = Audience::Kind::range, .robots = {wanted.front(), wanted.back()}};
   }
-  for (std::size_t i = 0; i < std::min(wanted.size(), out.robots.size()); ++i) out.robots[i] = wanted[(turn + i) % wanted.size()];
+  for (std::size_t i = 0; i < std::min(wanted.size(), out.robots.size()); ++i)
+    out.robots[i] = wanted[(turn + i) % wanted.size()];
   return out;
 }
 
 hal::kilobot::Message digit_question(const Audience& audience, int number) {
   hal::kilobot::Message message{.type = question_type};
-  message.data[0] = static_cast<std::uint8_t>(static_cast<unsigned>(audience.kind) << 6 | static_cast<unsigned>(number));
+  message.data[0] =
+      static_cast<std::uint8_t>(static_cast<unsigned>(audience.kind) << 6 | static_cast<unsigned>(number));
   const std::size_t ids = audience.kind == Audience::Kind::list ? 4 : audience.kind == Audience::Kind::range ? 2 : 0;
   for (std::size_t i = 0; i < ids; ++i) put(message, 1 + 2 * i, audience.robots[i]);
   return with_crc(message);
 }
 
-hal::kilobot::Message end_of_questions() { return with_crc({.type = question_type}); }
+hal::kilobot::Message end_of_questions() {
+  return with_crc({.type = question_type});
+}
 
 hal::kilobot::Message ark_question(std::uint8_t type, hal::RobotId robot) {
   hal::kilobot::Message message{.type = type};

@@ -1,5 +1,6 @@
-// How robots spell their ids in light: digits in base 3, least significant first, then a check word. Red, green and blue are the
-// digits 0, 1 and 2: of all colours the three that a camera confuses least. sim_ode/kilolib/arkmesh_id.h is the robots' side.
+// How robots spell their ids in light: digits in base 3, least significant first, then a check word. Red, green and
+// blue are the digits 0, 1 and 2: of all colours the three that a camera confuses least. sim_ode/kilolib/arkmesh_id.h
+// is the robots' side.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace arkmesh::tracker {
 
-inline constexpr int most_id_digits = 11;   // enough for 16 bits
+inline constexpr int most_id_digits = 11;  // enough for 16 bits
 inline constexpr int check_digits = 3;
 inline constexpr std::uint8_t question_type = 118, ark_runtime_type = 119, ark_initial_type = 120;
 inline constexpr hal::RobotId largest_spelled_id = 65534;  // 65535 is an erased memory
@@ -27,22 +28,26 @@ std::span<const std::uint8_t> digit_order(int digits);
 // 0..2, or nothing for a colour that is no digit.
 constexpr std::optional<std::uint8_t> digit_of(hal::Led led) {
   switch (led) {
-    case hal::Led::red: return std::uint8_t{0};
-    case hal::Led::green: return std::uint8_t{1};
-    case hal::Led::blue: return std::uint8_t{2};
-    default: return std::nullopt;
+    case hal::Led::red:
+      return std::uint8_t{0};
+    case hal::Led::green:
+      return std::uint8_t{1};
+    case hal::Led::blue:
+      return std::uint8_t{2};
+    default:
+      return std::nullopt;
   }
 }
 
-// What the LED of a robot shows that has been asked and so shows red, green or blue: in a neighbour's light that is clearer than which of all
-// colours it may be. Off when it is not clear, or when it clearly is none of them.
+// What the LED of a robot shows that has been asked and so shows red, green or blue: in a neighbour's light that is
+// clearer than which of all colours it may be. Off when it is not clear, or when it clearly is none of them.
 hal::Led answer_of(const Track& track);
 
 // What the robot shows for digit `number` of digit_order().
 hal::Led spelled(hal::RobotId robot, int number);
 
-// The id that digits in the order of digit_order() spell; nothing when the check word is not theirs. Any one wrong digit is noticed,
-// an LED that never changes is never an id, and other errors pass in one of 23 cases.
+// The id that digits in the order of digit_order() spell; nothing when the check word is not theirs. Any one wrong
+// digit is noticed, an LED that never changes is never an id, and other errors pass in one of 23 cases.
 std::optional<hal::RobotId> id_of(std::span<const std::uint8_t> digits);
 
 // Who is asked.
@@ -54,8 +59,8 @@ struct Audience {
 };
 inline constexpr hal::RobotId nobody = 65535;
 
-// The smallest audience with all of `wanted` (ascending, not empty) and nobody of `spared` (ascending); four of them, from `turn` on in
-// rotation, when they need more than one message.
+// The smallest audience with all of `wanted` (ascending, not empty) and nobody of `spared` (ascending); four of them,
+// from `turn` on in rotation, when they need more than one message.
 Audience audience_for(std::span<const hal::RobotId> wanted, std::span<const hal::RobotId> spared, std::size_t turn);
 
 // Broadcasts.

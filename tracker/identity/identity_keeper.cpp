@@ -12,7 +12,9 @@ constexpr hal::LabTime glimpse{300'000};         // a track not seen for less co
 constexpr int first_rounds = 3;                  // barren ones before the rest is taken for silent
 constexpr std::size_t most_by_list = 12;         // more are found sooner by asking everybody
 
-bool holds(std::span<const hal::RobotId> robots, hal::RobotId robot) { return std::binary_search(robots.begin(), robots.end(), robot); }
+bool holds(std::span<const hal::RobotId> robots, hal::RobotId robot) {
+  return std::binary_search(robots.begin(), robots.end(), robot);
+}
 
 void insert(std::vector<hal::RobotId>& robots, hal::RobotId robot) {
   const auto at = std::lower_bound(robots.begin(), robots.end(), robot);
@@ -22,7 +24,10 @@ void insert(std::vector<hal::RobotId>& robots, hal::RobotId robot) {
 }  // namespace
 
 IdentityKeeper::IdentityKeeper(IdentitySettings settings)
-    : settings_(std::move(settings)), reader_(settings_.times, counters_), known_(settings_.expected), unaccounted_(settings_.expected) {}
+    : settings_(std::move(settings)),
+      reader_(settings_.times, counters_),
+      known_(settings_.expected),
+      unaccounted_(settings_.expected) {}
 
 void IdentityKeeper::on_frame(hal::LabTime now, std::span<const Track> tracks) {
   now_ = now;
@@ -64,12 +69,16 @@ void IdentityKeeper::update_book(hal::LabTime now, std::span<const Track> tracks
         reader_.forget(track.number);
       }
     } else if (entry.doubted) {
-      if (track.robot == entry.robot) entry.doubted = false;
-      else entry.unname();
+      if (track.robot == entry.robot)
+        entry.doubted = false;
+      else
+        entry.unname();
     }
     entry.seen = track.age <= glimpse;
-    if (!entry.seen) entry.seen_since.reset();
-    else if (!entry.seen_since) entry.seen_since = now;
+    if (!entry.seen)
+      entry.seen_since.reset();
+    else if (!entry.seen_since)
+      entry.seen_since = now;
     book.emplace(track.number, entry);
   }
   for (const auto& [number, entry] : book_) {
@@ -97,8 +106,10 @@ bool IdentityKeeper::worth_asking(hal::LabTime now) const {
   for (const auto& [number, entry] : book_) {
     if (entry.sure() || !entry.seen) continue;
     const hal::LabTime seen = now - *entry.seen_since;
-    if (seen < settings_.calm) restless = true;
-    else calm = true;
+    if (seen < settings_.calm)
+      restless = true;
+    else
+      calm = true;
     if (seen >= longest_calm) return true;
   }
   return calm && !restless;
@@ -113,10 +124,11 @@ int IdentityKeeper::digits_needed(const Audience& audience) const {
 
 void IdentityKeeper::ask() {
   Audience audience;
-  // A few are asked by themselves: among dark neighbours a LED is seen best. Who is there unexpected shows only when everybody is asked,
-  // once.
+  // A few are asked by themselves: among dark neighbours a LED is seen best. Who is there unexpected shows only when
+  // everybody is asked, once.
   const std::size_t missed = unaccounted_.size();
-  const bool by_name = missed > 0 && missed <= most_by_list && (began_ || (passes_ > 0 && (barren_passes_ == 0 ? missed <= 4 : barren_passes_ > 1)));
+  const bool by_name = missed > 0 && missed <= most_by_list &&
+                       (began_ || (passes_ > 0 && (barren_passes_ == 0 ? missed <= 4 : barren_passes_ > 1)));
   if (by_name) {
     std::vector<hal::RobotId> named;
     for (hal::RobotId robot : known_)
@@ -125,7 +137,8 @@ void IdentityKeeper::ask() {
     turn_ += audience.robots.size();
   }
   // colours of nameless robots that were not asked are no digits
-  const bool part = by_name && !std::all_of(unaccounted_.begin(), unaccounted_.end(), [&](hal::RobotId robot) { return audience.includes(robot); });
+  const bool part = by_name && !std::all_of(unaccounted_.begin(), unaccounted_.end(),
+                                            [&](hal::RobotId robot) { return audience.includes(robot); });
   if (part || asked_part_) reader_.forget_all();
   asked_part_ = part;
   std::vector<TrackNumber> nameless;
@@ -140,7 +153,8 @@ void IdentityKeeper::ask() {
 void IdentityKeeper::use_readings(hal::LabTime now) {
   const Audience& asked = reader_.audience();
   const std::vector<DigitReader::Reading> readings =
-      reader_.take_readings(asked.kind == Audience::Kind::list ? std::span<const hal::RobotId>(asked.robots) : std::span<const hal::RobotId>());
+      reader_.take_readings(asked.kind == Audience::Kind::list ? std::span<const hal::RobotId>(asked.robots)
+                                                               : std::span<const hal::RobotId>());
   std::map<hal::RobotId, int> spelled_by;
   duplicates_.clear();
   for (const auto& reading : readings) ++spelled_by[reading.robot];
@@ -171,7 +185,9 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
       counters_.add("identity.refused.not_asked");
       continue;
     }
-    const auto holder = std::find_if(book_.begin(), book_.end(), [&](const auto& other) { return other.second.sure() && other.second.robot == reading.robot; });
+    const auto holder = std::find_if(book_.begin(), book_.end(), [&](const auto& other) {
+      return other.second.sure() && other.second.robot == reading.robot;
+    });
     if (holder != book_.end()) {
       counters_.add("identity.doubted.contradiction");
       holder->second.unname();
@@ -191,7 +207,8 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
 
   barren_passes_ = named > 0 ? 0 : barren_passes_ + 1;
   update_unaccounted();
-  const bool all = std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure() || !entry.second.seen; });
+  const bool all = std::all_of(book_.begin(), book_.end(),
+                               [](const auto& entry) { return entry.second.sure() || !entry.second.seen; });
   if ((settings_.expected.empty() ? all : unaccounted_.empty()) || barren_passes_ >= first_rounds) began_ = true;
   if (barren_passes_ > 0 && began_) {
     hal::LabTime pause = first_pause;
@@ -214,7 +231,8 @@ std::optional<hal::RobotId> IdentityKeeper::robot_of(TrackNumber track) const {
 
 bool IdentityKeeper::everybody_named() const {
   if (!settings_.expected.empty()) return unaccounted_.empty();
-  return began_ && !book_.empty() && std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure(); });
+  return began_ && !book_.empty() &&
+         std::all_of(book_.begin(), book_.end(), [](const auto& entry) { return entry.second.sure(); });
 }
 
 bool IdentityKeeper::led_is_answer(TrackNumber track) const {

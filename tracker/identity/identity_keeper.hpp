@@ -1,5 +1,6 @@
-// Keeps the book of which track is which robot: finds out when it begins, doubts when tracks meet, vanish or were hidden, and asks
-// again only the robots that are unaccounted for, while the others go on. Pure: time and pictures come in, questions and names go out.
+// Keeps the book of which track is which robot: finds out when it begins, doubts when tracks meet, vanish or were
+// hidden, and asks again only the robots that are unaccounted for, while the others go on. Pure: time and pictures come
+// in, questions and names go out.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +20,9 @@ struct IdentitySettings {
   std::vector<hal::RobotId> expected;  // ascending, each at most 65534; empty: whoever answers
   hal::RobotId largest = 1022;         // when nobody in particular is expected
   ReadingTimes times;
-  hal::LabTime blind{800'000};         // a track that was not truly seen for so long may be another robot afterwards
-  hal::LabTime calm{500'000};          // robots in question are seen so long before they are asked: no hand is among them
-  hal::LabTime ending{600'000};        // how long robots are told that it is over
+  hal::LabTime blind{800'000};   // a track that was not truly seen for so long may be another robot afterwards
+  hal::LabTime calm{500'000};    // robots in question are seen so long before they are asked: no hand is among them
+  hal::LabTime ending{600'000};  // how long robots are told that it is over
   hal::LabTime longest_pause{30'000'000};  // between questions that nobody new answers; they begin 2 s apart
 };
 
@@ -35,9 +36,9 @@ class IdentityKeeper {
  public:
   explicit IdentityKeeper(IdentitySettings settings);
 
-  // One picture of the table: all tracks, those predicted but not seen too (Track::age says so). A track that is not there any more
-  // is gone. A `doubtful` track has no name for now; whoever sets it clears it when take_namings() names the track anew, or earlier,
-  // `robot` unchanged, when the doubt turned out to be none. `now` never decreases.
+  // One picture of the table: all tracks, those predicted but not seen too (Track::age says so). A track that is not
+  // there any more is gone. A `doubtful` track has no name for now; whoever sets it clears it when take_namings() names
+  // the track anew, or earlier, `robot` unchanged, when the doubt turned out to be none. `now` never decreases.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
 
   // The broadcast that robots should hear now, over and over; nothing when there is no question.
@@ -53,7 +54,8 @@ class IdentityKeeper {
   bool everybody_named() const;
   // The robot's LED answers a question, or may still: it is no state of its program.
   bool led_is_answer(TrackNumber track) const;
-  // Nobody is being asked and nobody will be as long as nothing changes; or nobody new has answered for `passes` rounds of questions.
+  // Nobody is being asked and nobody will be as long as nothing changes; or nobody new has answered for `passes` rounds
+  // of questions.
   bool settled(int passes) const;
 
   // For people who wait.
@@ -72,8 +74,8 @@ class IdentityKeeper {
  private:
   struct Entry {
     std::optional<hal::RobotId> robot;
-    bool doubted = false;                // `robot` may turn out right
-    bool seen = false;                   // in this picture
+    bool doubted = false;  // `robot` may turn out right
+    bool seen = false;     // in this picture
     std::optional<hal::LabTime> seen_since;
     bool sure() const { return robot && !doubted; }
     void unname() { robot.reset(), doubted = false; }
@@ -90,12 +92,12 @@ class IdentityKeeper {
   hal::Counters counters_;
   DigitReader reader_;
   std::map<TrackNumber, Entry> book_;
-  std::vector<hal::RobotId> known_;        // expected, or once named; ascending
+  std::vector<hal::RobotId> known_;  // expected, or once named; ascending
   std::vector<hal::RobotId> unaccounted_, duplicates_, strangers_;
   std::vector<Naming> namings_;
-  bool asked_ = false;                     // a round of questions is under way
-  bool asked_part_ = false;                // of those who are missed, in the latest round
-  bool began_ = false;                     // the first one is over with everybody named, or as many as will answer
+  bool asked_ = false;       // a round of questions is under way
+  bool asked_part_ = false;  // of those who are missed, in the latest round
+  bool began_ = false;       // the first one is over with everybody named, or as many as will answer
   std::optional<hal::LabTime> tell_end_until_;
   hal::LabTime not_before_{0};
   int passes_ = 0, barren_passes_ = 0;

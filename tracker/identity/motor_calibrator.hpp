@@ -1,6 +1,6 @@
-// Finds duties at which each robot turns and goes straight as it should, all robots at once: tells a robot to move, looks at its path,
-// changes a duty, looks again. The robots run sim_ode/kilolib/programs/calibrate_motors.c and have ids of their own. Pure: pictures
-// come in, messages go out.
+// Finds duties at which each robot turns and goes straight as it should, all robots at once: tells a robot to move,
+// looks at its path, changes a duty, looks again. The robots run sim_ode/kilolib/programs/calibrate_motors.c and have
+// ids of their own. Pure: pictures come in, messages go out.
 #pragma once
 
 #include <cstdint>
@@ -21,12 +21,12 @@
 namespace arkmesh::tracker {
 
 struct MotorSettings {
-  double width_m = 1, height_m = 1;   // of the arena: nobody is sent into a wall
-  int first_duty = 60;                // of every motor, to begin with
+  double width_m = 1, height_m = 1;  // of the arena: nobody is sent into a wall
+  int first_duty = 60;               // of every motor, to begin with
   int least_duty = 40, largest_duty = 110;
-  double measure_m = 0.015;           // what ARK's limits are given in: its robot's radius
-  hal::LabTime settle{500'000};       // from a message until pictures show what it does
-  double most_per_robot_s = 900;      // then a robot is given up
+  double measure_m = 0.015;       // what ARK's limits are given in: its robot's radius
+  hal::LabTime settle{500'000};   // from a message until pictures show what it does
+  double most_per_robot_s = 900;  // then a robot is given up
 };
 
 class MotorCalibrator {
@@ -38,12 +38,12 @@ class MotorCalibrator {
   struct Robot {
     Stage stage = Stage::left;
     Duties duties;
-    double turn_left_rad_s = 0, turn_right_rad_s = 0;   // as last measured
-    double straight_m_s = 0, straight_turn_rad_s = 0;   // counter-clockwise
-    bool round = true;              // both turns fit a circle
-    bool stored = false;            // it shows that it has stored them
-    int changes = 0;                // of duties so far
-    std::string why;                // it failed
+    double turn_left_rad_s = 0, turn_right_rad_s = 0;  // as last measured
+    double straight_m_s = 0, straight_turn_rad_s = 0;  // counter-clockwise
+    bool round = true;                                 // both turns fit a circle
+    bool stored = false;                               // it shows that it has stored them
+    int changes = 0;                                   // of duties so far
+    std::string why;                                   // it failed
   };
 
   // `robots` ascending; at most 256.
@@ -68,22 +68,24 @@ class MotorCalibrator {
   struct Trial {
     MotionLog log;
     Check check = Check::moving;
-    int bad_checks = 0;               // in a row
+    int bad_checks = 0;                   // in a row
     std::optional<hal::LabTime> told_at;  // what it does now
-    hal::LabTime said_at{0};          // its last message
+    hal::LabTime said_at{0};              // its last message
     std::optional<hal::LabTime> first_seen;
     double aim_rad = 0;
     Errand errand = Errand::none;
-    int contacts = 0;                 // that ended a trial, in this stage
-    bool early_look = false;          // at this straight, before its end
+    int contacts = 0;         // that ended a trial, in this stage
+    bool early_look = false;  // at this straight, before its end
   };
 
-  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places, hal::LabTime now);
+  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places,
+            hal::LabTime now);
   void look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void look_at_straight(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void meet(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void begin_errand(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
-  void run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
+  void run_errand(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places,
+                  hal::LabTime now);
   void aim(hal::RobotId id, Robot& robot, Trial& trial, const hal::Pose& pose, const Places& places, hal::LabTime now);
   void change(hal::RobotId id, Robot& robot, Trial& trial, int left_by, int right_by, hal::LabTime now);
   void enter(hal::RobotId id, Robot& robot, Trial& trial, Stage stage, hal::LabTime now);

@@ -13,7 +13,8 @@ constexpr double body_radius_m = hal::kilobot_radius_m;
 
 }  // namespace
 
-double OpenGround::free_way_m(hal::RobotId robot, const hal::Pose& pose, double course_rad, const Places& places) const {
+double OpenGround::free_way_m(hal::RobotId robot, const hal::Pose& pose, double course_rad,
+                              const Places& places) const {
   const double dx = std::cos(course_rad), dy = std::sin(course_rad), margin_m = body_radius_m + 0.006;
   double free_m = enough_m;
   const auto wall = [&free_m](double place_m, double towards, double limit_m) {
@@ -28,7 +29,8 @@ double OpenGround::free_way_m(hal::RobotId robot, const hal::Pose& pose, double 
     if (other == robot) continue;
     const double ahead_m = (place.x_m - pose.x_m) * dx + (place.y_m - pose.y_m) * dy;
     const double beside_m = std::abs((place.y_m - pose.y_m) * dx - (place.x_m - pose.x_m) * dy);
-    if (ahead_m > 0 && beside_m < clear_m) free_m = std::min(free_m, std::max(0.0, ahead_m - std::sqrt(clear_m * clear_m - beside_m * beside_m)));
+    if (ahead_m > 0 && beside_m < clear_m)
+      free_m = std::min(free_m, std::max(0.0, ahead_m - std::sqrt(clear_m * clear_m - beside_m * beside_m)));
   }
   return free_m;
 }

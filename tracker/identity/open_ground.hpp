@@ -14,11 +14,13 @@ using Places = std::vector<std::pair<hal::RobotId, hal::Pose>>;
 class OpenGround {
  public:
   // `turn_m`: from where a robot stands to the middle of itself on the far side of its turning circle.
-  OpenGround(double width_m, double height_m, double turn_m) : width_m_(width_m), height_m_(height_m), turn_m_(turn_m) {}
+  OpenGround(double width_m, double height_m, double turn_m)
+      : width_m_(width_m), height_m_(height_m), turn_m_(turn_m) {}
 
   static constexpr double enough_m = 0.22;  // room that a straight way should have
 
-  // How far the robot gets in that direction before it meets a wall or another one where they are now; not farther than enough_m.
+  // How far the robot gets in that direction before it meets a wall or another one where they are now; not farther than
+  // enough_m.
   double free_way_m(hal::RobotId robot, const hal::Pose& pose, double course_rad, const Places& places) const;
   // The freest way, the first to the left of straight ahead if several are free enough.
   struct Way {

@@ -47,8 +47,9 @@ std::string no_permission(const std::string& path) {
   if (::stat(path.c_str(), &about) == 0)
     if (const ::group* entry = ::getgrgid(about.st_gid)) group = entry->gr_name;
   if (const ::passwd* entry = ::getpwuid(::geteuid())) user = entry->pw_name;
-  return fmt::format("no permission to open {}: it belongs to group {}; join it with `sudo usermod -aG {} {}` and log in again", path,
-                     group, group, user);
+  return fmt::format(
+      "no permission to open {}: it belongs to group {}; join it with `sudo usermod -aG {} {}` and log in again", path,
+      group, group, user);
 }
 
 // Why the device cannot be opened, one sentence. `code` is an errno.
@@ -58,17 +59,23 @@ std::string why_not(const std::string& path, int code) {
     case ENXIO:
     case ENODEV: {
       const std::string ports = ports_there_are();
-      return ports.empty() ? fmt::format("there is no serial port {} and no other on this machine; plug the overhead controller in", path)
-                           : fmt::format("there is no serial port {}; there are: {}", path, ports);
+      return ports.empty()
+                 ? fmt::format(
+                       "there is no serial port {} and no other on this machine; plug the overhead controller in", path)
+                 : fmt::format("there is no serial port {}; there are: {}", path, ports);
     }
     case EACCES:
-    case EPERM: return no_permission(path);
+    case EPERM:
+      return no_permission(path);
     case EBUSY:
-    case EWOULDBLOCK: return fmt::format("{} is in use by another program; `fuser -v {}` names it", path, path);
+    case EWOULDBLOCK:
+      return fmt::format("{} is in use by another program; `fuser -v {}` names it", path, path);
     case ENOTTY:
     case EINVAL:
-    case EISDIR: return fmt::format("{} is not a serial port", path);
-    default: return fmt::format("{} cannot be opened: {}", path, std::strerror(code));
+    case EISDIR:
+      return fmt::format("{} is not a serial port", path);
+    default:
+      return fmt::format("{} cannot be opened: {}", path, std::strerror(code));
   }
 }
 
@@ -86,7 +93,8 @@ void DeviceWire::open() {
   if (port_ || (terminal_ && terminal_->check() != State::closed)) return;
   terminal_.reset();
   if (const int code = first_look(path_)) return lose(why_not(path_, code));
-  // libserialport knows devices by the names under /sys/class/tty, so names such as /dev/serial/by-id/... are followed for it
+  // libserialport knows devices by the names under /sys/class/tty, so names such as /dev/serial/by-id/... are followed
+  // for it
   if (sp_get_port_by_name(path_.c_str(), &port_) != SP_OK) {
     std::error_code ignored;
     const std::string device = std::filesystem::canonical(path_, ignored).string();

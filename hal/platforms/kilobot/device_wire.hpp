@@ -1,5 +1,5 @@
-// A serial device through libserialport: 38400 baud, 8 data bits, no parity, 1 stop bit, no flow control, for us alone. Its path may also lead
-// to a pseudo-terminal.
+// A serial device through libserialport: 38400 baud, 8 data bits, no parity, 1 stop bit, no flow control, for us alone.
+// Its path may also lead to a pseudo-terminal.
 #pragma once
 
 #include <memory>

@@ -37,14 +37,17 @@ class Reader {
       if (!line.empty()) read_record(line);
     }
     if (line_ == 0) throw FirmwareError(fmt::format("{}: the file is empty", file_));
-    if (!ended_) refuse("the file ends without its end record (:00000001FF), so a part is missing; build or copy it again");
+    if (!ended_)
+      refuse("the file ends without its end record (:00000001FF), so a part is missing; build or copy it again");
     if (size_ == 0) refuse("the file holds no program");
     bytes_.resize(size_);
     return Firmware(std::move(bytes_));
   }
 
  private:
-  [[noreturn]] void refuse(std::string_view sentence) const { throw FirmwareError(fmt::format("{}:{}: {}", file_, line_, sentence)); }
+  [[noreturn]] void refuse(std::string_view sentence) const {
+    throw FirmwareError(fmt::format("{}:{}: {}", file_, line_, sentence));
+  }
 
   void read_record(std::string_view line) {
     if (ended_) refuse("there is more after the end record; two files may have been joined");
@@ -62,18 +65,20 @@ class Reader {
     std::uint8_t sum = 0;
     for (const std::uint8_t byte : record) sum = static_cast<std::uint8_t>(sum + byte);
     if (sum != 0)
-      refuse(fmt::format("the checksum is {:02X} but should be {:02X}; the file is damaged, build or copy it again", record.back(),
-                         static_cast<std::uint8_t>(record.back() - sum)));
+      refuse(fmt::format("the checksum is {:02X} but should be {:02X}; the file is damaged, build or copy it again",
+                         record.back(), static_cast<std::uint8_t>(record.back() - sum)));
     const auto address = static_cast<std::uint32_t>(record[1] << 8 | record[2]);
     take_record(record[3], address, std::span<const std::uint8_t>(record).subspan(4, record[0]));
   }
 
   void take_record(std::uint8_t type, std::uint32_t address, std::span<const std::uint8_t> data) {
     const auto need = [&](std::size_t count) {
-      if (data.size() != count) refuse(fmt::format("a record of type {:02X} has {} data bytes, not {}", type, count, data.size()));
+      if (data.size() != count)
+        refuse(fmt::format("a record of type {:02X} has {} data bytes, not {}", type, count, data.size()));
     };
     switch (type) {
-      case 0: return put(address, data);
+      case 0:
+        return put(address, data);
       case 1:
         need(0);
         ended_ = true;
@@ -89,8 +94,10 @@ class Reader {
         segmented_ = false;
         return;
       case 3:
-      case 5: return need(4);
-      default: refuse(fmt::format("record type {:02X} is unknown; 00 to 05 are", type));
+      case 5:
+        return need(4);
+      default:
+        refuse(fmt::format("record type {:02X} is unknown; 00 to 05 are", type));
     }
   }
 
@@ -100,11 +107,13 @@ class Reader {
       const auto offset = static_cast<std::uint32_t>(i);
       const std::uint64_t at = std::uint64_t{base_} + (segmented_ ? (address + offset) & 0xFFFF : address + offset);
       if (at >= most_program_bytes)
-        refuse(fmt::format("the program reaches address 0x{:X}, but robots have room up to 0x{:X} ({} bytes); it is too large or was "
-                           "linked for another address",
-                           at, most_program_bytes - 1, most_program_bytes));
+        refuse(fmt::format(
+            "the program reaches address 0x{:X}, but robots have room up to 0x{:X} ({} bytes); it is too large or was "
+            "linked for another address",
+            at, most_program_bytes - 1, most_program_bytes));
       const auto place = static_cast<std::size_t>(at);
-      if (is_set_[place]) refuse(fmt::format("address 0x{:X} is set a second time; two programs may have been joined", at));
+      if (is_set_[place])
+        refuse(fmt::format("address 0x{:X} is set a second time; two programs may have been joined", at));
       is_set_[place] = true;
       bytes_[place] = data[i];
       size_ = std::max(size_, place + 1);
@@ -124,7 +133,9 @@ class Reader {
 }  // namespace
 
 Firmware::Firmware(std::vector<std::uint8_t> bytes)
-    : size_bytes_(bytes.size()), pages_(std::min(most_pages, static_cast<int>(bytes.size() / page_bytes) + 1)), bytes_(std::move(bytes)) {
+    : size_bytes_(bytes.size()),
+      pages_(std::min(most_pages, static_cast<int>(bytes.size() / page_bytes) + 1)),
+      bytes_(std::move(bytes)) {
   bytes_.resize(static_cast<std::size_t>(pages_) * page_bytes);
 }
 
@@ -132,17 +143,21 @@ std::span<const std::uint8_t, page_bytes> Firmware::page(int page) const {
   return std::span(bytes_).subspan(static_cast<std::size_t>(page) * page_bytes).first<page_bytes>();
 }
 
-Firmware parse_intel_hex(std::string_view text, std::string_view file) { return Reader(file).read(text); }
+Firmware parse_intel_hex(std::string_view text, std::string_view file) {
+  return Reader(file).read(text);
+}
 
 Firmware read_intel_hex(const std::filesystem::path& file) {
   const auto refuse = [&](std::string_view why) { throw FirmwareError(fmt::format("{}: {}", file.string(), why)); };
-  if (std::error_code ignored; std::filesystem::is_directory(file, ignored)) refuse("is a folder, not an Intel HEX file");
+  if (std::error_code ignored; std::filesystem::is_directory(file, ignored))
+    refuse("is a folder, not an Intel HEX file");
   std::ifstream in(file, std::ios::binary);
   if (!in) refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
   std::string text(most_file_bytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > most_file_bytes) refuse("is larger than any program for a robot (1 MiB of text); is it an Intel HEX file?");
+  if (text.size() > most_file_bytes)
+    refuse("is larger than any program for a robot (1 MiB of text); is it an Intel HEX file?");
   return parse_intel_hex(text, file.string());
 }
 

@@ -1,4 +1,5 @@
-// Puts eyes and voice together in real time: a look at each frame's moment, and the overhead controller served in between.
+// Puts eyes and voice together in real time: a look at each frame's moment, and the overhead controller served in
+// between.
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 
 #include <fmt/format.h>
@@ -23,10 +24,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds say_again_after = 5s;      // progress of the wait for names
-constexpr std::chrono::milliseconds last_commands_take = 2s;   // for fleet commands that wait when the arena ends
-constexpr std::chrono::milliseconds last_stop_takes = 300ms;   // and then for a stop
-constexpr LabTime blind_after = 1s;                            // no frame for so long is worth a line in the log
+constexpr std::chrono::milliseconds say_again_after = 5s;     // progress of the wait for names
+constexpr std::chrono::milliseconds last_commands_take = 2s;  // for fleet commands that wait when the arena ends
+constexpr std::chrono::milliseconds last_stop_takes = 300ms;  // and then for a stop
+constexpr LabTime blind_after = 1s;                           // no frame for so long is worth a line in the log
 
 class KilobotArena final : public Arena {
  public:
@@ -97,7 +98,8 @@ class KilobotArena final : public Arena {
     return false;
   }
 
-  // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told them to run.
+  // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told
+  // them to run.
   void begin() {
     controller_.hold(true);
     const Moment begun = now();
@@ -113,11 +115,12 @@ class KilobotArena final : public Arena {
         return;
       }
       const Moment at = now();
-      if (patience_.stops && patience_.stops()) throw std::runtime_error("stopped by the operator; waited for the table: " + missing(frame.has_value()));
+      if (patience_.stops && patience_.stops())
+        throw std::runtime_error("stopped by the operator; waited for the table: " + missing(frame.has_value()));
       if (at - begun > patience_.names_within) {
         if (frame && controller_.is_up() && may_begin_without(unnamed())) return begin_without(std::move(*frame));
-        throw std::runtime_error(
-            fmt::format("the table was not ready within {} s: {}", patience_.names_within.count() / 1'000'000, missing(frame.has_value())));
+        throw std::runtime_error(fmt::format("the table was not ready within {} s: {}",
+                                             patience_.names_within.count() / 1'000'000, missing(frame.has_value())));
       }
       if (at >= say_at) {
         say_at = at + say_again_after;
@@ -140,8 +143,8 @@ class KilobotArena final : public Arena {
   // The eyes go on looking for the others.
   void begin_without(PoseFrame frame) {
     own_counters_.add("robots.missing_at_start", unnamed().size());
-    spdlog::warn("the lab begins without {} of {} robots ({}): nothing is said to them until they are found", unnamed().size(), info_.robots.size(),
-                 in_words(unnamed()));
+    spdlog::warn("the lab begins without {} of {} robots ({}): nothing is said to them until they are found",
+                 unnamed().size(), info_.robots.size(), in_words(unnamed()));
     put(std::move(frame), LabTime{0});
     controller_.hold(false);
   }
@@ -155,7 +158,8 @@ class KilobotArena final : public Arena {
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
-        "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, and is "
+        "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, "
+        "and is "
         "that their id? arena.kilobot.may_miss lets the lab begin without some",
         robots.size(), info_.robots.size(), in_words(robots));
   }
@@ -163,8 +167,10 @@ class KilobotArena final : public Arena {
   void serve() {
     controller_.tend(now());
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
-    if (controller_.is_up()) spdlog::info("the overhead controller listens");
-    else spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
+    if (controller_.is_up())
+      spdlog::info("the overhead controller listens");
+    else
+      spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
   }
 
   void serve_until(Moment end) {
@@ -199,8 +205,10 @@ class KilobotArena final : public Arena {
     const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
     std::erase_if(frame.robots, [&](Sighting& seen) {
       const char* refused = nullptr;
-      if (!std::ranges::binary_search(info_.robots, seen.robot)) refused = "poses.refused.unknown_robot";
-      else if (!(std::abs(seen.pose.x_m) <= far_x_m + kilobot_radius_m && std::abs(seen.pose.y_m) <= far_y_m + kilobot_radius_m))
+      if (!std::ranges::binary_search(info_.robots, seen.robot))
+        refused = "poses.refused.unknown_robot";
+      else if (!(std::abs(seen.pose.x_m) <= far_x_m + kilobot_radius_m &&
+                 std::abs(seen.pose.y_m) <= far_y_m + kilobot_radius_m))
         refused = "poses.refused.outside";
       if (refused) own_counters_.add(refused);
       seen.pose.x_m = std::clamp(seen.pose.x_m, -far_x_m, far_x_m);
@@ -229,8 +237,9 @@ class KilobotArena final : public Arena {
 
 }  // namespace
 
-std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall, OperatorStops stops) {
+std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
+                                          std::unique_ptr<RobotWatch> eyes, std::unique_ptr<Wire> wire, WallTime& wall,
+                                          OperatorStops stops) {
   const ArenaConfig config = read_arena_config(arena);
   const Section kilobot = arena.section("kilobot");
   ArenaInfo info;
@@ -246,10 +255,12 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   KilobotArena::Patience patience{.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)},
                                   .may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023)),
                                   .stops = std::move(stops)};
-  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), std::move(patience), std::move(wire), std::move(eyes), wall);
+  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), std::move(patience),
+                                        std::move(wire), std::move(eyes), wall);
 }
 
-std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab, std::unique_ptr<RobotWatch> eyes, OperatorStops stops) {
+std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
+                                          std::unique_ptr<RobotWatch> eyes, OperatorStops stops) {
   const Section kilobot = arena.section("kilobot");
   const std::string port = kilobot.required_text("port");
   std::unique_ptr<Wire> wire;

@@ -17,13 +17,20 @@ Message with_crc(Message message) {
 std::uint8_t type_of(hal::FleetCommand::Kind kind) {
   using Kind = hal::FleetCommand::Kind;
   switch (kind) {
-    case Kind::run: return type_run;
-    case Kind::pause: return type_wakeup;
-    case Kind::reset: return type_reset;
-    case Kind::sleep: return type_sleep;
-    case Kind::voltage: return type_voltage;
-    case Kind::charge: return type_charge;
-    case Kind::broadcast: break;
+    case Kind::run:
+      return type_run;
+    case Kind::pause:
+      return type_wakeup;
+    case Kind::reset:
+      return type_reset;
+    case Kind::sleep:
+      return type_sleep;
+    case Kind::voltage:
+      return type_voltage;
+    case Kind::charge:
+      return type_charge;
+    case Kind::broadcast:
+      break;
   }
   return 0;
 }
@@ -50,8 +57,10 @@ hal::Airtime MessageBoard::offer(std::span<const hal::ToRobot> newest) {
     }
     Waiting& robot = waiting_[message.robot];
     const auto [place, is_new] = robot.by_slot.insert_or_assign(message.slot, Register{message.kind, message.value});
-    if (is_new) ++airtime_.waiting;
-    else ++airtime_.replaced;
+    if (is_new)
+      ++airtime_.waiting;
+    else
+      ++airtime_.replaced;
   }
   return airtime_;
 }
@@ -83,7 +92,8 @@ std::optional<Message> MessageBoard::next() {
       Waiting& robot = at->second;
       auto slot = robot.by_slot.lower_bound(robot.next_slot);
       if (slot == robot.by_slot.end()) slot = robot.by_slot.begin();
-      bits = static_cast<std::uint32_t>(at->first) << 14 | static_cast<std::uint32_t>(slot->second.kind) << 10 | slot->second.value;
+      bits = static_cast<std::uint32_t>(at->first) << 14 | static_cast<std::uint32_t>(slot->second.kind) << 10 |
+             slot->second.value;
       robot.next_slot = static_cast<std::uint8_t>(slot->first + 1);
       robot.by_slot.erase(slot);
       next_robot_ = static_cast<hal::RobotId>(at->first + 1);

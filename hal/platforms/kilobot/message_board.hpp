@@ -1,5 +1,5 @@
-// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for three robots.
-// Registers per robot and slot hold the newest message; fleet commands go first.
+// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for three
+// robots. Registers per robot and slot hold the newest message; fleet commands go first.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,9 @@ class MessageBoard final : public hal::RobotLink {
   std::optional<Message> next();
   bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
 
-  // For controllers that know better than to send: take back what waits for one robot or for all, and account for a message
-  // that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller counts why.
+  // For controllers that know better than to send: take back what waits for one robot or for all, and account for a
+  // message that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller
+  // counts why.
   std::uint64_t drop(hal::RobotId robot);
   std::uint64_t drop_all();
   void decline();
@@ -46,7 +47,7 @@ class MessageBoard final : public hal::RobotLink {
   };
   struct Waiting {
     std::map<std::uint8_t, Register> by_slot;
-    std::uint8_t next_slot = 0;   // where this robot's round goes on
+    std::uint8_t next_slot = 0;  // where this robot's round goes on
   };
 
   const hal::ArenaInfo& info_;

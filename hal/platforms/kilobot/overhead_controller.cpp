@@ -12,7 +12,7 @@ using std::chrono::microseconds;
 
 constexpr std::size_t most_commands = 64;  // waiting; a flood is refused, not stored
 constexpr std::uint32_t nobody = 1023;
-constexpr int stops_for_sure = 3;          // where the line may spoil one
+constexpr int stops_for_sure = 3;  // where the line may spoil one
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -29,7 +29,8 @@ int blank(Message& composite, std::span<const RobotId> robots) {
   return blanked;
 }
 
-microseconds read_seconds(const Section& section, std::string_view key, microseconds otherwise, double low, double high) {
+microseconds read_seconds(const Section& section, std::string_view key, microseconds otherwise, double low,
+                          double high) {
   const double seconds = section.number(key, static_cast<double>(otherwise.count()) * 1e-6, {low, high});
   return microseconds{std::llround(seconds * 1e6)};
 }
@@ -42,7 +43,8 @@ OverheadSettings read_overhead_settings(const Section& kilobot) {
   out.spacing = read_seconds(kilobot, "spacing_s", out.spacing, 0.04, 10);
   if (!out.once && out.spacing < microseconds{50'000})
     kilobot.refuse("spacing_s",
-                   "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with once = true");
+                   "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with "
+                   "once = true");
   out.command_for = read_seconds(kilobot, "command_s", out.command_for, 0.05, 60);
   out.broadcast_for = read_seconds(kilobot, "broadcast_s", out.broadcast_for, 0.05, 60);
   out.waking_for = read_seconds(kilobot, "waking_s", out.waking_for, 0.05, 60);
@@ -80,8 +82,10 @@ void OverheadController::command(const FleetCommand& command) {
 void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
   withheld_.assign(robots.begin(), robots.end());
   for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", board_.drop(robot));
-  if (composite_) counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
-  if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0) sender_.cut_short(now);
+  if (composite_)
+    counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
+  if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0)
+    sender_.cut_short(now);
 }
 
 void OverheadController::tend(Moment now) {
@@ -105,8 +109,10 @@ void OverheadController::tend(Moment now) {
 
 // A stop that the line spoils would leave the last words on the air for ever.
 void OverheadController::send_stop(Moment now) {
-  if (sender_.is_repeating()) stops_left_ = says_again() ? stops_for_sure : 1;
-  else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after) return;
+  if (sender_.is_repeating())
+    stops_left_ = says_again() ? stops_for_sure : 1;
+  else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after)
+    return;
   sender_.part(now);
   asked_.reset();
   on_air_composite_.reset();
@@ -166,7 +172,8 @@ bool OverheadController::repeat_command(Moment now) {
   } else {
     const microseconds next = std::min(left, settings_.again_after);
     left -= next;
-    std::ignore = sender_.send(forward_packet(on_air_command_->message), next, now);  // behind a stop nothing is in its way
+    std::ignore =
+        sender_.send(forward_packet(on_air_command_->message), next, now);  // behind a stop nothing is in its way
   }
   return true;
 }
@@ -214,8 +221,8 @@ void OverheadController::fall_silent(Moment now) {
 }
 
 bool OverheadController::is_silent(Moment now) const {
-  return !sender_.is_up() ||
-         (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() && !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
+  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() &&
+                              !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
 }
 
 }  // namespace arkmesh::hal::kilobot

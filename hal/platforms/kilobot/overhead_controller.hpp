@@ -1,7 +1,7 @@
-// The way to a table of Kilobots: decides what the overhead controller says next. Fleet commands first, then the standing
-// question and the registers of single robots in turn, and silence when there is nothing to say, because robots talk to each other
-// on the same channel. What matters goes over the line more than once, because nobody says whether it came through. Time is the caller's;
-// nothing here blocks.
+// The way to a table of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
+// standing question and the registers of single robots in turn, and silence when there is nothing to say, because
+// robots talk to each other on the same channel. What matters goes over the line more than once, because nobody says
+// whether it came through. Time is the caller's; nothing here blocks.
 #pragma once
 
 #include <chrono>
@@ -21,21 +21,27 @@
 namespace arkmesh::hal::kilobot {
 
 struct OverheadSettings {
-  std::chrono::microseconds spacing = usual_spacing;  // spacing_s: start to start of packets; at least 0.05, with `once` 0.04
-  bool once = false;                                  // once: composites are sent once (packet type 6), not repeated for the spacing
-  std::chrono::microseconds command_for{500'000};     // command_s: a fleet command is repeated for so long
-  std::chrono::microseconds broadcast_for{200'000};   // broadcast_s: a broadcast
-  std::chrono::microseconds waking_for{10'000'000};   // waking_s: the command after `sleep`; robots asleep listen every 8 s
-  std::chrono::microseconds expire_after{5'000'000};  // expire_s: what could not be sent for so long, the line being down, is dropped
-  std::chrono::microseconds again_after{0};           // again_s: what stays on the air goes over the line again, behind a stop; 0: never
-  std::chrono::microseconds settle{2'500'000};        // settle_s: a controller that starts when its port opens is deaf for so long
+  std::chrono::microseconds spacing =
+      usual_spacing;  // spacing_s: start to start of packets; at least 0.05, with `once` 0.04
+  bool once = false;  // once: composites are sent once (packet type 6), not repeated for the spacing
+  std::chrono::microseconds command_for{500'000};    // command_s: a fleet command is repeated for so long
+  std::chrono::microseconds broadcast_for{200'000};  // broadcast_s: a broadcast
+  std::chrono::microseconds waking_for{
+      10'000'000};  // waking_s: the command after `sleep`; robots asleep listen every 8 s
+  std::chrono::microseconds expire_after{
+      5'000'000};  // expire_s: what could not be sent for so long, the line being down, is dropped
+  std::chrono::microseconds again_after{
+      0};  // again_s: what stays on the air goes over the line again, behind a stop; 0: never
+  std::chrono::microseconds settle{
+      2'500'000};  // settle_s: a controller that starts when its port opens is deaf for so long
 };
 
 // The keys of [arena.kilobot] in the comments above; again_s is 0.1 when it is not there. Throws ConfigError.
 OverheadSettings read_overhead_settings(const Section& kilobot);
 
-// Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`,
-// `to_robots.withheld.doubtful`, `overhead.questions`, `.composite_dropped`, and what its parts count.
+// Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`,
+// `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.composite_dropped`, and what its parts
+// count.
 class OverheadController final : public RobotLink {
  public:
   // All outlive this. `info.robots` holds ids up to 1022.
@@ -46,20 +52,24 @@ class OverheadController final : public RobotLink {
   void command(const FleetCommand& command) override;
   std::vector<FromRobot> heard() override { return {}; }
 
-  // What all robots should hear over and over; nothing ends it. While it stands it takes every second packet if single robots have
-  // messages waiting, and all the airtime if not.
+  // What all robots should hear over and over; nothing ends it. While it stands it takes every second packet if single
+  // robots have messages waiting, and all the airtime if not.
   void ask(std::optional<Message> question) { question_ = question; }
-  // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers are dropped.
+  // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers
+  // are dropped.
   void withhold(std::span<const RobotId> robots, Moment now);
-  // While on hold only questions go out; commands and messages wait, without ageing. For the time before an experiment begins.
+  // While on hold only questions go out; commands and messages wait, without ageing. For the time before an experiment
+  // begins.
   void hold(bool on) { held_ = on; }
   // Sends what is due. Call it at the times that due() gives, or more often.
   void tend(Moment now);
   Moment due(Moment now) const { return sender_.due(now); }
   bool is_up() const { return sender_.is_up(); }
-  // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause` too.
+  // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause`
+  // too.
   void finish();
-  // At the end: forgets the commands as well and ends the one that is on the air; tend() then only stops the controller.
+  // At the end: forgets the commands as well and ends the one that is on the air; tend() then only stops the
+  // controller.
   void fall_silent(Moment now);
   // Nothing is on the air and nothing waits.
   bool is_silent(Moment now) const;
@@ -68,7 +78,7 @@ class OverheadController final : public RobotLink {
   struct Command {
     Message message;
     std::chrono::microseconds repeat_for{0};
-    std::optional<Moment> since;  // none: the next tend() says
+    std::optional<Moment> since;        // none: the next tend() says
     std::chrono::microseconds left{0};  // of repeat_for, when it is on the air
   };
   void expire(Moment now);
@@ -86,12 +96,12 @@ class OverheadController final : public RobotLink {
   PacketSender sender_;
   std::deque<Command> commands_;
   std::optional<Command> on_air_command_;
-  bool asleep_ = false;                    // the last command put the robots to sleep
+  bool asleep_ = false;  // the last command put the robots to sleep
   std::optional<Message> question_;
-  std::optional<Message> asked_;           // the question that was sent last, while the last packet was one
+  std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
   Moment asked_at_{}, stopped_at_{};
-  int stops_left_ = 0;                     // to be sent while there is nothing to say
-  std::optional<Message> composite_;       // made up, to be sent
+  int stops_left_ = 0;                // to be sent while there is nothing to say
+  std::optional<Message> composite_;  // made up, to be sent
   std::optional<Message> on_air_composite_;
   std::vector<RobotId> withheld_;
   bool held_ = false;

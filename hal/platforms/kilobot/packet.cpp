@@ -48,11 +48,17 @@ Packet stop_packet(std::uint8_t filler) {
   return finish(packet);
 }
 
-Packet led_toggle_packet() { return finish(begin(PacketType::led_toggle)); }
+Packet led_toggle_packet() {
+  return finish(begin(PacketType::led_toggle));
+}
 
-Packet forward_packet(const Message& message) { return finish(with_message(PacketType::forward, message)); }
+Packet forward_packet(const Message& message) {
+  return finish(with_message(PacketType::forward, message));
+}
 
-Packet forward_once_packet(const Message& message) { return finish(with_message(PacketType::forward_once, message)); }
+Packet forward_once_packet(const Message& message) {
+  return finish(with_message(PacketType::forward_once, message));
+}
 
 Packet forward_raw_packet(const Message& message) {
   Packet packet = with_message(PacketType::forward_raw, message);
@@ -86,8 +92,8 @@ Packet gps_packet(std::span<const GpsEntry> entries) {
 }
 
 std::optional<std::size_t> false_packet_between(const Packet& first, const Packet& second) {
-  // The window that begins at offset i holds the end of `first` and i bytes of `second`. Both sum to zero as a whole, so the window
-  // does when both beginnings have the same sum.
+  // The window that begins at offset i holds the end of `first` and i bytes of `second`. Both sum to zero as a whole,
+  // so the window does when both beginnings have the same sum.
   std::uint8_t difference = 0;
   for (std::size_t i = 1; i < packet_bytes; ++i) {
     difference ^= first[i - 1] ^ second[i - 1];

@@ -1,5 +1,5 @@
-// The 132-byte packets that a computer sends to an overhead controller (OHC) over its serial line. Bytes only: when to send which
-// is PacketSender's business. Layout and behaviour as in the controller's firmware (kilolib ohc.c).
+// The 132-byte packets that a computer sends to an overhead controller (OHC) over its serial line. Bytes only: when to
+// send which is PacketSender's business. Layout and behaviour as in the controller's firmware (kilolib ohc.c).
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@
 namespace arkmesh::hal::kilobot {
 
 inline constexpr std::size_t packet_bytes = 132;
-inline constexpr std::size_t page_bytes = 128;      // of the robots' flash, in one boot_page packet
+inline constexpr std::size_t page_bytes = 128;  // of the robots' flash, in one boot_page packet
 inline constexpr std::uint8_t packet_header = 0x55;
-inline constexpr int line_baud = 38400;             // 8 data bits, no parity, 1 stop bit: ten bits a byte
+inline constexpr int line_baud = 38400;  // 8 data bits, no parity, 1 stop bit: ten bits a byte
 // How long a packet is on the serial line; infrared bits that the controller emits meanwhile are distorted.
 inline constexpr std::chrono::microseconds packet_on_line{packet_bytes * 10 * 1'000'000 / line_baud};
-// Start to start, the smallest that gets a clean copy through with a margin when the controller repeats (boot pages excepted):
-// 50 ms leave 2 ms, gone with bytes 10 % further apart; 60 ms give two copies.
+// Start to start, the smallest that gets a clean copy through with a margin when the controller repeats (boot pages
+// excepted): 50 ms leave 2 ms, gone with bytes 10 % further apart; 60 ms give two copies.
 inline constexpr std::chrono::microseconds usual_spacing{55'000};
 
 // A stop only has to be understood; bytes may lie apart a little.
@@ -60,9 +60,9 @@ Packet gps_packet(std::span<const GpsEntry> entries);
 std::uint8_t packet_checksum(const Packet& packet);
 bool is_packet(std::span<const std::uint8_t, packet_bytes> bytes);
 
-// The controller takes any 132 bytes that begin with the header and have a right checksum, so the end of one packet and the
-// beginning of the next can look like a packet between them. Gives the first offset in `first` where that happens, 1..131;
-// nothing when `second` may follow directly.
+// The controller takes any 132 bytes that begin with the header and have a right checksum, so the end of one packet and
+// the beginning of the next can look like a packet between them. Gives the first offset in `first` where that
+// happens, 1..131; nothing when `second` may follow directly.
 std::optional<std::size_t> false_packet_between(const Packet& first, const Packet& second);
 
 // A stop packet that may follow `first` and be followed by `second`, whatever they hold.

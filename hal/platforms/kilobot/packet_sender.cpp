@@ -36,7 +36,9 @@ void PacketSender::tend(Moment now) {
   }
 }
 
-bool PacketSender::is_ready(Moment now) const { return up_ && line_.is_free() && now >= may_begin(); }
+bool PacketSender::is_ready(Moment now) const {
+  return up_ && line_.is_free() && now >= may_begin();
+}
 
 Moment PacketSender::due(Moment now) const {
   if (!up_ || !line_.is_free()) return now + look_again;
@@ -45,7 +47,9 @@ Moment PacketSender::due(Moment now) const {
 }
 
 // A packet whose bytes the system took late is on the air late.
-Moment PacketSender::may_begin() const { return std::max(begun_ + hold_, line_.handed_over() + hold_ - packet_on_line); }
+Moment PacketSender::may_begin() const {
+  return std::max(begun_ + hold_, line_.handed_over() + hold_ - packet_on_line);
+}
 
 bool PacketSender::send(const Packet& packet, std::chrono::microseconds hold, Moment now) {
   assert(is_ready(now));
@@ -69,7 +73,9 @@ void PacketSender::part(Moment now) {
   put(parting_stop(last, last), stop_spacing, now);
 }
 
-bool PacketSender::is_repeating() const { return last_ && repeats(*last_); }
+bool PacketSender::is_repeating() const {
+  return last_ && repeats(*last_);
+}
 
 void PacketSender::cut_short(Moment now) {
   // the packet itself must have come through, and with a page on the air the controller is deaf

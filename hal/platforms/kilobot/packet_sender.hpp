@@ -1,5 +1,6 @@
-// Lets packets follow each other on a line so that an overhead controller understands each, and so that what it says reaches the
-// air: spacing, the controller's start-up, and stops between packets that could be misread together. Does not know what is said.
+// Lets packets follow each other on a line so that an overhead controller understands each, and so that what it says
+// reaches the air: spacing, the controller's start-up, and stops between packets that could be misread together. Does
+// not know what is said.
 #pragma once
 
 #include <chrono>
@@ -14,8 +15,8 @@ namespace arkmesh::hal::kilobot {
 
 class PacketSender {
  public:
-  // `settle`: a controller that begins to live when its port opens (Arduino boards) hears nothing for so long. `line` and `counters`
-  // outlive this. Counts `overhead.packets` and, of these, `overhead.parting_stops`.
+  // `settle`: a controller that begins to live when its port opens (Arduino boards) hears nothing for so long. `line`
+  // and `counters` outlive this. Counts `overhead.packets` and, of these, `overhead.parting_stops`.
   PacketSender(SerialLine& line, std::chrono::microseconds settle, Counters& counters)
       : line_(line), settle_(settle), counters_(counters) {}
 
@@ -28,10 +29,11 @@ class PacketSender {
   // When is_ready() can become true, or tend() should look at the line again: within 20 ms.
   Moment due(Moment now) const;
 
-  // Call it only when ready. True: the packet goes out, or is on the air already and stays there; nothing else begins for `hold`,
-  // counted from its first byte. False: a stop had to go first, offer the packet again when ready.
+  // Call it only when ready. True: the packet goes out, or is on the air already and stays there; nothing else begins
+  // for `hold`, counted from its first byte. False: a stop had to go first, offer the packet again when ready.
   [[nodiscard]] bool send(const Packet& packet, std::chrono::microseconds hold, Moment now);
-  // A stop, behind which the packet on the air can be sent once more: nobody says whether the line has spoilt it. Call it only when ready.
+  // A stop, behind which the packet on the air can be sent once more: nobody says whether the line has spoilt it. Call
+  // it only when ready.
   void part(Moment now);
   // The controller repeats something: only a stop makes the air free.
   bool is_repeating() const;
@@ -50,9 +52,9 @@ class PacketSender {
   std::uint64_t openings_ = 0;
   bool up_ = false;
   Moment settled_at_{};
-  std::optional<Packet> last_;           // since the line opened
-  Moment begun_{};                       // of last_
-  std::chrono::microseconds hold_{0};    // of last_
+  std::optional<Packet> last_;         // since the line opened
+  Moment begun_{};                     // of last_
+  std::chrono::microseconds hold_{0};  // of last_
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -29,7 +29,8 @@ std::vector<RobotId> read_robot_ids(const Section& arena) {
     const std::size_t dash = part.find('-');
     const auto first = number(std::string_view(part).substr(0, dash));
     const auto last = dash == std::string::npos ? first : number(std::string_view(part).substr(dash + 1));
-    if (!first || !last || *first > *last) kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
+    if (!first || !last || *first > *last)
+      kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
     if (*last > max_robot_id)
       kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that can be spoken to", *last, max_robot_id));
     for (RobotId id = *first; id <= *last; ++id) out.push_back(id);

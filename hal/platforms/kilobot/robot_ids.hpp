@@ -12,8 +12,8 @@ namespace arkmesh::hal::kilobot {
 // The largest id that a composite can address; 1023 means nobody.
 inline constexpr RobotId max_robot_id = 1022;
 
-// arena.kilobot.ids, a list such as ["0-11", "40"]; without it 0 to arena.robots - 1. Ascending. Throws ConfigError: not as many as
-// arena.robots, an id twice or above 1022.
+// arena.kilobot.ids, a list such as ["0-11", "40"]; without it 0 to arena.robots - 1. Ascending. Throws ConfigError:
+// not as many as arena.robots, an id twice or above 1022.
 std::vector<RobotId> read_robot_ids(const Section& arena);
 
 // "4, 7-9, 11": for sentences. At most `most` parts, then "and N more".

@@ -1,5 +1,5 @@
-// A line to an overhead controller that comes back: whole packets go in, and a wire that was unplugged is opened again, by its
-// name, with growing pauses. Time is the caller's.
+// A line to an overhead controller that comes back: whole packets go in, and a wire that was unplugged is opened again,
+// by its name, with growing pauses. Time is the caller's.
 #pragma once
 
 #include <chrono>
@@ -20,13 +20,15 @@ using Moment = WallTime::Moment;
 
 class SerialLine {
  public:
-  // `counters` outlives the line: `overhead.line_opened`, `.line_lost`, `.packet_cut` (a packet was on its way when it was lost).
+  // `counters` outlives the line: `overhead.line_opened`, `.line_lost`, `.packet_cut` (a packet was on its way when it
+  // was lost).
   SerialLine(std::unique_ptr<Wire> wire, Counters& counters) : wire_(std::move(wire)), counters_(counters) {}
 
   // Opens or reopens the wire when that is due, and writes what is left of a packet. Call it often. Never blocks.
   void tend(Moment now);
   bool is_open() const { return state_ == Wire::State::open; }
-  // Open, the last packet handed over, and few bytes waiting in the system's buffers: they would come out in a burst later.
+  // Open, the last packet handed over, and few bytes waiting in the system's buffers: they would come out in a burst
+  // later.
   bool is_free() const;
   // Takes the packet; some of it may be written by later calls of tend(). Call it only when free.
   void send(const Packet& packet, Moment now);

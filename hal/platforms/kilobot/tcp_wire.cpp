@@ -22,7 +22,9 @@ namespace {
 
 constexpr unsigned gone_after_ms = 5000;  // bytes unconfirmed for so long: the other machine is gone
 
-void set(int fd, int level, int option, int value) { ::setsockopt(fd, level, option, &value, sizeof value); }
+void set(int fd, int level, int option, int value) {
+  ::setsockopt(fd, level, option, &value, sizeof value);
+}
 
 }  // namespace
 
@@ -33,7 +35,8 @@ TcpWire::TcpWire(const std::string& where) : name_("tcp://" + where) {
   std::string host = where.substr(0, colon);
   const std::string port = where.substr(colon + 1);
   if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  const bool digits = !port.empty() && port.size() <= 5 && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
+  const bool digits =
+      !port.empty() && port.size() <= 5 && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
   if (!digits || std::stoi(port) < 1 || std::stoi(port) > 65535) refuse("the port must be a number from 1 to 65535");
 
   addrinfo hints{};
@@ -113,7 +116,8 @@ void TcpWire::close() {
 
 void TcpWire::fail(const std::string& what, int code) {
   close();
-  trouble_ = code == 0 ? fmt::format("{}: {}", name_, what) : fmt::format("{}: {}: {}", name_, what, std::strerror(code));
+  trouble_ =
+      code == 0 ? fmt::format("{}: {}", name_, what) : fmt::format("{}: {}: {}", name_, what, std::strerror(code));
   if (code == ECONNREFUSED) trouble_ += "; nobody listens there: is ser2net running, and is this its port?";
 }
 

@@ -24,7 +24,8 @@ void TerminalWire::open() {
     return lose(fmt::format("{} is in use by another program; `fuser -v {}` names it", path_, path_));
   ::ioctl(terminal_.get(), TIOCEXCL);
   termios line{};
-  if (::tcgetattr(terminal_.get(), &line) != 0) return lose(fmt::format("{} is no terminal: {}", path_, std::strerror(errno)));
+  if (::tcgetattr(terminal_.get(), &line) != 0)
+    return lose(fmt::format("{} is no terminal: {}", path_, std::strerror(errno)));
   ::cfmakeraw(&line);
   line.c_cflag = (line.c_cflag & ~static_cast<tcflag_t>(CSTOPB | CRTSCTS)) | CLOCAL | CREAD;
   ::cfsetspeed(&line, B38400);
@@ -39,8 +40,9 @@ Wire::State TerminalWire::check() {
   pollfd state{terminal_.get(), POLLIN, 0};
   if (::poll(&state, 1, 0) <= 0) return State::open;
   std::array<std::uint8_t, 4096> ignored;
-  const bool is_gone = (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0 ||
-                       (::read(terminal_.get(), ignored.data(), ignored.size()) <= 0 && errno != EAGAIN && errno != EINTR);
+  const bool is_gone =
+      (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0 ||
+      (::read(terminal_.get(), ignored.data(), ignored.size()) <= 0 && errno != EAGAIN && errno != EINTR);
   if (!is_gone) return State::open;
   lose(fmt::format("{} was unplugged", path_));
   return State::closed;
@@ -56,7 +58,9 @@ std::size_t TerminalWire::write(std::span<const std::uint8_t> bytes) {
 
 std::size_t TerminalWire::waiting_bytes() {
   int waiting = 0;
-  return terminal_ && ::ioctl(terminal_.get(), TIOCOUTQ, &waiting) == 0 && waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
+  return terminal_ && ::ioctl(terminal_.get(), TIOCOUTQ, &waiting) == 0 && waiting > 0
+             ? static_cast<std::size_t>(waiting)
+             : 0;
 }
 
 void TerminalWire::lose(std::string why) {

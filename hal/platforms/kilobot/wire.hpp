@@ -1,5 +1,5 @@
-// The way bytes go to an overhead controller: a serial device of this machine, or a TCP port that leads to one (ser2net).
-// One attempt at a connection at a time; trying again is SerialLine's business.
+// The way bytes go to an overhead controller: a serial device of this machine, or a TCP port that leads to one
+// (ser2net). One attempt at a connection at a time; trying again is SerialLine's business.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +33,8 @@ class Wire {
   virtual const std::string& trouble() const = 0;
 };
 
-// `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as the
-// system's resolver does. Throws PortError.
+// `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as
+// the system's resolver does. Throws PortError.
 std::unique_ptr<Wire> make_wire(const std::string& port);
 
 }  // namespace arkmesh::hal::kilobot

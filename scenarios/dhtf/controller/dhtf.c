@@ -1,16 +1,15 @@
 /* The DHTF robot, a plain kilolib program: the same file runs in the simulator and on a Kilobot.
-   Walks at random in search of tasks (LED blue); dwells at a site whose task wants a team (green), at most for the time it
-   was told; leaves when that time is over (red). It senses the virtual world through overhead messages only. */
+   Walks at random in search of tasks (LED blue); dwells at a site whose task wants a team (green), at most for the time
+   it was told; leaves when that time is over (red). It senses the virtual world through overhead messages only. */
+#include <arkmesh_id.h>
+#include <kilolib.h>
 #include <math.h>
 #include <stdint.h>
-
-#include <kilolib.h>
-#include <arkmesh_id.h>
 
 #include "dhtf_messages.h"
 
 /* kilo_ticks advances by 61 in 2 s. */
-#define TICKS(seconds) ((uint32_t)(seconds) * 61 / 2)
+#define TICKS(seconds) ((uint32_t)(seconds)*61 / 2)
 
 /* The walk: straights of Levy-stable length, turns of wrapped-Cauchy angle (constants of the published DHTF). */
 #define LEVY_ALPHA 1.4f
@@ -36,8 +35,8 @@ static volatile uint8_t heard_count;
 static uint8_t seen_count;
 static uint8_t state;
 static uint8_t motion;
-static uint8_t free_side;         /* where to turn when a wall is straight ahead */
-static uint8_t wall_sectors;      /* bit 7 is the leftmost of the front half circle */
+static uint8_t free_side;    /* where to turn when a wall is straight ahead */
+static uint8_t wall_sectors; /* bit 7 is the leftmost of the front half circle */
 static uint32_t wall_heard_at;
 static uint32_t motion_ends_at;
 static uint32_t dwell_ends_at;
@@ -52,7 +51,9 @@ static uint32_t ticks(void) {
   return t;
 }
 
-static uint8_t is_over(uint32_t end, uint32_t now) { return (int32_t)(now - end) >= 0; }
+static uint8_t is_over(uint32_t end, uint32_t now) {
+  return (int32_t)(now - end) >= 0;
+}
 
 /* Uniform in (0, 1), ends excluded: xorshift, top 23 bits. */
 static float random_unit(void) {
@@ -176,12 +177,12 @@ static void loop(void) {
 }
 
 /* An overhead message holds three blocks of 24 bits: robot 10, kind 4, value 10. Runs inside the receive interrupt. */
-static void on_message(message_t *message, distance_measurement_t *distance) {
+static void on_message(message_t* message, distance_measurement_t* distance) {
   uint8_t i;
   (void)distance;
   if (message->type != NORMAL) return;
   for (i = 0; i < 9; i += 3) {
-    const uint8_t *block = message->data + i;
+    const uint8_t* block = message->data + i;
     const uint16_t robot = (uint16_t)block[0] << 2 | block[1] >> 6;
     if (robot != kilo_uid) continue;
     heard_kind = block[1] >> 2 & 15;

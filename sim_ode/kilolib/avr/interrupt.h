@@ -5,8 +5,8 @@
 #define cli() ((void)0)
 #define sei() ((void)0)
 #define reti() return
-#define ISR(vector, ...)                                                              \
-  _Static_assert(0, "a simulated robot has no interrupts for programs: " #vector);    \
+#define ISR(vector, ...)                                                           \
+  _Static_assert(0, "a simulated robot has no interrupts for programs: " #vector); \
   static void arkmesh_isr_##vector(void)
 #define SIGNAL(vector) ISR(vector)
 #endif

@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 #define PROGMEM
-#define PGM_P const char *
-#define PGM_VOID_P const void *
+#define PGM_P const char*
+#define PGM_VOID_P const void*
 #define PSTR(s) (s)
 typedef void prog_void;
 typedef char prog_char;
@@ -17,11 +17,11 @@ typedef int16_t prog_int16_t;
 typedef uint16_t prog_uint16_t;
 typedef int32_t prog_int32_t;
 typedef uint32_t prog_uint32_t;
-#define pgm_read_byte(p) (*(const uint8_t *)(p))
-#define pgm_read_word(p) (*(const uint16_t *)(p))
-#define pgm_read_dword(p) (*(const uint32_t *)(p))
-#define pgm_read_float(p) (*(const float *)(p))
-#define pgm_read_ptr(p) (*(void *const *)(p))
+#define pgm_read_byte(p) (*(const uint8_t*)(p))
+#define pgm_read_word(p) (*(const uint16_t*)(p))
+#define pgm_read_dword(p) (*(const uint32_t*)(p))
+#define pgm_read_float(p) (*(const float*)(p))
+#define pgm_read_ptr(p) (*(void* const*)(p))
 #define pgm_read_byte_near(p) pgm_read_byte(p)
 #define pgm_read_word_near(p) pgm_read_word(p)
 #define pgm_read_dword_near(p) pgm_read_dword(p)

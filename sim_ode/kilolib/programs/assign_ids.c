@@ -1,16 +1,14 @@
-/* The robots' side of `arkmesh assign-ids`: takes a temporary id by chance, lets it be read (arkmesh_id.h), and stores the id it
-   is given in the EEPROM, where kilolib looks for it at each start. Load it, RUN it, and leave the robots alone.
-   Messages; ids are big endian:
-     1  data[0] session: draw a temporary id, once per session.
-     3  data[0..1] temporary id: whoever has it draws another one.
-     2  data[0..1] temporary id, [2..3] new id; and [4..5], [6..7] likewise: whoever has it stores the new one.
-   Before the first: dark. With a temporary id: yellow. With a stored one: white. */
-#include <stdint.h>
-
-#include <kilolib.h>
+/* The robots' side of `arkmesh assign-ids`: takes a temporary id by chance, lets it be read (arkmesh_id.h), and stores
+   the id it is given in the EEPROM, where kilolib looks for it at each start. Load it, RUN it, and leave the robots
+   alone. Messages; ids are big endian: 1  data[0] session: draw a temporary id, once per session. 3  data[0..1]
+   temporary id: whoever has it draws another one. 2  data[0..1] temporary id, [2..3] new id; and [4..5], [6..7]
+   likewise: whoever has it stores the new one. Before the first: dark. With a temporary id: yellow. With a stored one:
+   white. */
 #include <arkmesh_id.h>
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
+#include <kilolib.h>
+#include <stdint.h>
 
 #define DRAW 1
 #define STORE 2
@@ -18,17 +16,19 @@
 
 #define FIRST_TEMPORARY 0x8000u
 #define NOBODY 0xFFFFu
-#define UID_PLACE ((uint8_t *)0xB0)
+#define UID_PLACE ((uint8_t*)0xB0)
 
 /* Written by on_message, cleared by loop. */
 static volatile uint8_t has_to_draw, has_to_store;
 static volatile uint8_t session, has_session;
 
-static uint16_t number(const uint8_t *bytes) { return (uint16_t)((uint16_t)bytes[0] << 8 | bytes[1]); }
+static uint16_t number(const uint8_t* bytes) {
+  return (uint16_t)((uint16_t)bytes[0] << 8 | bytes[1]);
+}
 
 /* Runs inside the receive interrupt. */
-static void on_message(message_t *message, distance_measurement_t *distance) {
-  const uint8_t *data = message->data;
+static void on_message(message_t* message, distance_measurement_t* distance) {
+  const uint8_t* data = message->data;
   uint8_t i;
   (void)distance;
   if (message->type == DRAW) {
@@ -39,7 +39,8 @@ static void on_message(message_t *message, distance_measurement_t *distance) {
     if (kilo_uid >= FIRST_TEMPORARY && number(data) == kilo_uid) has_to_draw = 1;
   } else if (message->type == STORE) {
     for (i = 0; i < 8; i += 4) {
-      if (kilo_uid < FIRST_TEMPORARY || number(data + i) != kilo_uid || number(data + i + 2) >= FIRST_TEMPORARY) continue;
+      if (kilo_uid < FIRST_TEMPORARY || number(data + i) != kilo_uid || number(data + i + 2) >= FIRST_TEMPORARY)
+        continue;
       kilo_uid = number(data + i + 2);
       has_to_store = 1;
       break;
@@ -67,7 +68,9 @@ static void loop(void) {
   }
 }
 
-static void setup(void) { set_color(RGB(0, 0, 0)); }
+static void setup(void) {
+  set_color(RGB(0, 0, 0));
+}
 
 int main(void) {
   kilo_init();

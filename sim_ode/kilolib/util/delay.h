@@ -5,6 +5,10 @@
 #pragma GCC visibility push(hidden)
 void arkmesh_wait_us(uint32_t us);
 #pragma GCC visibility pop
-static inline void _delay_ms(double ms) { arkmesh_wait_us((uint32_t)(ms * 1000)); }
-static inline void _delay_us(double us) { arkmesh_wait_us((uint32_t)us); }
+static inline void _delay_ms(double ms) {
+  arkmesh_wait_us((uint32_t)(ms * 1000));
+}
+static inline void _delay_us(double us) {
+  arkmesh_wait_us((uint32_t)us);
+}
 #endif
