@@ -8,17 +8,17 @@
 #include <string>
 #include <vector>
 
-#include "cli/chore_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/status_line.hpp"
+#include "testbed/chore_table.hpp"
 #include "tracker/identity/id_assigner.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
 struct AssignOptions {
-  ChoreOptions table{.program = "assign_ids.c"};
+  testbed::ChoreOptions table{.program = "assign_ids.c"};
   std::string ids;
   double most_s = 0;
 };
@@ -27,8 +27,8 @@ int assign(const AssignOptions& options) {
   using tracker::IdAssigner;
   // before anything moves
   std::vector<hal::RobotId> ids;
-  if (!options.ids.empty()) ids = parse_ids(options.ids, 1022, "--ids");
-  ChoreTable table(options.table);
+  if (!options.ids.empty()) ids = testbed::parse_ids(options.ids, 1022, "--ids");
+  testbed::ChoreTable table(options.table);
   if (ids.empty()) ids = table.info().robots;
   const double most_s = options.most_s > 0 ? options.most_s : 180 + 0.5 * static_cast<double>(ids.size());
   if (!table.is_simulated())

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/chore_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/status_line.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "testbed/chore_table.hpp"
 #include "tracker/identity/identity_keeper.hpp"
 #include "tracker/identity/motor_calibrator.hpp"
 
@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t most_robots = 256;
 
 struct CalibrateOptions {
-  ChoreOptions table{.program = "calibrate_motors.c"};
+  testbed::ChoreOptions table{.program = "calibrate_motors.c"};
   std::string ids;
   int first_duty = 60;
   double most_s = 900;
@@ -59,8 +59,8 @@ std::string stages(const tracker::MotorCalibrator& calibrator) {
 int calibrate(const CalibrateOptions& options) {
   using tracker::MotorCalibrator;
   std::vector<hal::RobotId> ids;
-  if (!options.ids.empty()) ids = parse_ids(options.ids, 1022, "--ids");
-  ChoreTable table(options.table);
+  if (!options.ids.empty()) ids = testbed::parse_ids(options.ids, 1022, "--ids");
+  testbed::ChoreTable table(options.table);
   if (ids.empty()) ids = table.info().robots;
   std::sort(ids.begin(), ids.end());
   if (ids.size() > most_robots)

@@ -12,12 +12,12 @@
 #include <string>
 
 #include "cli/commands.hpp"
-#include "cli/controller_check.hpp"
-#include "cli/controller_swarm.hpp"
 #include "cli/progress.hpp"
-#include "cli/robot_text.hpp"
-#include "cli/swarm_report.hpp"
-#include "sim_ode/subprocess.hpp"
+#include "sim_ode/host/controller_check.hpp"
+#include "sim_ode/host/controller_swarm.hpp"
+#include "sim_ode/host/robot_text.hpp"
+#include "sim_ode/host/subprocess.hpp"
+#include "sim_ode/host/swarm_report.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunOptions {
-  SwarmOptions swarm;
+  sim_ode::SwarmOptions swarm;
   double seconds = 60;
   int text_lines = 10;
   std::string arena = "1x1", light, png, video, csv;
@@ -61,7 +61,7 @@ class PosesFile {
     const double time_s = static_cast<double>(frame.stamp.count()) * 1e-6;
     for (const hal::Sighting& robot : frame.robots)
       out_ << fmt::format("{:.1f},{},{:.6f},{:.6f},{:.4f},{}\n", time_s, robot.robot, robot.pose.x_m, robot.pose.y_m,
-                          robot.pose.heading_rad, name_of(robot.led));
+                          robot.pose.heading_rad, sim_ode::name_of(robot.led));
   }
   // All of it is in the file, or the disk is full.
   const fs::path& finished() {
@@ -138,7 +138,7 @@ int run_controller(RunOptions options) {
   // Without a need for each frame a picture's trails are drawn from one a second.
   const std::uint32_t every = options.csv.empty() && options.video.empty() ? 10 : 1;
 
-  std::optional<ControllerSwarm> swarm;
+  std::optional<sim_ode::ControllerSwarm> swarm;
   try {
     swarm.emplace(options.swarm);
   } catch (const sim_ode::ProgramError& error) {
@@ -146,8 +146,8 @@ int run_controller(RunOptions options) {
     return 1;
   }
   const double built_s = wall_s();
-  SwarmReport report;
-  RobotText text(options.text_lines);
+  sim_ode::SwarmReport report;
+  sim_ode::RobotText text(options.text_lines);
   Progress progress(name, "second");
   const auto show_text = [&] {
     const std::string lines = text.lines(swarm->take_text());
@@ -183,13 +183,14 @@ int run_controller(RunOptions options) {
 }
 
 int check_controller(const fs::path& program) {
-  const CheckedProgram checked = check_program(program);
+  const sim_ode::CheckedProgram checked = sim_ode::check_program(program);
   for (const std::string& warning : checked.warnings) fmt::print("{}\n", warning);
   fmt::print(
       "{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain "
       "for the stack)\n",
-      program.filename().string(), checked.flash_bytes, flash_limit_bytes, flash_library_bytes, checked.ram_bytes,
-      ram_limit_bytes, ram_library_bytes, std::max(0, ram_limit_bytes - checked.ram_bytes));
+      program.filename().string(), checked.flash_bytes, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes,
+      checked.ram_bytes, sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes,
+      std::max(0, sim_ode::ram_limit_bytes - checked.ram_bytes));
   if (checked.fits()) return 0;
   fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.filename().string());
   return 1;

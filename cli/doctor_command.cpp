@@ -27,11 +27,11 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "cli/commands.hpp"
-#include "cli/doctor_finding.hpp"
-#include "cli/table_devices.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "hal/messages.hpp"
+#include "testbed/devices.hpp"
+#include "testbed/finding.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -67,9 +67,9 @@ sockaddr_in address(const char* ip, std::uint16_t port) {
 }
 
 // Sends one datagram to a multicast group on a port of our own and waits for it, as LCM does when it starts.
-Finding multicast() {
+testbed::Finding multicast() {
   const std::string route = "as root: ip link set lo up; ip route add 224.0.0.0/4 dev lo";
-  Finding finding{"multicast on this machine", "", route};
+  testbed::Finding finding{"multicast on this machine", "", route};
   const Descriptor in(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)),
       out(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   auto any = address("0.0.0.0", 0);
@@ -103,10 +103,10 @@ Finding multicast() {
   return finding;
 }
 
-Finding receive_buffer() {
+testbed::Finding receive_buffer() {
   const std::string file = "/proc/sys/net/core/rmem_max";
-  Finding finding{"receive buffer (net.core.rmem_max)", "",
-                  fmt::format("as root: sysctl -w net.core.rmem_max={}", wanted_buffer_bytes)};
+  testbed::Finding finding{"receive buffer (net.core.rmem_max)", "",
+                           fmt::format("as root: sysctl -w net.core.rmem_max={}", wanted_buffer_bytes)};
   long bytes = 0;
   // Network namespaces do not show the limit; it is then that of the machine around them.
   if (std::ifstream in(file); in >> bytes && bytes < wanted_buffer_bytes)
@@ -128,14 +128,14 @@ fs::path program(const std::string& name) {
   return {};
 }
 
-Finding needs_program(const std::string& name, const std::string& purpose, const std::string& package) {
-  Finding finding{name, "", "apt-get install " + package};
+testbed::Finding needs_program(const std::string& name, const std::string& purpose, const std::string& package) {
+  testbed::Finding finding{name, "", "apt-get install " + package};
   if (program(name).empty()) finding.problem = fmt::format("the program {} is missing: {}", name, purpose);
   return finding;
 }
 
-Finding plots() {
-  Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
+testbed::Finding plots() {
+  testbed::Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
   const char* ask =
       "/usr/bin/python3 -c 'import importlib.util as u, sys; sys.exit(u.find_spec(\"matplotlib\") is None)' >/dev/null "
       "2>&1";
@@ -144,8 +144,8 @@ Finding plots() {
   return finding;
 }
 
-Finding spy() {
-  Finding finding{"Java for lcm-spy", "", "scripts/setup spy"};
+testbed::Finding spy() {
+  testbed::Finding finding{"Java for lcm-spy", "", "scripts/setup spy"};
   const fs::path java = program("java");
   std::error_code ignored;
   const fs::path home = fs::canonical(java, ignored).parent_path().parent_path();
@@ -159,11 +159,11 @@ Finding spy() {
   return finding;
 }
 
-Finding disk() {
+testbed::Finding disk() {
   std::error_code error;
   const auto here = fs::current_path(error);
   const auto space = fs::space(here, error);
-  Finding finding{"free disk space", "", "delete old run folders, or give another disk with --out"};
+  testbed::Finding finding{"free disk space", "", "delete old run folders, or give another disk with --out"};
   if (!error && space.available < wanted_disk_bytes)
     finding.problem =
         fmt::format("{} has {} MB left; recordings stop when the disk is full", here.string(), space.available >> 20);
@@ -210,8 +210,8 @@ Heard listen_on(hal::Bus& bus) {
 }
 
 // Whether the gateway of the lab could listen where its file says.
-Finding listening(const std::string& where, bool gateway_is_running) {
-  Finding finding{"TCP " + where, "", ""};
+testbed::Finding listening(const std::string& where, bool gateway_is_running) {
+  testbed::Finding finding{"TCP " + where, "", ""};
   const auto colon = where.rfind(':');
   const int port = colon == std::string::npos ? 0 : std::atoi(where.c_str() + colon + 1);
   in_addr ip{};
@@ -237,7 +237,7 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   return finding;
 }
 
-void say(const Finding& finding, int& problems) {
+void say(const testbed::Finding& finding, int& problems) {
   if (finding.problem.empty()) {
     fmt::print("ok       {}\n", finding.what);
   } else {
@@ -256,8 +256,8 @@ void examine_lab(const std::string& file, const std::vector<std::string>& sets, 
   const std::string listen = root.section("gateway").text("listen", "");
   Heard heard;
   if (multicast_works) {
-    Finding finding{"LCM port of lab " + lab, "",
-                    "give each lab on this machine a port of its own in bus.url of its file"};
+    testbed::Finding finding{"LCM port of lab " + lab, "",
+                             "give each lab on this machine a port of its own in bus.url of its file"};
     try {
       hal::Bus bus(url);
       heard = listen_on(bus);
@@ -271,7 +271,7 @@ void examine_lab(const std::string& file, const std::vector<std::string>& sets, 
   }
   if (!listen.empty()) say(listening(listen, heard.gateways.contains(lab)), problems);
   if (root.section("arena").text("use", "ode") == "kilobot")
-    for (const Finding& finding : table_of(root.section("arena"))) say(finding, problems);
+    for (const testbed::Finding& finding : testbed::table_of(root.section("arena"))) say(finding, problems);
 }
 
 }  // namespace
@@ -288,7 +288,7 @@ void add_doctor_command(CLI::App& app) {
       "Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
   command->callback([file, sets] {
     int problems = 0;
-    const Finding route = multicast();
+    const testbed::Finding route = multicast();
     say(route, problems);
     say(receive_buffer(), problems);
     say(needs_program("cc", "it compiles robot controllers when a run begins", "gcc libc6-dev"), problems);
@@ -296,8 +296,8 @@ void add_doctor_command(CLI::App& app) {
     say(plots(), problems);
     say(spy(), problems);
     say(disk(), problems);
-    for (const Finding& finding : serial_ports()) say(finding, problems);
-    for (const Finding& finding : cameras()) say(finding, problems);
+    for (const testbed::Finding& finding : testbed::serial_ports()) say(finding, problems);
+    for (const testbed::Finding& finding : testbed::cameras()) say(finding, problems);
     if (!file->empty()) examine_lab(*file, *sets, route.problem.empty(), problems);
     fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
                        : problems == 1 ? "1 problem."

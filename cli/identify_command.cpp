@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/chore_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/status_line.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "testbed/chore_table.hpp"
 #include "tracker/identity/ark_identifier.hpp"
 #include "tracker/identity/identity_keeper.hpp"
 
@@ -21,7 +21,7 @@ namespace arkmesh::cli {
 namespace {
 
 struct IdentifyOptions {
-  ChoreOptions table;
+  testbed::ChoreOptions table;
   std::string protocol = "spelled", ids;
   bool any = false;
   double most_s = 0;  // 0: as long as it may take
@@ -41,7 +41,8 @@ void keep(Tracks& tracks, std::span<const tracker::Track> seen) {
   for (const tracker::Track& track : seen) tracks.emplace(track.number, track);
 }
 
-Found ask_spelled(ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s, Tracks& tracks) {
+Found ask_spelled(testbed::ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s,
+                  Tracks& tracks) {
   tracker::IdentityKeeper keeper({.expected = expected});
   StatusLine status("identify");
   Found out;
@@ -69,7 +70,7 @@ Found ask_spelled(ChoreTable& table, const std::vector<hal::RobotId>& expected, 
   return out;
 }
 
-Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s, bool runtime,
+Found ask_as_ark(testbed::ChoreTable& table, const std::vector<hal::RobotId>& expected, double most_s, bool runtime,
                  Tracks& tracks) {
   tracker::ArkIdentifier identifier({.candidates = expected, .runtime = runtime});
   StatusLine status("identify");
@@ -93,9 +94,9 @@ Found ask_as_ark(ChoreTable& table, const std::vector<hal::RobotId>& expected, d
 }
 
 int identify(const IdentifyOptions& options) {
-  ChoreTable table(options.table);
+  testbed::ChoreTable table(options.table);
   std::vector<hal::RobotId> expected =
-      options.ids.empty() ? table.info().robots : parse_ids(options.ids, table.info().max_robot, "--ids");
+      options.ids.empty() ? table.info().robots : testbed::parse_ids(options.ids, table.info().max_robot, "--ids");
   std::sort(expected.begin(), expected.end());
   if (options.any) expected.clear();
   const bool spelled = options.protocol == "spelled";

@@ -9,15 +9,15 @@
 #include <tuple>
 #include <vector>
 
+#include "app/lab_session.hpp"
+#include "app/neighbour_detector.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "cli/commands.hpp"
-#include "cli/lab_session.hpp"
-#include "cli/neighbour_watch.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress.hpp"
-#include "cli/result_file.hpp"
 #include "hal/messages.hpp"
-#include "scenarios/wire_check.hpp"
+#include "lab/result.hpp"
+#include "lab/wire_check.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -34,21 +34,21 @@ class TrafficWatch {
   explicit TrafficWatch(hal::Bus& bus)
       : arrived_(bus.subscribe("[^/]+/.+",
                                [this](std::string_view channel, std::span<const std::byte> bytes) {
-                                 Traffic& t = traffic_[std::string(channel.substr(0, channel.find('/')))];
+                                 lab::Traffic& t = traffic_[std::string(channel.substr(0, channel.find('/')))];
                                  ++t.received_messages;
                                  t.received_bytes += bytes.size();
                                })),
         links_(bus.subscribe(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) {
           peers_t message;
-          if (!scenarios::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
+          if (!lab::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
           for (const peer_t& peer : message.peers)
             for (const counter_t& c : peer.counters)
               traffic_[peer.lab].counters[c.name] = static_cast<std::uint64_t>(c.value);
         })) {}
-  const std::map<std::string, Traffic>& traffic() const { return traffic_; }
+  const std::map<std::string, lab::Traffic>& traffic() const { return traffic_; }
 
  private:
-  std::map<std::string, Traffic> traffic_;
+  std::map<std::string, lab::Traffic> traffic_;
   std::unique_ptr<hal::Bus::Subscription> arrived_, links_;
 };
 
@@ -56,12 +56,12 @@ int run(const LabOptions& options) {
   using WallClock = std::chrono::steady_clock;
   std::ignore = operator_stops();  // from now on
   const std::filesystem::path directory =
-      options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
+      options.out.empty() ? app::default_run_directory() : std::filesystem::path(options.out);
   hal::Config config = hal::Config::from_file(options.file, options.sets);
 
-  LabSession session(std::move(config), directory);
+  app::LabSession session(std::move(config), directory);
   hal::Bus public_bus(session.bus_url());
-  NeighbourWatch neighbours(public_bus, session.nonce());
+  app::NeighbourDetector neighbours(public_bus, session.nonce());
   neighbours.listen(std::chrono::milliseconds(1200));
   if (const std::string other = neighbours.other(); !other.empty())
     throw hal::ConfigError(fmt::format(
@@ -69,18 +69,18 @@ int run(const LabOptions& options) {
         options.file, session.bus_url(), other));
   session.join(public_bus);
   TrafficWatch traffic(session.bus());
-  scenarios::LabRun& lab = session.run();
+  lab::LabRun& lab = session.run();
 
   Progress progress(session.config().lab);
   const double period_s = static_cast<double>(session.config().period.count()) * 1e-6;
-  WallTime wall;
+  lab::WallTime wall;
   auto before = WallClock::now();
   bool moves = false;
   for (;;) {
     if (operator_stops()) lab.stop("stopped by the operator");
     const auto step = lab.step(std::chrono::duration_cast<std::chrono::microseconds>(before.time_since_epoch()));
-    if (step == scenarios::LabRun::Step::ended) break;
-    const bool waits = step == scenarios::LabRun::Step::waiting;
+    if (step == lab::LabRun::Step::ended) break;
+    const bool waits = step == lab::LabRun::Step::waiting;
     const auto between = WallClock::now();
     if (between > before && moves)
       (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(between - before).count();
@@ -94,13 +94,13 @@ int run(const LabOptions& options) {
   progress.done();
   public_bus.drain();
 
-  write_json(directory / "result.json", lab_result(lab, wall, traffic.traffic()));
+  lab::write_json(directory / "result.json", lab::lab_result(lab, wall, traffic.traffic()));
   if (!lab.finished()) {
     fmt::print(stderr, "arkmesh: lab {} ended early: {}\n", session.config().lab, lab.reason());
     return 1;
   }
   fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", session.config().lab, lab.period(),
-             hash_text(lab.final_hash()), directory.string());
+             lab::hash_text(lab.final_hash()), directory.string());
   return 0;
 }
 

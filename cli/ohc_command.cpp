@@ -13,14 +13,16 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/ohc_packets.hpp"
-#include "cli/ohc_session.hpp"
 #include "cli/operator_stop.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
+#include "hal/platforms/kilobot/ohc_packets.hpp"
+#include "hal/platforms/kilobot/ohc_session.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 
 namespace arkmesh::cli {
 namespace {
+
+using namespace hal::kilobot;
 
 using namespace hal::kilobot;
 
@@ -59,7 +61,7 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
     CLI::App* command = ohc.add_subcommand(name, help)->fallthrough();
     command->callback([options, name, usual_s, packets] {
       const std::vector<Packet> what = packets();
-      OhcSession session(options->port, from_seconds(options->settle_s));
+      hal::kilobot::OhcSession session(options->port, from_seconds(options->settle_s));
       finish(session.say({name, what, from_seconds(options->seconds > 0 ? options->seconds : usual_s)}));
     });
     return command;
@@ -133,7 +135,7 @@ void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
     OhcUpload wanted{.name = options->program.filename().string(), .rounds = {}, .timing = {}};
     if (options->rounds > 0) wanted.rounds = options->rounds;
     wanted.timing = {.boot_for = from_seconds(options->boot_s), .spacing = from_seconds(options->page_ms / 1000)};
-    OhcSession session(options->port, from_seconds(options->settle_s));
+    hal::kilobot::OhcSession session(options->port, from_seconds(options->settle_s));
     finish(session.upload(std::move(firmware), wanted));
   });
 }

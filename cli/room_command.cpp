@@ -13,10 +13,10 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "emulator/room.hpp"
+#include "emulator/room_record.hpp"
+#include "emulator/room_server.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room.hpp"
-#include "sim_ode/room/room_record.hpp"
-#include "sim_ode/room/room_server.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -35,7 +35,7 @@ void print_counters(const hal::Counters& counters) {
 }
 
 // As fast as it goes: each picture and row of the truth at its exact time.
-void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, double seconds) {
+void run_offline(emulator::Room& room, emulator::RoomRecord& record, double seconds) {
   const hal::LabTime period = room.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
   cv::Mat picture;
   int shown = 0;
@@ -52,8 +52,8 @@ void run_offline(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, d
   }
 }
 
-void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, double seconds) {
-  sim_ode::room::RoomServer server(room, record);
+void run_live(emulator::Room& room, emulator::RoomRecord& record, double seconds) {
+  emulator::RoomServer server(room, record);
   for (std::size_t k = 0; k < room.cameras(); ++k)
     fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
   const std::string link = room.config().ohc_link.empty() ? "" : " (" + room.config().ohc_link + ")";
@@ -78,16 +78,16 @@ void run_live(sim_ode::room::Room& room, sim_ode::room::RoomRecord& record, doub
 void run(const RoomOptions& options) {
   std::ignore = operator_stops();  // from now on
   const hal::Config config = hal::Config::from_file(options.file, options.sets);
-  sim_ode::room::Room room(config.root());
+  emulator::Room room(config.root());
   config.refuse_unknown();
-  if (!options.calibration.empty()) sim_ode::room::write_calibration(room, options.calibration);
+  if (!options.calibration.empty()) emulator::write_calibration(room, options.calibration);
   if (const auto& [pictures, folder] = options.chessboards; !folder.empty()) {
     if (pictures < 1 || pictures > 1000) throw hal::ConfigError("--chessboard N FOLDER: N must be 1 to 1000");
-    sim_ode::room::write_chessboards(room, pictures, folder);
+    emulator::write_chessboards(room, pictures, folder);
     fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", pictures, folder);
     return;
   }
-  sim_ode::room::RoomRecord record(room, options.truth, options.video);
+  emulator::RoomRecord record(room, options.truth, options.video);
   if (!options.offline) return run_live(room, record, options.seconds);
   if (options.seconds <= 0) throw hal::ConfigError("--offline needs --seconds N: how long the room's time is to run");
   run_offline(room, record, options.seconds);

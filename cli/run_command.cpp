@@ -14,11 +14,11 @@
 #include <tuple>
 #include <vector>
 
+#include "app/joint_run.hpp"
 #include "cli/commands.hpp"
-#include "cli/joint_run.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress.hpp"
-#include "cli/result_file.hpp"
+#include "lab/result.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -48,7 +48,7 @@ std::vector<hal::Config> read_labs(const RunOptions& options, std::int64_t seed)
 }
 
 // A row per period with every lab's hash, so that the first difference between two runs is found at once.
-void join_hashes(const JointRun& run, const std::filesystem::path& directory) {
+void join_hashes(const app::JointRun& run, const std::filesystem::path& directory) {
   std::ofstream out(directory / "hash.csv");
   std::vector<std::ifstream> in;
   out << "period";
@@ -68,7 +68,7 @@ void join_hashes(const JointRun& run, const std::filesystem::path& directory) {
 
 // One seed. Returns the exit code.
 int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem::path& directory, bool show) {
-  JointRun run(read_labs(options, seed), directory);
+  app::JointRun run(read_labs(options, seed), directory);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < run.size(); ++i) names.push_back(run.lab(i).config().lab);
   Progress progress(fmt::format("{}", fmt::join(names, "+")));
@@ -83,11 +83,11 @@ int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem
   progress.done();
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   const std::vector<nlohmann::json> results = run.results(wall_s);
-  for (std::size_t i = 0; i < run.size(); ++i) write_json(run.lab(i).directory() / "result.json", results[i]);
-  nlohmann::json result = joint_result(results);
+  for (std::size_t i = 0; i < run.size(); ++i) lab::write_json(run.lab(i).directory() / "result.json", results[i]);
+  nlohmann::json result = lab::joint_result(results);
   result["wall"] = {{"total_s", wall_s}, {"speed", wall_s > 0 ? result.at("duration_s").get<double>() / wall_s : 0}};
   join_hashes(run, directory);
-  write_json(directory / "result.json", result);
+  lab::write_json(directory / "result.json", result);
   if (!run.finished()) {
     fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", fmt::join(names, "+"),
                result.at("ended").get<std::string>());
@@ -174,7 +174,7 @@ std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
 int run(const RunOptions& options) {
   std::ignore = operator_stops();  // from now on
   const std::filesystem::path directory =
-      options.out.empty() ? default_run_directory() : std::filesystem::path(options.out);
+      options.out.empty() ? app::default_run_directory() : std::filesystem::path(options.out);
   if (options.seeds.empty()) {
     std::filesystem::create_directories(directory);
     return run_seed(options, options.seed, directory, true);

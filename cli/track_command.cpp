@@ -15,9 +15,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/robots_on_picture.hpp"
 #include "cli/status_line.hpp"
-#include "cli/track_stream.hpp"
+#include "testbed/robots_on_picture.hpp"
+#include "testbed/track_stream.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/source.hpp"
 
@@ -60,11 +60,11 @@ void track_picture(const TrackOptions& options) {
         "{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
   const std::vector<tracker::Detection> robots = look_at(bgr, options);
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
-  if (!options.png.empty()) write_picture(options.png, with_robots_drawn(bgr, robots, offset_rad));
+  if (!options.png.empty()) write_picture(options.png, testbed::with_robots_drawn(bgr, robots, offset_rad));
   if (options.json)
-    fmt::print("{}\n", robots_as_json(robots, offset_rad).dump(2));
+    fmt::print("{}\n", testbed::robots_as_json(robots, offset_rad).dump(2));
   else
-    fmt::print("{}", robots_as_text(robots, offset_rad));
+    fmt::print("{}", testbed::robots_as_text(robots, offset_rad));
 }
 
 // False when a picture could not be read; the others are done nevertheless.
@@ -92,19 +92,19 @@ bool track_folder(const TrackOptions& options) {
     const std::vector<tracker::Detection> robots = look_at(bgr, options);
     if (!options.png.empty())
       write_picture(fs::path(options.png) / (file.stem().string() + ".png"),
-                    with_robots_drawn(bgr, robots, offset_rad));
+                    testbed::with_robots_drawn(bgr, robots, offset_rad));
     if (options.json)
-      all.push_back({{"picture", file.filename().string()}, {"robots", robots_as_json(robots, offset_rad)}});
+      all.push_back({{"picture", file.filename().string()}, {"robots", testbed::robots_as_json(robots, offset_rad)}});
     status.done();
-    if (!options.json) fmt::print("{}:\n{}", file.filename().string(), robots_as_text(robots, offset_rad));
+    if (!options.json) fmt::print("{}:\n{}", file.filename().string(), testbed::robots_as_text(robots, offset_rad));
   }
   if (options.json) fmt::print("{}\n", all.dump(2));
   return damaged == 0;
 }
 
 // False when something could not be read, which was said.
-bool track(const TrackOptions& options, const StreamOptions& stream) {
-  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return track_stream(stream);
+bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
+  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return testbed::track_stream(stream);
   std::error_code failed;
   const fs::file_status status = fs::status(options.source, failed);
   if (!fs::exists(status))
@@ -112,7 +112,8 @@ bool track(const TrackOptions& options, const StreamOptions& stream) {
         "there is no {}: give a picture, a folder of pictures, a video, a camera's number or a URL", options.source));
   const bool follow = !stream.csv.empty() || !stream.video.empty() || stream.serve_port >= 0 ||
                       !stream.publish.empty() || !stream.calibration.empty();
-  if (follow || (!fs::is_directory(status) && !tracker::is_picture_name(options.source))) return track_stream(stream);
+  if (follow || (!fs::is_directory(status) && !tracker::is_picture_name(options.source)))
+    return testbed::track_stream(stream);
   if (fs::is_directory(status)) return track_folder(options);
   track_picture(options);
   return true;
@@ -124,7 +125,7 @@ void add_track_command(CLI::App& app) {
   auto* command =
       app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
   const auto options = std::make_shared<TrackOptions>();
-  const auto stream = std::make_shared<StreamOptions>();
+  const auto stream = std::make_shared<testbed::StreamOptions>();
   command
       ->add_option("SOURCE", options->source,
                    "A picture, a folder of pictures, a video, a camera's number or device, or a URL")

@@ -10,7 +10,7 @@
 
 #include "hal/arena_config.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/reception.hpp"
+#include "sim_ode/host/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

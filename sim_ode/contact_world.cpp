@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "hal/arena_config.hpp"
-#include "sim_ode/reception.hpp"
+#include "sim_ode/host/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "sim_ode/distance_readings.hpp"
+#include "sim_ode/host/distance_readings.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
+#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/neighbour_grid.hpp"
-#include "sim_ode/reception.hpp"
-#include "sim_ode/robot_host.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/table.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "sim_ode/reception.hpp"
+#include "sim_ode/host/reception.hpp"
 #include "sim_ode/settings.hpp"
 
 namespace arkmesh::sim_ode {

@@ -16,7 +16,7 @@ std::string hard_field(const std::string& lab) {
   return "site_hard." + lab;
 }
 
-std::string completed_header(const Lab& lab) {
+std::string completed_header(const lab::Lab& lab) {
   std::string header = "period,time_s,site,cell,active_since_s";
   for (const char* what : {"hard", "team"})
     for (const std::string& each : lab.labs()) header += fmt::format(",{}.{}", what, each);
@@ -32,7 +32,7 @@ double seconds(hal::LabTime t) {
 Dhtf::Dhtf(Settings settings)
     : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0), teller_(settings_.repeat) {}
 
-void Dhtf::begin(Lab& lab) {
+void Dhtf::begin(lab::Lab& lab) {
   const auto sites = static_cast<std::size_t>(settings_.sites);
   constexpr std::int64_t far_um = 1'000'000'000, many = 1'000'000'000;
   // Decided once, by the owner.
@@ -54,7 +54,7 @@ void Dhtf::begin(Lab& lab) {
   if (lab.is_owner()) decide_sites(lab);
 }
 
-void Dhtf::decide_sites(Lab& lab) {
+void Dhtf::decide_sites(lab::Lab& lab) {
   // Places: cells of the owner's arena, in the shared frame.
   hal::RandomStream& random = lab.random("sites");
   std::vector<std::int64_t> cells, x_um, y_um;
@@ -83,7 +83,7 @@ void Dhtf::decide_sites(Lab& lab) {
   lab.publish("executed_by", judge_->executed_by());
 }
 
-void Dhtf::place_sites(Lab& lab) {
+void Dhtf::place_sites(lab::Lab& lab) {
   const auto sites = static_cast<std::size_t>(settings_.sites);
   const auto& cells = lab.initial_field(lab.owner(), "site_cell");
   const auto& x_um = lab.initial_field(lab.owner(), "site_x_um");
@@ -119,7 +119,7 @@ const Dhtf::Site* Dhtf::site_at(const hal::Pose& p) const {
   return nullptr;
 }
 
-void Dhtf::on_poses(Lab& lab, const hal::PoseFrame& frame) {
+void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   if (sites_.empty()) return;
   std::vector<std::int64_t> team(sites_.size(), 0);
   for (const hal::Sighting& seen : frame.robots) {
@@ -139,7 +139,7 @@ void Dhtf::on_poses(Lab& lab, const hal::PoseFrame& frame) {
 }
 
 // Takes over what the owner's merged state says: activity, and executed tasks.
-void Dhtf::take_news(Lab& lab) {
+void Dhtf::take_news(lab::Lab& lab) {
   const auto& active = lab.field(lab.owner(), "active");
   const auto& executed = lab.field(lab.owner(), "executed");
   const auto& executed_by = lab.field(lab.owner(), "executed_by");
@@ -166,7 +166,7 @@ void Dhtf::take_news(Lab& lab) {
 
 // Every site as a circle with the teams that all labs merged; red where the own team's task is hard, blue where it is
 // easy.
-void Dhtf::draw_sites(Lab& lab) const {
+void Dhtf::draw_sites(lab::Lab& lab) const {
   const auto own =
       static_cast<std::size_t>(std::find(lab.labs().begin(), lab.labs().end(), lab.name()) - lab.labs().begin());
   for (std::size_t i = 0; i < sites_.size(); ++i) {
@@ -186,7 +186,7 @@ void Dhtf::draw_sites(Lab& lab) const {
   }
 }
 
-void Dhtf::on_period(Lab& lab) {
+void Dhtf::on_period(lab::Lab& lab) {
   if (lab.period() == 0) place_sites(lab);
   if (sites_.empty()) return;
   take_news(lab);
@@ -208,7 +208,7 @@ void Dhtf::on_period(Lab& lab) {
   lab.publish("executed_by", judge_->executed_by());
 }
 
-bool Dhtf::finished(const Lab&) const {
+bool Dhtf::finished(const lab::Lab&) const {
   return false;
 }
 

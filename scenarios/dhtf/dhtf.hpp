@@ -7,20 +7,20 @@
 #include <string>
 #include <vector>
 
+#include "lab/scenario.hpp"
 #include "scenarios/dhtf/robot_teller.hpp"
 #include "scenarios/dhtf/settings.hpp"
 #include "scenarios/dhtf/task_judge.hpp"
-#include "scenarios/scenario.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
-class Dhtf final : public Scenario {
+class Dhtf final : public lab::Scenario {
  public:
   explicit Dhtf(Settings settings);
-  void begin(Lab& lab) override;
-  void on_poses(Lab& lab, const hal::PoseFrame& frame) override;
-  void on_period(Lab& lab) override;
-  bool finished(const Lab& lab) const override;
+  void begin(lab::Lab& lab) override;
+  void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override;
+  void on_period(lab::Lab& lab) override;
+  bool finished(const lab::Lab& lab) const override;
 
  private:
   struct Site {
@@ -33,10 +33,10 @@ class Dhtf final : public Scenario {
     std::int64_t executed = 0;  // in force
   };
 
-  void decide_sites(Lab& lab);
-  void place_sites(Lab& lab);
-  void take_news(Lab& lab);
-  void draw_sites(Lab& lab) const;
+  void decide_sites(lab::Lab& lab);
+  void place_sites(lab::Lab& lab);
+  void take_news(lab::Lab& lab);
+  void draw_sites(lab::Lab& lab) const;
   const Site* site_at(const hal::Pose& in_shared) const;
 
   Settings settings_;

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "tests/tables/virtual_table.hpp"
+#include "tests/testbed/virtual_table.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;

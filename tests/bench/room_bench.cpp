@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room.hpp"
 
 namespace {
 
 using namespace arkmesh;
-using sim_ode::room::Room;
+using emulator::Room;
 
 Room hundred() {
   cv::setNumThreads(1);

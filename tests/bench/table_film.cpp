@@ -71,7 +71,7 @@ void TableFilm::photograph(std::size_t camera, cv::Mat& out) const {
   room_.camera(camera).add_noise(static_cast<std::uint64_t>(room_.now().count()), out);
 }
 
-void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model,
+void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
                       cv::Mat& out) const {
   const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, room_.config().scene.robot_height_m);
   if (!at) return;

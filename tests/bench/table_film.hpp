@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room.hpp"
 
 namespace arkmesh::bench {
 
@@ -23,7 +23,7 @@ class TableFilm {
   void next();
   const std::vector<cv::Mat>& pictures() const { return pictures_; }
   hal::LabTime now() const { return room_.now(); }
-  const sim_ode::room::Room& room() const { return room_; }
+  const emulator::Room& room() const { return room_; }
   // In the middle of that camera's view, pixels.
   double robot_radius_px(std::size_t camera) const;
 
@@ -33,10 +33,10 @@ class TableFilm {
     double x_px, y_px, r_px, led_rad;  // within it; the direction of the LED as the picture shows it, y down
   };
   void photograph(std::size_t camera, cv::Mat& out) const;
-  void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const sim_ode::room::CameraModel& model,
+  void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
              cv::Mat& out) const;
 
-  sim_ode::room::Room room_;
+  emulator::Room room_;
   hal::LabTime begun_{0};
   std::int64_t frame_ = 0;
   std::vector<cv::Mat> pictures_, empty_;  // of each camera

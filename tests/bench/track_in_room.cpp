@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room.hpp"
 #include "tests/support/fitted_cameras.hpp"
 #include "tests/support/table_referee.hpp"
 #include "tracker/calibration_file.hpp"
@@ -39,8 +39,8 @@ double cpu_s() {
   return static_cast<double>(at.tv_sec) + 1e-9 * static_cast<double>(at.tv_nsec);
 }
 
-std::vector<tracker::Calibration> calibrations_of(const sim_ode::room::Room& room, const Options& options) {
-  const sim_ode::room::Scene& scene = room.config().scene;
+std::vector<tracker::Calibration> calibrations_of(const emulator::Room& room, const Options& options) {
+  const emulator::Scene& scene = room.config().scene;
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < room.cameras(); ++k) {
     if (options.boards > 0) {
@@ -93,7 +93,7 @@ void print(const tests::TableScore& score) {
 
 int measure(const Options& options) {
   const hal::Config config = hal::Config::from_file(options.room);
-  sim_ode::room::Room room(config.root());
+  emulator::Room room(config.root());
   tracker::TableSettings settings;
   settings.expected_robots = static_cast<std::size_t>(room.robots());
   tracker::TableTracker table(calibrations_of(room, options), settings);

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "cli/room_arena.hpp"
+#include "emulator/room_arena.hpp"
+#include "emulator/room_record.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
-#include "sim_ode/room/room_record.hpp"
 #include "tests/conformance/arena_conformance.hpp"
 #include "tests/hal/temporary_directory.hpp"
 #include "tests/kilobot/fake_cable.hpp"
@@ -69,7 +69,7 @@ std::string virtual_table() {
       << walkers
       << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
   const Config config = Config::from_file(room_file);
-  sim_ode::room::write_calibration(sim_ode::room::Room(config.root()), calibration);
+  emulator::write_calibration(emulator::Room(config.root()), calibration);
   return "height_m = 0.4\nroom.file = \"" + room_file.string() +
          "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" + calibration.string() + "\"\n";
 }
@@ -84,8 +84,8 @@ const std::vector<ArenaRow>& rows() {
       {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }},
       {"replay",
        [] { return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", LabTime{2'000'000}); }},
-      {"kilobot", [] { return cli::make_room_arena(arena_section(kilobots), "lab", 1, {}); },
-       [](Arena& arena) { return cli::room_of(arena).now(); }},
+      {"kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); },
+       [](Arena& arena) { return emulator::room_of(arena).now(); }},
       {"kilobot", kilobot_table},
   };
   return table;

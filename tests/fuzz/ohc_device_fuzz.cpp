@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <vector>
 
-#include "sim_ode/room/ohc_device.hpp"
+#include "emulator/ohc_device.hpp"
 
 namespace {
 
+using arkmesh::emulator::OhcDevice;
 using arkmesh::sim_ode::Transmission;
-using arkmesh::sim_ode::room::OhcDevice;
 
 void require(bool condition) {
   if (!condition) std::abort();

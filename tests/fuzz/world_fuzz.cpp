@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 
-#include "scenarios/period_gate.hpp"
-#include "scenarios/wire_check.hpp"
-#include "scenarios/world_message.hpp"
+#include "lab/period_gate.hpp"
+#include "lab/wire_check.hpp"
+#include "lab/world_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace arkmesh::scenarios;

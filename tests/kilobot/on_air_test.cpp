@@ -9,16 +9,16 @@
 #include <set>
 #include <vector>
 
+#include "emulator/ohc_device.hpp"
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/room/ohc_device.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal::kilobot;
 using namespace std::chrono_literals;
+using emulator::OhcDevice;
 using sim_ode::Transmission;
-using sim_ode::room::OhcDevice;
 
 namespace {
 

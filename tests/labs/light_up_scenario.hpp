@@ -5,23 +5,23 @@
 #include <map>
 #include <memory>
 
-#include "scenarios/scenario.hpp"
+#include "lab/scenario.hpp"
 
 namespace arkmesh::labs {
 
-class LightUp final : public scenarios::Scenario {
+class LightUp final : public lab::Scenario {
  public:
   enum Kind : std::uint8_t { dark = 0, lit = 1 };  // as in light_up.c
 
   explicit LightUp(double reach_m) : reach_m_(reach_m) {}
 
-  void begin(scenarios::Lab& lab) override {
+  void begin(lab::Lab& lab) override {
     // How many robots were told to be lit in the newest frame.
     lab.declare({.name = "lit", .length = 1, .low = 0, .high = 1'000'000});
     lab.publish("lit", {0});
   }
 
-  void on_poses(scenarios::Lab& lab, const hal::PoseFrame& frame) override {
+  void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override {
     if (lab.is_owner() || !merged_) return;
     std::int64_t n_lit = 0;
     for (const hal::Sighting& seen : frame.robots) {
@@ -37,14 +37,14 @@ class LightUp final : public scenarios::Scenario {
     lab.publish("lit", {n_lit});
   }
 
-  void on_period(scenarios::Lab& lab) override {
+  void on_period(lab::Lab& lab) override {
     merged_ = true;
     for (const std::string& each : lab.labs())
       if (const auto& lit_there = lab.field(each, "lit"); !lit_there.empty())
         lab.counts().add("lit_periods", static_cast<std::uint64_t>(lit_there[0]));
   }
 
-  bool finished(const scenarios::Lab&) const override { return false; }
+  bool finished(const lab::Lab&) const override { return false; }
 
  private:
   struct Told {
@@ -52,8 +52,8 @@ class LightUp final : public scenarios::Scenario {
     hal::LabTime when{0};
   };
 
-  bool is_near(const hal::Pose& p, const std::vector<scenarios::SharedRobot>& others) const {
-    for (const scenarios::SharedRobot& other : others) {
+  bool is_near(const hal::Pose& p, const std::vector<lab::SharedRobot>& others) const {
+    for (const lab::SharedRobot& other : others) {
       const double dx = other.in_shared.x_m - p.x_m, dy = other.in_shared.y_m - p.y_m;
       if (dx * dx + dy * dy <= reach_m_ * reach_m_) return true;
     }
@@ -66,9 +66,9 @@ class LightUp final : public scenarios::Scenario {
 };
 
 // The catalogue's line: [scenario.light_up] reach_m = 0.10, shared frame.
-inline scenarios::CatalogueEntry light_up() {
+inline app::CatalogueEntry light_up() {
   return {"light_up",
-          [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<scenarios::Scenario> {
+          [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
             return std::make_unique<LightUp>(settings.number("reach_m", 0.10, {0.001, 100}));
           }};
 }

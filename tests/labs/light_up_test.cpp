@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cli/joint_run.hpp"
+#include "app/joint_run.hpp"
 #include "tests/labs/light_up_scenario.hpp"
 #include "tests/support/lab_double.hpp"
 
@@ -65,8 +65,8 @@ TEST_CASE("light up: simulated labs") {
   std::vector<hal::Config> configs;
   configs.push_back(lab("a", 1.0));
   configs.push_back(lab("b", 0.5));
-  cli::JointRun run(std::move(configs), folder);
-  const Lab& a = run.lab("a").run().lab();
+  app::JointRun run(std::move(configs), folder);
+  const lab::Lab& a = run.lab("a").run().lab();
   int near = 0, near_lit = 0, far = 0, far_lit = 0;
   std::uint32_t period = 0;
   while (run.step()) {
@@ -74,10 +74,10 @@ TEST_CASE("light up: simulated labs") {
     // message may take, robots of a and b come 3 cm nearer at most, and pushed ones a little more.
     if (a.period() == period || a.period() < 20) continue;
     period = a.period();
-    for (const SharedRobot& robot : a.state("a").robots) CHECK(robot.led == Led::off);
-    for (const SharedRobot& robot : a.state("b").robots) {
+    for (const lab::SharedRobot& robot : a.state("a").robots) CHECK(robot.led == Led::off);
+    for (const lab::SharedRobot& robot : a.state("b").robots) {
       double nearest_m = 10;
-      for (const SharedRobot& other : a.state("a").robots)
+      for (const lab::SharedRobot& other : a.state("a").robots)
         nearest_m = std::min(nearest_m, std::hypot(robot.in_shared.x_m - other.in_shared.x_m,
                                                    robot.in_shared.y_m - other.in_shared.y_m));
       if (nearest_m < 0.06) ++near, near_lit += robot.led == Led::white;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "cli/joint_run.hpp"
+#include "app/joint_run.hpp"
 #include "tests/support/dhtf_labs.hpp"
 
 using namespace arkmesh;
@@ -21,7 +21,7 @@ Outcome run_different(const std::string& roark_override) {
   std::vector<hal::Config> configs;
   configs.push_back(hal::Config::from_file(tests::experiments() / "dhtf" / "shark.toml", common));
   configs.push_back(hal::Config::from_file(tests::experiments() / "dhtf" / "roark.toml", other));
-  cli::JointRun run(std::move(configs), folder.path());
+  app::JointRun run(std::move(configs), folder.path());
   while (run.step()) {
   }
   Outcome out;

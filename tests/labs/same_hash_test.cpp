@@ -16,7 +16,7 @@ const Outcome& reference() {
 }
 
 // Boundaries that lab 0 has passed.
-std::uint32_t period(cli::JointRun& run) {
+std::uint32_t period(app::JointRun& run) {
   return run.lab(0).run().period();
 }
 
@@ -38,7 +38,7 @@ TEST_CASE("a late, jittering, lossy and repeating network changes nothing") {
         {.repeat = 0.5},
         {.delay_steps = 5, .jitter_steps = 10, .loss = 0.3, .repeat = 0.3}}) {
     std::uint64_t impaired_at = 0;
-    const Outcome outcome = run_labs({}, [&](cli::JointRun& run) {
+    const Outcome outcome = run_labs({}, [&](app::JointRun& run) {
       if (impaired_at || period(run) < 10) return;
       run.network().impair("shark", "roark", impairment);
       impaired_at = run.steps();
@@ -55,7 +55,7 @@ TEST_CASE("a cut of thirty seconds in mid-run changes nothing") {
   // Proves that labs wait for a cut link and go on where they were.
   std::uint64_t cut_at = 0, healed_at = 0;
   std::uint32_t period_when_cut = 0, period_when_healed = 0;
-  const Outcome outcome = run_labs({}, [&](cli::JointRun& run) {
+  const Outcome outcome = run_labs({}, [&](app::JointRun& run) {
     if (!cut_at && period(run) == 20) {
       cut_at = run.steps();
       period_when_cut = period(run);
@@ -77,7 +77,7 @@ TEST_CASE("a cut of thirty seconds in mid-run changes nothing") {
 TEST_CASE("a gateway that dies and comes back changes nothing") {
   // Proves that nothing a gateway knows is needed for the result.
   std::uint64_t killed_at = 0, back_at = 0;
-  const Outcome outcome = run_labs({}, [&](cli::JointRun& run) {
+  const Outcome outcome = run_labs({}, [&](app::JointRun& run) {
     if (!killed_at && period(run) == 25) {
       killed_at = run.steps();
       run.kill_gateway("roark");
@@ -106,7 +106,7 @@ TEST_CASE("slack keeps the hash independent of the network too") {
   // Proves the gate's rule for slack above zero with real labs.
   const tests::DhtfLabs slack{.overrides = {"gate.slack=2", "run.duration_s=60"}};
   const Outcome quiet = run_labs(slack);
-  const Outcome noisy = run_labs(slack, [](cli::JointRun& run) {
+  const Outcome noisy = run_labs(slack, [](app::JointRun& run) {
     if (period(run) == 5)
       run.network().impair("shark", "roark", {.delay_steps = 4, .jitter_steps = 30, .loss = 0.4, .repeat = 0.2});
   });
@@ -119,7 +119,7 @@ TEST_CASE("three labs play one game, whatever their links do") {
   // Proves that a third lab joins by configuration, with a link for every pair.
   const tests::DhtfLabs three{.labs = {"shark", "roark", "lynx"}, .overrides = {"scenario.dhtf.types=easy"}};
   const Outcome quiet = run_labs(three);
-  const Outcome noisy = run_labs(three, [](cli::JointRun& run) {
+  const Outcome noisy = run_labs(three, [](app::JointRun& run) {
     if (period(run) == 10) run.network().impair("roark", "lynx", {.delay_steps = 10, .loss = 0.5});
     if (period(run) == 20) run.network().impair("shark", "lynx", {.jitter_steps = 30});
   });

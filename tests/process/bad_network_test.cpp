@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "cli/result_file.hpp"
+#include "lab/result.hpp"
 #include "tests/support/dhtf_labs.hpp"
 #include "tests/support/impairment_proxy.hpp"
 #include "tests/support/lab_processes.hpp"
@@ -32,7 +32,7 @@ struct Proxied {
     CAPTURE(labs.lab_output("shark"));
     CAPTURE(labs.gateway_output("shark"));
     CAPTURE(labs.gateway_output("roark"));
-    const std::string expected = cli::hash_text(tests::run_labs({.overrides = {"run.duration_s=" + duration}}).hash);
+    const std::string expected = lab::hash_text(tests::run_labs({.overrides = {"run.duration_s=" + duration}}).hash);
     CHECK(labs.result("shark", "final_hash") == expected);
     CHECK(labs.result("roark", "final_hash") == expected);
   }

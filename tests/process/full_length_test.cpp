@@ -7,7 +7,7 @@
 #include <chrono>
 #include <string>
 
-#include "cli/result_file.hpp"
+#include "lab/result.hpp"
 #include "tests/support/dhtf_labs.hpp"
 #include "tests/support/impairment_proxy.hpp"
 #include "tests/support/lab_processes.hpp"
@@ -22,7 +22,7 @@ namespace {
 constexpr std::int64_t last_period = 900;
 
 const std::string& reference() {
-  static const std::string hash = cli::hash_text(tests::run_labs({.overrides = {"run.duration_s=1800"}}).hash);
+  static const std::string hash = lab::hash_text(tests::run_labs({.overrides = {"run.duration_s=1800"}}).hash);
   return hash;
 }
 

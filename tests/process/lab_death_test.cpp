@@ -6,7 +6,7 @@
 
 #include "arkmesh/world_t.hpp"
 #include "hal/event_log.hpp"
-#include "scenarios/world_message.hpp"
+#include "lab/world_message.hpp"
 #include "tests/support/dhtf_labs.hpp"
 #include "tests/support/lab_processes.hpp"
 
@@ -33,9 +33,9 @@ TEST_CASE("a killed lab ends the others within ten seconds, by name, and its rec
     hal::EventLogReader log(labs.directory(lab) / "log.lcm");
     std::int64_t period = -1;
     while (const auto event = log.next()) {
-      scenarios::WorldMessage message;
+      lab::WorldMessage message;
       if (event->channel != "world") continue;
-      REQUIRE(scenarios::decode_world(event->bytes, message) == "");
+      REQUIRE(lab::decode_world(event->bytes, message) == "");
       period = message.window.back().period;
     }
     CHECK(period >= at - 1);

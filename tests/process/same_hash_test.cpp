@@ -4,8 +4,8 @@
 #include <csignal>
 #include <string>
 
-#include "cli/result_file.hpp"
 #include "hal/event_log.hpp"
+#include "lab/result.hpp"
 #include "tests/support/dhtf_labs.hpp"
 #include "tests/support/impairment_proxy.hpp"
 #include "tests/support/lab_processes.hpp"
@@ -18,7 +18,7 @@ namespace {
 
 // One process, the same seed: what every run of processes must give. 600 simulated seconds, 300 periods.
 const std::string& reference() {
-  static const std::string hash = cli::hash_text(tests::run_labs({.overrides = {"run.duration_s=600"}}).hash);
+  static const std::string hash = lab::hash_text(tests::run_labs({.overrides = {"run.duration_s=600"}}).hash);
   return hash;
 }
 
@@ -47,7 +47,7 @@ TEST_CASE("four processes over TCP have the hash of one process") {
 TEST_CASE("six processes of three labs have the hash of one process") {
   // Proves the same with a link for every pair.
   const std::string expected =
-      cli::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
+      lab::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
   LabProcesses labs({.labs = {"shark", "roark", "lynx"}, .overrides = shortened});
   labs.start();
   REQUIRE(labs.ended(120s));

@@ -111,8 +111,8 @@ TEST_CASE("dispersing robots disperse") {
     SwarmProgram run(program, grid(5, 5, 0.04));
     run.for_seconds(600);
     REQUIRE_MESSAGE(run.failure.empty(), run.failure);
-    const double before = mean(cli::nearest_neighbours(run.report.first())),
-                 after = mean(cli::nearest_neighbours(run.report.last()));
+    const double before = mean(sim_ode::nearest_neighbours(run.report.first())),
+                 after = mean(sim_ode::nearest_neighbours(run.report.last()));
     MESSAGE(program, ": nearest neighbours at ", before, " m, then at ", after, " m; ",
             share(run.report.last(), Led::green), " rest");
     CHECK(before == doctest::Approx(0.04));
@@ -145,7 +145,7 @@ TEST_CASE("a chain of pushers slows down") {
     run.options.settings = {"ode.speed_spread=0.0", "ode.duty_spread=0.0"};
     double nearest = 1;
     run.for_seconds(15, [&](const hal::PoseFrame& frame) {
-      for (const double d : cli::nearest_neighbours(frame)) nearest = std::min(nearest, d);
+      for (const double d : sim_ode::nearest_neighbours(frame)) nearest = std::min(nearest, d);
     });
     REQUIRE_MESSAGE(run.failure.empty(), run.failure);
     const double driven = distance_m(run.robot(0).pose, {-0.2, 0, 0});

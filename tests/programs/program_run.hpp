@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/controller_swarm.hpp"
-#include "cli/swarm_report.hpp"
+#include "sim_ode/host/controller_swarm.hpp"
+#include "sim_ode/host/swarm_report.hpp"
 
 namespace arkmesh::tests {
 
@@ -41,9 +41,9 @@ struct SwarmProgram {
     options.places = std::move(places);
   }
 
-  cli::SwarmOptions options;  // to be changed before the first for_seconds()
-  cli::SwarmReport report;
-  std::optional<cli::ControllerSwarm> swarm;
+  sim_ode::SwarmOptions options;  // to be changed before the first for_seconds()
+  sim_ode::SwarmReport report;
+  std::optional<sim_ode::ControllerSwarm> swarm;
   std::string failure;                         // sentence of a program that does not run to the end
   bool refused = false;                        // it did not even start
   std::uint64_t hash = 14695981039346656037u;  // of all frames: places in micrometres, headings, colours

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "cli/controller_check.hpp"
+#include "sim_ode/host/controller_check.hpp"
 #include "tests/programs/program_run.hpp"
 
 using namespace arkmesh;
@@ -168,7 +168,7 @@ void check_outcome(const Expected& expected, const SwarmProgram& run) {
   if (expected.all_show)
     for (const hal::Sighting& robot : run.report.last().robots)
       CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ",
-                    std::string(cli::name_of(robot.led)));
+                    std::string(sim_ode::name_of(robot.led)));
 }
 
 }  // namespace
@@ -218,14 +218,14 @@ TEST_CASE("programs fit on a robot, and those that do not build for it are refus
     CAPTURE(expected.program);
     const bool builds = expected.program != "refused_syntax" && expected.program != "refused_unknown";
     if (!builds) {
-      CHECK_THROWS_AS(cli::check_program(program_file(expected.program)), std::runtime_error);
+      CHECK_THROWS_AS(sim_ode::check_program(program_file(expected.program)), std::runtime_error);
       continue;
     }
-    const cli::CheckedProgram checked = cli::check_program(program_file(expected.program));
+    const sim_ode::CheckedProgram checked = sim_ode::check_program(program_file(expected.program));
     CHECK(checked.fits());
-    CHECK(checked.flash_bytes > cli::flash_library_bytes - 100);
+    CHECK(checked.flash_bytes > sim_ode::flash_library_bytes - 100);
     CHECK(checked.flash_bytes < 13000);  // one makes text of fractions
-    CHECK(checked.ram_bytes >= cli::ram_library_bytes);
+    CHECK(checked.ram_bytes >= sim_ode::ram_library_bytes);
     CHECK(checked.ram_bytes < 500);
   }
 }

@@ -28,7 +28,7 @@ void begin(WorldDouble& world, const dhtf::Settings& s) {
 }
 
 hal::Pose site_in_shared(WorldDouble& world, std::size_t site) {
-  const Lab& lab = world.labs().front().lab;
+  const lab::Lab& lab = world.labs().front().lab;
   return {.x_m = static_cast<double>(lab.initial_field(lab.owner(), "site_x_um")[site]) * 1e-6,
           .y_m = static_cast<double>(lab.initial_field(lab.owner(), "site_y_um")[site]) * 1e-6};
 }
@@ -46,7 +46,7 @@ hal::PoseFrame at_site(WorldDouble& world, std::string_view lab, std::size_t sit
 
 // What a walking robot is told at a site.
 hal::ToRobot told_at(WorldDouble& world, std::string_view lab, std::size_t site) {
-  LabDouble& one = world[lab];
+  lab::LabDouble& one = world[lab];
   hal::PoseFrame frame = at_site(world, lab, site, 1, walking);
   frame.robots[0].robot = 900;
   one.scenario->on_poses(one.lab,
@@ -62,7 +62,7 @@ hal::ToRobot told_at(WorldDouble& world, std::string_view lab, std::size_t site)
 
 std::vector<std::uint64_t> completed(WorldDouble& world) {
   std::vector<std::uint64_t> counts;
-  for (const LabDouble& lab : world.labs()) counts.push_back(lab.lab.counts()["completed"]);
+  for (const lab::LabDouble& lab : world.labs()) counts.push_back(lab.lab.counts()["completed"]);
   return counts;
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("dhtf: sites lie at the same shared place in both arenas") {
   WorldDouble world({roark, shark}, "shark");
   begin(world, settings());
   for (const char* name : {"roark", "shark"}) {
-    LabDouble& lab = world[name];
+    lab::LabDouble& lab = world[name];
     const double scale = lab.lab.projection().scale;
     for (std::size_t site = 0; site < 8; ++site) {
       const hal::Pose centre = lab.lab.projection().to_arena(site_in_shared(world, site));
@@ -124,7 +124,7 @@ TEST_CASE("dhtf: rows of completed tasks") {
   world.boundary();
   world.boundary();
   const auto cell = world["shark"].lab.initial_field("shark", "site_cell")[5];
-  for (LabDouble& lab : world.labs()) {
+  for (lab::LabDouble& lab : world.labs()) {
     REQUIRE(lab.rows.size() == 1);
     CHECK(lab.rows[0].table == "completed");
     CHECK(lab.rows[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");
@@ -141,7 +141,7 @@ TEST_CASE("dhtf: marks for people") {
   world.boundary();
   for (const char* name : {"roark", "shark"}) {
     const std::vector<hal::Mark> marks = world[name].marks();
-    const Projection& projection = world[name].lab.projection();
+    const lab::Projection& projection = world[name].lab.projection();
     REQUIRE(marks.size() == static_cast<std::size_t>(s.sites));
     const hal::Pose expected = projection.to_arena(site_in_shared(world, 4));
     CHECK(marks[4].x_m == doctest::Approx(expected.x_m));
@@ -302,14 +302,14 @@ TEST_CASE("dhtf: completions are counted in labs that missed states") {
 
 TEST_CASE("dhtf: an owner that names no sites") {
   // The others say so in their drops, tell their robots nothing, and go on.
-  struct Mute final : Scenario {
-    void begin(Lab&) override {}
-    void on_poses(Lab&, const hal::PoseFrame&) override {}
-    void on_period(Lab&) override {}
-    bool finished(const Lab&) const override { return false; }
+  struct Mute final : lab::Scenario {
+    void begin(lab::Lab&) override {}
+    void on_poses(lab::Lab&, const hal::PoseFrame&) override {}
+    void on_period(lab::Lab&) override {}
+    bool finished(const lab::Lab&) const override { return false; }
   };
   WorldDouble world({roark, shark}, "shark");
-  world.begin([](const std::string& lab) -> std::unique_ptr<Scenario> {
+  world.begin([](const std::string& lab) -> std::unique_ptr<lab::Scenario> {
     if (lab == "shark") return std::make_unique<Mute>();
     return std::make_unique<dhtf::Dhtf>(settings());
   });

@@ -4,7 +4,7 @@
 
 #include "hal/arena_config.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/reception.hpp"
+#include "sim_ode/host/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {

@@ -1,7 +1,7 @@
 // The overhead controller: packing, order, airtime.
 #include "hal/platforms/kilobot/message_board.hpp"
 
-#include "sim_ode/reception.hpp"
+#include "sim_ode/host/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {

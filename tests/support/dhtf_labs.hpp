@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/joint_run.hpp"
+#include "app/joint_run.hpp"
 #include "tests/support/process.hpp"
 
 namespace arkmesh::tests {
@@ -40,16 +40,16 @@ struct Outcome {
 };
 
 // `each_step` may disturb the run; it is called after every step.
-inline Outcome run_labs(const DhtfLabs& options, const std::function<void(cli::JointRun&)>& each_step = {}) {
+inline Outcome run_labs(const DhtfLabs& options, const std::function<void(app::JointRun&)>& each_step = {}) {
   const TemporaryFolder folder;
-  cli::JointRun run(dhtf_configs(options), folder.path());
+  app::JointRun run(dhtf_configs(options), folder.path());
   while (run.step())
     if (each_step) each_step(run);
   Outcome out;
   out.finished = run.finished();
   out.steps = run.steps();
   for (std::size_t i = 0; i < run.size(); ++i) {
-    const scenarios::LabRun& lab = run.lab(i).run();
+    const lab::LabRun& lab = run.lab(i).run();
     out.drops.merge(lab.drops());
     if (!lab.finished() && out.reason.empty()) out.reason = lab.reason();
   }

@@ -15,8 +15,8 @@ constexpr int grid = 4;  // marks in a row across the view
 
 }  // namespace
 
-FittedCamera fit_by_hand(const sim_ode::room::Room& room, std::size_t number, const ByHand& options) {
-  const sim_ode::room::Camera& camera = room.camera(number);
+FittedCamera fit_by_hand(const emulator::Room& room, std::size_t number, const ByHand& options) {
+  const emulator::Camera& camera = room.camera(number);
   const double width_m = room.config().scene.width_m, height_m = room.config().scene.height_m;
   tracker::LensFit fit({columns, rows, 1000 * square_m});
   for (int n = 0; n < options.boards; ++n) {
@@ -59,8 +59,7 @@ FittedCamera fit_by_hand(const sim_ode::room::Room& room, std::size_t number, co
   return fitted;
 }
 
-tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m,
-                                      double arena_height_m) {
+tracker::Calibration true_calibration(const emulator::CameraModel& model, double arena_width_m, double arena_height_m) {
   tracker::CameraData data;
   data.lens.width_px = model.width_px();
   data.lens.height_px = model.height_px();

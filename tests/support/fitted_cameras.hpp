@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_ode/room/room.hpp"
+#include "emulator/room.hpp"
 #include "tracker/calibration.hpp"
 
 namespace arkmesh::tests {
@@ -24,10 +24,9 @@ struct FittedCamera {
 };
 
 // Throws std::runtime_error as the fit does.
-FittedCamera fit_by_hand(const sim_ode::room::Room& room, std::size_t camera, const ByHand& options = {});
+FittedCamera fit_by_hand(const emulator::Room& room, std::size_t camera, const ByHand& options = {});
 
 // Known without error.
-tracker::Calibration true_calibration(const sim_ode::room::CameraModel& model, double arena_width_m,
-                                      double arena_height_m);
+tracker::Calibration true_calibration(const emulator::CameraModel& model, double arena_width_m, double arena_height_m);
 
 }  // namespace arkmesh::tests

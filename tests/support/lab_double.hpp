@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "scenarios/scenario.hpp"
+#include "lab/scenario.hpp"
 
 namespace arkmesh::scenarios {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "scenarios/world_message.hpp"
+#include "lab/world_message.hpp"
 #include "tests/support/dhtf_labs.hpp"
 
 namespace arkmesh::tests {
@@ -19,8 +19,8 @@ LabProcesses::LabProcesses(Options options) : options_(std::move(options)) {
     m.tcp_port = port++;
     m.bus = std::make_unique<hal::Bus>(bus_url(name));
     m.subscription = m.bus->subscribe("world", [&m](std::string_view, std::span<const std::byte> bytes) {
-      scenarios::WorldMessage message;
-      if (scenarios::decode_world(bytes, message).empty() && !message.window.empty())
+      lab::WorldMessage message;
+      if (lab::decode_world(bytes, message).empty() && !message.window.empty())
         m.period = std::max<std::int64_t>(m.period, message.window.back().period);
     });
   }

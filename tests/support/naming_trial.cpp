@@ -9,9 +9,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "cli/room_arena.hpp"
+#include "emulator/room_arena.hpp"
+#include "emulator/room_record.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room_record.hpp"
 #include "tests/support/process.hpp"
 
 namespace arkmesh::tests {
@@ -23,9 +23,9 @@ constexpr double same_place_m = 0.0165;  // half a robot
 class Judge {
  public:
   Judge(const NamingTrial& trial, NamingResult& result) : trial_(trial), result_(result) {}
-  void watch(sim_ode::room::Room& room) { room_ = &room; }
+  void watch(emulator::Room& room) { room_ = &room; }
 
-  void look(const tracker::Look& look) {
+  void look(const testbed::Look& look) {
     const auto truth = room_->truth();
     named_now_.clear();
     for (const tracker::Track& track : look.tracker.tracks()) {
@@ -56,7 +56,7 @@ class Judge {
  private:
   const NamingTrial& trial_;
   NamingResult& result_;
-  sim_ode::room::Room* room_ = nullptr;
+  emulator::Room* room_ = nullptr;
   std::set<hal::RobotId> named_now_, ever_named_;
 };
 
@@ -70,8 +70,8 @@ NamingResult name_in_room(const NamingTrial& trial) {
     std::vector<std::string> sets = trial.sets;
     sets.push_back(fmt::format("room.seed={}", trial.seed));
     const hal::Config config = hal::Config::from_file(trial.room, sets);
-    const sim_ode::room::Room room(config.root());
-    sim_ode::room::write_calibration(room, calibration.string());
+    const emulator::Room room(config.root());
+    emulator::write_calibration(room, calibration.string());
     std::ofstream(room_file) << config.effective();
     for (std::size_t k = 0; k < room.cameras(); ++k)
       cameras +=
@@ -87,9 +87,9 @@ NamingResult name_in_room(const NamingTrial& trial) {
 
   NamingResult result;
   Judge judge(trial, result);
-  const auto arena = cli::make_room_arena(config.root().section("arena"), "lab", trial.seed,
-                                          [&](const tracker::Look& look) { judge.look(look); });
-  judge.watch(cli::room_of(*arena));
+  const auto arena = emulator::make_room_arena(config.root().section("arena"), "lab", trial.seed,
+                                               [&](const testbed::Look& look) { judge.look(look); });
+  judge.watch(emulator::room_of(*arena));
   bool complete = true;
   try {
     arena->advance_to(hal::LabTime{0});

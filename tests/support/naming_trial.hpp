@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/counters.hpp"
-#include "sim_ode/room/room.hpp"
-#include "tracker/table_watch.hpp"
+#include "testbed/table_watch.hpp"
 
 namespace arkmesh::tests {
 
@@ -23,7 +23,7 @@ struct NamingTrial {
   double within_s = 30;  // most_s in all until everybody is named, the controller's start-up included
   double then_s = 0;     // how long robots run afterwards
   // For people who want to know more; the truth is that of the moment after the picture.
-  std::function<void(const tracker::Look&, const std::vector<sim_ode::room::Room::Truth>&)> onlooker;
+  std::function<void(const testbed::Look&, const std::vector<emulator::Room::Truth>&)> onlooker;
 };
 
 struct NamingResult {

@@ -10,7 +10,7 @@
 namespace arkmesh::tests {
 namespace {
 
-using Truth = sim_ode::room::Room::Truth;
+using Truth = emulator::Room::Truth;
 
 constexpr double body_m = 0.0165;  // a track nearer than this lies on the robot
 constexpr hal::LabTime settling{1'000'000}, rename_after{2'000'000};

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/types.hpp"
-#include "sim_ode/room/room.hpp"
 #include "tracker/table_tracker.hpp"
 
 namespace arkmesh::tests {
@@ -42,7 +42,7 @@ struct TableScore {
 class TableReferee {
  public:
   // Call after each look; `truth` is that of the moment of the pictures. Names tracks.
-  void judge(hal::LabTime now, std::span<const sim_ode::room::Room::Truth> truth, tracker::TableTracker& table);
+  void judge(hal::LabTime now, std::span<const emulator::Room::Truth> truth, tracker::TableTracker& table);
 
   const TableScore& score() const { return score_; }
   // What went wrong, a line each, the first few hundred: robots that were lost, names that were wrong, strangers.

@@ -13,13 +13,13 @@
 #include <string>
 #include <vector>
 
+#include "emulator/room.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/room/room.hpp"
+#include "testbed/table_watch.hpp"
 #include "tests/hal/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/source.hpp"
 #include "tracker/table_tracker.hpp"
-#include "tracker/table_watch.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;
@@ -84,7 +84,7 @@ class RoomTable {
     room_.advance_to(hal::LabTime(2'500'000));
   }
 
-  sim_ode::room::Room& room() { return room_; }
+  emulator::Room& room() { return room_; }
 
   std::unique_ptr<hal::kilobot::RobotWatch> watch(const std::string& lab, const std::filesystem::path& calibration) {
     std::vector<NamedCamera> cameras;
@@ -165,7 +165,7 @@ class RoomTable {
   }
 
   hal::Config config_;
-  sim_ode::room::Room room_;
+  emulator::Room room_;
   std::optional<hal::kilobot::Message> asked_;
 };
 

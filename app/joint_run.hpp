@@ -1,0 +1,59 @@
+// Several labs in one process and one thread: each with its own buses, nonce and gateway, joined by loopback links.
+// Time-outs, repetition and lingering count steps of one millisecond, not wall time, so a run's course depends on its
+// configuration alone.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/lab_session.hpp"
+#include "gateway/gateway.hpp"
+#include "gateway/loopback.hpp"
+#include "hal/bus.hpp"
+
+namespace arkmesh::app {
+
+class JointRun {
+ public:
+  // Each lab records into `directory`/<lab>. Throws ConfigError when the configurations do not make one shared world.
+  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory);
+  ~JointRun();
+
+  // One step of every lab and of the network between them. False once all labs have ended.
+  // Labs that wait for each other with no link down, and would for ever, are ended with that reason.
+  bool step();
+
+  std::size_t size() const { return labs_.size(); }
+  LabSession& lab(std::size_t i) { return *labs_[i]->session; }
+  const LabSession& lab(std::size_t i) const { return *labs_[i]->session; }
+  // Throws std::out_of_range.
+  LabSession& lab(const std::string& name);
+  gateway::LoopbackNetwork& network() { return network_; }
+  // Takes a lab's gateway away, as if its process were killed; start_gateway brings another one with a new boot id.
+  void kill_gateway(const std::string& lab);
+  void start_gateway(const std::string& lab);
+  std::uint64_t steps() const { return steps_; }
+  bool finished() const;
+  // What each lab's result.json holds; `wall_s` is the wall time of all labs together.
+  std::vector<nlohmann::json> results(double wall_s) const;
+
+ private:
+  struct Member {
+    std::unique_ptr<LabSession> session;
+    std::unique_ptr<hal::Bus> public_bus;
+    std::unique_ptr<gateway::Gateway> gateway;
+  };
+  Member& member(const std::string& name);
+  bool links_up() const;
+
+  gateway::LoopbackNetwork network_;
+  std::vector<std::unique_ptr<Member>> labs_;
+  std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;
+};
+
+}  // namespace arkmesh::app

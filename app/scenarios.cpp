@@ -1,0 +1,18 @@
+// All scenarios of this build. A new one is a folder and one line here.
+#include "app/scenarios.hpp"
+
+#include "scenarios/dhtf/dhtf.hpp"
+
+namespace arkmesh::app {
+
+std::vector<CatalogueEntry>& catalogue() {
+  static std::vector<CatalogueEntry> entries = {
+      {"dhtf",
+       [](const hal::Section& settings, const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
+         return std::make_unique<scenarios::dhtf::Dhtf>(scenarios::dhtf::read_settings(settings, labs));
+       }},
+  };
+  return entries;
+}
+
+}  // namespace arkmesh::app

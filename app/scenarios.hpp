@@ -1,0 +1,24 @@
+// The only place where concrete scenarios are named: one line each in scenarios.cpp.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/config.hpp"
+#include "lab/scenario.hpp"
+
+namespace arkmesh::app {
+
+struct CatalogueEntry {
+  std::string name;
+  // `settings` is the configuration's [scenario.<name>]; all of it must be alike in all labs. Throws ConfigError.
+  std::function<std::unique_ptr<lab::Scenario>(const hal::Section& settings, const std::vector<std::string>& labs)>
+      make;
+};
+
+// All scenarios this build knows. A program of your own may add its own before it makes labs.
+std::vector<CatalogueEntry>& catalogue();
+
+}  // namespace arkmesh::app

@@ -1,0 +1,169 @@
+#include "emulator/room_arena.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "cli/operator_stop.hpp"
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "hal/wall_time.hpp"
+
+namespace arkmesh::emulator {
+namespace {
+
+using emulator::Room;
+using hal::kilobot::Wire;
+
+// The newest picture of each camera of a room.
+class RoomEyes {
+ public:
+  explicit RoomEyes(Room& room) : pictures_(room.cameras()), gone_(room.cameras(), false) {}
+
+  void look(Room& room) {
+    for (std::size_t k = 0; k < pictures_.size(); ++k) {
+      gone_[k] = !room.picture(k, pictures_[k]);
+      if (gone_[k]) pictures_[k].release();
+    }
+  }
+  cv::Mat take(std::size_t camera) { return std::exchange(pictures_[camera], cv::Mat()); }
+  bool is_gone(std::size_t camera) const { return gone_[camera]; }
+
+ private:
+  std::vector<cv::Mat> pictures_;
+  std::vector<bool> gone_;
+};
+
+class RoomFeed final : public tracker::CameraFeed {
+ public:
+  RoomFeed(RoomEyes& eyes, std::size_t camera, std::string name)
+      : eyes_(eyes), camera_(camera), name_(std::move(name)) {}
+  cv::Mat newest() override {
+    const bool gone = eyes_.is_gone(camera_);
+    if (gone && !was_gone_) counters_.add("camera.gone");
+    was_gone_ = gone;
+    return eyes_.take(camera_);
+  }
+  std::string trouble() const override {
+    return eyes_.is_gone(camera_) ? fmt::format("the room's camera {} gives no pictures", name_) : "";
+  }
+  hal::Counters counters() const override { return counters_; }
+
+ private:
+  RoomEyes& eyes_;
+  std::size_t camera_;
+  std::string name_;
+  bool was_gone_ = false;
+  hal::Counters counters_;
+};
+
+class RoomWire final : public Wire {
+ public:
+  explicit RoomWire(Room& room) : room_(room) {}
+  void open() override { open_ = room_.ohc_plugged(); }
+  State check() override {
+    open_ = open_ && room_.ohc_plugged();
+    trouble_ = open_ ? "" : "the room's overhead controller is unplugged";
+    return open_ ? State::open : State::closed;
+  }
+  std::size_t write(std::span<const std::uint8_t> bytes) override {
+    if (check() != State::open) return 0;
+    const std::size_t fits = std::min(bytes.size(), room_.line_free());
+    room_.write_serial(bytes.first(fits));
+    return fits;
+  }
+  std::size_t waiting_bytes() override { return emulator::OhcLine::most_waiting - room_.line_free(); }
+  const std::string& trouble() const override { return trouble_; }
+
+ private:
+  Room& room_;
+  bool open_ = false;
+  std::string trouble_;
+};
+
+// Waiting is what lets the room's time pass. Cameras take their pictures at whole frame periods; of several in one wait
+// the last.
+class RoomTime final : public hal::WallTime {
+ public:
+  RoomTime(Room& room, RoomEyes& eyes) : room_(room), eyes_(eyes) {}
+  Moment now() override { return Moment{} + room_.now(); }
+  void wait_until(Moment then) override {
+    // Devices wait for moments finer than the room's microseconds: never less than asked, and never nothing.
+    const auto end = std::chrono::ceil<hal::LabTime>(then.time_since_epoch());
+    const hal::LabTime period = room_.config().frame_period, last = period * (end / period);
+    if (last > pictured_) {
+      room_.advance_to(std::max(room_.now(), last));
+      eyes_.look(room_);
+      pictured_ = last;
+    }
+    if (end > room_.now()) room_.advance_to(end);
+  }
+
+ private:
+  Room& room_;
+  RoomEyes& eyes_;
+  hal::LabTime pictured_{-1};
+};
+
+class RoomArena final : public hal::Arena {
+ public:
+  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, testbed::Onlooker onlooker,
+            std::unique_ptr<tracker::NameKeeper> names)
+      : config_(std::move(config)), room_(config_.root()), eyes_(room_), time_(room_, eyes_) {
+    config_.refuse_unknown();
+    const hal::Section kilobot = arena.section("kilobot");
+    if (kilobot.sections("cameras").size() != room_.cameras())
+      kilobot.refuse("cameras", fmt::format("must be as many as the room's, which has {}", room_.cameras()));
+    kilobot.leave_alone("port");
+    const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
+      const std::size_t camera = next++;
+      return std::make_unique<RoomFeed>(eyes_, camera, room_.camera(camera).settings().name);
+    };
+    arena_ = hal::kilobot::make_kilobot_arena(
+        arena, lab, testbed::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
+        std::make_unique<RoomWire>(room_), time_, cli::operator_stops);
+  }
+
+  const hal::ArenaInfo& info() const override { return arena_->info(); }
+  const hal::Clock& clock() const override { return arena_->clock(); }
+  hal::PoseSource& poses() override { return arena_->poses(); }
+  hal::RobotLink& robots() override { return arena_->robots(); }
+  void advance_to(hal::LabTime t) override { arena_->advance_to(t); }
+  const hal::Counters& counters() const override { return arena_->counters(); }
+  Room& room() { return room_; }
+
+ private:
+  hal::Config config_;
+  Room room_;
+  RoomEyes eyes_;
+  RoomTime time_;
+  std::unique_ptr<hal::Arena> arena_;
+};
+
+}  // namespace
+
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            testbed::Onlooker onlooker) {
+  return make_room_arena(arena, lab, seed, std::move(onlooker), nullptr, {});
+}
+
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
+                                            std::vector<std::string> sets) {
+  const std::filesystem::path file = arena.section("room").path("file", "");
+  if (file.empty())
+    arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
+  sets.push_back(fmt::format("room.seed={}", seed));
+  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, lab, std::move(onlooker),
+                                     std::move(names));
+}
+
+emulator::Room& room_of(hal::Arena& arena) {
+  auto* const own = dynamic_cast<RoomArena*>(&arena);
+  if (!own) throw std::logic_error("room_of: this arena is no virtual room");
+  return own->room();
+}
+
+}  // namespace arkmesh::emulator

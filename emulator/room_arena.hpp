@@ -1,0 +1,30 @@
+// A virtual room as an arena: the physical arena, unchanged, at cameras and an overhead controller that are computed in
+// this process, in the room's own time. Runs as fast as it can be computed; equal seeds give equal runs.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "emulator/room.hpp"
+#include "hal/arena.hpp"
+#include "hal/config.hpp"
+#include "testbed/table_watch.hpp"
+
+namespace arkmesh::emulator {
+
+// Reads [arena.room]: `file` (required: a room's file, see `arkmesh room`), and [arena.kilobot] as the physical arena
+// does; of its cameras only the calibration counts, camera k is the room's camera k. The room's seed becomes `seed`.
+// Throws ConfigError. A beginning that waits for names ends when the operator stops the program.
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            testbed::Onlooker onlooker);
+
+// The same for chores: `names` finds out who is who; `sets` are keys of the room's file, "arena.ode.controller=...".
+std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                            testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
+                                            std::vector<std::string> sets);
+
+// The room of an arena that make_room_arena made, for tests and measurements that need its truth or its mishaps.
+emulator::Room& room_of(hal::Arena& arena);
+
+}  // namespace arkmesh::emulator

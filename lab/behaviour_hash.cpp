@@ -1,0 +1,26 @@
+#include "lab/behaviour_hash.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace arkmesh::lab {
+
+std::int32_t to_micro(double value) {
+  constexpr double limit = std::numeric_limits<std::int32_t>::max();
+  const double micro = std::round(value * 1e6);
+  if (!(micro > -limit)) return -std::numeric_limits<std::int32_t>::max();  // also not-a-number
+  return micro > limit ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(micro);
+}
+
+void BehaviourHash::add(const hal::PoseFrame& frame) {
+  const auto pair = [](std::int32_t a, std::int32_t b) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
+  };
+  add(frame.number);
+  for (const hal::Sighting& s : frame.robots) {
+    add(pair(to_micro(s.pose.x_m), to_micro(s.pose.y_m)));
+    add(pair(to_micro(s.pose.heading_rad), s.robot << 8 | static_cast<std::int32_t>(s.led)));
+  }
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,84 @@
+#include "lab/peer_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/peers_t.hpp"
+#include "hal/bus.hpp"
+#include "lab/wire_check.hpp"
+
+namespace arkmesh::lab {
+
+PeerMonitor::PeerMonitor(std::string lab, const std::vector<std::string>& peers) : lab_(std::move(lab)) {
+  for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
+}
+
+void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes,
+                              Now now) {
+  const auto it = peers_.find(peer);
+  if (it == peers_.end()) return counters_.add("status.refused.unknown_lab");
+  if (const std::string_view why = check_status(bytes); !why.empty())
+    return counters_.add(fmt::format("status.refused.{}", why));
+  lab_status_t status;
+  if (!hal::decode(bytes, status)) return counters_.add("status.refused.undecodable");
+  if (status.lab != peer) return counters_.add("status.refused.other_name");
+  if (bound_nonce != 0 && static_cast<std::uint64_t>(status.nonce) != bound_nonce)
+    return counters_.add("status.refused.other_run");
+  it->second.status = now;
+  it->second.state = status.state.substr(0, 200);
+}
+
+void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
+  if (const std::string_view why = check_peers(bytes); !why.empty())
+    return counters_.add(fmt::format("peers.refused.{}", why));
+  peers_t message;
+  if (!hal::decode(bytes, message)) return counters_.add("peers.refused.undecodable");
+  if (message.lab != lab_) return counters_.add("peers.refused.other_name");
+  // After a silence, or from a gateway started anew, what was known of the links is void.
+  if (!gateway_ || now - *gateway_ > gateway_limit || message.boot_id != gateway_boot_id_)
+    for (auto& [name, peer] : peers_) peer.up.reset();
+  gateway_ = now;
+  gateway_boot_id_ = message.boot_id;
+  for (const peer_t& said : message.peers) {
+    const auto it = peers_.find(said.lab);
+    if (it == peers_.end()) continue;
+    it->second.why = said.why.substr(0, 200);
+    if (!said.up)
+      it->second.up.reset();
+    else if (!it->second.up)
+      it->second.up = now;
+  }
+}
+
+PeerMonitor::Life PeerMonitor::life(std::string_view peer, bool bound, Now now) const {
+  const Peer& p = peers_.find(peer)->second;
+  if (bound && p.status && p.state.starts_with("failed")) return Life::failed;
+  if (!gateway_ || now - *gateway_ > gateway_limit) return Life::gateway_silent;
+  if (!p.up) return Life::link_down;
+  if (!bound || !p.status) return Life::unknown;
+  // A status that waited in the cut link's outbox is younger than it seems, so time counts from when the link came up.
+  return now - std::max(*p.status, *p.up) > status_limit ? Life::dead : Life::alive;
+}
+
+std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const {
+  const Peer& p = peers_.find(peer)->second;
+  switch (life(peer, bound, now)) {
+    case Life::failed:
+      return p.state;
+    case Life::gateway_silent:
+      return fmt::format("the gateway of {} is silent; start it with: arkmesh gateway", lab_);
+    case Life::link_down:
+      return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
+    case Life::unknown:
+      return "not started yet";
+    case Life::dead:
+      return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
+    case Life::alive:
+      return p.state.empty() ? "running" : p.state;
+  }
+  return {};
+}
+
+}  // namespace arkmesh::lab

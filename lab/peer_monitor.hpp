@@ -1,0 +1,53 @@
+// Tells a dead peer from a cut link: link up and the peer's status old means dead; link down means wait. Pure; the
+// caller owns time.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/counters.hpp"
+
+namespace arkmesh::lab {
+
+class PeerMonitor {
+ public:
+  using Now = std::chrono::microseconds;
+  static constexpr Now status_limit{5'000'000};   // link up and no status for so long: dead
+  static constexpr Now gateway_limit{3'000'000};  // no `peers` for so long: our own gateway is silent
+
+  PeerMonitor(std::string lab, const std::vector<std::string>& peers);
+
+  // `<peer>/status` and our gateway's `peers`, as they came; what is ill-formed or about others is refused and counted.
+  // `bound_nonce`: the nonce of the run that counts, 0 before it is known. A status of another run is ignored and
+  // counted.
+  void hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes, Now now);
+  void hear_peers(std::span<const std::byte> bytes, Now now);
+  // A state of the peer counted: as much a sign of life as a status, which a fast run may not have come to yet.
+  void hear_state(std::string_view peer, Now now) { peers_.find(peer)->second.status = now; }
+
+  enum class Life { unknown, link_down, gateway_silent, alive, dead, failed };
+  // `bound`: its states count, so that it has been alive in this run.
+  Life life(std::string_view peer, bool bound, Now now) const;
+  // The same in words: "link down (connection refused)", "not started yet", "silent for 6 s".
+  std::string words(std::string_view peer, bool bound, Now now) const;
+  const hal::Counters& counters() const { return counters_; }
+
+ private:
+  struct Peer {
+    std::optional<Now> status, up;  // when last heard; since when the link is up
+    std::string state, why;
+  };
+  std::string lab_;
+  std::map<std::string, Peer, std::less<>> peers_;
+  std::optional<Now> gateway_;
+  std::int64_t gateway_boot_id_ = 0;
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::lab

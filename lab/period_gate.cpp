@@ -1,0 +1,232 @@
+#include "lab/period_gate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace arkmesh::lab {
+
+PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
+  if (options_.window == 0) options_.window = 2 * options_.slack + 2;
+  std::sort(options_.labs.begin(), options_.labs.end());
+  for (const std::string& lab : options_.labs)
+    if (lab != options_.lab) {
+      peer_names_.push_back(lab);
+      peers_.emplace(lab, Peer{});
+    }
+}
+
+// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A room runs ahead by as
+// much as its clock began earlier; 256 periods of it are kept.
+std::size_t PeriodGate::kept() const {
+  return mode_ == Mode::free ? 256 : 2 * options_.slack + 2;
+}
+
+void PeriodGate::publish(LabState own) {
+  assert(static_cast<std::int64_t>(own.period) == published_ + 1);
+  published_ = own.period;
+  if (own.period == 0) initial_ = own;
+  own_.emplace(own.period, std::move(own));
+  if (own_.size() > std::max<std::size_t>(options_.window, options_.slack + 1)) own_.erase(own_.begin());
+  decide_mode();
+}
+
+WorldMessage PeriodGate::message() const {
+  WorldMessage m;
+  m.lab = options_.lab;
+  m.nonce = options_.nonce;
+  m.can_wait = options_.can_wait;
+  m.done = published_ == static_cast<std::int64_t>(options_.last_period);
+  bool initial_known = true;
+  for (const auto& [name, peer] : peers_) {
+    m.acks.emplace(name, Ack{peer.nonce, peer.received});
+    initial_known = initial_known && peer.acknowledged >= 0;
+  }
+  const std::size_t skip = own_.size() > options_.window ? own_.size() - options_.window : 0;
+  auto first = std::next(own_.begin(), static_cast<std::ptrdiff_t>(skip));
+  // In free mode nobody waits for a peer that has missed state 0 until now.
+  if (published_ >= 0 && !initial_known && first->first != 0 && options_.window > 1 && mode_ == Mode::free)
+    m.window.push_back(initial_);
+  for (; first != own_.end(); ++first) m.window.push_back(first->second);
+  return m;
+}
+
+PeriodGate::Heard PeriodGate::refuse(std::string_view why) {
+  counters_.add(fmt::format("world.refused.{}", why));
+  return Heard::refused;
+}
+
+std::string_view PeriodGate::why_refused(const Peer& peer, const WorldMessage& message) const {
+  const Ack& ack = message.acks.find(options_.lab)->second;
+  if (ack.received > published_) return "acknowledges_the_future";
+  if (peer.bound && peer.can_wait != message.can_wait) return "can_wait_changed";
+  // The first message that arrives may hold state 0 and later ones at once.
+  const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;
+  if (!initial && !message.window.empty() && message.window.front().period == 0) initial = &message.window.front();
+  std::int64_t last = -1;
+  for (const LabState& state : message.window) {
+    const std::int64_t period = state.period;
+    if (period <= last) return "order";
+    if (period > last + 1 && last > 0) return "gap";
+    last = period;
+    if (period > options_.last_period) return "period";
+    if (mode_ == Mode::strict && period > published_ + options_.slack + 1) return "period";
+    if ((period == 0) == state.settings.empty()) return "settings";
+    if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
+      if (known->second.hash != state.hash || known->second.robots.size() != state.robots.size()) return "changed";
+    } else if (period > peer.received && options_.check) {
+      if (!initial) return "before_initial";
+      if (const std::string_view why = options_.check(message.lab, state, *initial); !why.empty()) return why;
+    }
+  }
+  return {};
+}
+
+bool PeriodGate::find_difference(std::string_view peer, const LabState& initial) {
+  const auto& ours = initial_.settings;
+  const auto& theirs = initial.settings;
+  const auto differ = [&](const std::string& key, std::string_view here, std::string_view there) {
+    difference_ = fmt::format("{} is {} in {} and {} in {}", key, here, options_.lab, there, peer);
+    return true;
+  };
+  for (const auto& [key, value] : ours) {
+    const auto other = theirs.find(key);
+    if (other == theirs.end()) return differ(key, value, "not set");
+    if (other->second != value) return differ(key, value, other->second);
+  }
+  for (const auto& [key, value] : theirs)
+    if (!ours.contains(key)) return differ(key, "not set", value);
+  return false;
+}
+
+PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& message) {
+  if (message.lab != origin) return refuse("other_name");
+  const auto it = peers_.find(origin);
+  if (it == peers_.end()) return refuse("unknown_lab");
+  Peer& peer = it->second;
+  if (message.nonce == 0) return refuse("nonce");
+  const auto ack = message.acks.find(options_.lab);
+  if (ack == message.acks.end()) return refuse("not_for_us");
+  if (ack->second.nonce != options_.nonce) {
+    // From before it knew us, or from an earlier run: teaches its nonce unless we hold on to one that counts.
+    if (!peer.bound) peer.nonce = message.nonce;
+    counters_.add("world.taught");
+    return Heard::taught;
+  }
+  if (published_ < 0) return refuse("early");
+  if (peer.bound && peer.nonce != message.nonce) return counters_.add("world.restarted"), Heard::restarted;
+  if (!peer.bound && !message.window.empty() && message.window.front().period == 0 &&
+      find_difference(origin, message.window.front()))
+    return Heard::different;
+  if (const std::string_view why = why_refused(peer, message); !why.empty()) return refuse(why);
+
+  peer.bound = true;
+  peer.nonce = message.nonce;
+  peer.can_wait = message.can_wait;
+  peer.acknowledged = std::max(peer.acknowledged, ack->second.received);
+  for (const LabState& state : message.window) accept(peer, state);
+  if (message.done && !message.window.empty() &&
+      peer.received >= static_cast<std::int64_t>(message.window.back().period))
+    peer.done = true;
+  counters_.add("world.counted");
+  decide_mode();
+  return Heard::counted;
+}
+
+void PeriodGate::accept(Peer& peer, const LabState& state) {
+  const std::int64_t period = state.period;
+  if (period <= peer.received) return;  // known; a repetition changes nothing
+  if (mode_ != Mode::free && period != peer.received + 1) return counters_.add("world.gap");
+  peer.received = period;
+  if (period == 0) peer.initial = state;
+  peer.states.emplace(state.period, state);
+  while (peer.states.size() > kept()) peer.states.erase(peer.states.begin());
+}
+
+void PeriodGate::decide_mode() {
+  if (mode_ != Mode::undecided || published_ < 0) return;
+  bool all_can_wait = options_.can_wait;
+  for (const auto& [name, peer] : peers_) {
+    if (peer.received < 0) return;
+    all_can_wait = all_can_wait && peer.can_wait;
+  }
+  mode_ = all_can_wait ? Mode::strict : Mode::free;
+}
+
+bool PeriodGate::may_merge(std::uint32_t k) const {
+  if (mode_ == Mode::undecided || published_ < static_cast<std::int64_t>(k)) return false;
+  if (mode_ == Mode::free) return true;
+  return received_from_all(wanted(k));
+}
+
+std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint32_t k) {
+  assert(may_merge(k));
+  const std::uint32_t want = wanted(k);
+  std::vector<std::pair<std::string, const LabState*>> merged;
+  for (const std::string& lab : options_.labs) {
+    if (lab == options_.lab) {
+      merged.emplace_back(lab, &own_.find(want)->second);
+      continue;
+    }
+    Peer& peer = peers_.find(lab)->second;
+    // The newest at or before; in strict mode exactly `want`. What is older is needed no more.
+    auto newest = peer.states.upper_bound(want);
+    if (newest == peer.states.begin()) {  // a room ran so far ahead that what it said for this boundary is gone
+      counters_.add("gate.missing." + lab);
+    } else {
+      newest = peer.states.erase(peer.states.begin(), std::prev(newest));
+    }
+    const std::int64_t period = newest->first;
+    if (period < want && k > 0) counters_.add("gate.late." + lab);
+    if (period > peer.applied + 1)
+      counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
+    peer.applied = std::max(peer.applied, period);
+    merged.emplace_back(lab, &newest->second);
+  }
+  return merged;
+}
+
+bool PeriodGate::may_begin(std::uint32_t k) const {
+  if (mode_ != Mode::free || !options_.can_wait) return true;
+  return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
+    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(room_period(k));
+  });
+}
+
+bool PeriodGate::received_from_all(std::uint32_t period) const {
+  return std::all_of(peers_.begin(), peers_.end(),
+                     [&](const auto& entry) { return entry.second.received >= static_cast<std::int64_t>(period); });
+}
+
+bool PeriodGate::acknowledged_by_all(std::uint32_t period) const {
+  return std::all_of(peers_.begin(), peers_.end(),
+                     [&](const auto& entry) { return entry.second.acknowledged >= static_cast<std::int64_t>(period); });
+}
+
+std::int64_t PeriodGate::received(std::string_view peer) const {
+  return peers_.find(peer)->second.received;
+}
+bool PeriodGate::bound(std::string_view peer) const {
+  return peers_.find(peer)->second.bound;
+}
+bool PeriodGate::done(std::string_view peer) const {
+  return peers_.find(peer)->second.done;
+}
+bool PeriodGate::acknowledged(std::string_view peer, std::uint32_t period) const {
+  return peers_.find(peer)->second.acknowledged >= static_cast<std::int64_t>(period);
+}
+const LabState* PeriodGate::newest(std::string_view peer) const {
+  const auto& states = peers_.find(peer)->second.states;
+  return states.empty() ? nullptr : &states.rbegin()->second;
+}
+const LabState* PeriodGate::initial(std::string_view peer) const {
+  const Peer& p = peers_.find(peer)->second;
+  return p.received < 0 ? nullptr : &p.initial;
+}
+std::uint64_t PeriodGate::nonce(std::string_view peer) const {
+  const auto it = peers_.find(peer);
+  return it != peers_.end() && it->second.bound ? it->second.nonce : 0;
+}
+
+}  // namespace arkmesh::lab

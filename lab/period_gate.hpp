@@ -1,0 +1,120 @@
+// Decides which states of all labs are merged at which boundary. Counts what peers have said; never talks to anybody,
+// never waits and knows no wall clock. Strict when every arena can wait: boundary k merges exactly the states max(0, k
+// - slack), whatever the network did. Free as soon as one arena cannot: boundary k merges the newest states at or
+// before k - slack.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "hal/counters.hpp"
+#include "lab/lab_state.hpp"
+#include "lab/world_message.hpp"
+
+namespace arkmesh::lab {
+
+class PeriodGate {
+ public:
+  enum class Mode { undecided, strict, free };  // undecided until the states 0 of all labs are there
+
+  struct Options {
+    std::string lab;
+    std::vector<std::string> labs;  // all, own included
+    std::uint32_t slack = 0;        // 0..8
+    std::uint32_t last_period = 0;  // K
+    std::uint64_t nonce = 1;        // of this lab and run, never 0
+    bool can_wait = true;
+    std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
+    // Refuses a peer's state that cannot be true; empty when it can. Must not depend on anything but its arguments and
+    // state 0s.
+    std::function<std::string_view(std::string_view lab, const LabState&, const LabState& initial)> check = {};
+  };
+
+  explicit PeriodGate(Options options);
+
+  // --- own side ---
+  // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
+  void publish(LabState own);
+  std::int64_t published() const { return published_; }  // -1 before state 0
+  // Boundary `period` becomes the last one.
+  void finish_at(std::uint32_t period) { options_.last_period = period; }
+  std::uint32_t last_period() const { return options_.last_period; }
+  // What to publish on `world` now.
+  WorldMessage message() const;
+
+  // --- peers ---
+  enum class Heard {
+    counted,    // its states count (all of them, or those not yet known)
+    taught,     // it does not know our nonce yet; learnt its nonce, nothing else
+    refused,    // cannot be true or is not for us; changed nothing; the reason is counted
+    restarted,  // a peer whose states count began anew: its run is another one
+    different,  // its settings differ: see difference()
+  };
+  // `origin` is the lab that the channel name tells. Reasons go to counters() as "world.refused.<why>".
+  Heard hear(std::string_view origin, const WorldMessage& message);
+  const std::string& difference() const { return difference_; }
+
+  Mode mode() const { return mode_; }
+  // The states that boundary k merges are there.
+  bool may_merge(std::uint32_t k) const;
+  // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const
+  // member. Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
+  std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
+  // Free mode, for a lab that can wait: every room has told state k - slack - 1, so that period k may begin.
+  bool may_begin(std::uint32_t k) const;
+  // The period of the rooms' states that may_begin(k) waits for.
+  std::uint32_t room_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
+  // States `period` of every peer have been received (strict: and all before).
+  bool received_from_all(std::uint32_t period) const;
+  // Every peer has told that it has received our state `period`.
+  bool acknowledged_by_all(std::uint32_t period) const;
+
+  // --- about one peer ---
+  std::int64_t received(std::string_view peer) const;  // highest period received (strict: without gap); -1 none
+  bool bound(std::string_view peer) const;             // its states count
+  bool done(std::string_view peer) const;              // its newest state is its last
+  bool acknowledged(std::string_view peer, std::uint32_t period) const;
+  const LabState* newest(std::string_view peer) const;   // null before state 0
+  const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
+  std::uint64_t nonce(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
+  const std::vector<std::string>& peers() const { return peer_names_; }
+
+  const hal::Counters& counters() const { return counters_; }
+
+ private:
+  struct Peer {
+    std::uint64_t nonce = 0;  // as last heard
+    bool bound = false;
+    bool can_wait = true;
+    bool done = false;
+    std::int64_t received = -1;
+    std::int64_t acknowledged = -1;  // highest own period it has received
+    std::int64_t applied = -1;       // period merged last
+    std::map<std::uint32_t, LabState> states;
+    LabState initial;  // state 0, once received >= 0
+  };
+  Heard refuse(std::string_view why);
+  std::string_view why_refused(const Peer& peer, const WorldMessage& message) const;
+  bool find_difference(std::string_view peer, const LabState& initial);
+  void accept(Peer& peer, const LabState& state);
+  void decide_mode();
+  std::uint32_t wanted(std::uint32_t k) const { return k > options_.slack ? k - options_.slack : 0; }
+  std::size_t kept() const;
+
+  Options options_;
+  std::vector<std::string> peer_names_;
+  Mode mode_ = Mode::undecided;
+  std::int64_t published_ = -1;
+  LabState initial_;                       // own state 0
+  std::map<std::uint32_t, LabState> own_;  // newest window
+  std::map<std::string, Peer, std::less<>> peers_;
+  std::string difference_;
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,97 @@
+#include "lab/result.hpp"
+
+#include <fmt/format.h>
+#include <lcm/lcm.h>
+
+#include <fstream>
+#include <stdexcept>
+
+namespace arkmesh::lab {
+namespace {
+
+// A counter's name says what became of what it counts; these words say that something was lost, refused, replaced or
+// late.
+bool is_drop(const std::string& name) {
+  for (const char* word :
+       {"refused",     "lost",    "late",     "skipped", "missing", "replaced",   "not_sent", "not_recorded",
+        "ignored",     "failed",  "closed",   "gap",     "gave_up", "restarted",  "dropped",  "backed_off",
+        "deeper_than", "expired", "withheld", "gone",    "frozen",  "no_picture", "unread",   "packet_cut"})
+    if (name.find(word) != std::string::npos) return true;
+  return false;
+}
+
+}  // namespace
+
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
+
+nlohmann::json lab_result(const lab::LabRun& run, const WallTime& wall,
+                          const std::map<std::string, Traffic>& between_labs) {
+  const lab::RunConfig& config = run.config();
+  const double periods = std::max<double>(run.period(), 1), total_s = wall.computing_s + wall.waiting_s;
+  const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
+  nlohmann::json j;
+  j["arkmesh"] = ARKMESH_VERSION;
+  j["versions"] = {{"lcm", fmt::format("{}.{}.{}", LCM_MAJOR_VERSION, LCM_MINOR_VERSION, LCM_MICRO_VERSION)},
+                   {"ode", ARKMESH_ODE_VERSION},
+                   {"compiler", __VERSION__}};
+  j["lab"] = config.lab;
+  j["labs"] = config.labs;
+  j["scenario"] = config.scenario;
+  j["seed"] = config.seed;
+  j["gate"] = run.strict() ? "strict" : "free";
+  j["ended"] = run.finished() ? "finished" : run.reason();
+  j["periods"] = run.period();
+  j["duration_s"] = lab_s;
+  j["final_hash"] = hash_text(run.final_hash());
+  for (const auto& [lab, hash] : run.hash_by_lab()) j["hash_by_lab"][lab] = hash_text(hash);
+  j["counts"] = nlohmann::json::object();
+  for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
+  j["drops"] = nlohmann::json::object();
+  j["counters"] = nlohmann::json::object();
+  const hal::Counters drops = run.drops();
+  for (const auto& [name, n] : drops.all()) {
+    j["counters"][name] = n;
+    if (n > 0 && is_drop(name)) j["drops"][name] = n;
+  }
+  j["wall"] = {
+      {"total_s", total_s},
+      {"computing_s", wall.computing_s},
+      {"waiting_s", wall.waiting_s},
+      {"per_period_ms", {{"computing", wall.computing_s * 1e3 / periods}, {"waiting", wall.waiting_s * 1e3 / periods}}},
+      {"speed", total_s > 0 ? lab_s / total_s : 0}};
+  j["between_labs"] = nlohmann::json::object();
+  for (const auto& [peer, traffic] : between_labs) {
+    nlohmann::json& t = j["between_labs"][peer] = {{"received_messages", traffic.received_messages},
+                                                   {"received_bytes", traffic.received_bytes}};
+    for (const auto& [name, n] : traffic.counters) t[name] = n;
+  }
+  return j;
+}
+
+nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
+  nlohmann::json joint;
+  for (const char* key : {"arkmesh", "versions", "labs", "scenario", "seed", "gate", "ended", "periods", "duration_s",
+                          "final_hash", "hash_by_lab", "counts"})
+    joint[key] = labs.front().at(key);
+  joint["drops"] = nlohmann::json::object();
+  for (const nlohmann::json& lab : labs) {
+    const std::string name = lab.at("lab");
+    if (lab.at("ended") != "finished") joint["ended"] = name + ": " + lab.at("ended").get<std::string>();
+    for (const auto& [what, n] : lab.at("drops").items()) joint["drops"][name + "." + what] = n;
+    joint["by_lab"][name] = {{"counts", lab.at("counts")},
+                             {"counters", lab.at("counters")},
+                             {"wall", lab.at("wall")},
+                             {"between_labs", lab.at("between_labs")}};
+  }
+  return joint;
+}
+
+void write_json(const std::filesystem::path& file, const nlohmann::json& json) {
+  std::ofstream out(file);
+  out << json.dump(2) << '\n';
+  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,35 @@
+// result.json: what a run was and gave. See docs/formats.md.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "lab/lab_run.hpp"
+
+namespace arkmesh::lab {
+
+// Wall time of a run since its robots began to move.
+struct WallTime {
+  double computing_s = 0;
+  double waiting_s = 0;
+};
+
+// What went between this lab and one peer.
+struct Traffic {
+  std::uint64_t received_messages = 0, received_bytes = 0;
+  std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
+};
+
+nlohmann::json lab_result(const lab::LabRun& run, const WallTime& wall,
+                          const std::map<std::string, Traffic>& between_labs);
+// One result of labs that ran together: the shared part once, the rest by lab.
+nlohmann::json joint_result(const std::vector<nlohmann::json>& labs);
+// Throws std::runtime_error with one sentence when the file cannot be written.
+void write_json(const std::filesystem::path& file, const nlohmann::json& json);
+// 16 hexadecimal digits.
+std::string hash_text(std::uint64_t hash);
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,24 @@
+// A task that swarms play in a shared world. One folder each below scenarios/; one line in app/scenarios.cpp.
+#pragma once
+
+#include "lab/lab.hpp"
+
+namespace arkmesh::lab {
+
+class Scenario {
+ public:
+  virtual ~Scenario() = default;
+  // Once, before lab time passes: declares fields, and publishes what this lab decides (the owner: shared things).
+  // Peers' states are not there yet.
+  virtual void begin(Lab& lab) = 0;
+  // For each new pose frame, in time order. States of all labs are those merged at the last boundary; frame 0 comes
+  // before the first merge, when lab.state() is not there yet: say nothing then.
+  virtual void on_poses(Lab& lab, const hal::PoseFrame& frame) = 0;
+  // At each boundary, right after the states were merged; period 0 first.
+  virtual void on_period(Lab& lab) = 0;
+  // A function of the merged states only, asked after on_period; the first boundary at which it is true is the last
+  // one.
+  virtual bool finished(const Lab& lab) const = 0;
+};
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,124 @@
+#include "lab/world_message.hpp"
+
+#include "hal/bus.hpp"
+#include "lab/behaviour_hash.hpp"
+#include "lab/wire_check.hpp"
+
+namespace arkmesh::lab {
+namespace {
+
+std::vector<shared_robot_t> to_messages(const std::vector<SharedRobot>& robots) {
+  std::vector<shared_robot_t> out(robots.size());
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    out[i].robot = robots[i].robot;
+    out[i].x_um = to_micro(robots[i].in_shared.x_m);
+    out[i].y_um = to_micro(robots[i].in_shared.y_m);
+    out[i].heading_urad = to_micro(robots[i].in_shared.heading_rad);
+    out[i].led = static_cast<std::uint8_t>(robots[i].led);
+  }
+  return out;
+}
+
+std::vector<field_t> to_messages(const std::map<std::string, std::vector<std::int64_t>, std::less<>>& fields) {
+  std::vector<field_t> out(fields.size());
+  std::size_t i = 0;
+  for (const auto& [name, values] : fields) {
+    out[i].name = name;
+    out[i].n = static_cast<std::int32_t>(values.size());
+    out[i].values = values;
+    ++i;
+  }
+  return out;
+}
+
+}  // namespace
+
+lab_state_t to_message(const LabState& state) {
+  lab_state_t m;
+  m.period = static_cast<std::int32_t>(state.period);
+  m.behaviour = static_cast<std::int64_t>(state.hash);
+  m.robots = to_messages(state.robots);
+  m.n_robots = static_cast<std::int32_t>(m.robots.size());
+  m.fields = to_messages(state.fields);
+  m.n_fields = static_cast<std::int32_t>(m.fields.size());
+  for (const auto& [key, value] : state.settings) {
+    m.settings.emplace_back();
+    m.settings.back().key = key;
+    m.settings.back().value = value;
+  }
+  m.n_settings = static_cast<std::int32_t>(m.settings.size());
+  return m;
+}
+
+LabState from_message(const lab_state_t& m) {
+  LabState state;
+  state.period = static_cast<std::uint32_t>(m.period);
+  state.hash = static_cast<std::uint64_t>(m.behaviour);
+  state.robots.reserve(m.robots.size());
+  for (const shared_robot_t& r : m.robots)
+    state.robots.push_back({static_cast<hal::RobotId>(r.robot),
+                            {r.x_um * 1e-6, r.y_um * 1e-6, r.heading_urad * 1e-6},
+                            static_cast<hal::Led>(r.led)});
+  for (const field_t& f : m.fields) state.fields.emplace(f.name, f.values);
+  for (const setting_t& s : m.settings) state.settings.emplace(s.key, s.value);
+  return state;
+}
+
+lab_view_t to_view(const std::string& lab, const LabState& state, std::uint32_t at_period) {
+  lab_view_t v;
+  v.lab = lab;
+  v.period = static_cast<std::int32_t>(state.period);
+  v.age_periods = static_cast<std::int32_t>(at_period) - v.period;
+  v.robots = to_messages(state.robots);
+  v.n_robots = static_cast<std::int32_t>(v.robots.size());
+  v.fields = to_messages(state.fields);
+  v.n_fields = static_cast<std::int32_t>(v.fields.size());
+  return v;
+}
+
+std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message) {
+  if (const std::string_view why = check_world(bytes); !why.empty()) return why;
+  world_t m;
+  if (!hal::decode(bytes, m)) return "undecodable";
+  WorldMessage out;
+  out.lab = m.lab;
+  out.nonce = static_cast<std::uint64_t>(m.nonce);
+  out.can_wait = m.can_wait;
+  out.done = m.done;
+  for (const ack_t& a : m.acks)
+    if (!out.acks.emplace(a.peer, Ack{static_cast<std::uint64_t>(a.nonce), a.received}).second) return "duplicate";
+  for (const lab_state_t& s : m.window) {
+    // What the values below cannot hold is refused here; what they mean is the gate's business.
+    if (s.period < 0 || s.n_robots > 1'000'000) return "range";
+    std::int32_t last = -1;
+    for (const shared_robot_t& r : s.robots) {
+      if (r.robot <= last || r.robot > 0xffff || r.led > 7) return "robot";
+      last = r.robot;
+    }
+    out.window.push_back(from_message(s));
+    if (out.window.back().fields.size() != s.fields.size() || out.window.back().settings.size() != s.settings.size())
+      return "duplicate";
+  }
+  message = std::move(out);
+  return {};
+}
+
+world_t to_message(const WorldMessage& message) {
+  world_t m;
+  m.lab = message.lab;
+  m.nonce = static_cast<std::int64_t>(message.nonce);
+  m.can_wait = message.can_wait;
+  m.done = message.done;
+  for (const auto& [peer, ack] : message.acks) {
+    m.acks.emplace_back();
+    m.acks.back().peer = peer;
+    m.acks.back().nonce = static_cast<std::int64_t>(ack.nonce);
+    m.acks.back().received = static_cast<std::int32_t>(ack.received);
+  }
+  m.n_acks = static_cast<std::int32_t>(m.acks.size());
+  for (const LabState& s : message.window) m.window.push_back(to_message(s));
+  m.n_states = static_cast<std::int32_t>(m.window.size());
+  return m;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,40 @@
+// The `world` message as values, and its way onto and off the wire.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arkmesh/shared_view_t.hpp"
+#include "arkmesh/world_t.hpp"
+#include "lab/lab_state.hpp"
+
+namespace arkmesh::lab {
+
+// How far a lab has heard a peer.
+struct Ack {
+  std::uint64_t nonce = 0;     // the peer's nonce as last heard; 0 never
+  std::int64_t received = -1;  // highest period received without gap; -1 none
+};
+
+struct WorldMessage {
+  std::string lab;
+  std::uint64_t nonce = 0;
+  bool can_wait = true;
+  bool done = false;
+  std::map<std::string, Ack, std::less<>> acks;
+  std::vector<LabState> window;  // ascending period
+};
+
+lab_state_t to_message(const LabState& state);
+LabState from_message(const lab_state_t& message);
+lab_view_t to_view(const std::string& lab, const LabState& state, std::uint32_t at_period);
+
+// Checks sizes, decodes. Returns an empty text, or the reason for refusing in one word; `message` is then unchanged.
+std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message);
+world_t to_message(const WorldMessage& message);
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,142 @@
+#include "testbed/devices.hpp"
+
+#include <fmt/format.h>
+#include <grp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "hal/platforms/kilobot/wire.hpp"
+#include "tracker/calibration_file.hpp"
+#include "tracker/live_camera.hpp"
+#include "tracker/source.hpp"
+
+namespace arkmesh::testbed {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds answers_within = 8s;
+constexpr std::chrono::milliseconds look_every = 10ms;
+
+// Devices of /dev whose names begin like one of these, in order.
+std::vector<fs::path> devices(std::initializer_list<const char*> beginnings) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator it("/dev", error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    if (std::any_of(beginnings.begin(), beginnings.end(),
+                    [&](const char* beginning) { return name.starts_with(beginning); }))
+      found.push_back(it->path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+Finding usable(const std::string& kind, const fs::path& device) {
+  Finding finding{fmt::format("{} {}", kind, device.string()), "", ""};
+  if (::access(device.c_str(), R_OK | W_OK) == 0) return finding;
+  struct stat about {};
+  const ::group* owner = ::stat(device.c_str(), &about) == 0 ? ::getgrgid(about.st_gid) : nullptr;
+  const std::string group = owner ? owner->gr_name : "that it belongs to";
+  finding.problem = fmt::format("you may not open it: you are not in the group {}", group);
+  finding.mend = fmt::format("sudo usermod -aG {} $USER, then log in again", group);
+  return finding;
+}
+
+std::vector<Finding> all_usable(const std::string& kind, const std::vector<fs::path>& found) {
+  if (found.empty()) return {{fmt::format("{}: none at this machine", kind), "", ""}};
+  std::vector<Finding> findings;
+  for (const fs::path& device : found) findings.push_back(usable(kind, device));
+  return findings;
+}
+
+Finding controller(const std::string& port) {
+  Finding finding{"overhead controller " + port, "",
+                  "see what arkmesh ohc PORT lamp does; arkmesh doctor lists the serial ports there are"};
+  try {
+    const std::unique_ptr<hal::kilobot::Wire> wire = hal::kilobot::make_wire(port);
+    wire->open();
+    const auto end = Clock::now() + answers_within;
+    auto state = wire->check();
+    for (; state == hal::kilobot::Wire::State::opening && Clock::now() < end; state = wire->check())
+      std::this_thread::sleep_for(look_every);
+    if (state == hal::kilobot::Wire::State::open) return finding;
+    finding.problem =
+        wire->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : wire->trouble();
+  } catch (const std::exception& wrong) {
+    finding.problem = wrong.what();
+  }
+  return finding;
+}
+
+// As the lab reads it: a file of the whole table holds its cameras in the order of the configuration, unless they are
+// named.
+tracker::CameraData calibration_of(const fs::path& file, const std::string& name, std::size_t number, std::size_t all) {
+  const auto cameras = tracker::read_calibrations(file);
+  return name.empty() && cameras.size() > 1 && cameras.size() == all ? cameras[number].data
+                                                                     : tracker::read_calibration(file, name);
+}
+
+Finding camera(const std::string& source, const fs::path& calibration, const std::string& name, std::size_t number,
+               std::size_t all) {
+  Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
+  try {
+    if (tracker::source_kind(source) == tracker::SourceKind::recording)
+      throw std::runtime_error("is no camera's number, device or URL");
+    tracker::Lens lens;  // 0 x 0 pixels: any
+    std::string no_calibration = calibration.empty() ? "has no calibration in the lab's file" : "";
+    try {
+      if (!calibration.empty()) lens = calibration_of(calibration, name, number, all).lens;
+    } catch (const std::runtime_error& wrong) {
+      no_calibration = wrong.what();
+    }
+    const auto feed = tracker::open_camera(source, lens.width_px, lens.height_px);
+    const auto end = Clock::now() + answers_within;
+    cv::Mat picture;
+    while ((picture = feed->newest()).empty() && Clock::now() < end) std::this_thread::sleep_for(look_every);
+    if (picture.empty()) throw std::runtime_error(feed->trouble());
+    finding.what += fmt::format(", {} x {} pixels", picture.cols, picture.rows);
+    finding.mend = "calibrate it with: arkmesh calibrate";
+    if (!no_calibration.empty()) throw std::runtime_error(no_calibration);
+    if (lens.width_px != picture.cols || lens.height_px != picture.rows)
+      finding.problem = fmt::format("its calibration {} is for pictures of {} x {} pixels", calibration.string(),
+                                    lens.width_px, lens.height_px);
+  } catch (const std::exception& wrong) {
+    finding.problem = wrong.what();
+  }
+  return finding;
+}
+
+}  // namespace
+
+std::vector<Finding> serial_ports() {
+  return all_usable("USB serial port", devices({"ttyUSB", "ttyACM"}));
+}
+
+std::vector<Finding> cameras() {
+  return all_usable("camera", devices({"video"}));
+}
+
+std::vector<Finding> table_of(const hal::Section& arena) {
+  const hal::Section kilobot = arena.section("kilobot");
+  std::vector<Finding> findings{controller(kilobot.required_text("port"))};
+  const std::vector<hal::Section> all = kilobot.sections("cameras");
+  for (std::size_t i = 0; i < all.size(); ++i)
+    findings.push_back(camera(all[i].required_text("source"), all[i].path("calibration", ""), all[i].text("camera", ""),
+                              i, all.size()));
+  return findings;
+}
+
+}  // namespace arkmesh::testbed

@@ -1,0 +1,14 @@
+// What one check of `arkmesh doctor` found.
+#pragma once
+
+#include <string>
+
+namespace arkmesh::testbed {
+
+struct Finding {
+  std::string what;     // the thing looked at
+  std::string problem;  // one sentence; empty when all is well
+  std::string mend;     // what to do, a command where there is one
+};
+
+}  // namespace arkmesh::testbed

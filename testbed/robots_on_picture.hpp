@@ -1,0 +1,24 @@
+// What was found on one picture, for people and programs: JSON, a table, circles and arrows on the picture. In pixels;
+// knows no arena.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "tracker/detection.hpp"
+
+namespace arkmesh::testbed {
+
+// Angles in (-pi, pi], counter-clockwise from the picture's right; not a number when the LED is off.
+double led_heading_rad(const tracker::Detection& robot);
+double heading_rad(const tracker::Detection& robot, double led_offset_rad);
+
+// A list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, led_heading_rad}; what an unlit LED leaves unknown
+// is null.
+nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, double led_offset_rad);
+std::string robots_as_text(const std::vector<tracker::Detection>& robots, double led_offset_rad);
+cv::Mat with_robots_drawn(const cv::Mat& bgr, const std::vector<tracker::Detection>& robots, double led_offset_rad);
+
+}  // namespace arkmesh::testbed

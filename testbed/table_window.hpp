@@ -1,0 +1,59 @@
+// A window on a table of real Kilobots: camera pictures with what the lab knows drawn over them, live for any browser
+// on this machine and, on request, as videos beside the other results.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "hal/bus.hpp"
+#include "hal/config.hpp"
+#include "hal/mjpeg_server.hpp"
+#include "testbed/table_watch.hpp"
+
+namespace arkmesh::testbed {
+
+class TableWindow {
+ public:
+  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free
+  // one; said in the log), and `video` (false; true: one video for each camera in the run folder). Virtual things to
+  // draw come over `bus`, which outlives the window. Throws ConfigError when the port is taken.
+  TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
+              std::filesystem::path directory);
+
+  // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
+  void look(const testbed::Look& look);
+
+ private:
+  struct Video {
+    cv::VideoWriter writer;
+    bool failed = false;
+  };
+
+  void hear_shared(std::span<const std::byte> bytes);
+  bool watched(std::size_t camera) const { return server_ && server_->watchers(stream(camera)) > 0; }
+  cv::Mat draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const;
+  void show(std::size_t camera, const cv::Mat& drawn);
+  void show_outage(std::size_t camera, hal::LabTime now);
+  void store(std::size_t camera, const cv::Mat& drawn);
+  static std::string stream(std::size_t camera) { return "camera" + std::to_string(camera); }
+
+  std::string lab_;
+  hal::LabTime frame_period_;
+  std::filesystem::path directory_;
+  std::unique_ptr<hal::MjpegServer> server_;  // none: nobody may watch
+  bool keep_video_;
+  std::map<std::size_t, Video> videos_;
+  struct Last {
+    cv::Mat picture;
+    hal::LabTime at{0}, said{0};  // when it came; when it was last shown as one that is all there is
+  };
+  std::map<std::size_t, Last> last_;       // of each camera
+  std::vector<hal::Mark> marks_, ghosts_;  // the scenario's; robots of other labs, where they are in this arena
+  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
+};
+
+}  // namespace arkmesh::testbed

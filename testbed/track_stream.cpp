@@ -1,0 +1,161 @@
+#include "testbed/track_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cli/operator_stop.hpp"
+#include "cli/progress.hpp"
+#include "cli/status_line.hpp"
+#include "testbed/track_outputs.hpp"
+#include "tracker/calibration_file.hpp"
+#include "tracker/live_camera.hpp"
+#include "tracker/source.hpp"
+#include "tracker/table_tracker.hpp"
+
+namespace arkmesh::testbed {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Moment = Clock::time_point;
+
+constexpr std::chrono::milliseconds first_picture_within = 10s;
+constexpr std::chrono::milliseconds look_every = 3ms;
+constexpr double live_pictures_per_s = 15;  // of a camera's video
+
+// Says that a camera fails, and that it is back; a camera that comes and goes all the time is not a line each time.
+class OutageReport {
+ public:
+  explicit OutageReport(cli::StatusLine& status) : status_(status) {}
+  void watch(const std::string& trouble, Moment now) {
+    if (!trouble.empty()) last_trouble_ = now;
+    if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
+                        : trouble == said_ || (!said_.empty() && now - said_at_ < 10s))
+      return;
+    said_ = trouble;
+    said_at_ = now;
+    status_.done();
+    fmt::print(stderr, "arkmesh: {}\n", trouble.empty() ? "pictures come again" : trouble);
+  }
+
+ private:
+  cli::StatusLine& status_;
+  std::string said_;
+  Moment said_at_{}, last_trouble_{};
+};
+
+std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) {
+  if (options.calibration.empty()) return {};
+  return tracker::read_calibration(options.calibration, options.camera);
+}
+
+tracker::TableTracker make_tracker(const StreamOptions& options,
+                                   const std::optional<tracker::CameraData>& calibration) {
+  tracker::TableSettings settings;
+  settings.following.led_offset_rad = options.led_offset_deg * std::numbers::pi / 180;
+  if (options.diameter_px > 0) settings.detection.diameter_px = options.diameter_px;
+  if (calibration) return tracker::TableTracker({tracker::Calibration(*calibration)}, settings);
+  return tracker::TableTracker(settings);
+}
+
+void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration,
+                       const cv::Mat& picture) {
+  if (!calibration || (picture.cols == calibration->lens.width_px && picture.rows == calibration->lens.height_px))
+    return;
+  throw std::runtime_error(
+      fmt::format("{} gives pictures of {} x {} pixels, and the calibration {} is for {} x {}; calibrate the "
+                  "camera at this resolution",
+                  options.source, picture.cols, picture.rows, options.calibration, calibration->lens.width_px,
+                  calibration->lens.height_px));
+}
+
+// False when a picture could not be read.
+bool track_recording(const StreamOptions& options) {
+  const auto calibration = calibration_of(options);
+  const auto recording = tracker::open_recording(options.source);
+  tracker::TableTracker table = make_tracker(options, calibration);
+  TrackOutputs outputs(options, recording->pictures_per_s());
+  cli::Progress progress(std::filesystem::path(options.source).filename().string(), "picture");
+  const auto all = recording->pictures();
+  const Moment begun = Clock::now();
+  std::size_t damaged = 0;
+  while (!cli::operator_stops()) {
+    const auto picture = recording->next();
+    if (!picture || (options.seconds > 0 && picture->stamp.count() > options.seconds * 1e6)) break;
+    if (picture->bgr.empty()) {
+      progress.done();
+      fmt::print(stderr, "arkmesh: {} is damaged or no picture; left out\n", picture->name);
+      ++damaged;
+      continue;
+    }
+    refuse_other_size(options, calibration, picture->bgr);
+    table.look(picture->stamp, std::span(&picture->bgr, 1));
+    outputs.add(*picture, table);
+    // Somebody who watches sees it at life speed.
+    outputs.serve_until(outputs.serving() ? begun + picture->stamp : begun);
+    if (all && picture->number % 10 == 9) progress.show(picture->number + 1, *all, 1 / recording->pictures_per_s());
+  }
+  progress.done();
+  if (outputs.pictures() == 0)
+    throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
+  outputs.finish(table);
+  return damaged == 0;
+}
+
+void track_camera(const StreamOptions& options) {
+  const auto calibration = calibration_of(options);
+  const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
+  const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
+  tracker::TableTracker table = make_tracker(options, calibration);
+  TrackOutputs outputs(options, live_pictures_per_s);
+  cli::StatusLine status;
+  OutageReport outages(status);
+  const Moment begun = Clock::now();
+  while (!cli::operator_stops()) {
+    outputs.serve_until(Clock::now() + look_every);
+    const Moment now = Clock::now();
+    const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
+    if (options.seconds > 0 && since.count() > options.seconds * 1e6) break;
+    const cv::Mat bgr = camera->newest();
+    if (outputs.pictures() > 0) outages.watch(camera->trouble(), now);
+    if (bgr.empty()) {
+      if (outputs.pictures() > 0) continue;
+      if (since > first_picture_within) throw std::runtime_error(camera->trouble());
+      status.show(fmt::format("waiting for the first picture of {}", options.source));
+      continue;
+    }
+    refuse_other_size(options, calibration, bgr);
+    const tracker::Picture picture{
+        .bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
+    table.look(picture.stamp, std::span(&picture.bgr, 1));
+    outputs.add(picture, table);
+    const double since_s = static_cast<double>(since.count()) * 1e-6;
+    status.show(
+        fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
+  }
+  status.done();
+  if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());
+  outputs.finish(table);
+}
+
+}  // namespace
+
+bool track_stream(const StreamOptions& options) {
+  std::ignore = cli::operator_stops();  // from now on
+  tracker::quieten_libraries();
+  if (tracker::source_kind(options.source) == tracker::SourceKind::recording) return track_recording(options);
+  track_camera(options);
+  return true;
+}
+
+}  // namespace arkmesh::testbed

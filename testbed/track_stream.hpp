@@ -1,0 +1,22 @@
+// `arkmesh track` of a video, a clip's folder, a camera or a URL: follows the robots and writes, draws, shows or
+// publishes them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace arkmesh::testbed {
+
+struct StreamOptions {
+  std::string source, calibration, camera, csv, video, png, publish;
+  bool json = false;
+  int serve_port = -1;  // -1: nobody is shown anything; 0 takes any free port
+  double led_offset_deg = 44, diameter_px = 0;
+  double seconds = 0;  // of the source's time; 0: to its end, or until Ctrl-C
+};
+
+// False when some pictures of a recording could not be read; each was named. Throws std::runtime_error with one
+// sentence.
+bool track_stream(const StreamOptions& options);
+
+}  // namespace arkmesh::testbed

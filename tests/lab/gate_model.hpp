@@ -1,0 +1,141 @@
+// Whole labs without arenas: each lab's state is a number that depends on all it has merged, so equal final numbers
+// mean equal merge sequences. The network between them loses, repeats and reorders as a random stream says.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/random.hpp"
+#include "lab/period_gate.hpp"
+
+namespace arkmesh::tests {
+
+struct GateModelOptions {
+  int labs = 2;
+  std::uint32_t slack = 0;
+  std::uint32_t periods = 20;
+  std::uint32_t window = 0;         // 0: as the gate has it
+  std::uint64_t world_seed = 1;     // what the labs do
+  std::uint64_t schedule_seed = 1;  // what the network does
+  double loss = 0.5;
+  std::int64_t moved_site = 0;  // a lab's own choice that changes its behaviour
+  bool leftovers = true;        // messages of an earlier run are under way at the start
+};
+
+class GateModel {
+ public:
+  explicit GateModel(GateModelOptions options) : options_(options), chance_(options.schedule_seed, "schedule") {
+    std::vector<std::string> names;
+    for (int i = 0; i < options_.labs; ++i) names.push_back(fmt::format("lab{}", i));
+    for (int i = 0; i < options_.labs; ++i) {
+      labs_.push_back(std::make_unique<Lab>(lab::PeriodGate({.lab = names[static_cast<std::size_t>(i)],
+                                                             .labs = names,
+                                                             .slack = options_.slack,
+                                                             .last_period = options_.periods,
+                                                             .nonce = 100u + static_cast<unsigned>(i),
+                                                             .window = options_.window}),
+                                            hal::mix64(options_.world_seed + static_cast<unsigned>(i))));
+      publish(*labs_.back());
+    }
+    if (options_.leftovers)
+      for (auto& lab : labs_) {
+        lab::WorldMessage old = lab->gate.message();
+        old.nonce += 1000;
+        for (auto& [peer, ack] : old.acks) ack = {7, static_cast<std::int64_t>(options_.periods)};
+        old.window.back().period = options_.periods;
+        send(old);
+      }
+  }
+
+  // Runs until all labs have merged the last period, or nothing has progressed for a long time (a deadlock). True when
+  // done.
+  bool run() {
+    const int patience = 3000;
+    for (int idle = 0; idle < patience; ++idle) {
+      Lab& lab = *labs_[chance_.below(labs_.size())];
+      if (chance_.uniform() < 0.4) {
+        if (advance(lab)) idle = 0;
+      } else if (chance_.uniform() < 0.4) {
+        send(lab.gate.message());
+      } else {
+        deliver_one();
+      }
+      if (done()) return true;
+    }
+    return false;
+  }
+
+  bool done() const {
+    for (const auto& lab : labs_)
+      if (lab->merged != static_cast<std::int64_t>(options_.periods)) return false;
+    return true;
+  }
+  std::uint64_t result() const {
+    std::uint64_t all = 0;
+    for (const auto& lab : labs_) all = hal::mix64(all ^ lab->value);
+    return all;
+  }
+  const lab::PeriodGate& gate(std::size_t i) const { return labs_[i]->gate; }
+  lab::PeriodGate& gate(std::size_t i) { return labs_[i]->gate; }
+  bool restarted_heard() const { return restarted_; }
+
+ private:
+  struct Lab {
+    Lab(lab::PeriodGate g, std::uint64_t v) : gate(std::move(g)), value(v) {}
+    lab::PeriodGate gate;
+    std::uint64_t value;
+    std::int64_t merged = -1;
+  };
+
+  void publish(Lab& lab) {
+    lab::LabState own;
+    own.period = static_cast<std::uint32_t>(lab.gate.published() + 1);
+    own.hash = lab.value;
+    own.fields["number"] = {static_cast<std::int64_t>(lab.value >> 1)};
+    if (own.period == 0) own.settings["gate.slack"] = fmt::format("{}", options_.slack);
+    lab.gate.publish(std::move(own));
+    send(lab.gate.message());
+  }
+  bool advance(Lab& lab) {
+    const auto k = static_cast<std::uint32_t>(lab.gate.published());
+    if (lab.merged == static_cast<std::int64_t>(k) || !lab.gate.may_merge(k)) return false;
+    for (const auto& [name, state] : lab.gate.merge(k))
+      lab.value = hal::mix64(lab.value ^ static_cast<std::uint64_t>(state->fields.at("number").at(0)) ^ state->period);
+    if (k == 5) lab.value += static_cast<std::uint64_t>(options_.moved_site);
+    lab.merged = k;
+    if (k < options_.periods) publish(lab);
+    return true;
+  }
+  void send(const lab::WorldMessage& message) {
+    for (auto& lab : labs_) {
+      if (message.lab == lab->gate.message().lab || chance_.uniform() < options_.loss) continue;
+      under_way_.push_back({lab.get(), message});
+      if (chance_.uniform() < 0.2) under_way_.push_back({lab.get(), message});
+    }
+  }
+  void deliver_one() {
+    if (under_way_.empty()) return;
+    const std::size_t i = chance_.below(under_way_.size());  // any of them: reordered at will
+    const auto [lab, message] = under_way_[i];
+    under_way_.erase(under_way_.begin() + static_cast<std::ptrdiff_t>(i));
+    restarted_ = restarted_ || lab->gate.hear(message.lab, message) == lab::PeriodGate::Heard::restarted;
+    if (under_way_.size() > 40) under_way_.erase(under_way_.begin());
+  }
+
+  struct UnderWay {
+    Lab* lab;
+    lab::WorldMessage message;
+  };
+  GateModelOptions options_;
+  hal::RandomStream chance_;
+  std::vector<std::unique_ptr<Lab>> labs_;
+  std::vector<UnderWay> under_way_;
+  bool restarted_ = false;
+};
+
+}  // namespace arkmesh::tests

@@ -1,0 +1,120 @@
+// The chores before an experiment in a virtual room, with the truth beside: cameras, controller and robots' programs
+// are those of a real table.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "emulator/room_record.hpp"
+#include "testbed/chore_table.hpp"
+#include "tests/support/process.hpp"
+#include "tracker/identity/id_assigner.hpp"
+
+using namespace arkmesh;
+
+namespace {
+
+// A lab whose table is a room with so many robots, files and all.
+class RoomLab {
+ public:
+  explicit RoomLab(int robots, const std::string& ids = "shuffled", double side_m = 0.5) {
+    const auto room = folder_.path() / "room.toml", calibration = folder_.path() / "table.yaml";
+    const std::string arena =
+        fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n", robots, side_m, side_m);
+    std::ofstream(room)
+        << fmt::format("[room]\nids = \"{}\"\n{}[arena.ode]\ncontroller = \"{}/scenarios/dhtf/controller/dhtf.c\"\n",
+                       ids, arena, ARKMESH_SOURCE_DIR)
+        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
+    const hal::Config config = hal::Config::from_file(room, {"room.seed=1"});
+    const emulator::Room first(config.root());
+    emulator::write_calibration(first, calibration.string());
+    truth_ = first.truth();
+    std::ofstream(file())
+        << fmt::format(
+               "[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = 60.0\nseed = 1\n[shared]\nlabs = "
+               "[\"roark\"]\n{}",
+               arena)
+        << fmt::format(
+               "use = \"room\"\nroom.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
+               room.string(), calibration.string());
+  }
+  std::filesystem::path file() const { return folder_.path() / "lab.toml"; }
+  // Where robots stand when the room begins, with their ids.
+  const std::vector<emulator::Room::Truth>& truth() const { return truth_; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
+
+ private:
+  tests::TemporaryFolder folder_;
+  std::vector<emulator::Room::Truth> truth_;
+};
+
+bool is_there(const std::vector<emulator::Room::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {
+  return std::ranges::any_of(truth, [&](const auto& each) {
+    return each.id == robot && std::hypot(each.seen.pose.x_m - x_m, each.seen.pose.y_m - y_m) < 0.01;
+  });
+}
+
+}  // namespace
+
+TEST_CASE("table: identify in a room") {
+  // The program's table has every robot where the room knows it to stand.
+  const RoomLab lab(8);
+  tests::Process process(ARKMESH_PROGRAM, {"identify", lab.file().string()}, lab.folder() / "output.txt");
+  CHECK(process.wait(std::chrono::seconds(120)) == 0);
+  CAPTURE(process.output());
+  std::istringstream lines(process.output());
+  int right = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    unsigned robot = 0;
+    double x_m = 0, y_m = 0;
+    if (words >> robot >> x_m >> y_m) right += is_there(lab.truth(), static_cast<hal::RobotId>(robot), x_m, y_m);
+  }
+  CHECK(right == 8);
+}
+
+TEST_CASE("table: assign-ids in a room") {
+  // Robots without any id get those wanted, each one of its own, and spell them.
+  const RoomLab lab(8, "unassigned");
+  cli::ChoreTable table({.file = lab.file().string(), .sets = {}, .program = "assign_ids.c"});
+  CHECK(table.is_simulated());
+  std::vector<hal::RobotId> ids(8);
+  std::iota(ids.begin(), ids.end(), hal::RobotId{200});
+  table.robots().command({.kind = hal::FleetCommand::Kind::run});
+  for (int i = 0; i < 10; ++i) table.next_picture({});
+  tracker::IdAssigner assigner({.ids = ids, .session = 7});
+  while (!assigner.finished() && table.seconds() < 180) {
+    const auto seen = table.next_picture(assigner.question());
+    assigner.on_frame(table.now(), seen);
+  }
+  CHECK(assigner.finished());
+  REQUIRE(assigner.robots().size() == 8);
+  std::set<hal::RobotId> given;
+  std::set<int> told;  // by number in the simulation
+  for (const auto& [track, robot] : assigner.robots()) {
+    CHECK(robot.outcome == tracker::IdAssigner::Outcome::confirmed);
+    REQUIRE(robot.given.has_value());
+    given.insert(static_cast<hal::RobotId>(*robot.given));
+    for (const auto& each : lab.truth())
+      if (std::hypot(each.seen.pose.x_m - robot.in_arena.x_m, each.seen.pose.y_m - robot.in_arena.y_m) < 0.01)
+        told.insert(each.robot);
+  }
+  CHECK(given == std::set<hal::RobotId>(ids.begin(), ids.end()));
+  CHECK(told.size() == 8);
+}
+
+TEST_CASE("table: calibrate-motors in a room") {
+  // Through cameras and controller each robot finds duties and shows that it has stored them.
+  const RoomLab lab(2);
+  tests::Process process(ARKMESH_PROGRAM, {"calibrate-motors", lab.file().string()}, lab.folder() / "output.txt");
+  CHECK(process.wait(std::chrono::seconds(400)) == 0);
+  CAPTURE(process.output());
+  CHECK(process.output().find("2 of 2 robots calibrated and stored") != std::string::npos);
+}
