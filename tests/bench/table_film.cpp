@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/arena_config.hpp"
-#include "tests/support/robot_pictures.hpp"
+#include "tests/support/pictures/robot_pictures.hpp"
 
 namespace arkmesh::bench {
 namespace {

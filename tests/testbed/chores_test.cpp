@@ -14,7 +14,7 @@
 
 #include "emulator/room_record.hpp"
 #include "testbed/chore_table.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/processes/process.hpp"
 #include "tracker/identity/id_assigner.hpp"
 
 using namespace arkmesh;
