@@ -93,7 +93,7 @@ const std::vector<ArenaRow>& rows() {
          return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", kilobot::model,
                                LabTime{2'000'000});
        }},
-      {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, true, true,
+      {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, false, true,
        [](Arena& arena) { return emulator::room_of(arena).now(); }},
       {"kilobot", kilobot_table, false, false},
   };
