@@ -130,7 +130,8 @@ class RoomArena final : public hal::Arena {
   hal::PoseSource& poses() override { return arena_->poses(); }
   hal::RobotLink& robots() override { return arena_->robots(); }
   bool advance_to(hal::LabTime t) override { return is_there(arena_->advance_to(t)); }
-  void serve() override { arena_->serve(); }
+  // Devices are served at each moment of the room's time, and between calls of advance_to none passes.
+  void serve() override {}
   hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return arena_->waiting_for(); }
   bool end() override { return is_there(arena_->end()); }
