@@ -9,6 +9,7 @@
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios;
+using lab::LabDouble, lab::WorldDouble;
 using dhtf::dwelling, dhtf::leaving, dhtf::walking;
 using hal::Led;
 
@@ -46,7 +47,7 @@ hal::PoseFrame at_site(WorldDouble& world, std::string_view lab, std::size_t sit
 
 // What a walking robot is told at a site.
 hal::ToRobot told_at(WorldDouble& world, std::string_view lab, std::size_t site) {
-  lab::LabDouble& one = world[lab];
+  LabDouble& one = world[lab];
   hal::PoseFrame frame = at_site(world, lab, site, 1, walking);
   frame.robots[0].robot = 900;
   one.scenario->on_poses(one.lab,
@@ -62,7 +63,7 @@ hal::ToRobot told_at(WorldDouble& world, std::string_view lab, std::size_t site)
 
 std::vector<std::uint64_t> completed(WorldDouble& world) {
   std::vector<std::uint64_t> counts;
-  for (const lab::LabDouble& lab : world.labs()) counts.push_back(lab.lab.counts()["completed"]);
+  for (const LabDouble& lab : world.labs()) counts.push_back(lab.lab.counts()["completed"]);
   return counts;
 }
 
@@ -73,7 +74,7 @@ TEST_CASE("dhtf: sites lie at the same shared place in both arenas") {
   WorldDouble world({roark, shark}, "shark");
   begin(world, settings());
   for (const char* name : {"roark", "shark"}) {
-    lab::LabDouble& lab = world[name];
+    LabDouble& lab = world[name];
     const double scale = lab.lab.projection().scale;
     for (std::size_t site = 0; site < 8; ++site) {
       const hal::Pose centre = lab.lab.projection().to_arena(site_in_shared(world, site));
@@ -124,7 +125,7 @@ TEST_CASE("dhtf: rows of completed tasks") {
   world.boundary();
   world.boundary();
   const auto cell = world["shark"].lab.initial_field("shark", "site_cell")[5];
-  for (lab::LabDouble& lab : world.labs()) {
+  for (LabDouble& lab : world.labs()) {
     REQUIRE(lab.rows.size() == 1);
     CHECK(lab.rows[0].table == "completed");
     CHECK(lab.rows[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");

@@ -18,7 +18,7 @@
 
 #include "lab/scenario.hpp"
 
-namespace arkmesh::scenarios {
+namespace arkmesh::lab {
 
 struct LabRow {
   std::string table, header, values;
@@ -163,4 +163,4 @@ class WorldDouble {
   std::map<std::string, LabState, std::less<>> merged_;
 };
 
-}  // namespace arkmesh::scenarios
+}  // namespace arkmesh::lab

@@ -101,7 +101,7 @@ class RoomTable {
     }
     write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
-    return make_table_watch(config.root().section("arena"), {}, [this](const std::string& source, int, int) {
+    return testbed::make_table_watch(config.root().section("arena"), {}, [this](const std::string& source, int, int) {
       return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
     });
   }
@@ -189,7 +189,7 @@ std::string lab_text(const std::filesystem::path& calibration, const std::string
 std::string refusal(const std::string& text) {
   try {
     const auto config = hal::Config::from_text(text, "lab.toml");
-    make_table_watch(config.root().section("arena"));
+    testbed::make_table_watch(config.root().section("arena"));
   } catch (const hal::ConfigError& error) {
     return error.what();
   }
