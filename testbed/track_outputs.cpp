@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "cli/operator_stop.hpp"
+#include "hal/led_name.hpp"
 #include "hal/messages.hpp"
-#include "sim_ode/host/swarm_report.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -42,7 +42,7 @@ void print_json(const tracker::Picture& picture, const std::vector<tracker::Trac
         {"x_m", number(track.in_arena.x_m, 1e6)},
         {"y_m", number(track.in_arena.y_m, 1e6)},
         {"heading_rad", track.heading_sigma_rad < 3 ? number(track.in_arena.heading_rad, 1e5) : std::nan("")},
-        {"led", sim_ode::name_of(track.led)},
+        {"led", hal::name_of(track.led)},
         {"confidence", number(static_cast<double>(track.confidence), 1e3)},
         {"age_s", number(seconds(track.age), 1e3)},
         {"doubtful", track.doubtful}};
@@ -131,8 +131,8 @@ void TrackOutputs::write_rows(const tracker::Picture& picture, const std::vector
     const auto at = pixel_of(track, camera);
     csv_ << fmt::format("{},{:.6f},{},{:.6f},{:.6f},{:.5f},{:.4f},{},{:.3f},{:.3f},{},{:.2f},{:.2f}\n", picture.number,
                         seconds(picture.stamp), track.number, track.in_arena.x_m, track.in_arena.y_m,
-                        track.in_arena.heading_rad, track.heading_sigma_rad, sim_ode::name_of(track.led),
-                        track.confidence, seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
+                        track.in_arena.heading_rad, track.heading_sigma_rad, hal::name_of(track.led), track.confidence,
+                        seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
                         at ? at->y : std::nan(""));
   }
 }
