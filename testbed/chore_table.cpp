@@ -25,7 +25,7 @@ class ChoreNames final : public tracker::NameKeeper {
   void on_frame(hal::LabTime, std::span<const tracker::Track> seen) override {
     tracks.assign(seen.begin(), seen.end());
   }
-  std::optional<hal::kilobot::Message> question() const override { return said; }
+  std::optional<tracker::Question> question() const override { return said; }
   std::vector<tracker::Naming> take_namings() override { return std::exchange(namings, {}); }
   // Frames hold nobody: tracks are what a chore looks at.
   std::optional<hal::RobotId> robot_of(tracker::TrackNumber) const override { return std::nullopt; }
@@ -35,7 +35,7 @@ class ChoreNames final : public tracker::NameKeeper {
   const hal::Counters& counters() const override { return counters_; }
 
   std::vector<tracker::Track> tracks;
-  std::optional<hal::kilobot::Message> said;
+  std::optional<tracker::Question> said;
   std::vector<tracker::Naming> namings;
   std::vector<hal::RobotId> withheld;
 
@@ -91,7 +91,7 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
 
 ChoreTable::~ChoreTable() = default;
 
-std::span<const tracker::Track> ChoreTable::next_picture(const std::optional<hal::kilobot::Message>& question) {
+std::span<const tracker::Track> ChoreTable::next_picture(const std::optional<tracker::Question>& question) {
   const hal::LabTime end = now_ + arena_->info().frame_period;
   if (names_) {
     names_->said = question;

@@ -12,8 +12,8 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
-#include "hal/platforms/kilobot/message.hpp"
 #include "hal/random.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::testbed {
@@ -42,7 +42,7 @@ class ChoreTable {
   double seconds() const { return static_cast<double>(now_.count()) * 1e-6; }
   // Lets time pass until the next picture; `question` is on the air meanwhile. The tracks stay until the next call. The
   // numbers of tracks say nothing of ids.
-  std::span<const tracker::Track> next_picture(const std::optional<hal::kilobot::Message>& question);
+  std::span<const tracker::Track> next_picture(const std::optional<tracker::Question>& question);
   // The track has been found to be that robot: whatever doubt the tracker had is over.
   void name(tracker::TrackNumber track, hal::RobotId robot);
   // Robots that nothing may be said to by their id, until the next call.

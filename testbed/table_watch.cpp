@@ -13,6 +13,7 @@
 
 #include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_guard.hpp"
@@ -79,7 +80,12 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   }
 
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
-  std::optional<hal::kilobot::Message> question() const override { return names_->question(); }
+  std::optional<hal::kilobot::Message> question() const override {
+    const std::optional<tracker::Question> asked = names_->question();
+    if (!asked) return {};
+    return hal::kilobot::fleet_message(
+        {.kind = hal::FleetCommand::Kind::broadcast, .type = asked->type, .data = asked->data});
+  }
   std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
 

@@ -336,9 +336,7 @@ void MotorCalibrator::store(const hal::PoseFrame& frame) {
   ++store_rounds_;
   for (auto& [id, robot] : robots_) tell(id, robot, trials_[id], frame.stamp);
   for (const std::uint8_t type : {store_turns_type, store_straights_type}) {
-    hal::kilobot::Message message{.type = type};
-    message.crc = hal::kilobot::message_crc(message);
-    announcements_.add(message, store_lasts);
+    announcements_.add({.type = type}, store_lasts);
   }
   announcements_.say(frame.stamp);
 }

@@ -17,6 +17,7 @@
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/motion_log.hpp"
 #include "tracker/identity/open_ground.hpp"
+#include "tracker/question.hpp"
 
 namespace arkmesh::tracker {
 
@@ -54,7 +55,7 @@ class MotorCalibrator {
   // To single robots, since the last call; kinds 1 to 5.
   std::vector<hal::ToRobot> take_messages() { return std::exchange(messages_, {}); }
   // To all: store what was found.
-  std::optional<hal::kilobot::Message> question() const { return storing_ ? announcements_.message() : std::nullopt; }
+  std::optional<Question> question() const { return storing_ ? announcements_.message() : std::nullopt; }
   bool finished() const { return finished_; }
 
   const std::map<hal::RobotId, Robot>& robots() const { return robots_; }
