@@ -15,7 +15,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/status_line.hpp"
+#include "cli/progress_line.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/detector.hpp"
@@ -75,10 +75,11 @@ bool track_folder(const TrackOptions& options) {
         fmt::format("--png {} is not a folder: for a folder of pictures give a folder that exists", options.png));
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   nlohmann::json all = nlohmann::json::array();
-  StatusLine status;
+  ProgressLine status;
+  OperatorStop stop;
   const auto begun = std::chrono::steady_clock::now();
   std::size_t damaged = 0;
-  for (std::size_t i = 0; i < files.size() && !operator_stops(); ++i) {
+  for (std::size_t i = 0; i < files.size() && !stop.stopped(); ++i) {
     const fs::path& file = files[i];
     if (std::chrono::steady_clock::now() - begun > shown_after)
       status.show(fmt::format("picture {} of {}: {}", i + 1, files.size(), file.filename().string()));
@@ -102,9 +103,15 @@ bool track_folder(const TrackOptions& options) {
   return damaged == 0;
 }
 
+bool track(const testbed::StreamOptions& stream, const std::string& name) {
+  OperatorStop stop;
+  ProgressLine progress(name, "picture");
+  return testbed::track_stream(stream, stop, progress);
+}
+
 // False when something could not be read, which was said.
 bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
-  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return testbed::track_stream(stream);
+  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return track(stream, "");
   std::error_code failed;
   const fs::file_status status = fs::status(options.source, failed);
   if (!fs::exists(status))
@@ -113,7 +120,7 @@ bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
   const bool follow = !stream.csv.empty() || !stream.video.empty() || stream.serve_port >= 0 ||
                       !stream.publish.empty() || !stream.calibration.empty();
   if (follow || (!fs::is_directory(status) && !tracker::is_picture_name(options.source)))
-    return testbed::track_stream(stream);
+    return track(stream, fs::path(options.source).filename().string());
   if (fs::is_directory(status)) return track_folder(options);
   track_picture(options);
   return true;

@@ -4,10 +4,10 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "emulator/room.hpp"
 #include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/config.hpp"
 #include "testbed/table_watch.hpp"
 
@@ -15,14 +15,10 @@ namespace arkmesh::emulator {
 
 // Reads [arena.room]: `file` (required: a room's file, see `arkmesh room`), and [arena.kilobot] as the physical arena
 // does; of its cameras only the calibration counts, camera k is the room's camera k. The room's seed becomes `seed`.
-// Throws ConfigError. A beginning that waits for names ends when the operator stops the program.
+// Throws ConfigError.
 std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
                                             testbed::Onlooker onlooker);
-
-// The same for chores: `names` finds out who is who; `sets` are keys of the room's file, "arena.ode.controller=...".
-std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                            testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
-                                            std::vector<std::string> sets);
+hal::ArenaRow room_arena_row();
 
 // The room of an arena that make_room_arena made, for tests and measurements that need its truth or its mishaps.
 emulator::Room& room_of(hal::Arena& arena);

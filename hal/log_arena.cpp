@@ -209,6 +209,12 @@ std::string seconds(LabTime t) {
 
 }  // namespace
 
+ArenaRow log_arena_row() {
+  return {"replay", {"replay"}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+            return make_log_arena(arena, request.lab, request.run_length);
+          }};
+}
+
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, LabTime run_length) {
   const Section replay = arena.section("replay");
   const std::filesystem::path file = replay.path("log", "");

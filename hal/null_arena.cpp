@@ -73,6 +73,12 @@ class NullArena final : public Arena {
 
 }  // namespace
 
+ArenaRow null_arena_row() {
+  return {"null", {}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+            return make_null_arena(arena, request.lab);
+          }};
+}
+
 std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab) {
   return std::make_unique<NullArena>(read_arena_config(arena), lab);
 }

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cli/operator_stop.hpp"
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
 #include "tracker/annotate.hpp"
@@ -57,8 +56,8 @@ void print_json(const tracker::Picture& picture, const std::vector<tracker::Trac
 
 }  // namespace
 
-TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s)
-    : options_(options), pictures_per_s_(pictures_per_s) {
+TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s, hal::StopRequest& stop)
+    : options_(options), pictures_per_s_(pictures_per_s), stop_(stop) {
   if (!options.csv.empty()) {
     csv_.open(options.csv, std::ios::binary);
     csv_ << "frame,time_s,track,x_m,y_m,heading_rad,heading_sigma_rad,led,confidence,age_s,doubtful,x_px,y_px\n";
@@ -97,7 +96,7 @@ void TrackOutputs::serve_until(Moment then) {
   do {
     if (server_) server_->serve();
     const Moment now = std::chrono::steady_clock::now();
-    if (now >= then || cli::operator_stops()) return;
+    if (now >= then || stop_.stopped()) return;
     std::this_thread::sleep_until(std::min(then, now + serve_every));
   } while (true);
 }

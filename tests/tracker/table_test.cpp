@@ -26,6 +26,12 @@ using namespace arkmesh::tracker;
 
 namespace {
 
+// As a lab reads them, at a table whose controller is the test's.
+testbed::KilobotSettings settings(const hal::Config& config) {
+  const hal::Section arena = config.root().section("arena");
+  return testbed::read_kilobot_settings(arena, "lab", arena.section("kilobot").sections("cameras").size());
+}
+
 const std::string pictures_folder = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
 
 struct TrueRobot {
@@ -101,7 +107,7 @@ class RoomTable {
     }
     write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
-    return testbed::make_table_watch(config.root().section("arena"), {}, [this](const std::string& source, int, int) {
+    return testbed::make_table_watch(settings(config), {}, [this](const std::string& source, int, int) {
       return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
     });
   }
@@ -189,7 +195,7 @@ std::string lab_text(const std::filesystem::path& calibration, const std::string
 std::string refusal(const std::string& text) {
   try {
     const auto config = hal::Config::from_text(text, "lab.toml");
-    testbed::make_table_watch(config.root().section("arena"));
+    testbed::make_table_watch(settings(config));
   } catch (const hal::ConfigError& error) {
     return error.what();
   }
