@@ -6,6 +6,7 @@
 
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/ode_arena.hpp"
 #if ARKMESH_CAMERAS
 #include "emulator/room_arena.hpp"
@@ -48,7 +49,8 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
                                        const std::filesystem::path& directory) {
   const hal::Section arena = root.section("arena");
-  return chosen_arena(arena).make(arena, {.lab = run.lab,
+  return chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
+                                          .lab = run.lab,
                                           .seed = run.seed,
                                           .run_length = run.period * run.last_period,
                                           .bus = &bus,

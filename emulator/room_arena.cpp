@@ -126,23 +126,35 @@ class RoomArena final : public hal::Arena {
     };
     arena_ = hal::kilobot::make_kilobot_arena(
         settings.arena, testbed::make_table_watch(settings, std::move(onlooker), open, std::move(names)),
-        std::make_unique<RoomWire>(room_), time_, [stop = request.stop] { return stop->stopped(); });
+        std::make_unique<RoomWire>(room_), time_);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }
   const hal::Clock& clock() const override { return arena_->clock(); }
   hal::PoseSource& poses() override { return arena_->poses(); }
   hal::RobotLink& robots() override { return arena_->robots(); }
-  void advance_to(hal::LabTime t) override { arena_->advance_to(t); }
+  bool advance_to(hal::LabTime t) override { return is_there(arena_->advance_to(t)); }
+  void serve() override { arena_->serve(); }
+  hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
+  std::string waiting_for() const override { return arena_->waiting_for(); }
+  bool end() override { return is_there(arena_->end()); }
   const hal::Counters& counters() const override { return arena_->counters(); }
   Room& room() { return room_; }
 
  private:
+  // Nobody waits here: whoever calls again finds the room at the moment that the arena wanted.
+  bool is_there(bool there) {
+    wanted_ = !there;
+    if (wanted_) time_.wait_until(arena_->next_service());
+    return there;
+  }
+
   hal::Config config_;
   Room room_;
   RoomEyes eyes_;
   RoomTime time_;
   std::unique_ptr<hal::Arena> arena_;
+  bool wanted_ = false;  // the last call was answered with false
 };
 
 std::unique_ptr<RoomArena> make(const hal::Section& arena, const hal::ArenaRequest& request, testbed::Onlooker onlooker,

@@ -1,5 +1,6 @@
 // A virtual room as an arena: the physical arena, unchanged, at cameras and an overhead controller that are computed in
-// this process, in the room's own time. Runs as fast as it can be computed; equal seeds give equal runs.
+// this process, in the room's own time. Runs as fast as it can be computed, at most 20 ms of the room's time a call;
+// equal seeds give equal runs.
 #pragma once
 
 #include <memory>

@@ -11,12 +11,12 @@
 #include "hal/arena.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
-#include "hal/stop_request.hpp"
 
 namespace arkmesh::hal {
 
 // Who wants an arena, and what for.
 struct ArenaRequest {
+  RobotModel robot;        // what robots are in an arena that only stands for others
   std::string lab;         // its name
   std::uint64_t seed = 1;  // of the arena's random streams
   LabTime run_length{0};   // at least so much lab time will be asked for
@@ -24,7 +24,6 @@ struct ArenaRequest {
   std::filesystem::path directory;  // for videos
   bool set_up = false;              // for a set-up procedure, which finds out itself who is who
   std::string program;  // what simulated robots run then: the name of a file in kilolib/programs, or nothing
-  StopRequest* stop = &nobody_stops();  // ends a beginning that waits for robots. Outlives the arena
 };
 
 struct ArenaRow {

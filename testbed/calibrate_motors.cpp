@@ -66,6 +66,7 @@ CalibrateMotorsReport calibrate_motors(SetUpArena& arena, const CalibrateMotorsS
       if (present.empty()) break;
       calibrator.emplace(tracker::MotorSettings{.width_m = arena.info().width_m,
                                                 .height_m = arena.info().height_m,
+                                                .body_radius_m = arena.info().body_radius_m,
                                                 .first_duty = settings.first_duty,
                                                 .most_per_robot_s = settings.most_s},
                          present);

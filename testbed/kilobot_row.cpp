@@ -22,8 +22,7 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
-  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(wire), hal::machine_time(),
-                                               [stop = request.stop] { return stop->stopped(); });
+  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(wire));
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/source.hpp"
 
@@ -50,7 +51,7 @@ tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_
 
 KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::string& lab,
                                       std::optional<std::size_t> emulated_cameras) {
-  const hal::ArenaConfig config = hal::read_arena_config(arena);
+  const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const hal::Section kilobot = arena.section("kilobot");
   KilobotSettings out;
   out.window.keep_video = kilobot.flag("video", false);

@@ -19,7 +19,7 @@ constexpr int pictures_to_begin = 10;
 
 }  // namespace
 
-SetUpArena::SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::uint64_t seed)
+SetUpArena::SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::uint64_t seed, hal::StopRequest& stop)
     : arena_(std::move(arena)), tracks_(tracks_of(*arena_)), simulated_(simulated) {
   if (!tracks_) {
     numbers_.resize(info().robots.size());
@@ -27,7 +27,7 @@ SetUpArena::SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::u
     hal::RandomStream chance(seed, info().name + "/chores");
     for (std::size_t i = numbers_.size(); i > 1; --i) std::swap(numbers_[i - 1], numbers_[chance.below(i)]);
   }
-  arena_->advance_to(now_);
+  hal::advance(*arena_, now_, [&stop] { return stop.stopped(); });
 }
 
 void SetUpArena::run() {
@@ -40,7 +40,7 @@ std::span<const tracker::Track> SetUpArena::next_picture(const std::optional<tra
   if (tracks_) {
     tracks_->ask(question);
     now_ = end;
-    arena_->advance_to(now_);
+    hal::advance(*arena_, now_);
     return tracks_->tracks();
   }
   while (now_ < end) {
@@ -49,7 +49,7 @@ std::span<const tracker::Track> SetUpArena::next_picture(const std::optional<tra
       next_copy_ = now_ + copies_apart;
     }
     now_ = std::min(end, now_ + slice);
-    arena_->advance_to(now_);
+    hal::advance(*arena_, now_);
   }
   look_at_poses();
   return seen_;

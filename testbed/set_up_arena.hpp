@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/arena.hpp"
+#include "hal/stop_request.hpp"
 #include "testbed/tracks.hpp"
 #include "tracker/question.hpp"
 #include "tracker/track.hpp"
@@ -18,9 +19,9 @@ namespace arkmesh::testbed {
 class SetUpArena {
  public:
   // Waits, at a real table, until cameras and overhead controller are there; throws std::runtime_error when they do not
-  // come. The robots of a simulated arena have the procedure's program already; where it gives poses instead of tracks,
-  // `seed` shuffles whose track is whose.
-  SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::uint64_t seed);
+  // come, or when somebody stops it. The robots of a simulated arena have the procedure's program already; where it
+  // gives poses instead of tracks, `seed` shuffles whose track is whose.
+  SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::uint64_t seed, hal::StopRequest& stop);
 
   const hal::ArenaInfo& info() const { return arena_->info(); }
   bool is_simulated() const { return simulated_; }

@@ -10,7 +10,11 @@ class TracksArena final : public hal::Arena {
   const hal::Clock& clock() const override { return arena_->clock(); }
   hal::PoseSource& poses() override { return arena_->poses(); }
   hal::RobotLink& robots() override { return arena_->robots(); }
-  void advance_to(hal::LabTime t) override { arena_->advance_to(t); }
+  bool advance_to(hal::LabTime t) override { return arena_->advance_to(t); }
+  void serve() override { arena_->serve(); }
+  hal::TimePoint next_service() const override { return arena_->next_service(); }
+  std::string waiting_for() const override { return arena_->waiting_for(); }
+  bool end() override { return arena_->end(); }
   const hal::Counters& counters() const override { return arena_->counters(); }
 
   Tracks& tracks;

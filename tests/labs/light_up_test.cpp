@@ -8,11 +8,11 @@
 
 #include "app/joint_run.hpp"
 #include "tests/labs/light_up_scenario.hpp"
-#include "tests/support/lab_double.hpp"
+#include "tests/support/labs/lab_double.hpp"
 
 using namespace arkmesh;
-using lab::WorldDouble;
 using hal::Led;
+using lab::WorldDouble;
 
 TEST_CASE("light up: the projection decides who is near") {
   // Lab b is seen at scale 2: a robot 4 cm from its arena's centre is 8 cm from a robot at the shared centre and is

@@ -15,7 +15,7 @@
 #include "app/set_up.hpp"
 #include "emulator/room_record.hpp"
 #include "testbed/assign_ids.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;
 

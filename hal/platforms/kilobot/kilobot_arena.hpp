@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -15,9 +14,6 @@
 #include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
-
-// Whether the operator has had enough of waiting; asked every few milliseconds while the beginning waits. Empty: never.
-using OperatorStops = std::function<bool()>;
 
 struct ArenaSettings {
   ArenaInfo info;
@@ -35,14 +31,13 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
 // Throws PortError.
 std::unique_ptr<Wire> open_wire(const std::string& port);
 
-// advance_to(0) waits until the overhead controller listens and every robot has been seen and named, and throws
-// std::runtime_error with what is missing when that takes longer than names_within, or when the operator does not want
-// to wait any longer. Robots that may be missing are counted then as `robots.missing_at_start` and looked for on the
-// way. Afterwards it never throws: a camera or a controller that is gone costs frames or messages, which are counted,
-// until it is back. Counts `poses.lost.no_picture`, `poses.refused.unknown_robot`, `poses.refused.outside`, what
-// OverheadController counts, and what `eyes` counts. Another time than the machine's outlives the arena.
+// advance_to(0) is there when the overhead controller listens and every robot has been seen and named, and throws
+// std::runtime_error with what is missing when that takes longer than names_within. Robots that may be missing are
+// counted then as `robots.missing_at_start` and looked for on the way. Afterwards it never throws: a camera or a
+// controller that is gone costs frames or messages, which are counted, until it is back. Destroying it before end() was
+// true waits until it is. Counts `poses.lost.no_picture`, `poses.refused.unknown_robot`, `poses.refused.outside`, what
+// OverheadController counts, and what `eyes` counts. `wall`, when it is not the machine's, outlives the arena.
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall = machine_time(),
-                                          OperatorStops stops = {});
+                                          std::unique_ptr<Wire> wire, WallTime& wall = machine_time());
 
 }  // namespace arkmesh::hal::kilobot
