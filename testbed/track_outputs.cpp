@@ -107,17 +107,7 @@ void TrackOutputs::finish(const tracker::TableTracker& table) {
     if (!csv_)
       throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
   }
-  if (!options_.png.empty()) {
-    bool written = false;
-    try {
-      written = !last_picture_.empty() && cv::imwrite(options_.png, last_picture_);
-    } catch (const cv::Exception&) {
-      // Said below.
-    }
-    if (!written)
-      throw std::runtime_error(
-          fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
-  }
+  if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
   if (options_.json) return;
   fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_,
              robots_ == 1 ? "" : "s", most_);
