@@ -61,7 +61,8 @@ const RobotModel plain_robot{
 std::unique_ptr<Arena> kilobot_table() {
   auto table = std::make_shared<FakeTable>();
   table->robots = {0, 1, 2, 3, 4, 5};
-  return kilobot::make_kilobot_arena(arena_section("kilobot.settle_s = 0"), "lab", std::make_unique<FakeWatch>(table),
+  return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
+                                     std::make_unique<FakeWatch>(table),
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 

@@ -42,11 +42,16 @@ hal::Section section(const std::string& keys) {
   return hal::Config::from_text("[arena]\nrobots = 4\n" + keys, "lab.toml").root().section("arena");
 }
 
+// Of a table whose wire is the test's.
+ArenaSettings settings(const std::string& keys) {
+  return read_arena_settings(section(keys), "roark", false);
+}
+
 struct Table {
   explicit Table(const std::string& keys = "") : eyes_see(std::make_shared<FakeTable>()) {
     eyes_see->robots = read_robot_ids(section(keys));
-    arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see),
-                               std::make_unique<FakeWire>(cable), wall);
+    arena = make_kilobot_arena(settings(keys), std::make_unique<FakeWatch>(eyes_see), std::make_unique<FakeWire>(cable),
+                               wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};
@@ -353,7 +358,8 @@ TEST_CASE("kilobot arena: through a serial device") {
   eyes_see->robots = {0, 1, 2, 3};
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
-  arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see));
+  const ArenaSettings settings = read_arena_settings(section(keys), "roark");
+  arena = make_kilobot_arena(settings, std::make_unique<FakeWatch>(eyes_see), open_wire(settings.port));
   hal::advance(*arena, 0us);
   for (int n = 1; n <= 4; ++n) {
     std::vector<hal::ToRobot> messages;
@@ -375,18 +381,20 @@ TEST_CASE("kilobot arena: through a serial device") {
 }
 
 TEST_CASE("kilobot arena: configuration") {
-  // A port that is missing or not there, and ids that cannot be, are refused with file, line and key.
+  // A port that is missing and ids that cannot be are refused with file, line and key, a port that is not there by
+  // name.
   const auto complaint = [](const std::string& keys) -> std::string {
     try {
-      make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(std::make_shared<FakeTable>()));
-    } catch (const hal::ConfigError& error) {
+      const ArenaSettings settings = read_arena_settings(section(keys), "roark");
+      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTable>()),
+                         open_wire(settings.port));
+    } catch (const std::runtime_error& error) {
       return error.what();
     }
     return "";
   };
   CHECK(holds(complaint(""), "port"));
-  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""),
-              "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "there is no serial port /dev/ttyNONE7"));
   CHECK(holds(complaint("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
   const PseudoTerminal terminal;
   const std::string port = "kilobot.port = \"" + terminal.port() + "\"\n";
