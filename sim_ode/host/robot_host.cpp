@@ -18,6 +18,8 @@ namespace {
 // Battery and temperature: Kilombo's values, and how far a robot's may lie off them (our assumption).
 constexpr int nominal_voltage = 876, voltage_spread = 30, nominal_temperature = 314, temperature_spread = 4;
 
+constexpr std::uint32_t timer_count_us = 128;  // of the robot's timer
+
 }  // namespace
 
 RobotHost* RobotHost::running_ = nullptr;
@@ -148,7 +150,7 @@ void RobotHost::report(const Fault& fault) {
 void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
   tick_ = number;
   inbox_ = &inbox;
-  due_.clear();
+  offers_.clear();
   resets_.clear();
   robot_ = 0;
   phase_ = Phase::enter;
@@ -171,10 +173,11 @@ void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
   for (int robot : resets_) power_up(robot);
 }
 
-std::optional<Message> RobotHost::ask(int robot, bool channel_is_free) {
-  asked_.reset();
-  if (!powered(robot)) return asked_;
-  channel_is_free_ = channel_is_free;
+Reply RobotHost::send_turn(const Outcome& outcome) {
+  const int robot = outcome.robot;
+  reply_ = {};
+  if (!powered(robot)) return reply_;
+  outcome_ = outcome;
   robot_ = robot;
   running_ = this;
   memory_.copy_in(robot);
@@ -186,25 +189,21 @@ std::optional<Message> RobotHost::ask(int robot, bool channel_is_free) {
         FaultGuard::enter_program();
         const void* const message = (*host.abi_.tx)();
         if (message) {
-          std::memcpy(&host.asked_.emplace(), message, sizeof(Message));
-          if (host.channel_is_free_ && *host.abi_.tx_success) (*host.abi_.tx_success)();
+          std::memcpy(&host.reply_.message.emplace(), message, sizeof(Message));
+          if (host.outcome_.free && *host.abi_.tx_success) (*host.abi_.tx_success)();
         }
         FaultGuard::leave_program();
         host.in_callback_ = false;
       },
       this);
   if (fault.kind != Fault::Kind::none) report(fault);
+  if (reply_.message && outcome.free) cells_[index(robot)].send_clock = 0;
+  if (reply_.message && !outcome.free) {
+    *abi_.ticks = *abi_.ticks + 1;
+    reply_.back_off_us = static_cast<std::uint32_t>(abi_.rand() & 0xFF) * timer_count_us;
+  }
   memory_.copy_out(robot);
-  if (asked_ && channel_is_free) cells_[index(robot)].send_clock = 0;
-  return asked_;
-}
-
-std::uint32_t RobotHost::back_off(int robot) {
-  memory_.copy_in(robot);
-  *abi_.ticks = *abi_.ticks + 1;
-  const auto counts = static_cast<std::uint32_t>(abi_.rand() & 0xFF);
-  memory_.copy_out(robot);
-  return counts * 128;
+  return reply_;
 }
 
 std::uint32_t RobotHost::ticks(int robot) const {

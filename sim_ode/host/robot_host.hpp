@@ -19,6 +19,7 @@
 #include "sim_ode/host/reception.hpp"
 #include "sim_ode/host/robot_memory.hpp"
 #include "sim_ode/host/robot_program.hpp"
+#include "sim_ode/host/send_timer.hpp"
 #include "sim_ode/host/worker_stacks.hpp"
 #include "sim_ode/motors.hpp"
 
@@ -62,18 +63,14 @@ class RobotHost {
   // All robots' turns for tick `number` (1, 2, ...). Throws ProgramFault, which ends the host's use.
   void tick(std::int64_t number, const Inbox& inbox);
 
-  // Robots whose timer asks for a message in the present tick. Ascending.
-  const std::vector<int>& due() const { return due_; }
-  // When in the present tick the robot's timer comes, microseconds after the tick's start.
-  std::int64_t timer_us(int robot) const { return clocks_[index(robot)].at_us; }
-  // What such a robot sends; nothing when it has nothing. Calls kilo_message_tx and, when the channel is free, for
-  // which the message then goes out undisturbed, kilo_message_tx_success; the robot's send timer starts anew. Throws
-  // ProgramFault.
-  std::optional<Message> ask(int robot, bool channel_is_free);
-  // Says that ask() comes soon.
+  // Robots whose timer comes in the present tick with something to send, perhaps. Ascending.
+  std::span<const Offer> offers() const { return offers_; }
+  // The robot's turn when its moment has come. Calls kilo_message_tx and, when the channel is free, so that the message
+  // goes out undisturbed, kilo_message_tx_success; the robot's send timer starts anew. Otherwise counts the additional
+  // timer interrupt that comes when the robot has backed off. Throws ProgramFault.
+  Reply send_turn(const Outcome& outcome);
+  // Says that send_turn() comes soon.
   void fetch_memory(int robot) const { memory_.fetch(robot); }
-  // The channel was busy. Counts the additional timer interrupt and returns after how many microseconds it comes.
-  std::uint32_t back_off(int robot);
 
   // Off: dark, deaf and still. On again: as after power-up; only between ticks. Throws ProgramFault.
   void set_power(int robot, bool on);
@@ -161,7 +158,8 @@ class RobotHost {
   std::vector<hal::RandomStream> hard_random_;
   std::vector<Clock> clocks_;
   bool clocks_differ_;
-  std::vector<int> due_, resets_;
+  std::vector<Offer> offers_;
+  std::vector<int> resets_;
 
   // the walk's place; outside any stack, because the walk moves from stack to stack
   WorkerStacks stacks_;
@@ -181,8 +179,8 @@ class RobotHost {
   bool ran_ = false, delayed_ = false, in_callback_ = false, booting_ = false;
   int callback_busy_ = 0;  // times that the present callback has computed for a tick
   std::uint64_t waiting_ = 0;
-  std::optional<Message> asked_;
-  bool channel_is_free_ = false;
+  Outcome outcome_{};  // of the present send turn
+  Reply reply_;
 };
 
 }  // namespace arkmesh::sim_ode

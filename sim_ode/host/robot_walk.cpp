@@ -91,7 +91,7 @@ void RobotHost::walk() {
         cell.send_clock = static_cast<std::uint16_t>(cell.send_clock + clock_per_tick * beats_);
         const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
         if (beats_ > 0 && cell.send_clock > *abi_.tx_period && cell.state == State::running && talks)
-          due_.push_back(robot_);
+          offers_.push_back({robot_, clocks_[i].at_us});
         memory_.copy_out(robot_);
         ++robot_;
         phase_ = Phase::enter;

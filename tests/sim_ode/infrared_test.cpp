@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/infrared_exchange.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {
@@ -27,7 +27,7 @@ struct Standing {
   void step() {
     host.tick(++tick, inbox);
     inbox.overhead.clear();
-    medium.run_tick(tick, world, host, inbox.infrared);
+    exchange_infrared(tick, world, host, medium, inbox.infrared);
     for (const Reception& reception : inbox.infrared)
       ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
   }
