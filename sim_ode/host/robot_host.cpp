@@ -190,6 +190,7 @@ Reply RobotHost::send_turn(const Outcome& outcome) {
         const void* const message = (*host.abi_.tx)();
         if (message) {
           std::memcpy(&host.reply_.message.emplace(), message, sizeof(Message));
+          if (!host.outcome_.free) host.reply_.back_off_us = host.abi_.back_off() * timer_count_us;
           if (host.outcome_.free && *host.abi_.tx_success) (*host.abi_.tx_success)();
         }
         FaultGuard::leave_program();
@@ -198,10 +199,6 @@ Reply RobotHost::send_turn(const Outcome& outcome) {
       this);
   if (fault.kind != Fault::Kind::none) report(fault);
   if (reply_.message && outcome.free) cells_[index(robot)].send_clock = 0;
-  if (reply_.message && !outcome.free) {
-    *abi_.ticks = *abi_.ticks + 1;
-    reply_.back_off_us = static_cast<std::uint32_t>(abi_.rand() & 0xFF) * timer_count_us;
-  }
   memory_.copy_out(robot);
   return reply_;
 }

@@ -284,6 +284,12 @@ uint8_t estimate_distance(const distance_measurement_t* dist) {
   return (uint8_t)(33 + (far_mm * (900.0 - high) + near_mm * (high - 700.0)) / 200.0);
 }
 
+/* The channel was busy: another timer interrupt comes after so many of the timer's counts, and counts as a tick. */
+static uint8_t back_off(void) {
+  arkmesh_ticks++;
+  return rand() & 0xFF;
+}
+
 /* ---- start and end ---- */
 
 void kilo_init() {}
@@ -439,6 +445,6 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .straight_right = &kilo_straight_right,
     .irhigh = kilo_irhigh,
     .irlow = kilo_irlow,
-    .rand = rand,
+    .back_off = back_off,
     .crc = (uint16_t(*)(const void*))message_crc,
 };

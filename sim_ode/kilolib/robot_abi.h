@@ -43,7 +43,7 @@ struct arkmesh_program {
   volatile uint16_t* tx_period;
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
   uint16_t *irhigh, *irlow;
-  int (*rand)(void);
+  uint8_t (*back_off)(void);  // of a robot that found the channel busy; in counts of its timer, 128 microseconds each
   uint16_t (*crc)(const void* message);
 };
 
