@@ -80,7 +80,7 @@ void RobotHost::power_up(int robot) {
   cells_[index(robot)] = {};
   motors_.connect(robot, false, 0);
   motors_.set(robot, 0, 0, 0);
-  leds_.set(robot, 0, 0);
+  leds_.put_out(robot);
   robot_ = robot;
   cursor_us_ = 0;
   booting_ = true;
@@ -109,7 +109,7 @@ void RobotHost::set_power(int robot, bool on) {
   cells_[index(robot)] = {.state = State::off, .shown = State::off};
   motors_.connect(robot, false, 0);
   motors_.set(robot, 0, 0, 0);
-  leds_.set(robot, 0, 0);
+  leds_.put_out(robot);
 }
 
 // Whatever its program was doing.
@@ -176,7 +176,7 @@ void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
 Reply RobotHost::send_turn(const Outcome& outcome) {
   const int robot = outcome.robot;
   reply_ = {};
-  if (!powered(robot)) return reply_;
+  if (!cells_[index(robot)].runs()) return reply_;  // no longer, since it backed off
   outcome_ = outcome;
   robot_ = robot;
   running_ = this;

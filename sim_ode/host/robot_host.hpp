@@ -101,6 +101,8 @@ class RobotHost {
     std::int64_t slept_at = 0;                   // tick in which deep sleep began
     State state = State::idle, shown = State::idle;
     bool has_setup = false, reset = false;
+    // Its program has turns; not any more once it has heard RESET.
+    bool runs() const { return state == State::running && !reset; }
     std::uint16_t busy_ticks = 0;   // in a row that its program only computed
     std::uint16_t send_clock = 0;   // timer counts since the last message, as on the robot: wraps
     std::uint8_t heard_asleep = 0;  // fleet command waiting for the next wake-up

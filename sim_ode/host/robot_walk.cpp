@@ -52,7 +52,7 @@ void RobotHost::walk() {
         if (deliver_next()) {
           // a robot runs loop thousands of times in a tick, so it sees each message by itself
           const Cell& cell = cells_[index(robot_)];
-          if (cell.state == State::running && cell.has_setup && !cell.context) run_program();
+          if (cell.runs() && cell.has_setup && !cell.context) run_program();
           break;
         }
         phase_ = Phase::tick;
@@ -90,7 +90,7 @@ void RobotHost::walk() {
         if (cell.shown != cell.state && !cell.context) show_state();
         cell.send_clock = static_cast<std::uint16_t>(cell.send_clock + clock_per_tick * beats_);
         const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
-        if (beats_ > 0 && cell.send_clock > *abi_.tx_period && cell.state == State::running && talks)
+        if (beats_ > 0 && cell.send_clock > *abi_.tx_period && cell.runs() && talks)
           offers_.push_back({robot_, clocks_[i].at_us});
         memory_.copy_out(robot_);
         ++robot_;
