@@ -139,6 +139,8 @@ void RobotHost::report(const Fault& fault) {
         what = "crashed: stack overflow";
       else if (fault.signal == SIGSEGV || fault.signal == SIGBUS)
         what = "crashed: bad pointer";
+      else if (fault.signal == SIGABRT)
+        what = "crashed: the C library ended it";  // and said why on the standard error stream
       else
         what = fmt::format("crashed: signal {}", fault.signal);
   }

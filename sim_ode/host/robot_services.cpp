@@ -16,7 +16,8 @@ arkmesh_host RobotServices::all(bool prints) {
           .text = prints ? text : nullptr,
           .started = started,
           .ended = ended,
-          .busy_at = busy_at};
+          .busy_at = busy_at,
+          .jumps = jumps};
 }
 
 RobotHost& RobotServices::host() {
@@ -56,6 +57,9 @@ void RobotServices::ended(const char* why, const void* from) {
 }
 void RobotServices::busy_at(const void* from, int wakeable) {
   host().busy_at(from, wakeable != 0);
+}
+void RobotServices::jumps(const void* from) {
+  if (host().in_callback_) FaultGuard::leave(Fault::Kind::gave_up, "called longjmp() in a callback", from);
 }
 void RobotServices::text(const char* text, std::uint32_t size) {
   host().program_->text()->say(host().robot_, host().tick_ * tick_us + (host().booting_ ? 0 : host().cursor_us_), text,

@@ -28,6 +28,7 @@ struct RobotServices {
   static void started();
   static void ended(const char* why, const void* from);
   static void busy_at(const void* from, int wakeable);
+  static void jumps(const void* from);
 };
 
 }  // namespace arkmesh::sim_ode

@@ -1,6 +1,7 @@
 /* The robot's side of the library: linked into each program. All of a robot's state here lies in section .robot_host,
    which is exchanged together with the program's own data when the turn passes from robot to robot. Own rand, printf,
    exit and strtok, because those of the host's C library would be shared by all robots. */
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -80,8 +81,8 @@ static void no_busy(const void* from, int wakeable) {
   (void)from, (void)wakeable;
 }
 __attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {
-    no_wait,    no_tick,   no_motors, no_colour, no_reading, no_reading,
-    no_reading, no_chance, 0,         no_start,  no_end,     no_busy};
+    no_wait,   no_tick, no_motors, no_colour, no_reading, no_reading, no_reading,
+    no_chance, 0,       no_start,  no_end,    no_busy,    no_tick};
 
 /* ---- time ---- */
 
@@ -299,19 +300,27 @@ void kilo_start(void (*setup)(void), void (*loop)(void)) {
   host.started();
 }
 
-STAND_IN __attribute__((noreturn)) void exit(int status) {
-  (void)status;
-  host.ended("called exit()", CALLER);
-  __builtin_unreachable();
-}
-STAND_IN __attribute__((noreturn)) void _exit(int status) {
-  (void)status;
-  host.ended("called _exit()", CALLER);
-  __builtin_unreachable();
-}
-STAND_IN __attribute__((noreturn)) void abort(void) {
-  host.ended("called abort()", CALLER);
-  __builtin_unreachable();
+/* What would end the simulator's process, or take its signals from it. Each is called by the program itself, for its
+   line: equal ones are not made one that calls another. */
+#define ENDS(name, function)                            \
+  STAND_IN __attribute__((noreturn, no_icf)) function { \
+    host.ended("called " name "()", CALLER);            \
+    __builtin_unreachable();                            \
+  }
+ENDS("exit", void exit(int status))
+ENDS("_exit", void _exit(int status))
+ENDS("_Exit", void _Exit(int status))
+ENDS("quick_exit", void quick_exit(int status))
+ENDS("abort", void abort(void))
+ENDS("raise", int raise(int number))
+ENDS("kill", int kill(int process, int number))
+ENDS("signal", void* signal(int number, void* handler))
+ENDS("signal", void* __sysv_signal(int number, void* handler)) /* as the PC's headers have it */
+ENDS("sigaction", int sigaction(int number, const void* action, void* before))
+/* Out of an interrupt nobody jumps: it may have come while loop waits on another stack. */
+STAND_IN __attribute__((noreturn)) void longjmp(struct __jmp_buf_tag* place, int value) {
+  host.jumps(CALLER);
+  siglongjmp(place, value);
 }
 STAND_IN __attribute__((noreturn)) void __assert_fail(const char* what, const char* file, unsigned line,
                                                       const char* function) {

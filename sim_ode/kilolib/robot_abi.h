@@ -21,6 +21,7 @@ struct arkmesh_host {
   void (*busy_at)(
       const void* from,
       int wakeable);  // it has computed for about a tick; it has callbacks that may change what it waits for
+  void (*jumps)(const void* from);  // longjmp is called; does not return from inside a callback
 };
 
 // What the simulator uses of a program.
