@@ -149,7 +149,7 @@ class OdeArena final : public Table {
     return info;
   }
 
-  RobotHost::Sensors sensors() {
+  RobotSensors sensors() {
     return {.light =
                 [this](int robot) {
                   const auto i = static_cast<std::size_t>(robot);
