@@ -20,6 +20,7 @@
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/robot_host.hpp"
+#include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/motors.hpp"
@@ -154,7 +155,7 @@ class OdeArena final : public Table {
     return info;
   }
 
-  RobotHost::Sensors sensors() {
+  RobotSensors sensors() {
     return {.light =
                 [this](int robot) {
                   const auto i = static_cast<std::size_t>(robot);
@@ -172,7 +173,7 @@ class OdeArena final : public Table {
       if (overhead_) hear_overhead();
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
-      infrared_.run_tick(ticks_, world_, host_, inbox_.infrared);
+      exchange_infrared(ticks_, world_, host_, infrared_, inbox_.infrared);
     } catch (const ProgramFault& fault) {
       lost_ = fault.what();
       throw;
