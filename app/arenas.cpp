@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "cli/operator_stop.hpp"
-#include "emulator/room_arena.hpp"
 #include "hal/arena_config.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
-#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "sim_ode/ode_arena.hpp"
+#if ARKMESH_CAMERAS
+#include "cli/operator_stop.hpp"
+#include "emulator/room_arena.hpp"
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/table_window.hpp"
+#endif
 
 namespace arkmesh::app {
 namespace {
@@ -27,9 +29,13 @@ struct Around {
 struct Entry {
   std::string name;
   std::vector<std::string> tables;  // [arena.NAME]s that it reads
+  // Empty for an arena with cameras in a program without: its name is known all the same.
   std::function<std::unique_ptr<hal::Arena>(const hal::Section& arena, const Around& around)> make;
 };
 
+using Make = decltype(Entry::make);
+
+#if ARKMESH_CAMERAS
 // Shows people what the cameras of a table see.
 testbed::Onlooker window(const hal::Section& arena, const Around& around) {
   const auto window =
@@ -38,18 +44,22 @@ testbed::Onlooker window(const hal::Section& arena, const Around& around) {
   return [window](const testbed::Look& look) { window->look(look); };
 }
 
+const Make make_kilobot = [](auto& arena, auto& a) {
+  return hal::kilobot::make_kilobot_arena(arena, a.run.lab, testbed::make_table_watch(arena, window(arena, a)),
+                                          cli::operator_stops);
+};
+const Make make_room = [](auto& arena, auto& a) {
+  return emulator::make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a));
+};
+#else
+const Make make_kilobot, make_room;
+#endif
+
 const std::vector<Entry>& arenas() {
   static const std::vector<Entry> table = {
       {"ode", {"ode"}, [](auto& arena, auto& a) { return sim_ode::make_ode_arena(arena, a.run.lab, a.run.seed); }},
-      {"kilobot",
-       {"kilobot"},
-       [](auto& arena, auto& a) {
-         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, testbed::make_table_watch(arena, window(arena, a)),
-                                                 cli::operator_stops);
-       }},
-      {"room",
-       {"room", "kilobot"},
-       [](auto& arena, auto& a) { return emulator::make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
+      {"kilobot", {"kilobot"}, make_kilobot},
+      {"room", {"room", "kilobot"}, make_room},
       {"replay",
        {"replay"},
        [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},
@@ -69,6 +79,7 @@ std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunC
   const auto chosen =
       std::find_if(arenas().begin(), arenas().end(), [&](const Entry& entry) { return entry.name == use; });
   if (chosen == arenas().end()) arena.refuse("use", "names no arena");
+  if (!chosen->make) arena.refuse("use", "needs cameras, and this program was built without OpenCV");
   // The keys of arenas that are not in use stay in the file, so that one key swaps them.
   for (const std::string& name : names)
     if (std::find(chosen->tables.begin(), chosen->tables.end(), name) == chosen->tables.end()) arena.leave_alone(name);

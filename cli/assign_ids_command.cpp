@@ -10,6 +10,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/status_line.hpp"
 #include "testbed/chore_table.hpp"
 #include "tracker/identity/id_assigner.hpp"
@@ -75,7 +76,7 @@ int assign(const AssignOptions& options) {
 
 void add_assign_ids_command(CLI::App& app) {
   const auto options = std::make_shared<AssignOptions>();
-  CLI::App* command = app.add_subcommand("assign-ids", "Give each robot on a lab's table an id of its own");
+  CLI::App* command = add_command(app, "assign-ids");
   command->add_option("file", options->table.file, "The lab's configuration file")
       ->required()
       ->check(CLI::ExistingFile);

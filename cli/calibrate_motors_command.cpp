@@ -13,6 +13,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/status_line.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "testbed/chore_table.hpp"
@@ -133,8 +134,7 @@ int calibrate(const CalibrateOptions& options) {
 
 void add_calibrate_motors_command(CLI::App& app) {
   const auto options = std::make_shared<CalibrateOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-motors", "Find and store the duties at which each robot turns and goes straight as it should");
+  CLI::App* command = add_command(app, "calibrate-motors");
   command->add_option("file", options->table.file, "The lab's configuration file")
       ->required()
       ->check(CLI::ExistingFile);

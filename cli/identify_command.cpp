@@ -11,6 +11,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/status_line.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "testbed/chore_table.hpp"
@@ -133,7 +134,7 @@ int identify(const IdentifyOptions& options) {
 
 void add_identify_command(CLI::App& app) {
   const auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* command = app.add_subcommand("identify", "Find out which robot on a lab's table is which");
+  CLI::App* command = add_command(app, "identify");
   command->add_option("file", options->table.file, "The lab's configuration file")
       ->required()
       ->check(CLI::ExistingFile);

@@ -15,6 +15,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/status_line.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
@@ -122,8 +123,7 @@ bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
 }  // namespace
 
 void add_track_command(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
+  auto* command = add_command(app, "track");
   const auto options = std::make_shared<TrackOptions>();
   const auto stream = std::make_shared<testbed::StreamOptions>();
   command
