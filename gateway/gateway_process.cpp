@@ -9,6 +9,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <map>
 #include <memory>
 #include <string>
@@ -30,8 +31,8 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 100ms;
-// How long others on our LCM port have to answer before we begin, and how long after that one who was here before ends
-// us.
+// How long others on our LCM port have to answer before we connect to peers or say anything on the bus, and how long
+// after that one who was here before ends us.
 constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int most_per_turn = 100;
@@ -63,11 +64,23 @@ class GatewayProcess {
     });
     serve_bus();
     watch_.ask();
-    timer_.expires_after(answer_time);
-    timer_.async_wait([this](auto error) {
-      if (error) return;
-      refuse_if_not_alone();
+    // Who is first does not wait for an answer that never comes: peers may connect at once. A port that is taken may be
+    // that of somebody who has yet to answer.
+    std::exception_ptr failure;
+    try {
       begin();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    timer_.expires_after(answer_time);
+    timer_.async_wait([this, failure](auto error) {
+      if (error) return;
+      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
+      refuse_if_not_alone();
+      if (failure) std::rethrow_exception(failure);
+      begun_ = Clock::now();
+      for (const PeerConfig& peer : config_.gateway.peers)
+        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
       tick();
     });
     io_.run();
@@ -92,19 +105,17 @@ class GatewayProcess {
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
+    settings.first_attempt = answer_time;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers) links.push_back(node_->link(peer.lab, peer.connect));
     gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, std::move(links));
-    begun_ = Clock::now();
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
     if (!config_.gateway.listen.empty()) say(fmt::format("listening on {}", to_text(node_->listening())));
-    for (const PeerConfig& peer : config_.gateway.peers)
-      if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
     for (const auto& link : gateway_->links()) said_[link->peer()] = {link->stats().why, {}};
   }
 
@@ -167,7 +178,7 @@ class GatewayProcess {
   asio::signal_set signals_;
   std::unique_ptr<TcpNode> node_;
   std::unique_ptr<Gateway> gateway_;  // holds the node's links
-  Clock::time_point begun_;
+  Clock::time_point begun_;           // to connect to peers
   std::map<std::string, Said> said_;  // by peer, "" for strangers, "bus" for the LCM port
   std::string notice_;
 };
