@@ -63,21 +63,29 @@ void JointRun::start_gateway(const std::string& lab) {
 }
 
 bool JointRun::step() {
-  const std::chrono::microseconds now = step_time * steps_++;
-  bool advanced = false, going = false;
-  for (const auto& m : labs_) {
-    const auto step = m->session->run().step(now);
-    advanced = advanced || step == lab::LabRun::Step::advanced;
-    going = going || step != lab::LabRun::Step::ended;
-    m->public_bus->drain();
-    if (m->gateway) m->gateway->tick(now);
+  const std::chrono::microseconds now = step_time * steps_;
+  if (turn_ == 0) advanced_ = going_ = false;
+  for (; turn_ < labs_.size(); ++turn_) {
+    Member& m = *labs_[turn_];
+    const auto step = m.session->run().step(now);
+    // the others stand still meanwhile, so that the course does not depend on how long it takes
+    if (m.session->run().awaits_arena()) {
+      hal::wait_for_service(m.session->arena());
+      return true;
+    }
+    advanced_ = advanced_ || step == lab::LabRun::Step::advanced;
+    going_ = going_ || step != lab::LabRun::Step::ended;
+    m.public_bus->drain();
+    if (m.gateway) m.gateway->tick(now);
   }
+  turn_ = 0;
+  ++steps_;
   network_.step();
   // While a link is down waiting is right, however long.
-  idle_steps_ = advanced || !links_up() ? 0 : idle_steps_ + 1;
+  idle_steps_ = advanced_ || !links_up() ? 0 : idle_steps_ + 1;
   if (idle_steps_ > deadlock_steps)
     for (const auto& m : labs_) m->session->run().stop("the labs wait for each other and no link is down");
-  return going;
+  return going_;
 }
 
 bool JointRun::links_up() const {

@@ -24,7 +24,8 @@ class JointRun {
   JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory);
   ~JointRun();
 
-  // One step of every lab and of the network between them. False once all labs have ended.
+  // One step of every lab and of the network between them, or a part of it: a lab whose arena is not there yet goes on
+  // with the next call. False once all labs have ended.
   // Labs that wait for each other with no link down, and would for ever, are ended with that reason.
   bool step();
 
@@ -54,6 +55,8 @@ class JointRun {
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;
+  std::size_t turn_ = 0;                   // the lab with which the current step goes on
+  bool advanced_ = false, going_ = false;  // any lab so far in the current step
 };
 
 }  // namespace arkmesh::app

@@ -26,6 +26,7 @@ class LabSession {
 
   lab::LabRun& run() { return *run_; }
   const lab::LabRun& run() const { return *run_; }
+  hal::Arena& arena() { return *arena_; }
   const lab::RunConfig& config() const { return run_config_; }
   const gateway::GatewayConfig& gateway() const { return gateway_config_; }
   const std::string& bus_url() const { return bus_url_; }

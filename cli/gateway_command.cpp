@@ -29,9 +29,7 @@ void add_gateway_command(CLI::App& app) {
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml\n"
       "Ends with SIGINT or SIGTERM.");
-  command->callback([options] {
-    gateway::run_gateway(gateway::read_process_config(hal::Config::from_file(options->file, options->sets)));
-  });
+  command->callback([options] { gateway::run_gateway(hal::Config::from_file(options->file, options->sets)); });
 }
 
 }  // namespace arkmesh::cli

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -53,7 +54,17 @@ class TrafficWatch {
   std::unique_ptr<hal::Bus::Subscription> arrived_, links_;
 };
 
+// Serves the bus for at most so long, and not beyond the moment that the arena wants to be served.
+void serve(hal::Bus& bus, const hal::Arena& arena, std::chrono::milliseconds at_most) {
+  using namespace std::chrono_literals;
+  const hal::TimePoint now = hal::machine_time().now();
+  const hal::TimePoint until = std::clamp(arena.next_service(), now, now + at_most);
+  bus.drain(std::chrono::floor<std::chrono::milliseconds>(until - now));
+  if (until - now < 1ms) hal::machine_time().wait_until(until);
+}
+
 int run(const LabOptions& options) {
+  using namespace std::chrono_literals;
   using WallClock = std::chrono::steady_clock;
   std::ignore = operator_stops();  // from now on
   const std::filesystem::path directory =
@@ -85,7 +96,7 @@ int run(const LabOptions& options) {
     const auto between = WallClock::now();
     if (between > before && moves)
       (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(between - before).count();
-    public_bus.drain(std::chrono::milliseconds(waits ? 20 : 0));
+    serve(public_bus, session.arena(), waits ? 20ms : 0ms);
     before = WallClock::now();
     if (moves) (waits ? wall.waiting_s : wall.computing_s) += std::chrono::duration<double>(before - between).count();
     // From the first period until the last is complete; the lingering for slow peers afterwards is no part of the run.
@@ -96,6 +107,7 @@ int run(const LabOptions& options) {
   public_bus.drain();
 
   lab::write_json(directory / "result.json", lab::lab_result(lab, wall, traffic.traffic()));
+  while (!session.arena().end()) serve(public_bus, session.arena(), 20ms);
   if (!lab.finished()) {
     fmt::print(stderr, "arkmesh: lab {} ended early: {}\n", session.config().lab, lab.reason());
     return 1;

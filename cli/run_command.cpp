@@ -74,12 +74,13 @@ int run_seed(const RunOptions& options, std::int64_t seed, const std::filesystem
   for (std::size_t i = 0; i < run.size(); ++i) names.push_back(run.lab(i).config().lab);
   Progress progress(fmt::format("{}", fmt::join(names, "+")));
   const double period_s = static_cast<double>(run.lab(0).config().period.count()) * 1e-6;
+  const lab::LabRun& first = run.lab(0).run();
   const auto begun = std::chrono::steady_clock::now();
   while (run.step()) {
     if (operator_stops())
       for (std::size_t i = 0; i < run.size(); ++i) run.lab(i).run().stop("stopped by the operator");
     if (show && run.steps() % 64 == 0)
-      progress.show(run.lab(0).run().period(), run.lab(0).run().last_period(), period_s);
+      progress.show(first.period(), first.last_period(), period_s, first.awaits_arena() ? first.state_text() : "");
   }
   progress.done();
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -18,10 +19,12 @@
 #include <vector>
 
 #include "gateway/address.hpp"
+#include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/port_watch.hpp"
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
+#include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -37,6 +40,35 @@ constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int most_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
+
+// What the process needs of a lab's file; the other tables are the lab's.
+struct ProcessConfig {
+  std::string lab, bus_url;
+  GatewayConfig gateway;
+};
+
+// Refuses keys of [gateway] that it does not know, and labs of the shared world that have no peer.
+ProcessConfig read_process_config(const hal::Config& config) {
+  const hal::Section root = config.root();
+  ProcessConfig out;
+  out.lab = root.section("lab").required_text("name");
+  if (!hal::is_lab_name(out.lab))
+    root.section("lab").refuse("name", fmt::format("must have 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
+  const std::vector<std::string> labs = root.section("shared").texts("labs", {out.lab});
+  if (std::ranges::find(labs, out.lab) == labs.end())
+    root.section("shared").refuse("labs",
+                                  fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
+  out.bus_url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  if (!out.bus_url.starts_with("udpm://"))
+    root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
+  out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
+  config.refuse_unknown("gateway");
+  for (const std::string& lab : labs)
+    if (lab != out.lab && std::ranges::find(out.gateway.peers, lab, &PeerConfig::lab) == out.gateway.peers.end())
+      root.section("gateway").refuse("peers",
+                                     fmt::format("has no entry for lab {}, which shared.labs names; add one", lab));
+  return out;
+}
 
 // Grows with each start, also after a crash: peers take the newer of two gateways for the living one.
 std::uint64_t new_boot_id() {
@@ -185,8 +217,8 @@ class GatewayProcess {
 
 }  // namespace
 
-void run_gateway(ProcessConfig config) {
-  GatewayProcess(std::move(config)).run();
+void run_gateway(const hal::Config& config) {
+  GatewayProcess(read_process_config(config)).run();
 }
 
 }  // namespace arkmesh::gateway

@@ -121,16 +121,22 @@ LabRun::~LabRun() = default;
 LabRun::Step LabRun::step(Now now) {
   if (phase_ == Phase::ended) return Step::ended;
   now_ = now;
+  arena_.serve();
   bus_.drain();
   if (now_ >= status_due_) publish_status();
+  awaits_arena_ = false;
   switch (phase_) {
     case Phase::starting:
       begin();
+      phase_ = Phase::opening;
+      [[fallthrough]];
+    case Phase::opening:
+      if (!advance(hal::LabTime{0})) return wait_for_arena();
+      close_period();
       return Step::advanced;
     case Phase::running:
       if (!follow_rooms()) return wait(gate_.room_period(lab_.period_ + 1));
-      next_event();
-      return Step::advanced;
+      return next_event() ? Step::advanced : wait_for_arena();
     case Phase::at_boundary:
       if (!gate_.may_merge(boundary_)) return wait(boundary_ > config_.slack ? boundary_ - config_.slack : 0);
       merge_period();
@@ -156,23 +162,23 @@ void LabRun::begin() {
   lab_.publish(arena_field, {to_micro(arena.width_m), to_micro(arena.height_m),
                              static_cast<std::int64_t>(arena.robots.size()), arena.max_robot});
   scenario_.begin(lab_);
-  advance(hal::LabTime{0});
-  close_period();
 }
 
-// The next frame or boundary, whichever is first; the calls of advance_to depend on our own configuration only.
-void LabRun::next_event() {
+// The next frame or boundary, whichever is first; the calls of advance_to depend on our own configuration only. False:
+// the arena is not there yet.
+bool LabRun::next_event() {
   const hal::LabTime boundary = config_.period * (lab_.period_ + 1);
   const hal::LabTime frame = arena_.info().frame_period * next_frame_;
-  advance(std::min(frame, boundary));
+  if (!advance(std::min(frame, boundary))) return false;
   if (frame >= boundary) {
     if (moved_at_ < Now{0}) moved_at_ = now_;
     close_period();
   }
+  return true;
 }
 
-void LabRun::advance(hal::LabTime t) {
-  arena_.advance_to(t);
+bool LabRun::advance(hal::LabTime t) {
+  if (!arena_.advance_to(t)) return false;
   if (auto heard = arena_.robots().heard(); !heard.empty())
     bus_.publish(hal::channel::from_robots, hal::to_message(heard, t));
   if (auto frame = arena_.poses().latest()) {
@@ -180,6 +186,14 @@ void LabRun::advance(hal::LabTime t) {
     bus_.drain();
   }
   if (arena_.info().frame_period * next_frame_ <= t) ++next_frame_;
+  return true;
+}
+
+// An arena that computes its own time goes on at the next call; others say when.
+LabRun::Step LabRun::wait_for_arena() {
+  awaits_arena_ = true;
+  if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) set_state_text("waiting for " + wanted);
+  return arena_.next_service() > hal::machine_time().now() ? Step::waiting : Step::advanced;
 }
 
 // What the scenario said, as one batch.
@@ -396,7 +410,7 @@ void LabRun::fail(std::string_view why) {
 }
 
 void LabRun::stop(std::string_view why) {
-  fail(why);
+  fail(hal::stopped(why, arena_));
 }
 
 void LabRun::finish() {
@@ -455,7 +469,7 @@ hal::Counters LabRun::drops() const {
   all.merge(arena_.counters(), "arena.");
   all.merge(recorder_.counters());
   all.merge(bus_.counters(), "bus.");
-  const hal::Airtime air = arena_.robots().offer({});
+  const hal::Airtime air = arena_.robots().airtime();
   all.set("to_robots.offered", air.offered);
   all.set("to_robots.sent", air.sent);
   all.set("to_robots.replaced", air.replaced);

@@ -28,8 +28,9 @@ class LabRun {
 
   enum class Step {
     advanced,  // did something; call again
-    waiting,   // can do nothing before a message comes or a timer is due: serve the buses for a while, then call again
-    ended,     // over; see finished() and reason()
+    waiting,  // can do nothing before a message comes, a timer is due or the arena wants service: serve the buses for a
+              // while, then call again
+    ended,    // over; see finished() and reason()
   };
 
   // The references outlive the run. `settings` is what all labs must have alike (shared_settings).
@@ -39,6 +40,9 @@ class LabRun {
 
   // Handles what is on the private bus, then at most one frame or one boundary. Throws what arena or scenario throw.
   Step step(Now now);
+  // The last step found the arena on its way to where the lab wants it; the arena's next_service() says when to call
+  // again.
+  bool awaits_arena() const { return awaits_arena_; }
   // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
   void stop(std::string_view why);
 
@@ -61,12 +65,13 @@ class LabRun {
   static inline const std::string operator_channel = "operator_command";
 
  private:
-  enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
+  enum class Phase { starting, opening, at_boundary, running, completing, lingering, failing, ended };
 
   void enter(Phase phase);
   void begin();
-  void next_event();
-  void advance(hal::LabTime t);
+  bool next_event();
+  bool advance(hal::LabTime t);
+  Step wait_for_arena();
   void deliver();
   void close_period();
   void merge_period();
@@ -95,7 +100,7 @@ class LabRun {
   hal::PoseFrame frame_;          // the newest
   std::uint32_t next_frame_ = 0;  // number of the next frame to come
   Phase phase_ = Phase::starting;
-  bool failed_ = false;
+  bool failed_ = false, awaits_arena_ = false;
   std::string reason_, state_text_ = "starting";
   std::uint32_t boundary_ = 0;        // the one whose own state was published last
   Now now_{0};                        // of the current step

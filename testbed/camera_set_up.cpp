@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "tracker/source.hpp"
 #include "tracker/table_corners.hpp"
 
@@ -88,7 +88,7 @@ void draw_arena(const std::string& png, const std::string& file, const tracker::
 std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker::Point at) {
   const auto scale = tracker::Calibration(camera).scale(at, tracker::board_height_m);
   if (!scale) return {};
-  return (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot_radius_m;
+  return (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot::body_radius_m;
 }
 
 std::size_t keep_camera(const std::filesystem::path& file, const tracker::NamedCamera& camera) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "app/scenarios.hpp"
 #include "lab/scenario.hpp"
 
 namespace arkmesh::labs {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cli/command_table.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/processes/process.hpp"
 
 namespace {
 
