@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/set_up_options.hpp"
 #include "testbed/assign_ids.hpp"
@@ -46,7 +47,7 @@ int assign(const AssignOptions& options) {
 
 void add_assign_ids_command(CLI::App& app) {
   const auto options = std::make_shared<AssignOptions>();
-  CLI::App* command = app.add_subcommand("assign-ids", "Give each robot on a lab's table an id of its own");
+  CLI::App* command = add_command(app, "assign-ids");
   options->common.add_to(*command);
   command->add_option("--ids", options->common.ids,
                       "Ids to give, such as 0-11,40, in rows from north to south (default: the lab's robots)");

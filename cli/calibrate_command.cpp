@@ -13,6 +13,7 @@
 
 #include "cli/calibrate_options.hpp"
 #include "cli/commands.hpp"
+#include "cli/program.hpp"
 #include "testbed/camera_calibration.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
@@ -129,8 +130,7 @@ void import_ark(const CalibrateOptions& options) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners");
+  auto* command = add_command(app, "calibrate");
   const auto options = std::make_shared<CalibrateOptions>();
   options->add_to(*command);
   command->footer(

@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/set_up_options.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
@@ -64,8 +65,7 @@ int calibrate(const CalibrateOptions& options) {
 
 void add_calibrate_motors_command(CLI::App& app) {
   const auto options = std::make_shared<CalibrateOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-motors", "Find and store the duties at which each robot turns and goes straight as it should");
+  CLI::App* command = add_command(app, "calibrate-motors");
   options->common.add_to(*command);
   command->add_option("--ids", options->common.ids, "Which robots, such as 0-11,40 (default: the lab's robots)");
   command->add_option("--duty", options->first_duty, "To begin with, of 255")

@@ -2,17 +2,26 @@
 // than 0 by throwing CLI::RuntimeError(code).
 #pragma once
 
+#include <vector>
+
 namespace CLI {
 class App;
 }
+
+namespace arkmesh::hal {
+class Section;
+struct Finding;
+}  // namespace arkmesh::hal
 
 namespace arkmesh::cli {
 
 void add_run_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
-void add_doctor_command(CLI::App& app);
+// `examine_testbed`: what is to be said of the hardware that [arena] names; null in a program without cameras.
+void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
 void add_controller_command(CLI::App& app);
+void add_controller_run_command(CLI::App& controller);
 void add_room_command(CLI::App& app);
 void add_ohc_command(CLI::App& app);
 void add_track_command(CLI::App& app);

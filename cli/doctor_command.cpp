@@ -1,283 +1,41 @@
 // `arkmesh doctor`: says in plain words what on this machine would keep a lab from working, and the command that mends
-// it. Looks only; changes nothing.
-#include <arpa/inet.h>
+// it.
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
-#include <optional>
-#include <set>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "arkmesh/lab_status_t.hpp"
-#include "arkmesh/peers_t.hpp"
-#include "arkmesh/world_t.hpp"
+#include "app/device_files.hpp"
+#include "app/doctor.hpp"
 #include "cli/commands.hpp"
-#include "hal/bus.hpp"
+#include "cli/program.hpp"
 #include "hal/config.hpp"
-#include "hal/messages.hpp"
-#include "testbed/devices.hpp"
-#include "testbed/finding.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
-using namespace std::chrono_literals;
-namespace fs = std::filesystem;
-
-constexpr const char* lcm_group = "239.255.76.67";  // LCM's own default group; any would do
-constexpr long wanted_buffer_bytes = 4 << 20;       // what the sample files ask for: recv_buf_size=4194304
-constexpr std::uintmax_t wanted_disk_bytes = std::uintmax_t{1} << 30;
-
-// A descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  operator int() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-sockaddr_in address(const char* ip, std::uint16_t port) {
-  sockaddr_in a{};
-  a.sin_family = AF_INET;
-  a.sin_port = htons(port);
-  ::inet_pton(AF_INET, ip, &a.sin_addr);
-  return a;
-}
-
-// Sends one datagram to a multicast group on a port of our own and waits for it, as LCM does when it starts.
-testbed::Finding multicast() {
-  const std::string route = "as root: ip link set lo up; ip route add 224.0.0.0/4 dev lo";
-  testbed::Finding finding{"multicast on this machine", "", route};
-  const Descriptor in(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)),
-      out(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  auto any = address("0.0.0.0", 0);
-  socklen_t length = sizeof any;
-  if (in < 0 || out < 0 || ::bind(in, reinterpret_cast<sockaddr*>(&any), sizeof any) != 0 ||
-      ::getsockname(in, reinterpret_cast<sockaddr*>(&any), &length) != 0) {
-    finding.problem = "no UDP socket can be opened";
-    finding.mend = "look at the limits of open files (ulimit -n) and at the sandbox that this runs in";
-    return finding;
-  }
-  ip_mreq membership{};
-  ::inet_pton(AF_INET, lcm_group, &membership.imr_multiaddr);
-  if (::setsockopt(in, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
-    finding.problem = "there is no multicast route, so LCM cannot carry a lab's messages";
-    return finding;
-  }
-  const auto group = address(lcm_group, ntohs(any.sin_port));
-  const unsigned char stay_here = 0;
-  ::setsockopt(out, IPPROTO_IP, IP_MULTICAST_TTL, &stay_here, sizeof stay_here);
-  const char greeting[] = "arkmesh doctor";
-  if (::sendto(out, greeting, sizeof greeting, 0, reinterpret_cast<const sockaddr*>(&group), sizeof group) < 0) {
-    finding.problem = "there is no multicast route, so LCM cannot carry a lab's messages";
-    return finding;
-  }
-  pollfd waiting{in, POLLIN, 0};
-  if (::poll(&waiting, 1, 1000) != 1) {
-    finding.problem =
-        "a multicast message sent on this machine does not come back: a firewall drops it, or the interface is down";
-    finding.mend = "let UDP to 239.0.0.0/8 pass on lo; " + route;
-  }
-  return finding;
-}
-
-testbed::Finding receive_buffer() {
-  const std::string file = "/proc/sys/net/core/rmem_max";
-  testbed::Finding finding{"receive buffer (net.core.rmem_max)", "",
-                           fmt::format("as root: sysctl -w net.core.rmem_max={}", wanted_buffer_bytes)};
-  long bytes = 0;
-  // Network namespaces do not show the limit; it is then that of the machine around them.
-  if (std::ifstream in(file); in >> bytes && bytes < wanted_buffer_bytes)
-    finding.problem = fmt::format("the kernel allows {} bytes, and LCM loses bursts of messages below {}", bytes,
-                                  wanted_buffer_bytes);
-  return finding;
-}
-
-// The full path of a program, or empty.
-fs::path program(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::string_view rest = path ? path : "";
-  while (!rest.empty()) {
-    const auto end = std::min(rest.find(':'), rest.size());
-    const fs::path candidate = fs::path(rest.substr(0, end)) / name;
-    if (::access(candidate.c_str(), X_OK) == 0 && !fs::is_directory(candidate)) return candidate;
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
-  return {};
-}
-
-testbed::Finding needs_program(const std::string& name, const std::string& purpose, const std::string& package) {
-  testbed::Finding finding{name, "", "apt-get install " + package};
-  if (program(name).empty()) finding.problem = fmt::format("the program {} is missing: {}", name, purpose);
-  return finding;
-}
-
-testbed::Finding plots() {
-  testbed::Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
-  const char* ask =
-      "/usr/bin/python3 -c 'import importlib.util as u, sys; sys.exit(u.find_spec(\"matplotlib\") is None)' >/dev/null "
-      "2>&1";
-  if (std::system(ask) != 0)
-    finding.problem = "/usr/bin/python3 with matplotlib is missing: scripts/plot draws with it";
-  return finding;
-}
-
-testbed::Finding spy() {
-  testbed::Finding finding{"Java for lcm-spy", "", "scripts/setup spy"};
-  const fs::path java = program("java");
-  std::error_code ignored;
-  const fs::path home = fs::canonical(java, ignored).parent_path().parent_path();
-  if (java.empty())
-    finding.problem = "the program java is missing: lcm-spy needs it";
-  else if (!fs::exists(home / "lib/libawt_xawt.so") && !fs::exists(home / "lib/amd64/libawt_xawt.so"))
-    finding.problem = "the Java that is installed has no screen (headless), and lcm-spy opens windows";
-  else
-    for (const char* jar : {"/usr/share/java/lcm.jar", "/usr/share/java/jchart2d.jar"})
-      if (!fs::exists(jar)) finding.problem = fmt::format("{} is missing: lcm-spy needs it", jar);
-  return finding;
-}
-
-testbed::Finding disk() {
-  std::error_code error;
-  const auto here = fs::current_path(error);
-  const auto space = fs::space(here, error);
-  testbed::Finding finding{"free disk space", "", "delete old run folders, or give another disk with --out"};
-  if (!error && space.available < wanted_disk_bytes)
-    finding.problem =
-        fmt::format("{} has {} MB left; recordings stop when the disk is full", here.string(), space.available >> 20);
-  return finding;
-}
-
-// The lab that sent a message, when it is one of the three types that begin with a lab's name. Reads no further: what
-// comes from a shared bus may be anything.
-std::optional<std::string> sender(std::span<const std::byte> bytes) {
-  if (bytes.size() < 12) return {};
-  const auto big_endian = [&](std::size_t at, int n) {
-    std::uint64_t value = 0;
-    for (int i = 0; i < n; ++i) value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + i]);
-    return value;
-  };
-  const auto type = static_cast<std::int64_t>(big_endian(0, 8));
-  if (type != lab_status_t::getHash() && type != peers_t::getHash() && type != world_t::getHash()) return {};
-  const auto length = big_endian(8, 4);  // of the text with its closing zero
-  if (length < 2 || length > hal::max_lab_name + 1 || bytes.size() < 12 + length) return {};
-  std::string name(reinterpret_cast<const char*>(bytes.data()) + 12, length - 1);
-  if (!hal::is_lab_name(name)) return {};
-  return name;
-}
-
-// Who talks on a bus: labs, and labs whose gateway does.
-struct Heard {
-  std::set<std::string> labs, gateways;
-};
-
-// Listens for a second and a half; labs and gateways speak at least once a second.
-Heard listen_on(hal::Bus& bus) {
-  Heard heard;
-  const auto hear = [&](std::string_view channel, std::span<const std::byte> bytes) {
-    const auto lab = sender(bytes);
-    if (lab) heard.labs.insert(*lab);
-    if (lab && channel == hal::channel::peers) heard.gateways.insert(*lab);
-  };
-  const auto status = bus.subscribe(hal::channel::status, hear), peers = bus.subscribe(hal::channel::peers, hear),
-             world = bus.subscribe(hal::channel::world, hear);
-  const auto end = std::chrono::steady_clock::now() + 1500ms;
-  for (auto now = std::chrono::steady_clock::now(); now < end; now = std::chrono::steady_clock::now())
-    bus.drain(std::chrono::ceil<std::chrono::milliseconds>(end - now));
-  return heard;
-}
-
-// Whether the gateway of the lab could listen where its file says.
-testbed::Finding listening(const std::string& where, bool gateway_is_running) {
-  testbed::Finding finding{"TCP " + where, "", ""};
-  const auto colon = where.rfind(':');
-  const int port = colon == std::string::npos ? 0 : std::atoi(where.c_str() + colon + 1);
-  in_addr ip{};
-  if (port < 1 || port > 65535 || ::inet_pton(AF_INET, where.substr(0, colon).c_str(), &ip) != 1) {
-    finding.problem = "gateway.listen is no address of the form 127.0.0.1:7801";
-    finding.mend = "correct the key gateway.listen";
-    return finding;
-  }
-  const Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  const int on = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  const auto there = address(where.substr(0, colon).c_str(), static_cast<std::uint16_t>(port));
-  if (::bind(socket, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0 && ::listen(socket, 1) == 0)
-    return finding;
-  if (gateway_is_running) {
-    finding.what += " (in use by this lab's own gateway)";
-    return finding;
-  }
-  finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", port)
-                                        : fmt::format("cannot listen there: {}", std::strerror(errno));
-  finding.mend =
-      fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen", port);
-  return finding;
-}
-
-void say(const testbed::Finding& finding, int& problems) {
-  if (finding.problem.empty()) {
-    fmt::print("ok       {}\n", finding.what);
-  } else {
-    ++problems;
-    fmt::print("problem  {}: {} -> {}\n", finding.what, finding.problem, finding.mend);
+// Returns how many of them are problems.
+int say(const std::vector<hal::Finding>& findings) {
+  int problems = 0;
+  for (const hal::Finding& finding : findings) {
+    if (finding.problem.empty()) {
+      fmt::print("ok       {}\n", finding.what);
+    } else {
+      ++problems;
+      fmt::print("problem  {}: {} -> {}\n", finding.what, finding.problem, finding.mend);
+    }
   }
   std::fflush(stdout);
-}
-
-// What one lab's file needs from the machine: its LCM port to itself, and its TCP port.
-void examine_lab(const std::string& file, const std::vector<std::string>& sets, bool multicast_works, int& problems) {
-  const hal::Config config = hal::Config::from_file(file, sets);
-  const auto root = config.root();
-  const std::string lab = root.section("lab").required_text("name");
-  const std::string url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0");
-  const std::string listen = root.section("gateway").text("listen", "");
-  Heard heard;
-  if (multicast_works) {
-    testbed::Finding finding{"LCM port of lab " + lab, "",
-                             "give each lab on this machine a port of its own in bus.url of its file"};
-    try {
-      hal::Bus bus(url);
-      heard = listen_on(bus);
-      for (const auto& other : heard.labs)
-        if (other != lab) finding.problem += (finding.problem.empty() ? "" : ", ") + other;
-      if (!finding.problem.empty()) finding.problem += fmt::format(": talking on {} as well", url);
-    } catch (const std::exception& error) {
-      finding.problem = error.what();
-    }
-    say(finding, problems);
-  }
-  if (!listen.empty()) say(listening(listen, heard.gateways.contains(lab)), problems);
-  if (root.section("arena").text("use", "ode") == "kilobot")
-    for (const testbed::Finding& finding : testbed::table_of(root.section("arena"))) say(finding, problems);
+  return problems;
 }
 
 }  // namespace
 
-void add_doctor_command(CLI::App& app) {
-  auto* command = app.add_subcommand("doctor", "Says what is wrong with this machine, and the command that mends it");
+void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena)) {
+  auto* command = add_command(app, "doctor");
   const auto file = std::make_shared<std::string>();
   command->add_option(
       "LABFILE", *file,
@@ -286,19 +44,19 @@ void add_doctor_command(CLI::App& app) {
   command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
-  command->callback([file, sets] {
-    int problems = 0;
-    const testbed::Finding route = multicast();
-    say(route, problems);
-    say(receive_buffer(), problems);
-    say(needs_program("cc", "it compiles robot controllers when a run begins", "gcc libc6-dev"), problems);
-    say(needs_program("lcm-logger", "it records a lab's public bus", "liblcm-bin"), problems);
-    say(plots(), problems);
-    say(spy(), problems);
-    say(disk(), problems);
-    for (const testbed::Finding& finding : testbed::serial_ports()) say(finding, problems);
-    for (const testbed::Finding& finding : testbed::cameras()) say(finding, problems);
-    if (!file->empty()) examine_lab(*file, *sets, route.problem.empty(), problems);
+  command->callback([file, sets, examine_testbed] {
+    if (!file->empty()) hand_over_cameras({*file}, *sets);
+    const hal::Finding route = app::multicast();
+    int problems = say({route});
+    problems += say(app::machine());
+    problems += say(app::serial_ports());
+    problems += say(app::cameras());
+    if (!file->empty()) {
+      const hal::Config config = hal::Config::from_file(*file, *sets);
+      problems += say(app::lab_ports(config.root(), route.problem.empty()));
+      const hal::Section arena = config.root().section("arena");
+      if (examine_testbed && arena.text("use", "ode") == "kilobot") problems += say(examine_testbed(arena));
+    }
     fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
                        : problems == 1 ? "1 problem."
                                        : fmt::format("{} problems.", problems));

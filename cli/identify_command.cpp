@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/set_up_options.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
@@ -62,7 +63,7 @@ int identify(const IdentifyOptions& options) {
 
 void add_identify_command(CLI::App& app) {
   const auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* command = app.add_subcommand("identify", "Find out which robot on a lab's table is which");
+  CLI::App* command = add_command(app, "identify");
   options->common.add_to(*command);
   command
       ->add_option("--protocol", options->protocol,

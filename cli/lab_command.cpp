@@ -15,6 +15,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "hal/messages.hpp"
 #include "lab/result.hpp"
@@ -120,13 +121,14 @@ int run(const LabOptions& options) {
 
 void add_lab_command(CLI::App& app) {
   auto options = std::make_shared<LabOptions>();
-  CLI::App* command = app.add_subcommand("lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others");
+  CLI::App* command = add_command(app, "lab");
   command->add_option("file", options->file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
   command->add_option("--set", options->sets, "Override a key: --set run.seed=7")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");
   command->callback([options] {
+    hand_over_cameras({options->file}, options->sets);
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
   });
 }

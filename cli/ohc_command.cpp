@@ -1,21 +1,17 @@
-// `arkmesh ohc`: drives an overhead controller by hand, one command at a time, or puts a program on all robots.
+// `arkmesh ohc`: drives an overhead controller by hand, one command at a time.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
-#include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <tuple>
-#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/ohc_options.hpp"
 #include "cli/operator_stop.hpp"
-#include "hal/platforms/kilobot/intel_hex.hpp"
-#include "hal/platforms/kilobot/ohc_packets.hpp"
+#include "cli/program.hpp"
+#include "cli/progress_line.hpp"
 #include "hal/platforms/kilobot/ohc_session.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 
@@ -24,35 +20,22 @@ namespace {
 
 using namespace hal::kilobot;
 
-using namespace hal::kilobot;
-
-struct OhcOptions {
-  std::string port;
-  double seconds = 0;  // 0: what suits the command
-  double settle_s = 2.5;
-  std::vector<std::string> numbers;
-  std::filesystem::path program;
-  int rounds = 0;  // 0: until somebody stops it
-  double boot_s = 3, page_ms = 165;
-};
-
-std::chrono::microseconds from_seconds(double seconds) {
-  return std::chrono::microseconds{static_cast<std::int64_t>(seconds * 1e6)};
-}
-
-void finish(bool done) {
-  if (!done) throw CLI::RuntimeError(1);
-}
-
-std::uint8_t duty(const std::string& text, const std::string& what) {
-  return static_cast<std::uint8_t>(parse_number(text, 255, what));
-}
-
 std::vector<Packet> give_id(const std::string& text) {
   const std::uint16_t id = parse_number(text, 65535, "N");
   if (id > max_robot_id)
     fmt::print(stderr, "arkmesh: robots with ids above {} cannot be spoken to one by one\n", max_robot_id);
-  return {calibrate_packet(Calibrate::id, id), calibrate_packet(Calibrate::save)};
+  return set_id_packets(id);
+}
+
+bool say(const OhcOptions& options, const OhcSaying& saying) {
+  OperatorStop stop;
+  ProgressLine status;
+  OhcSession session(options.port, from_seconds(options.settle_s), stop, status);
+  const OhcSaid said = session.say(saying);
+  if (!said.all)
+    fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s\n", saying.name, said.seconds,
+               said.of_seconds);
+  return said.all;
 }
 
 void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
@@ -60,9 +43,9 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   const auto add = [&ohc, options](const std::string& name, const std::string& help, double usual_s, auto packets) {
     CLI::App* command = ohc.add_subcommand(name, help)->fallthrough();
     command->callback([options, name, usual_s, packets] {
-      const std::vector<Packet> what = packets();
-      hal::kilobot::OhcSession session(options->port, from_seconds(options->settle_s));
-      finish(session.say({name, what, from_seconds(options->seconds > 0 ? options->seconds : usual_s)}));
+      run_ohc([&] {
+        return say(*options, {name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s)});
+      });
     });
     return command;
   };
@@ -90,61 +73,23 @@ void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
            [options] { return give_id(options->numbers.at(0)); }),
        "N", "0 to 65535", 1, 1);
   take(add("left", "Robots turn left with this duty", 1,
-           [options] {
-             return std::vector{calibrate_packet(Calibrate::left, 0, {duty(options->numbers.at(0), "DUTY"), 0, 0, 0})};
-           }),
+           [options] { return std::vector{turn_left_packet(options->numbers.at(0))}; }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("right", "Robots turn right with this duty", 1,
-           [options] {
-             return std::vector{calibrate_packet(Calibrate::right, 0, {0, duty(options->numbers.at(0), "DUTY"), 0, 0})};
-           }),
+           [options] { return std::vector{turn_right_packet(options->numbers.at(0))}; }),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
   take(add("straight", "Robots go straight with these duties", 1,
-           [options] {
-             const std::uint8_t left = duty(options->numbers.at(0), "LEFT"),
-                                right = duty(options->numbers.at(1), "RIGHT");
-             return std::vector{calibrate_packet(Calibrate::straight, 0, {0, 0, left, right})};
-           }),
+           [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }),
        "LEFT_AND_RIGHT", "Each 0 to 255; a little lower than for turning", 2, 2);
   add("save", "Robots keep the duties and the id that they were given, and stop", 1,
-      [] { return std::vector{calibrate_packet(Calibrate::save)}; });
-}
-
-void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
-  CLI::App* command =
-      ohc.add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")
-          ->fallthrough();
-  command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
-  command->add_option("--rounds", options->rounds, "Stop after so many; else go on until Ctrl-C")
-      ->check(CLI::Range(1, 1'000'000));
-  command
-      ->add_option("--boot", options->boot_s,
-                   "Call the robots to their boot loaders for so many seconds; robots asleep need 10")
-      ->check(CLI::Range(0.1, 600.0))
-      ->capture_default_str();
-  command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
-      ->check(CLI::Range(132.0, 10'000.0))
-      ->capture_default_str();
-  command->footer(
-      "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
-      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing "
-      "is heard from\n"
-      "them: look at them, and press Ctrl-C when the last one has it. Ends with 1 when not even one round was sent.");
-  command->callback([options] {
-    Firmware firmware = read_intel_hex(options->program);
-    OhcUpload wanted{.name = options->program.filename().string(), .rounds = {}, .timing = {}};
-    if (options->rounds > 0) wanted.rounds = options->rounds;
-    wanted.timing = {.boot_for = from_seconds(options->boot_s), .spacing = from_seconds(options->page_ms / 1000)};
-    hal::kilobot::OhcSession session(options->port, from_seconds(options->settle_s));
-    finish(session.upload(std::move(firmware), wanted));
-  });
+      [] { return std::vector{save_packet()}; });
 }
 
 }  // namespace
 
 void add_ohc_command(CLI::App& app) {
   const auto options = std::make_shared<OhcOptions>();
-  CLI::App* ohc = app.add_subcommand("ohc", "Drives an overhead controller by hand");
+  CLI::App* ohc = add_command(app, "ohc");
   ohc->add_option("PORT", options->port,
                   "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh room)")
       ->required();
@@ -163,9 +108,9 @@ void add_ohc_command(CLI::App& app) {
       "Each subcommand has a --help of its own. The controller is silent afterwards, also after Ctrl-C; if arkmesh was "
       "killed, or the\n"
       "cable pulled, it goes on with what it was told: arkmesh ohc PORT stop. Ends with 1 when it cannot be reached.");
-  ohc->parse_complete_callback([] { std::ignore = operator_stops(); });  // from now on
+  ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_sayings(*ohc, options);
-  add_upload(*ohc, options);
+  add_ohc_upload_command(*ohc, options);
 }
 
 }  // namespace arkmesh::cli

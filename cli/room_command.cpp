@@ -13,6 +13,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "emulator/room.hpp"
 #include "emulator/room_record.hpp"
 #include "emulator/room_server.hpp"
@@ -94,8 +95,7 @@ void run(const RoomOptions& options) {
 
 void add_room_command(CLI::App& app) {
   auto options = std::make_shared<RoomOptions>();
-  CLI::App* command =
-      app.add_subcommand("room", "A virtual room: simulated Kilobots behind cameras and an overhead controller");
+  CLI::App* command = add_command(app, "room");
   command->add_option("file", options->file, "The room's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--set", options->sets, "Override a key: --set room.seed=7")->allow_extra_args(false);
   command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")

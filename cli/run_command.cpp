@@ -17,6 +17,7 @@
 #include "app/joint_run.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
 #include "lab/result.hpp"
 
@@ -189,7 +190,7 @@ int run(const RunOptions& options) {
 
 void add_run_command(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand("run", "Run several labs in one process, as fast as they go");
+  CLI::App* command = add_command(app, "run");
   command->add_option("files", options->files, "A configuration file for each lab")
       ->required()
       ->check(CLI::ExistingFile);
@@ -207,6 +208,7 @@ void add_run_command(CLI::App& app) {
       "run.duration_s=600\n"
       "The labs of the shared world are those given; shared.labs of the files is not used unless --set says so.");
   command->callback([options] {
+    hand_over_cameras(options->files, options->sets);
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
   });
 }

@@ -14,6 +14,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/track_options.hpp"
 #include "testbed/robots_on_picture.hpp"
@@ -111,8 +112,7 @@ bool track(const testbed::StreamOptions& options) {
 }  // namespace
 
 void add_track_command(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
+  auto* command = add_command(app, "track");
   const auto options = std::make_shared<testbed::StreamOptions>();
   add_track_options(*command, *options);
   command->footer(

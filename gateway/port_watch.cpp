@@ -3,35 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <boost/endian/conversion.hpp>
-#include <optional>
 #include <utility>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/messages.hpp"
+#include "hal/sender.hpp"
 
 namespace arkmesh::gateway {
-
-namespace {
-
-struct Sender {
-  std::string lab;
-  std::uint64_t number;  // the field behind it: boot id or nonce
-};
-
-// The first two fields of lab_status_t and of peers_t: fingerprint, text with its length, 64-bit number.
-std::optional<Sender> read_sender(std::span<const std::byte> bytes, std::int64_t fingerprint) {
-  const auto* at = reinterpret_cast<const unsigned char*>(bytes.data());
-  if (bytes.size() < 12 || boost::endian::load_big_s64(at) != fingerprint) return {};
-  const std::uint32_t length = boost::endian::load_big_u32(at + 8);  // counts the final zero
-  if (length < 2 || length > hal::max_lab_name + 1 || bytes.size() < 12 + length + 8) return {};
-  Sender sender{{reinterpret_cast<const char*>(at) + 12, length - 1}, boost::endian::load_big_u64(at + 12 + length)};
-  if (!hal::is_lab_name(sender.lab)) return {};
-  return sender;
-}
-
-}  // namespace
 
 PortWatch::PortWatch(hal::Bus& bus, std::string lab, std::uint64_t boot_id)
     : bus_(bus), lab_(std::move(lab)), boot_id_(boot_id) {
@@ -54,13 +33,13 @@ bool PortWatch::heard_other() {
 }
 
 void PortWatch::hear_status(std::span<const std::byte> bytes) {
-  const auto sender = read_sender(bytes, lab_status_t::getHash());
+  const auto sender = hal::read_sender(bytes, lab_status_t::getHash());
   if (!sender) return counters_.add("bus.ignored.status");
   if (sender->lab != lab_) note_lab(sender->lab, true);
 }
 
 void PortWatch::hear_peers(std::span<const std::byte> bytes) {
-  const auto sender = read_sender(bytes, peers_t::getHash());
+  const auto sender = hal::read_sender(bytes, peers_t::getHash());
   if (!sender) return counters_.add("bus.ignored.peers");
   if (sender->lab == lab_ && sender->number == boot_id_) return;
   heard_other_ = true;

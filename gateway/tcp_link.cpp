@@ -43,7 +43,7 @@ TcpLink::~TcpLink() {
 void TcpLink::start(Events events) {
   events_ = std::move(events);
   started_ = true;
-  next_attempt_ = std::chrono::steady_clock::now();
+  next_attempt_ = std::chrono::steady_clock::now() + node_.settings_.first_attempt;
 }
 
 void TcpLink::stop() {

@@ -5,6 +5,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -27,7 +28,8 @@ struct TcpSettings {
   std::string listen;                    // "127.0.0.1:7801"; empty: does not listen
   std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
-  std::size_t most_pending = 16;  // connections that have not said hello
+  std::chrono::milliseconds first_attempt{0};  // how long after its start a link connects for the first time
+  std::size_t most_pending = 16;               // connections that have not said hello
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
   TcpTimes times;

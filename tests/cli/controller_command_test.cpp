@@ -132,6 +132,7 @@ TEST_CASE("an installed program brings along what it compiles against") {
   std::filesystem::create_directories(arkmesh.parent_path());
   std::filesystem::create_directories(kilolib);
   std::filesystem::copy_file(ARKMESH_PROGRAM, arkmesh);
+  std::filesystem::copy_file(ARKMESH_PROGRAM "-lab", arkmesh.string() + "-lab");
   std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib", kilolib,
                         std::filesystem::copy_options::recursive);
   std::ofstream(kilolib / "kilolib.h", std::ios::app) << "#define INSTALLED_COPY 1\n";

@@ -1,28 +1,43 @@
-// What people write on `arkmesh ohc`'s command line, as packets. Every function throws CLI::ValidationError for what
-// cannot be meant.
+// What people write when they drive an overhead controller by hand, as packets. Every function throws WrongWord for
+// what cannot be meant.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/platforms/kilobot/packet.hpp"
 
 namespace arkmesh::hal::kilobot {
 
-// A number from 0 to `most`, decimal or 0x and hexadecimal; `what` is its name in the help.
-std::uint16_t parse_number(const std::string& text, int most, const std::string& what);
+// One sentence about what was written, and the name that it has in the help.
+class WrongWord : public std::runtime_error {
+ public:
+  WrongWord(std::string name, const std::string& sentence) : std::runtime_error(sentence), name_(std::move(name)) {}
+  const std::string& name() const { return name_; }
+
+ private:
+  std::string name_;
+};
+
+// A number from 0 to `most`, decimal or 0x and hexadecimal; `name` is its name in the help.
+std::uint16_t parse_number(const std::string& text, int most, const std::string& name);
 
 // A message of a type that has no payload: run, reset, ...
-hal::kilobot::Packet plain_packet(std::uint8_t type);
+Packet plain_packet(std::uint8_t type);
 
-// The robots' calibration message: what it is to set; its id; its duties, turning left and right, and both going
-// straight.
-enum class Calibrate : std::uint8_t { save = 0, id = 1, left = 2, right = 3, straight = 4 };
-hal::kilobot::Packet calibrate_packet(Calibrate what, std::uint16_t id = 0, std::array<std::uint8_t, 4> duties = {});
+// Gives all robots in sight an id, and saves it.
+std::vector<Packet> set_id_packets(std::uint16_t id);
+// The duties at which robots turn left, turn right, and go straight, each 0 to 255.
+Packet turn_left_packet(const std::string& duty);
+Packet turn_right_packet(const std::string& duty);
+Packet straight_packet(const std::string& left, const std::string& right);
+// Robots keep the duties and the id that they were given.
+Packet save_packet();
 
 // A type from 0 to 127, then up to nine bytes.
-hal::kilobot::Packet message_packet(const std::vector<std::string>& numbers);
+Packet message_packet(const std::vector<std::string>& numbers);
 
 }  // namespace arkmesh::hal::kilobot

@@ -2,46 +2,33 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
-#include <memory>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
-#include "cli/operator_stop.hpp"
 #include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
 
-using namespace hal::kilobot;
 using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds opening_takes_at_most = 6s;
 
 Moment now() {
-  return hal::machine_time().now();
+  return machine_time().now();
 }
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
 }
 
-std::unique_ptr<Wire> wire_to(const std::string& port) {
-  try {
-    return make_wire(port);
-  } catch (const PortError& error) {
-    throw CLI::ValidationError("PORT", error.what());
-  }
-}
-
 }  // namespace
 
-OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle)
-    : line_(wire_to(port), counters_), sender_(line_, settle, counters_) {
+OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
+    : line_(make_wire(port), counters_), sender_(line_, settle, counters_), stop_(stop), status_(progress) {
   const Moment begun = now();
-  while (!cli::operator_stops() && !sender_.is_up()) {
+  while (!stop_.stopped() && !sender_.is_up()) {
     sender_.tend(now());
     if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
     if (!line_.is_open() && now() - begun > opening_takes_at_most)
@@ -65,14 +52,14 @@ OhcSession::~OhcSession() {
 }
 
 void OhcSession::wait() {
-  hal::machine_time().wait_until(sender_.due(now()));
+  machine_time().wait_until(sender_.due(now()));
 }
 
-bool OhcSession::say(const OhcSaying& saying) {
+OhcSaid OhcSession::say(const OhcSaying& saying) {
   const double all_s = seconds(saying.each) * static_cast<double>(saying.packets.size());
   std::optional<Moment> begun;  // of the first packet
   const auto said_s = [&] { return begun ? std::min(all_s, seconds(now() - *begun)) : 0.0; };
-  for (std::size_t next = 0; !cli::operator_stops(); wait()) {
+  for (std::size_t next = 0; !stop_.stopped(); wait()) {
     const Moment present = now();
     sender_.tend(present);
     if (!line_.is_open())
@@ -81,7 +68,7 @@ bool OhcSession::say(const OhcSaying& saying) {
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", saying.name, said_s(), all_s));
     } else if (next == saying.packets.size()) {
-      if (!sender_.is_repeating()) return true;
+      if (!sender_.is_repeating()) return {true, said_s(), all_s};
       std::ignore = sender_.send(stop_packet(), stop_spacing, present);
     } else if (sender_.send(saying.packets[next], saying.each, present)) {
       ++next;
@@ -89,19 +76,12 @@ bool OhcSession::say(const OhcSaying& saying) {
     }
   }
   status_.done();
-  fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s\n", saying.name, said_s(), all_s);
-  return false;
+  return {false, said_s(), all_s};
 }
 
-bool OhcSession::upload(Firmware firmware, const OhcUpload& wanted) {
-  const std::size_t bytes = firmware.size_bytes();
-  FirmwareUpload upload(std::move(firmware), wanted.rounds, wanted.timing);
-  status_.done();
-  fmt::print("{}: {} bytes, {} pages, {:.1f} s a round{}\n", wanted.name, bytes, upload.pages(),
-             seconds(upload.round_time()), wanted.rounds ? "" : "; press Ctrl-C when every robot runs the new program");
-  std::fflush(stdout);
+void OhcSession::upload(FirmwareUpload& upload) {
   const Moment begun = now();
-  for (; !cli::operator_stops(); wait()) {
+  for (; !stop_.stopped(); wait()) {
     const Moment present = now();
     upload.tend(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
@@ -114,12 +94,6 @@ bool OhcSession::upload(Firmware firmware, const OhcUpload& wanted) {
                                seconds(present - begun)));
   }
   status_.done();
-  const std::string sent = upload.round() == 0   ? fmt::format("{}", upload.page())
-                           : upload.round() == 1 ? "1 round"
-                                                 : fmt::format("{} rounds", upload.round());
-  fmt::print("{} of {} pages sent{}, {:.0f} s\n", sent, upload.pages(), cli::operator_stops() ? ", stopped" : "",
-             seconds(now() - begun));
-  return upload.round() > 0;
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -7,48 +7,50 @@
 #include <string>
 #include <vector>
 
-#include "cli/status_line.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
+#include "hal/progress.hpp"
+#include "hal/stop_request.hpp"
 
 namespace arkmesh::hal::kilobot {
 
 // What one command says: packets, each repeated for so long.
 struct OhcSaying {
   std::string name;
-  std::vector<hal::kilobot::Packet> packets;
+  std::vector<Packet> packets;
   std::chrono::microseconds each{0};
 };
 
-struct OhcUpload {
-  std::string name;           // of the program, for people
-  std::optional<int> rounds;  // nothing: until the operator stops it
-  hal::kilobot::FirmwareUpload::Timing timing;
+// How far a command was said: all of it, or it was stopped.
+struct OhcSaid {
+  bool all = false;
+  double seconds = 0, of_seconds = 0;
 };
 
 class OhcSession {
  public:
   // `port`: a serial device, or tcp://host:port. `settle`: a controller that begins to live when its line opens hears
-  // nothing for so long. Throws CLI::ValidationError when no port can be called that, std::runtime_error when it cannot
-  // be opened.
-  OhcSession(const std::string& port, std::chrono::microseconds settle);
+  // nothing for so long. `stop` and `progress` outlive the session. Throws PortError when no port can be called that,
+  // std::runtime_error when it cannot be opened.
+  OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress);
   ~OhcSession();
   OhcSession(const OhcSession&) = delete;
   OhcSession& operator=(const OhcSession&) = delete;
 
-  // False: the operator stopped it, and was told how far it was. Throws std::runtime_error when the line is lost.
-  bool say(const OhcSaying& saying);
-  // Shows how far it is; a line that is lost is waited for. False: stopped before a whole round was sent.
-  bool upload(hal::kilobot::Firmware firmware, const OhcUpload& wanted);
+  // Throws std::runtime_error when the line is lost.
+  OhcSaid say(const OhcSaying& saying);
+  // Until all rounds are sent or somebody stops it; a line that is lost is waited for.
+  void upload(FirmwareUpload& upload);
 
  private:
   void wait();
 
-  hal::Counters counters_;
-  hal::kilobot::SerialLine line_;
-  hal::kilobot::PacketSender sender_;
-  cli::StatusLine status_;
+  Counters counters_;
+  SerialLine line_;
+  PacketSender sender_;
+  StopRequest& stop_;
+  Progress& status_;
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -26,6 +26,7 @@ class Process {
   // Exit code, 128 + signal when it was killed, nothing when it still runs at the deadline.
   std::optional<int> wait(std::chrono::milliseconds deadline);
   std::string output() const;
+  pid_t id() const { return pid_; }
 
  private:
   pid_t pid_ = -1;

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace arkmesh::testbed {
+namespace arkmesh::hal {
 
 struct Finding {
   std::string what;     // the thing looked at
@@ -11,4 +11,4 @@ struct Finding {
   std::string mend;     // what to do, a command where there is one
 };
 
-}  // namespace arkmesh::testbed
+}  // namespace arkmesh::hal

@@ -1,0 +1,40 @@
+#include "cli/command_table.hpp"
+
+#include <algorithm>
+
+namespace arkmesh::cli {
+namespace {
+
+constexpr CommandRow rows[] = {
+    {"run", "Run several labs in one process, as fast as they go", lab_program},
+    {"lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others", lab_program},
+    {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
+    {"doctor", "Says what is wrong with this machine, and the command that mends it", light_program},
+    {"controller", "Runs or checks a robot's program by itself", lab_program},
+    {"room", "A virtual room: simulated Kilobots behind cameras and an overhead controller", testbed_program},
+    {"ohc", "Drives an overhead controller by hand", light_program},
+    {"track", "Finds the robots on pictures; follows them in videos and before cameras", testbed_program},
+    {"calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners",
+     testbed_program},
+    {"identify", "Find out which robot on a lab's table is which", testbed_program},
+    {"assign-ids", "Give each robot on a lab's table an id of its own", testbed_program},
+    {"calibrate-motors", "Find and store the duties at which each robot turns and goes straight as it should",
+     testbed_program},
+};
+
+}  // namespace
+
+std::span<const CommandRow> command_table() {
+  return rows;
+}
+
+const CommandRow* find_command(std::string_view name) {
+  const auto row = std::ranges::find(rows, name, [](const CommandRow& r) { return std::string_view(r.name); });
+  return row == std::end(rows) ? nullptr : row;
+}
+
+bool needs_cameras(std::string_view arena) {
+  return arena == "kilobot" || arena == "room";
+}
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,28 @@
+// All commands of arkmesh: what each is for, and which program runs it. The programs lie in one folder: `arkmesh` hands
+// over what is not its own, so that nothing loads libraries that it does not need.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace arkmesh::cli {
+
+struct CommandRow {
+  const char* name;
+  const char* purpose;  // as --help lists it
+  const char* program;  // the smallest that runs it
+};
+
+inline constexpr const char* light_program = "arkmesh";
+inline constexpr const char* gateway_program = "arkmesh-gateway";
+inline constexpr const char* lab_program = "arkmesh-lab";          // simulated arenas
+inline constexpr const char* testbed_program = "arkmesh-testbed";  // cameras, and all that arkmesh-lab does
+
+// In the order in which --help lists them.
+std::span<const CommandRow> command_table();
+// Null when there is no such command.
+const CommandRow* find_command(std::string_view name);
+// Whether a lab with this arena.use is run by arkmesh-testbed only.
+bool needs_cameras(std::string_view arena);
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,9 @@
+// `arkmesh-gateway`: small enough for the smallest computer of a lab.
+#include "cli/commands.hpp"
+#include "cli/program.hpp"
+
+int main(int argc, char** argv) {
+  using namespace arkmesh::cli;
+  static constexpr OwnCommand own[] = {{"gateway", add_gateway_command}};
+  return arkmesh::cli::main(argc, argv, own);
+}

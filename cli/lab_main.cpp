@@ -1,0 +1,10 @@
+// `arkmesh-lab`: labs with simulated arenas, and robots' programs by themselves. Knows no cameras.
+#include "cli/commands.hpp"
+#include "cli/program.hpp"
+
+int main(int argc, char** argv) {
+  using namespace arkmesh::cli;
+  static constexpr OwnCommand own[] = {
+      {"run", add_run_command}, {"lab", add_lab_command}, {"controller", add_controller_command}};
+  return arkmesh::cli::main(argc, argv, own);
+}

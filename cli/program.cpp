@@ -1,0 +1,123 @@
+#include "cli/program.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <string_view>
+
+#include "hal/config.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+// The command line of this process, and what it runs itself.
+char** arguments = nullptr;
+std::span<const OwnCommand> own_commands;
+
+bool is_own(std::string_view name) {
+  return std::ranges::any_of(own_commands, [&](const OwnCommand& own) { return own.name == name; });
+}
+
+// Becomes another program of our folder; PATH, which may hold another version, is not asked. `purpose`: what it is
+// needed for.
+[[noreturn]] void become(const char* program, const std::string& purpose) {
+  if (!ARKMESH_CAMERAS && program == std::string_view(testbed_program))
+    throw hal::ConfigError(fmt::format(
+        "{} needs cameras, and this arkmesh was built without OpenCV; install libopencv-dev and build it again",
+        purpose));
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  ::execv((folder / program).c_str(), arguments);
+  if (errno == ENOENT)
+    throw std::runtime_error(
+        fmt::format("{} needs the program {}, which is not in {}; install all programs of arkmesh into one folder",
+                    purpose, program, folder.string()));
+  throw std::runtime_error(fmt::format("{} cannot be started: {}", (folder / program).string(), std::strerror(errno)));
+}
+
+int parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::RuntimeError& e) {
+    return e.get_exit_code();
+  } catch (const CLI::RequiredError& e) {
+    // A command that there is not looks to CLI11 as if none had been given.
+    const CLI::App* command = &app;
+    std::string name = app.get_name();
+    for (; !command->get_subcommands().empty(); command = command->get_subcommands().front())
+      name += " " + command->get_subcommands().front()->get_name();
+    const std::vector<std::string> rest = command->remaining();
+    if (rest.empty() || command->get_require_subcommand_min() == 0) return app.exit(e) == 0 ? 0 : 2;
+    fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
+    return 2;
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+}
+
+int run(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const CommandRow* const row = find_command(argv[i]);
+    if (!row) continue;
+    if (!is_own(row->name)) become(row->program, fmt::format("arkmesh {}", row->name));
+    break;
+  }
+  CLI::App app("Joins robot-swarm labs, real and simulated, into one shared world.");
+  app.name("arkmesh");
+  app.set_version_flag("--version", ARKMESH_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 1 failed, 2 wrong command line or configuration.");
+  for (const CommandRow& row : command_table()) {
+    const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
+    if (own == own_commands.end())
+      add_command(app, row.name);
+    else
+      own->add(app);
+  }
+  return parse(app, argc, argv);
+}
+
+}  // namespace
+
+int main(int argc, char** argv, std::span<const OwnCommand> own) {
+  std::signal(SIGPIPE, SIG_IGN);
+  arguments = argv;
+  own_commands = own;
+  try {
+    return run(argc, argv);
+  } catch (const hal::ConfigError& e) {
+    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    return 1;
+  }
+}
+
+CLI::App* add_command(CLI::App& app, const char* name) {
+  return app.add_subcommand(name, find_command(name)->purpose);
+}
+
+void hand_over_cameras(const std::vector<std::string>& files, const std::vector<std::string>& sets) {
+  if (std::ranges::any_of(own_commands,
+                          [](const OwnCommand& own) { return find_command(own.name)->program == testbed_program; }))
+    return;
+  for (const std::string& file : files) {
+    std::string use;
+    try {
+      use = hal::Config::from_file(file, sets).root().section("arena").text("use", "");
+    } catch (const hal::ConfigError&) {
+      continue;
+    }
+    if (needs_cameras(use)) become(testbed_program, fmt::format("{}: arena.use = \"{}\"", file, use));
+  }
+}
+
+}  // namespace arkmesh::cli

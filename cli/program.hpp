@@ -1,0 +1,34 @@
+// What all programs of arkmesh are made of: the commands of their own, and handing over those of others.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/command_table.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace arkmesh::cli {
+
+// A command that a program runs itself.
+struct OwnCommand {
+  const char* name;
+  void (*add)(CLI::App& app);
+};
+
+// Runs what the command line asks for, in this process or by becoming the program that has it: process id, signals and
+// exit code stay the caller's own. Returns the exit code; every failure is one sentence.
+int main(int argc, char** argv, std::span<const OwnCommand> own);
+
+// Adds the command of the table; whoever calls it adds its options and what it does.
+CLI::App* add_command(CLI::App& app, const char* name);
+
+// Becomes the program with cameras when the arena of one of these labs' files needs it and this program has none.
+// Returns otherwise, also when a file is wrong: reading it properly says how. For commands of a program that runs
+// simulated labs only; to be called before anything else is done.
+void hand_over_cameras(const std::vector<std::string>& files, const std::vector<std::string>& sets);
+
+}  // namespace arkmesh::cli

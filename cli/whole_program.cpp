@@ -1,0 +1,38 @@
+#include "cli/whole_program.hpp"
+
+#include <iterator>
+#include <utility>
+
+#include "cli/commands.hpp"
+#include "cli/program.hpp"
+#if ARKMESH_CAMERAS
+#include "testbed/devices.hpp"
+#endif
+
+namespace arkmesh::cli {
+
+int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios) {
+  app::catalogue().insert(app::catalogue().end(), std::make_move_iterator(extra_scenarios.begin()),
+                          std::make_move_iterator(extra_scenarios.end()));
+  static constexpr OwnCommand own[] = {
+    {"run", add_run_command},
+    {"lab", add_lab_command},
+    {"gateway", add_gateway_command},
+    {"controller", add_controller_command},
+    {"ohc", add_ohc_command},
+#if ARKMESH_CAMERAS
+    {"doctor", [](CLI::App& app) { add_doctor_command(app, testbed::table_of); }},
+    {"room", add_room_command},
+    {"track", add_track_command},
+    {"calibrate", add_calibrate_command},
+    {"identify", add_identify_command},
+    {"assign-ids", add_assign_ids_command},
+    {"calibrate-motors", add_calibrate_motors_command},
+#else
+    {"doctor", [](CLI::App& app) { add_doctor_command(app, nullptr); }},
+#endif
+  };
+  return main(argc, argv, own);
+}
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,224 @@
+#include "gateway/gateway_process.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gateway/address.hpp"
+#include "gateway/config.hpp"
+#include "gateway/gateway.hpp"
+#include "gateway/port_watch.hpp"
+#include "gateway/tcp_node.hpp"
+#include "hal/bus.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::gateway {
+namespace {
+
+namespace asio = boost::asio;
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto tick_period = 100ms;
+// How long others on our LCM port have to answer before we connect to peers or say anything on the bus, and how long
+// after that one who was here before ends us.
+constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
+// Messages taken from the bus before the sockets have their turn; together they make one write per peer.
+constexpr int most_per_turn = 100;
+constexpr auto say_period = 1s;  // at most one line per peer
+
+// What the process needs of a lab's file; the other tables are the lab's.
+struct ProcessConfig {
+  std::string lab, bus_url;
+  GatewayConfig gateway;
+};
+
+// Refuses keys of [gateway] that it does not know, and labs of the shared world that have no peer.
+ProcessConfig read_process_config(const hal::Config& config) {
+  const hal::Section root = config.root();
+  ProcessConfig out;
+  out.lab = root.section("lab").required_text("name");
+  if (!hal::is_lab_name(out.lab))
+    root.section("lab").refuse("name", fmt::format("must have 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
+  const std::vector<std::string> labs = root.section("shared").texts("labs", {out.lab});
+  if (std::ranges::find(labs, out.lab) == labs.end())
+    root.section("shared").refuse("labs",
+                                  fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
+  out.bus_url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  if (!out.bus_url.starts_with("udpm://"))
+    root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
+  out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
+  config.refuse_unknown("gateway");
+  for (const std::string& lab : labs)
+    if (lab != out.lab && std::ranges::find(out.gateway.peers, lab, &PeerConfig::lab) == out.gateway.peers.end())
+      root.section("gateway").refuse("peers",
+                                     fmt::format("has no entry for lab {}, which shared.labs names; add one", lab));
+  return out;
+}
+
+// Grows with each start, also after a crash: peers take the newer of two gateways for the living one.
+std::uint64_t new_boot_id() {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count());
+}
+
+class GatewayProcess {
+ public:
+  explicit GatewayProcess(ProcessConfig config)
+      : config_(std::move(config)),
+        boot_id_(new_boot_id()),
+        bus_(config_.bus_url),
+        watch_(bus_, config_.lab, boot_id_),
+        readable_(io_, bus_.descriptor()),
+        timer_(io_),
+        signals_(io_, SIGINT, SIGTERM) {}
+  ~GatewayProcess() { readable_.release(); }  // the descriptor is LCM's
+
+  // Returns when it was asked to stop.
+  void run() {
+    signals_.async_wait([this](auto error, int) {
+      if (!error) io_.stop();
+    });
+    serve_bus();
+    watch_.ask();
+    // Who is first does not wait for an answer that never comes: peers may connect at once. A port that is taken may be
+    // that of somebody who has yet to answer.
+    std::exception_ptr failure;
+    try {
+      begin();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    timer_.expires_after(answer_time);
+    timer_.async_wait([this, failure](auto error) {
+      if (error) return;
+      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
+      refuse_if_not_alone();
+      if (failure) std::rethrow_exception(failure);
+      begun_ = Clock::now();
+      for (const PeerConfig& peer : config_.gateway.peers)
+        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
+      tick();
+    });
+    io_.run();
+    gateway_.reset();
+    say("stopped");
+  }
+
+ private:
+  void serve_bus() {
+    readable_.async_wait(asio::posix::stream_descriptor::wait_read, [this](auto error) {
+      if (error) return;
+      bus_.drain(0ms, most_per_turn);
+      serve_bus();
+    });
+  }
+
+  void begin() {
+    TcpSettings settings;
+    settings.lab = config_.lab;
+    settings.boot_id = boot_id_;
+    for (const Rule& rule : config_.gateway.exports) settings.exports.push_back(exported(rule.channel));
+    settings.listen = config_.gateway.listen;
+    settings.outbox_bytes = config_.gateway.outbox_bytes;
+    settings.max_message_bytes = config_.gateway.max_message_bytes;
+    settings.first_attempt = answer_time;
+    settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
+    node_ = std::make_unique<TcpNode>(io_, std::move(settings));
+
+    std::vector<std::unique_ptr<Link>> links;
+    for (const PeerConfig& peer : config_.gateway.peers) links.push_back(node_->link(peer.lab, peer.connect));
+    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, std::move(links));
+
+    for (const std::string& lab : config_.gateway.ignored)
+      say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
+    if (!config_.gateway.listen.empty()) say(fmt::format("listening on {}", to_text(node_->listening())));
+    for (const auto& link : gateway_->links()) said_[link->peer()] = {link->stats().why, {}};
+  }
+
+  void tick() {
+    if (Clock::now() - begun_ < start_time) refuse_if_not_alone();
+    if (watch_.heard_other()) gateway_->announce();
+    hal::Counters all = node_->counters();
+    all.merge(watch_.counters());
+    gateway_->tick(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()), all);
+    say_changes();
+    timer_.expires_after(tick_period);
+    timer_.async_wait([this](auto error) {
+      if (!error) tick();
+    });
+  }
+
+  // Whoever came later gives way, so that a lab at work is not disturbed.
+  void refuse_if_not_alone() const {
+    if (!watch_.earlier().empty()) throw hal::ConfigError(watch_.earlier());
+  }
+
+  struct Said {
+    std::string text;
+    Clock::time_point when;
+  };
+
+  // The state of each peer when it has changed; of quick changes the last.
+  void say_changes() {
+    const auto now = Clock::now();
+    const auto say_change = [&](const std::string& about, const std::string& state, const std::string& sentence) {
+      Said& last = said_[about];
+      if (last.text == state || now - last.when < say_period) return;
+      say(sentence);
+      last = {state, now};
+    };
+    for (const auto& link : gateway_->links()) {
+      const LinkStats stats = link->stats();
+      say_change(link->peer(), stats.why,
+                 stats.up ? fmt::format("{} connected", link->peer())
+                          : fmt::format("{} not connected: {}", link->peer(), stats.why));
+    }
+    if (!notice_.empty()) say_change("", notice_, notice_);
+    if (!watch_.earlier().empty()) say_change("bus", watch_.earlier(), watch_.earlier());
+  }
+
+  // To standard output, at once. Nobody may be reading it any more; that is no reason to stop.
+  void say(std::string_view sentence) const {
+    const std::string line = fmt::format("gateway of {}: {}\n", config_.lab, sentence);
+    std::fwrite(line.data(), 1, line.size(), stdout);
+    std::fflush(stdout);
+  }
+
+  ProcessConfig config_;
+  std::uint64_t boot_id_;
+  asio::io_context io_{1};
+  hal::Bus bus_;
+  PortWatch watch_;
+  asio::posix::stream_descriptor readable_;
+  asio::steady_timer timer_;
+  asio::signal_set signals_;
+  std::unique_ptr<TcpNode> node_;
+  std::unique_ptr<Gateway> gateway_;  // holds the node's links
+  Clock::time_point begun_;           // to connect to peers
+  std::map<std::string, Said> said_;  // by peer, "" for strangers, "bus" for the LCM port
+  std::string notice_;
+};
+
+}  // namespace
+
+void run_gateway(const hal::Config& config) {
+  GatewayProcess(read_process_config(config)).run();
+}
+
+}  // namespace arkmesh::gateway

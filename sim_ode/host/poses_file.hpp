@@ -1,0 +1,30 @@
+// Where each robot of a swarm was, as a CSV file: a row per robot and frame.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::sim_ode {
+
+class PosesFile {
+ public:
+  // Empty `name`: a temporary file, removed at the end. Throws std::runtime_error when it cannot be written.
+  explicit PosesFile(const std::string& name);
+  ~PosesFile();
+  PosesFile(const PosesFile&) = delete;
+  PosesFile& operator=(const PosesFile&) = delete;
+
+  void write(const hal::PoseFrame& frame);
+  // All of it is in the file, or the disk is full, which throws std::runtime_error.
+  const std::filesystem::path& finished();
+
+ private:
+  std::filesystem::path path_;
+  bool temporary_;
+  std::ofstream out_;
+};
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,43 @@
+#include "sim_ode/host/swarm_drawing.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "sim_ode/host/subprocess.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Beside an installed program, or among the sources.
+fs::path drawing_script() {
+  std::error_code ignored;
+  const fs::path installed =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / "draw_swarm";
+  return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
+}
+
+}  // namespace
+
+void draw_swarm(const SwarmDrawing& drawing, const std::optional<fs::path>& poses) {
+  if (drawing.png.empty() && drawing.video.empty()) return;
+  const fs::path script = drawing_script();
+  std::vector<std::string> command = {script.string(), "--arena",
+                                      fmt::format("{}x{}", drawing.width_m, drawing.height_m)};
+  command.push_back(poses ? poses->string() : "--try");
+  if (drawing.light) command.push_back(fmt::format("--light={},{}", drawing.light->x_m, drawing.light->y_m));
+  if (!drawing.png.empty()) command.insert(command.end(), {"--png", drawing.png});
+  if (!drawing.video.empty()) command.insert(command.end(), {"--video", drawing.video});
+  const Finished done = run_to_end(command);
+  if (done.status == 0) return;
+  std::string last = done.output;
+  while (last.ends_with('\n')) last.pop_back();
+  if (const auto line = last.rfind('\n'); line != std::string::npos) last.erase(0, line + 1);
+  throw std::runtime_error(
+      last.empty() ? fmt::format("{} cannot be started; it needs /usr/bin/python3", script.string()) : last);
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,22 @@
+// Pictures of a swarm's run, made by scripts/draw_swarm.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::sim_ode {
+
+struct SwarmDrawing {
+  std::string png, video;  // what to make; nothing when both are empty
+  double width_m = 1, height_m = 1;
+  std::optional<hal::Pose> light;
+};
+
+// Draws the rows of `poses`, a file of PosesFile. Without it the script only says whether it could. Throws
+// std::runtime_error with the script's own sentence about what it lacks.
+void draw_swarm(const SwarmDrawing& drawing, const std::optional<std::filesystem::path>& poses);
+
+}  // namespace arkmesh::sim_ode
