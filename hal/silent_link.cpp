@@ -2,6 +2,7 @@
 #include "hal/silent_link.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace arkmesh::hal {
 
@@ -15,25 +16,14 @@ const char* refusal(const ArenaInfo& info, const ToRobot& message) {
 }
 
 const char* refusal(const ArenaInfo& info, const FleetCommand& command) {
+  // in the order of FleetCommand::Kind
+  static constexpr std::array reasons = {"fleet_command.refused.run",      "fleet_command.refused.pause",
+                                         "fleet_command.refused.reset",    "fleet_command.refused.sleep",
+                                         "fleet_command.refused.voltage",  "fleet_command.refused.charge",
+                                         "fleet_command.refused.broadcast"};
+  static_assert(reasons.size() == static_cast<std::size_t>(FleetCommand::Kind::broadcast) + 1);
   if (std::ranges::find(info.commands, command.kind) != info.commands.end()) return nullptr;
-  using Kind = FleetCommand::Kind;
-  switch (command.kind) {
-    case Kind::run:
-      return "fleet_command.refused.run";
-    case Kind::pause:
-      return "fleet_command.refused.pause";
-    case Kind::reset:
-      return "fleet_command.refused.reset";
-    case Kind::sleep:
-      return "fleet_command.refused.sleep";
-    case Kind::voltage:
-      return "fleet_command.refused.voltage";
-    case Kind::charge:
-      return "fleet_command.refused.charge";
-    case Kind::broadcast:
-      return "fleet_command.refused.broadcast";
-  }
-  return "fleet_command.refused.unknown";
+  return reasons.at(static_cast<std::size_t>(command.kind));
 }
 
 void SilentLink::offer(std::span<const ToRobot> newest) {
