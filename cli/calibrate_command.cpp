@@ -6,41 +6,76 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "cli/calibrate_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
-#include "testbed/camera_set_up.hpp"
+#include "testbed/camera_calibration.hpp"
 #include "tracker/calibration_file.hpp"
+#include "tracker/camera_fit.hpp"
 #include "tracker/source.hpp"
+#include "tracker/table_corners.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
+cv::Mat read_picture(const std::string& file) {
+  cv::Mat picture = tracker::read_picture(file);
+  if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or no picture", file));
+  return picture;
+}
+
 tracker::FittedLens fit_lens(const CalibrateOptions& options) {
-  return testbed::fit_lens(options.pictures, board_of(options), [&](const std::string& picture, bool found) {
-    fmt::print("{}: {}\n", picture,
+  tracker::LensFit fit(options.chessboard());
+  for (const std::string& file : options.pictures) {
+    bool found = false;
+    try {
+      found = fit.add(read_picture(file));
+    } catch (const std::runtime_error& wrong) {
+      const std::string what = wrong.what();
+      throw std::runtime_error(what.starts_with(file) ? what : fmt::format("{} {}", file, what));
+    }
+    fmt::print("{}: {}\n", file,
                found ? std::string("chessboard found")
                      : fmt::format("no whole chessboard with {} inner corners; left out", options.board));
     std::fflush(stdout);
-  });
+  }
+  return fit.fit();
 }
 
 std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tracker::Lens& lens) {
-  std::vector<tracker::Point> corners = given_corners(options);
+  std::vector<tracker::Point> corners = options.given_corners();
   if (!corners.empty()) return corners;
   if (options.corner_picture.empty())
     throw CLI::ValidationError("--corner",
                                "give the arena's corners: four times --corner x,y, or a picture with --corners");
-  corners = testbed::find_corners(options.corner_picture, lens);
+  const cv::Mat picture = read_picture(options.corner_picture);
+  if (picture.cols != lens.width_px || picture.rows != lens.height_px)
+    throw std::runtime_error(
+        fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
+                    options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
+  corners = tracker::find_table_corners(picture);
+  if (corners.empty())
+    throw std::runtime_error(
+        fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
+                    options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
 }
 
-// How large a robot is in the picture there.
+void draw_check(const CalibrateOptions& options, const tracker::CameraData& data) {
+  if (options.png.empty()) return;
+  cv::Mat picture = options.corner_picture.empty()
+                        ? cv::Mat(data.lens.height_px, data.lens.width_px, CV_8UC3, cv::Scalar::all(60))
+                        : read_picture(options.corner_picture);
+  testbed::draw_arena(picture, data);
+  tracker::write_picture(options.png, picture);
+}
+
 std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
   const auto width_px = testbed::robot_width_px(data, at);
   if (!width_px) return "";
@@ -49,7 +84,7 @@ std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
 }
 
 void calibrate(const CalibrateOptions& options) {
-  const auto [width_m, height_m] = sides_of(options);
+  const auto [width_m, height_m] = options.arena_sides_m();
   if (options.pictures.empty())
     throw CLI::ValidationError("PICTURES", "give pictures of a chessboard, or --import-ark FILE");
   const tracker::FittedLens lens = fit_lens(options);
@@ -59,7 +94,7 @@ void calibrate(const CalibrateOptions& options) {
       "{:.3f} px)\n",
       fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
       lens.pictures, fisheye ? "pinhole" : "fisheye", lens.other_error_px);
-  const std::vector<tracker::Mark> marks = marks_of(options);
+  const std::vector<tracker::Mark> marks = options.given_marks();
   const tracker::CameraData data =
       marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
                     : tracker::place_camera(lens.lens, marks, width_m, height_m);
@@ -68,17 +103,15 @@ void calibrate(const CalibrateOptions& options) {
   fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
              place[0], place[1], marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
-  if (!options.png.empty()) testbed::draw_arena(options.png, options.corner_picture, data);
-  const std::size_t cameras = testbed::keep_camera(options.out, {options.name, data});
+  draw_check(options, data);
+  const std::size_t cameras = testbed::put_into(options.out, options.name, data);
   fmt::print("{}: {} camera{} ({})\n", options.out, cameras, cameras == 1 ? "" : "s", options.name);
 }
 
 void import_ark(const CalibrateOptions& options) {
-  const auto [width_m, height_m] = sides_of(options);
-  const auto [width_px, height_px] = picture_size_of(options);
+  const auto [width_m, height_m] = options.arena_sides_m();
   tracker::ArkTable table;
-  table.width_px = width_px;
-  table.height_px = height_px;
+  std::tie(table.width_px, table.height_px) = options.ark_picture_px();
   table.overview_px = std::min(table.width_px, table.height_px);
   table.arena_width_m = width_m;
   table.arena_height_m = height_m;
@@ -99,43 +132,7 @@ void import_ark(const CalibrateOptions& options) {
 void add_calibrate_command(CLI::App& app) {
   auto* command = add_command(app, "calibrate");
   const auto options = std::make_shared<CalibrateOptions>();
-  command
-      ->add_option("PICTURES", options->pictures,
-                   "Pictures of a chessboard, at different slants, all over the camera's view")
-      ->check(CLI::ExistingFile);
-  command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")
-      ->capture_default_str();
-  command->add_option("--square-mm", options->square_mm, "Side of one of its squares")
-      ->check(CLI::Range(0.1, 1000.0))
-      ->capture_default_str();
-  command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")
-      ->capture_default_str();
-  command->add_option("--corner", options->corners,
-                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
-  command
-      ->add_option("--corners", options->corner_picture,
-                   "A picture of the whole table; without --corner its corners are looked for, the upper left "
-                   "one being north-west")
-      ->check(CLI::ExistingFile);
-  command
-      ->add_option("--mark", options->marks,
-                   "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
-                   "east, y north of the "
-                   "arena's middle); "
-                   "four times or more, spread over the view, for a camera that does not see all four corners")
-      ->excludes("--corner");
-  command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
-  command->add_option("--png", options->png, "Draw the arena over the picture of the table, to see whether it fits");
-  command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
-  auto* ark = command->add_option("--import-ark", options->ark, "Take an ARK calibration over instead")
-                  ->check(CLI::ExistingFile);
-  command->add_option("--camera-height", options->camera_height_m, "Metres of ARK's cameras above the table")
-      ->check(CLI::Range(0.1, 50.0))
-      ->needs(ark)
-      ->capture_default_str();
-  command->add_option("--size", options->size, "Pictures of ARK's cameras, width x height in pixels")
-      ->needs(ark)
-      ->capture_default_str();
+  options->add_to(*command);
   command->footer(
       "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out "
       "table.yaml\n"

@@ -1,4 +1,4 @@
-// What people write after `arkmesh calibrate`, and what it means. What cannot be meant throws CLI::ValidationError.
+// The options of `arkmesh calibrate`, and what their texts mean. All that read them throw CLI::ValidationError.
 #pragma once
 
 #include <string>
@@ -7,21 +7,24 @@
 
 #include "tracker/camera_fit.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace arkmesh::cli {
 
 struct CalibrateOptions {
   std::vector<std::string> pictures, corners, marks;
   std::string board = "7x6", arena = "1x1", corner_picture, out, name = "camera0", png, ark, size = "2048x1536";
   double square_mm = 25, camera_height_m = 1.6;
-};
 
-// Width and height of the arena, metres.
-std::pair<double, double> sides_of(const CalibrateOptions& options);
-// Width and height of the pictures of ARK's cameras, pixels.
-std::pair<int, int> picture_size_of(const CalibrateOptions& options);
-tracker::ChessboardSize board_of(const CalibrateOptions& options);
-// Those given by --corner, pixels.
-std::vector<tracker::Point> given_corners(const CalibrateOptions& options);
-std::vector<tracker::Mark> marks_of(const CalibrateOptions& options);
+  void add_to(CLI::App& command);
+
+  std::pair<double, double> arena_sides_m() const;
+  tracker::ChessboardSize chessboard() const;
+  std::pair<int, int> ark_picture_px() const;
+  std::vector<tracker::Point> given_corners() const;
+  std::vector<tracker::Mark> given_marks() const;
+};
 
 }  // namespace arkmesh::cli
