@@ -50,13 +50,14 @@ void CalibrateOptions::add_to(CLI::App& command) {
   command.add_option("--name", name, "The camera's name in the file")->capture_default_str();
   command.add_option("--png", png, "Draw the arena over the picture of the table, to see whether it fits");
   command.add_option("--out", out, "The calibration file (.yaml); other cameras in it are kept")->required();
-  auto* ark = command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
+  auto* import_ark =
+      command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
   command.add_option("--camera-height", camera_height_m, "Metres of ARK's cameras above the table")
       ->check(CLI::Range(0.1, 50.0))
-      ->needs(ark)
+      ->needs(import_ark)
       ->capture_default_str();
   command.add_option("--size", size, "Pictures of ARK's cameras, width x height in pixels")
-      ->needs(ark)
+      ->needs(import_ark)
       ->capture_default_str();
 }
 
@@ -83,18 +84,18 @@ std::pair<int, int> CalibrateOptions::ark_picture_px() const {
 }
 
 std::vector<tracker::Point> CalibrateOptions::given_corners() const {
-  std::vector<tracker::Point> out;
-  for (const std::string& text : this->corners) {
+  std::vector<tracker::Point> found;
+  for (const std::string& text : corners) {
     const auto [x, y] = two_numbers(text, ',', "--corner", "120.5,33 (pixels)");
-    out.push_back({x, y});
+    found.push_back({x, y});
   }
-  return out;
+  return found;
 }
 
 // "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
 std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
-  std::vector<tracker::Mark> marks;
-  for (const std::string& text : this->marks) {
+  std::vector<tracker::Mark> found;
+  for (const std::string& text : marks) {
     tracker::Mark mark;
     char rest = 0;
     const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
@@ -104,9 +105,9 @@ std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
         !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
       throw CLI::ValidationError(
           "--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
-    marks.push_back(mark);
+    found.push_back(mark);
   }
-  return marks;
+  return found;
 }
 
 }  // namespace arkmesh::cli
