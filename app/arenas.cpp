@@ -21,6 +21,10 @@ std::span<const hal::ArenaRow> arena_rows() {
 #if ARKMESH_CAMERAS
     testbed::kilobot_arena_row(),
     emulator::room_arena_row(),
+#else
+    // Known by name, for whoever reads a lab's file without them.
+    {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, nullptr},
+    {"room", {"room", "kilobot"}, hal::ArenaRow::Robots::simulated, nullptr},
 #endif
     hal::log_arena_row(),
     hal::null_arena_row(),
@@ -29,18 +33,12 @@ std::span<const hal::ArenaRow> arena_rows() {
 }
 
 const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
-#if !ARKMESH_CAMERAS
-  for (const std::string& needs_cameras : {"kilobot", "room"}) {
-    if (arena.text("use", "ode") == needs_cameras)
-      arena.refuse("use", "needs cameras, and this program was built without OpenCV");
-    arena.leave_alone(needs_cameras);
-  }
-#endif
   const std::span<const hal::ArenaRow> rows = arena_rows();
   std::vector<std::string> names;
   for (const hal::ArenaRow& row : rows) names.push_back(row.name);
   const std::string use = arena.choice("use", "ode", names);
   const auto chosen = std::ranges::find(rows, use, &hal::ArenaRow::name);
+  if (!chosen->make) arena.refuse("use", "needs cameras, and this program was built without OpenCV");
   for (const std::string& name : names)
     if (std::ranges::find(chosen->sections, name) == chosen->sections.end()) arena.leave_alone(name);
   return *chosen;

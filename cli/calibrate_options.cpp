@@ -8,18 +8,18 @@
 #include <cstdio>
 #include <iterator>
 
-#include "cli/two_numbers.hpp"
-
 namespace arkmesh::cli {
 namespace {
 
-// Two numbers above or at 0.
-std::pair<double, double> numbers_of(const std::string& text, char between, const std::string& option,
-                                     const std::string& example) {
-  const auto numbers = two_numbers(text, between);
-  if (!numbers || !(numbers->first >= 0) || !(numbers->second >= 0))
+// "7x6" or "120.5,33": two numbers above or at 0 and nothing else.
+std::pair<double, double> two_numbers(const std::string& text, char between, const std::string& option,
+                                      const std::string& example) {
+  double first = 0, second = 0;
+  char separator = 0, rest = 0;
+  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between ||
+      !(first >= 0) || !(second >= 0))
     throw CLI::ValidationError(option, fmt::format("{} is not of the form {}", text, example));
-  return *numbers;
+  return {first, second};
 }
 
 }  // namespace
@@ -62,14 +62,14 @@ void CalibrateOptions::add_to(CLI::App& command) {
 }
 
 std::pair<double, double> CalibrateOptions::arena_sides_m() const {
-  const auto sides = numbers_of(arena, 'x', "--arena", "1x1 (metres)");
+  const auto sides = two_numbers(arena, 'x', "--arena", "1x1 (metres)");
   if (!(sides.first > 0 && sides.second > 0 && sides.first <= 100 && sides.second <= 100))
     throw CLI::ValidationError("--arena", "the sides must be above 0 and at most 100 m");
   return sides;
 }
 
 tracker::ChessboardSize CalibrateOptions::chessboard() const {
-  const auto [columns, rows] = numbers_of(board, 'x', "--board", "7x6 (inner corners)");
+  const auto [columns, rows] = two_numbers(board, 'x', "--board", "7x6 (inner corners)");
   if (columns < 3 || rows < 3 || columns > 50 || rows > 50 || columns != static_cast<int>(columns) ||
       rows != static_cast<int>(rows))
     throw CLI::ValidationError("--board", "a chessboard has 3 to 50 inner corners along each side");
@@ -77,7 +77,7 @@ tracker::ChessboardSize CalibrateOptions::chessboard() const {
 }
 
 std::pair<int, int> CalibrateOptions::ark_picture_px() const {
-  const auto [width_px, height_px] = numbers_of(size, 'x', "--size", "2048x1536 (pixels)");
+  const auto [width_px, height_px] = two_numbers(size, 'x', "--size", "2048x1536 (pixels)");
   if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
     throw CLI::ValidationError("--size", "that is no camera's picture");
   return {static_cast<int>(width_px), static_cast<int>(height_px)};
@@ -86,7 +86,7 @@ std::pair<int, int> CalibrateOptions::ark_picture_px() const {
 std::vector<tracker::Point> CalibrateOptions::given_corners() const {
   std::vector<tracker::Point> found;
   for (const std::string& text : corners) {
-    const auto [x, y] = numbers_of(text, ',', "--corner", "120.5,33 (pixels)");
+    const auto [x, y] = two_numbers(text, ',', "--corner", "120.5,33 (pixels)");
     found.push_back({x, y});
   }
   return found;

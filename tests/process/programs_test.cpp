@@ -28,6 +28,7 @@ constexpr bool sanitized = false;
 struct Lab {
   TemporaryFolder folder;
   fs::path file = folder.path() / "shark.toml";
+  mutable int started = 0;  // each says what it says into a file of its own
 
   Lab() {
     std::ofstream(file) << "[lab]\nname = \"shark\"\n[bus]\nurl = \"udpm://239.255.76.67:7861?ttl=0\"\n"
@@ -35,7 +36,7 @@ struct Lab {
                            "[gateway]\nlisten = \"127.0.0.1:7861\"\npeers = [{lab = \"roark\"}]\n";
   }
   Process start(const std::vector<std::string>& arguments, const std::string& program = ARKMESH_PROGRAM) const {
-    return Process(program, arguments, folder.path() / "said.txt");
+    return Process(program, arguments, folder.path() / fmt::format("said-{}.txt", started++));
   }
   // What the program said, which ends with this exit code.
   std::string said(int code, const std::vector<std::string>& arguments,
