@@ -38,8 +38,9 @@ struct arkmesh_program {
   void* rx_message;      // 12 bytes: data, type, crc
   int16_t* rx_distance;  // low gain, high gain
   volatile uint32_t* ticks;
-  uint32_t* reads;   // of the clock or a sensor since the program last got time
-  uint32_t* blocks;  // parts of a tick's work that it did since it last got time; work_per_tick of robot_parts.h make a tick
+  uint32_t* reads;  // of the clock or a sensor since the program last got time
+  uint32_t*
+      blocks;  // parts of a tick's work that it did since it last got time; work_per_tick of robot_parts.h make a tick
   uint16_t* uid;
   volatile uint16_t* tx_period;
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;

@@ -9,7 +9,6 @@
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios;
-using lab::LabDouble, lab::WorldDouble;
 using dhtf::dwelling, dhtf::leaving, dhtf::walking;
 using hal::Led;
 using lab::LabDouble, lab::WorldDouble;

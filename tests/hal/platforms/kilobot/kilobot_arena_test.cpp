@@ -325,7 +325,7 @@ TEST_CASE("kilobot arena: the last word") {
   // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise
   // repeat it for ever; a command for robots asleep is not waited for. So it is whether somebody asks it to end or
   // takes it away.
-  for (const auto [asleep, asked] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
+  for (const auto& [asleep, asked] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
     CAPTURE(asleep);
     CAPTURE(asked);
     Table table("kilobot.again_s = 0");
