@@ -8,18 +8,27 @@ namespace {
 
 volatile std::sig_atomic_t wished = 0;
 
+bool listen() {
+  for (const int each : {SIGINT, SIGTERM})
+    std::signal(each, [](int number) {
+      wished = 1;
+      std::signal(number, SIG_DFL);
+    });
+  return true;
+}
+
 }  // namespace
 
+OperatorStop::OperatorStop() {
+  [[maybe_unused]] static const bool listens = listen();
+}
+
+bool OperatorStop::stopped() {
+  return wished != 0;
+}
+
 bool operator_stops() {
-  static const bool listens = [] {
-    for (const int each : {SIGINT, SIGTERM})
-      std::signal(each, [](int number) {
-        wished = 1;
-        std::signal(number, SIG_DFL);
-      });
-    return true;
-  }();
-  return listens && wished;
+  return OperatorStop().stopped();
 }
 
 }  // namespace arkmesh::cli

@@ -1,10 +1,19 @@
 // Ctrl-C, or SIGTERM, as a wish that work ends in good order.
 #pragma once
 
+#include "hal/stop_request.hpp"
+
 namespace arkmesh::cli {
 
-// True once somebody has wished it; begins to listen at the first call. Who wishes it a second time ends the process at
-// once, which may be waiting for something.
+// Listens from its making on; all of a process share one wish. Who wishes it a second time ends the process at once,
+// which may be waiting for something.
+class OperatorStop final : public hal::StopRequest {
+ public:
+  OperatorStop();
+  bool stopped() override;
+};
+
+// The same for whoever holds no OperatorStop; begins to listen at the first call.
 bool operator_stops();
 
 }  // namespace arkmesh::cli

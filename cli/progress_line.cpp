@@ -1,0 +1,60 @@
+#include "cli/progress_line.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <utility>
+
+namespace arkmesh::cli {
+
+using namespace std::chrono_literals;
+
+ProgressLine::ProgressLine(std::string what, std::string unit)
+    : what_(std::move(what)),
+      unit_(std::move(unit)),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      begun_(Clock::now()),
+      due_(begun_),
+      same_due_(begun_) {}
+
+void ProgressLine::show(const std::string& text) {
+  const auto now = Clock::now();
+  if (now < due_ || (text == text_ && now < same_due_)) return;
+  due_ = now + (terminal_ ? 100ms : 2000ms);
+  same_due_ = now + (terminal_ ? 100ms : 30'000ms);
+  text_ = text;
+  fmt::print(stderr, "{}{}{}{}{}", terminal_ ? "\r" : "", what_, what_.empty() ? "" : ": ", text,
+             terminal_ ? "\033[K" : "\n");
+  std::fflush(stderr);
+  open_ = terminal_;
+}
+
+void ProgressLine::show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state) {
+  const auto now = Clock::now();
+  // A wait is said at once and then every five seconds; running work each second.
+  const bool waits = state.starts_with("waiting");
+  if (now < due_ && !(waits && state_.starts_with("running"))) return;
+  due_ = now + (waits ? 5s : 1s);
+  state_ = state;
+  const double wall_s = std::chrono::duration<double>(now - begun_).count();
+  const double speed = wall_s > 0 ? done * unit_s / wall_s : 0;
+  std::string line =
+      fmt::format("{}  {} {}/{}  {:.1f} %  {:.0f}x", what_, unit_, done, all, all ? 100.0 * done / all : 100.0, speed);
+  if (waits)
+    line += "  " + state;
+  else if (speed > 0)
+    line += fmt::format("  eta {:.0f} s", (all - done) * unit_s / speed);
+  if (terminal_)
+    fmt::print(stderr, "\r\033[K{}", line);
+  else
+    fmt::print(stderr, "{}\n", line);
+  std::fflush(stderr);
+  open_ = terminal_;
+}
+
+void ProgressLine::done() {
+  if (std::exchange(open_, false)) fmt::print(stderr, "\r\033[K");
+}
+
+}  // namespace arkmesh::cli
