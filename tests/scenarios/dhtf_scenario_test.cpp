@@ -125,10 +125,10 @@ TEST_CASE("dhtf: rows of completed tasks") {
   world.boundary();
   const auto cell = world["shark"].lab.initial_field("shark", "site_cell")[5];
   for (lab::LabDouble& lab : world.labs()) {
-    REQUIRE(lab.rows.size() == 1);
-    CHECK(lab.rows[0].table == "completed");
-    CHECK(lab.rows[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");
-    CHECK(lab.rows[0].values == fmt::format("2,4.000000,5,{},0.000000,0,0,1,3", cell));
+    REQUIRE(lab.rows().size() == 1);
+    CHECK(lab.rows()[0].table == "completed");
+    CHECK(lab.rows()[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");
+    CHECK(lab.rows()[0].values == fmt::format("2,4.000000,5,{},0.000000,0,0,1,3", cell));
   }
 }
 
