@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/operator_stop.hpp"
 #include "emulator/room_arena.hpp"
 #include "hal/arena_config.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "testbed/table_window.hpp"
@@ -32,9 +32,9 @@ struct Entry {
 
 // Shows people what the cameras of a table see.
 testbed::Onlooker window(const hal::Section& arena, const Around& around) {
-  const auto window =
-      std::make_shared<testbed::TableWindow>(arena.section("kilobot"), around.run.lab,
-                                             hal::read_arena_config(arena).frame_period, around.bus, around.directory);
+  const auto window = std::make_shared<testbed::TableWindow>(
+      arena.section("kilobot"), around.run.lab, hal::read_arena_config(arena, hal::kilobot::body_radius_m).frame_period,
+      around.bus, around.directory);
   return [window](const testbed::Look& look) { window->look(look); };
 }
 
@@ -44,16 +44,17 @@ const std::vector<Entry>& arenas() {
       {"kilobot",
        {"kilobot"},
        [](auto& arena, auto& a) {
-         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, testbed::make_table_watch(arena, window(arena, a)),
-                                                 cli::operator_stops);
+         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, testbed::make_table_watch(arena, window(arena, a)));
        }},
       {"room",
        {"room", "kilobot"},
        [](auto& arena, auto& a) { return emulator::make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
       {"replay",
        {"replay"},
-       [](auto& arena, auto& a) { return hal::make_log_arena(arena, a.run.lab, a.run.period * a.run.last_period); }},
-      {"null", {}, [](auto& arena, auto& a) { return hal::make_null_arena(arena, a.run.lab); }},
+       [](auto& arena, auto& a) {
+         return hal::make_log_arena(arena, a.run.lab, hal::kilobot::model, a.run.period * a.run.last_period);
+       }},
+      {"null", {}, [](auto& arena, auto& a) { return hal::make_null_arena(arena, a.run.lab, hal::kilobot::model); }},
   };
   return table;
 }

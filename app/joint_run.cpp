@@ -9,14 +9,12 @@
 #include <map>
 #include <stdexcept>
 
-#include "hal/wall_time.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using namespace std::chrono_literals;
 
 constexpr std::chrono::microseconds step_time{1000};
 constexpr std::uint64_t deadlock_steps = 10'000;  // repetition and dead-peer rules have long had their say by then
@@ -106,7 +104,7 @@ bool JointRun::step() {
     const auto step = m.lab.runner().step(now);
     // The others stand still meanwhile, so that the course does not depend on how long it takes.
     if (m.lab.runner().awaits_arena()) {
-      hal::machine_time().wait_until(std::min(m.lab.runner().next_service(), Clock::now() + 20ms));
+      hal::wait_for_service(m.lab.arena());
       return true;
     }
     advanced_ = advanced_ || step == lab::Runner::Step::advanced;

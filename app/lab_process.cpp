@@ -7,7 +7,6 @@
 
 #include "hal/neighbour_detector.hpp"
 #include "hal/wall_time.hpp"
-#include "lab/arena_adaptation.hpp"
 
 namespace arkmesh::app {
 
@@ -33,7 +32,7 @@ void LabProcess::refuse_neighbours() {
 
 // Serves the public bus, at most for `time` and not beyond the moment at which the arena wants service.
 void LabProcess::serve_bus(std::chrono::milliseconds time) {
-  const auto now = Clock::now(), until = std::clamp(lab_.runner().next_service(), now, now + time);
+  const auto now = Clock::now(), until = std::clamp(lab_.arena().next_service(), now, now + time);
   public_bus_.drain(std::chrono::floor<std::chrono::milliseconds>(until - now));
   if (until - now < 1ms) hal::machine_time().wait_until(until);
 }
@@ -64,7 +63,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   progress.done();
   public_bus_.drain();
   lab_.folder().save_result(lab::lab_result(runner, wall_, traffic_.by_peer()));
-  while (!lab::adapted::end(lab_.arena())) serve_bus(20ms);
+  while (!lab_.arena().end()) serve_bus(20ms);
 }
 
 }  // namespace arkmesh::app

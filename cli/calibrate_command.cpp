@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
 #include "tracker/source.hpp"
@@ -162,7 +162,7 @@ void draw_check(const CalibrateOptions& options, const tracker::CameraData& data
 std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
   const auto scale = tracker::Calibration(data).scale(at, tracker::board_height_m);
   if (!scale) return "";
-  const double width_px = (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot_radius_m;
+  const double width_px = (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot::body_radius_m;
   return fmt::format(": a robot there is {:.1f} px wide{}", width_px,
                      width_px < 12 ? ", too few: bring the camera nearer, or take more pixels" : "");
 }

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::emulator {
 namespace {
 
-constexpr double radius_m = hal::kilobot_radius_m;
+constexpr double radius_m = hal::kilobot::body_radius_m;
 constexpr double cell_above_board_m = 0.007, led_above_board_m = 0.001;
 // The LED is at the front right; measured in pictures of real robots.
 constexpr double led_off_heading_rad = -44 * std::numbers::pi / 180;

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "cli/operator_stop.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
 
@@ -123,23 +122,35 @@ class RoomArena final : public hal::Arena {
     };
     arena_ = hal::kilobot::make_kilobot_arena(
         arena, lab, testbed::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
-        std::make_unique<RoomWire>(room_), time_, cli::operator_stops);
+        std::make_unique<RoomWire>(room_), time_);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }
   const hal::Clock& clock() const override { return arena_->clock(); }
   hal::PoseSource& poses() override { return arena_->poses(); }
   hal::RobotLink& robots() override { return arena_->robots(); }
-  void advance_to(hal::LabTime t) override { arena_->advance_to(t); }
+  bool advance_to(hal::LabTime t) override { return is_there(arena_->advance_to(t)); }
+  void serve() override { arena_->serve(); }
+  hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
+  std::string waiting_for() const override { return arena_->waiting_for(); }
+  bool end() override { return is_there(arena_->end()); }
   const hal::Counters& counters() const override { return arena_->counters(); }
   Room& room() { return room_; }
 
  private:
+  // Nobody waits here: whoever calls again finds the room at the moment that the arena wanted.
+  bool is_there(bool there) {
+    wanted_ = !there;
+    if (wanted_) time_.wait_until(arena_->next_service());
+    return there;
+  }
+
   hal::Config config_;
   Room room_;
   RoomEyes eyes_;
   RoomTime time_;
   std::unique_ptr<hal::Arena> arena_;
+  bool wanted_ = false;  // the last call was answered with false
 };
 
 }  // namespace

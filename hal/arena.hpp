@@ -2,19 +2,33 @@
 // Everything here is single-threaded: call it from the thread that made the arena.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/clock.hpp"
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
+#include "hal/wall_time.hpp"
 
 namespace arkmesh::hal {
 
+// One kind of robot: what it is and what can be said to it. Each platform states its own; the defaults allow whatever
+// the values can hold and claim nothing.
+struct RobotModel {
+  double body_radius_m = 0;                  // of a robot seen from above; positive for every platform
+  RobotId max_robot = 1'000'000'000;         // largest addressable id
+  std::uint8_t kinds = 255;                  // ToRobot::kind is below this
+  std::uint16_t values = 65'535;             // ToRobot::value is below this
+  std::vector<FleetCommand::Kind> commands;  // those that the platform carries; others are refused
+};
+
 // What an arena is and carries. Constant for the arena's life.
-struct ArenaInfo {
+struct ArenaInfo : RobotModel {
   std::string name;               // the lab's name
   std::string platform;           // "ode", "replay", "null", "kilobot"
   double width_m = 1;             // along x
@@ -22,9 +36,6 @@ struct ArenaInfo {
   std::vector<RobotId> robots;    // ids that are expected, ascending
   bool can_wait = true;           // false: lab time passes by itself, as in a room
   LabTime frame_period{100'000};  // frames are stamped n * frame_period, n = 0, 1, ...
-  RobotId max_robot = 1022;       // largest addressable id
-  std::uint8_t kinds = 16;        // ToRobot::kind is below this
-  std::uint16_t values = 1024;    // ToRobot::value is below this
 };
 
 // Where the robots are. Cameras, a simulator, a log: the same thing.
@@ -41,9 +52,12 @@ class RobotLink {
  public:
   virtual ~RobotLink() = default;
   // Replaces the registers named. Each offer is sent once. Messages outside ArenaInfo's limits are refused and counted.
-  // Returns the totals. Never blocks.
-  virtual Airtime offer(std::span<const ToRobot> newest) = 0;
-  // To the whole fleet, ahead of all registers. Never blocks.
+  // Never blocks.
+  virtual void offer(std::span<const ToRobot> newest) = 0;
+  // What became of all that was offered so far. Asking changes nothing.
+  virtual Airtime airtime() const = 0;
+  // To the whole fleet, ahead of all registers. A command that ArenaInfo does not list is refused and counted as
+  // `fleet_command.refused.` and its name. Never blocks.
   virtual void command(const FleetCommand& command) = 0;
   // What robots said since the last call. Always empty for Kilobots.
   virtual std::vector<FromRobot> heard() = 0;
@@ -58,11 +72,38 @@ class Arena {
   virtual RobotLink& robots() = 0;
   // The one verb that lets lab time pass: handles every internal event with time <= t, in time order, and none after.
   // t never decreases; the same t again does nothing. Frame 0, stamped 0, is there after advance_to(0); robots stand
-  // still until a later time. An arena that cannot wait anchors its clock at the first call with t > 0 and then blocks
-  // until t. Throws std::runtime_error with one sentence when the arena is lost for good.
-  virtual void advance_to(LabTime t) = 0;
+  // still until a later time. Never blocks on wall time. False: not there yet, and lab time has not changed; call
+  // serve() and then advance_to with the same t again, at next_service() at the latest. An arena that can wait is
+  // always there at once. One that cannot wait anchors its clock at the first call with t > 0. Throws
+  // std::runtime_error with one sentence when the arena is lost for good.
+  virtual bool advance_to(LabTime t) = 0;
+  // Serves the devices and looks at the cameras, as far as they want it now. No lab time passes. Quick; call it also
+  // while the lab waits for something else.
+  virtual void serve() = 0;
+  // When serve(), or an advance_to or end() that was answered with false, is wanted at the latest. TimePoint::max():
+  // the arena needs nothing. TimePoint::min(): at once; an arena that computes its own time (the emulated one) answers
+  // so while it is not there yet, because only calls let its time pass.
+  virtual TimePoint next_service() const = 0;
+  // What keeps an advance_to that was answered with false, other than the passing of time, as the end of a sentence:
+  // "the table: the cameras give no picture". Empty: nothing.
+  virtual std::string waiting_for() const = 0;
+  // The run is over: what waits for single robots is dropped, fleet commands still go out, and then the way to the
+  // robots falls silent. Never blocks. False: not silent yet; serve(), and call again at next_service() at the latest.
+  // Becomes true after a few seconds in any case. No advance_to afterwards.
+  virtual bool end() = 0;
   // Everything dropped, late, refused or failed inside the arena, by reason.
   virtual const Counters& counters() const = 0;
 };
+
+// Waits until the arena is at lab time t, for those who have nothing else to do meanwhile: set-up procedures, tools and
+// tests. Says in the log every five seconds what is waited for. `stop` is asked every few milliseconds; true throws
+// std::runtime_error. `wall` is the arena's.
+void advance(Arena& arena, LabTime t, const std::function<bool()>& stop = {}, WallTime& wall = machine_time());
+// The same for Arena::end.
+void end(Arena& arena, WallTime& wall = machine_time());
+// Until the arena's next_service(), but for 20 ms at most, because somebody may want to stop.
+void wait_for_service(const Arena& arena, WallTime& wall = machine_time());
+// `why`, and what the arena was waiting for when that happened: "stopped by the operator; waited for the table: ...".
+std::string stopped(std::string_view why, const Arena& arena);
 
 }  // namespace arkmesh::hal

@@ -14,14 +14,14 @@ double read_side(const Section& arena, std::string_view key) {
   return side_m;
 }
 
-ArenaConfig read_arena_config(const Section& arena) {
+ArenaConfig read_arena_config(const Section& arena, double body_radius_m) {
   ArenaConfig out;
   out.width_m = read_side(arena, "width_m");
   out.height_m = read_side(arena, "height_m");
   out.robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
 
   // a square grid must hold them
-  const double cell_m = 2 * kilobot_radius_m + 0.001;
+  const double cell_m = 2 * body_radius_m + 0.001;
   const auto columns = static_cast<std::int64_t>(out.width_m / cell_m),
              rows = static_cast<std::int64_t>(out.height_m / cell_m);
   if (out.robots > columns * rows)

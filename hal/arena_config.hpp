@@ -6,9 +6,6 @@
 
 namespace arkmesh::hal {
 
-// Body radius of a Kilobot, metres (33 mm diameter; Kilobot labs page, ARGoS kilobot_measures.h).
-inline constexpr double kilobot_radius_m = 0.0165;
-
 struct ArenaConfig {
   double width_m = 1;             // arena.width_m, > 0, at most 100
   double height_m = 1;            // arena.height_m
@@ -20,8 +17,8 @@ struct ArenaConfig {
 // The side of an arena in metres, `width_m` or `height_m`. Throws ConfigError.
 double read_side(const Section& arena, std::string_view key);
 
-// Throws ConfigError: negative size, frame period of zero, more robots than fit in the arena (a square grid of one
-// diameter plus 1 mm is what must hold them).
-ArenaConfig read_arena_config(const Section& arena);
+// Throws ConfigError: negative size, frame period of zero, more robots of that radius than fit in the arena (a square
+// grid of one diameter plus 1 mm is what must hold them).
+ArenaConfig read_arena_config(const Section& arena, double body_radius_m);
 
 }  // namespace arkmesh::hal

@@ -178,7 +178,7 @@ class LogArena final : public Arena {
   RobotLink& robots() override { return link_; }
   const Counters& counters() const override { return counters_; }
 
-  void advance_to(LabTime t) override {
+  bool advance_to(LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
     while (ahead_ && ahead_->stamp <= t) {
       newest_ = ahead_->stamp;
@@ -188,7 +188,12 @@ class LogArena final : public Arena {
     if (!ahead_ && newest_ < last_ && newest_ < t)
       throw std::runtime_error(fmt::format("the log {} was changed while it was replayed", file_.string()));
     clock_.set(t);
+    return true;
   }
+  void serve() override {}
+  TimePoint next_service() const override { return TimePoint::max(); }
+  std::string waiting_for() const override { return {}; }
+  bool end() override { return true; }
 
  private:
   std::filesystem::path file_;
@@ -209,7 +214,8 @@ std::string seconds(LabTime t) {
 
 }  // namespace
 
-std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, LabTime run_length) {
+std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
+                                      LabTime run_length) {
   const Section replay = arena.section("replay");
   const std::filesystem::path file = replay.path("log", "");
   const auto refuse = [&](std::string_view sentence) { replay.refuse("log", sentence); };
@@ -234,7 +240,7 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
 
   // the log's robots and frame period are in force, whatever the keys for other arenas say
   for (const char* key : {"robots", "frame_period_s", "pace"}) arena.leave_alone(key);
-  ArenaInfo info;
+  ArenaInfo info{robot};
   info.name = lab;
   info.platform = "replay";
   info.robots.assign(found.robots.begin(), found.robots.end());

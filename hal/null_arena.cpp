@@ -18,7 +18,8 @@ namespace {
 
 class NullArena final : public Arena {
  public:
-  NullArena(const ArenaConfig& config, const std::string& lab) : poses_(counters_), link_(info_, counters_) {
+  NullArena(const ArenaConfig& config, const std::string& lab, const RobotModel& robot)
+      : info_{robot}, poses_(counters_), link_(info_, counters_) {
     info_.name = lab;
     info_.platform = "null";
     info_.width_m = config.width_m;
@@ -47,18 +48,23 @@ class NullArena final : public Arena {
   RobotLink& robots() override { return link_; }
   const Counters& counters() const override { return counters_; }
 
-  void advance_to(LabTime t) override {
+  bool advance_to(LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
-    if (pacer_ && t > clock_.now()) pacer_->wait_until(t);
+    if (pacer_ && t > clock_.now() && !pacer_->reached(t)) return false;
     clock_.set(t);
     const std::int64_t newest = t / info_.frame_period;
-    if (newest <= made_) return;
+    if (newest <= made_) return true;
     if (newest - made_ > 1) poses_.skip(static_cast<std::uint64_t>(newest - made_ - 1));
     made_ = newest;
     frame_.number = static_cast<std::uint32_t>(newest);
     frame_.stamp = newest * info_.frame_period;
     poses_.put(frame_);
+    return true;
   }
+  void serve() override {}
+  TimePoint next_service() const override { return pacer_ ? pacer_->next() : TimePoint::max(); }
+  std::string waiting_for() const override { return {}; }
+  bool end() override { return true; }
 
  private:
   Counters counters_;
@@ -73,8 +79,8 @@ class NullArena final : public Arena {
 
 }  // namespace
 
-std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab) {
-  return std::make_unique<NullArena>(read_arena_config(arena), lab);
+std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot) {
+  return std::make_unique<NullArena>(read_arena_config(arena, robot.body_radius_m), lab, robot);
 }
 
 }  // namespace arkmesh::hal

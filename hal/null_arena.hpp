@@ -9,7 +9,7 @@
 
 namespace arkmesh::hal {
 
-// Reads the common [arena] keys (see arena_config.hpp).
-std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab);
+// Reads the common [arena] keys (see arena_config.hpp). `robot`: what its robots would be.
+std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot);
 
 }  // namespace arkmesh::hal

@@ -2,16 +2,18 @@
 
 namespace arkmesh::hal {
 
-WallTime::Moment Pacer::moment_of(LabTime t) {
+TimePoint Pacer::moment_of(LabTime t) {
   if (!start_) start_ = wall_.now();
   return *start_ + t;
 }
 
-void Pacer::wait_until(LabTime t) {
-  if (t <= LabTime{0}) return;
-  const WallTime::Moment end = moment_of(t);
-  if (wall_.now() > end + frame_period_) counters_.add("arena.late");
-  wall_.wait_until(end);
+bool Pacer::reached(LabTime t) {
+  if (t <= LabTime{0}) return true;
+  const TimePoint moment = moment_of(t), now = wall_.now();
+  next_ = now < moment ? moment : TimePoint::max();
+  if (now < moment) return false;
+  if (now > moment + frame_period_) counters_.add("arena.late");
+  return true;
 }
 
 }  // namespace arkmesh::hal

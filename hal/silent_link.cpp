@@ -14,7 +14,29 @@ const char* refusal(const ArenaInfo& info, const ToRobot& message) {
   return nullptr;
 }
 
-Airtime SilentLink::offer(std::span<const ToRobot> newest) {
+const char* refusal(const ArenaInfo& info, const FleetCommand& command) {
+  if (std::ranges::find(info.commands, command.kind) != info.commands.end()) return nullptr;
+  using Kind = FleetCommand::Kind;
+  switch (command.kind) {
+    case Kind::run:
+      return "fleet_command.refused.run";
+    case Kind::pause:
+      return "fleet_command.refused.pause";
+    case Kind::reset:
+      return "fleet_command.refused.reset";
+    case Kind::sleep:
+      return "fleet_command.refused.sleep";
+    case Kind::voltage:
+      return "fleet_command.refused.voltage";
+    case Kind::charge:
+      return "fleet_command.refused.charge";
+    case Kind::broadcast:
+      return "fleet_command.refused.broadcast";
+  }
+  return "fleet_command.refused.unknown";
+}
+
+void SilentLink::offer(std::span<const ToRobot> newest) {
   for (const ToRobot& message : newest) {
     ++airtime_.offered;
     if (const char* reason = refusal(info_, message)) {
@@ -24,11 +46,11 @@ Airtime SilentLink::offer(std::span<const ToRobot> newest) {
       ++airtime_.not_sent;
     }
   }
-  return airtime_;
 }
 
-void SilentLink::command(const FleetCommand&) {
-  counters_.add("fleet_command.not_sent");
+void SilentLink::command(const FleetCommand& command) {
+  const char* const reason = refusal(info_, command);
+  counters_.add(reason ? reason : "fleet_command.not_sent");
 }
 
 }  // namespace arkmesh::hal

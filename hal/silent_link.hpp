@@ -8,12 +8,14 @@ namespace arkmesh::hal {
 
 // Why an arena refuses a message, as its counter's name; null when it carries it.
 const char* refusal(const ArenaInfo& info, const ToRobot& message);
+const char* refusal(const ArenaInfo& info, const FleetCommand& command);
 
 class SilentLink final : public RobotLink {
  public:
   // Both outlive the link.
   SilentLink(const ArenaInfo& info, Counters& counters) : info_(info), counters_(counters) {}
-  Airtime offer(std::span<const ToRobot> newest) override;
+  void offer(std::span<const ToRobot> newest) override;
+  Airtime airtime() const override { return airtime_; }
   void command(const FleetCommand& command) override;
   std::vector<FromRobot> heard() override { return {}; }
 

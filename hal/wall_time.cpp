@@ -11,6 +11,7 @@ class MachineTime final : public WallTime {
  public:
   Moment now() override { return Moment::clock::now(); }
   void wait_until(Moment then) override {
+    if (then <= now()) return;
     // steady_clock is CLOCK_MONOTONIC here
     const auto since_boot = std::chrono::duration_cast<std::chrono::nanoseconds>(then.time_since_epoch());
     timespec until{};

@@ -7,13 +7,16 @@
 
 namespace arkmesh::hal {
 
+// A point of monotonic time.
+using TimePoint = std::chrono::steady_clock::time_point;
+
 class WallTime {
  public:
-  using Moment = std::chrono::steady_clock::time_point;
+  using Moment = TimePoint;
 
   virtual ~WallTime() = default;
   virtual Moment now() = 0;
-  // Returns at `then`, or at once when that is past. In a virtual room, this is where the room's time passes.
+  // Returns at `then`, or at once when that is past. For whoever runs an arena: arenas themselves never wait.
   virtual void wait_until(Moment then) = 0;
 };
 

@@ -1,6 +1,5 @@
 #include "lab/arena_port.hpp"
 
-#include "lab/arena_adaptation.hpp"
 #include "lab/wire_check.hpp"
 
 namespace arkmesh::lab {
@@ -15,25 +14,9 @@ ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus)
         if (obey(message)) counters_.add("operator.commands");
       })) {}
 
-bool ArenaPort::advance_to(hal::LabTime t) {
-  return adapted::advance_to(arena_, t);
-}
-
-void ArenaPort::serve() {
-  adapted::serve(arena_);
-}
-
-std::chrono::steady_clock::time_point ArenaPort::next_service() const {
-  return adapted::next_service(arena_);
-}
-
-std::string ArenaPort::waiting_for() const {
-  return adapted::waiting_for(arena_);
-}
-
 ArenaPort::News ArenaPort::take_news() {
   News news{.heard = arena_.robots().heard(), .frame = arena_.poses().latest()};
-  if (!news.heard.empty()) bus_.publish(hal::channel::from_robots, hal::to_message(news.heard, now()));
+  if (!news.heard.empty()) bus_.publish(hal::channel::from_robots, hal::to_message(news.heard, arena_.clock().now()));
   if (news.frame)
     for (const pose_frame_t& part : hal::to_messages(*news.frame)) bus_.publish(hal::channel::poses, part);
   return news;
@@ -67,7 +50,7 @@ bool ArenaPort::obey(const fleet_command_t& command) {
 hal::Counters ArenaPort::counters() const {
   hal::Counters all = counters_;
   all.merge(arena_.counters(), "arena.");
-  const hal::Airtime air = adapted::airtime(arena_.robots());
+  const hal::Airtime air = arena_.robots().airtime();
   all.set("to_robots.offered", air.offered);
   all.set("to_robots.sent", air.sent);
   all.set("to_robots.replaced", air.replaced);

@@ -3,7 +3,6 @@
 // decoded again from it.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,14 +22,6 @@ class ArenaPort {
   // Both outlive the port.
   ArenaPort(hal::Arena& arena, hal::Bus& private_bus);
   ArenaPort(const ArenaPort&) = delete;
-
-  const hal::ArenaInfo& info() const { return arena_.info(); }
-  hal::LabTime now() const { return arena_.clock().now(); }
-  // As those of Arena.
-  bool advance_to(hal::LabTime t);
-  void serve();
-  std::chrono::steady_clock::time_point next_service() const;
-  std::string waiting_for() const;
 
   // What the arena has had to tell since the last call: published, and handed over.
   struct News {

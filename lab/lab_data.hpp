@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/counters.hpp"
@@ -51,5 +52,10 @@ struct LabData {
 
 // As it is before begin().
 LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
+// The states merged at boundary `period` are in force.
+void tell_merged(LabData& data, std::uint32_t period,
+                 const std::vector<std::pair<std::string, const LabState*>>& merged);
+// What the scenario said has gone out.
+void forget_said(LabData& data);
 
 }  // namespace arkmesh::lab

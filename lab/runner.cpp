@@ -22,15 +22,16 @@ constexpr hal::LabTime repeat_info = 60s;
 Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
                Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
     : config_(std::move(config)),
+      arena_(arena),
       scenario_(scenario),
       bus_(private_bus),
       recorder_(recorder),
       nonce_(nonce),
       recording_(bus_.subscribe(".*",
                                 [this](std::string_view channel, std::span<const std::byte> bytes) {
-                                  recorder_.record(arena_.now(), channel, bytes);
+                                  recorder_.record(arena_.clock().now(), channel, bytes);
                                 })),
-      arena_(arena, private_bus),
+      port_(arena, private_bus),
       peers_(config_, arena.info().can_wait, nonce, private_bus),
       own_(std::move(settings)),
       data_(make_lab_data(config_, arena.info())) {}
@@ -75,7 +76,7 @@ Runner::Step Runner::go_on() {
 
 Runner::Step Runner::start() {
   if (!std::exchange(begun_, true)) {
-    arena_.publish_info();
+    port_.publish_info();
     lab_.declare(arena_rule());
     lab_.publish(arena_rule().name, arena_values(arena_.info()));
     scenario_.begin(lab_);
@@ -103,7 +104,7 @@ Runner::Step Runner::next_event() {
 bool Runner::advance_to(hal::LabTime t) {
   if (!arena_.advance_to(t)) return false;
   if (std::exchange(awaits_arena_, false)) state_text_ = phase_ == Phase::starting ? "starting" : "running";
-  const ArenaPort::News news = arena_.take_news();
+  const ArenaPort::News news = port_.take_news();
   if (news.frame || !news.heard.empty()) {
     bus_.drain();
     if (news.frame) {
@@ -124,12 +125,10 @@ bool Runner::advance_to(hal::LabTime t) {
 
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
-  arena_.say(data_.said, data_.now, own_.frame().number);
-  for (const hal::FleetCommand& command : data_.commands) arena_.command(command, data_.now);
+  port_.say(data_.said, data_.now, own_.frame().number);
+  for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
   for (const Row& row : data_.rows) recorder_.row(row.table, row.header, row.values);
-  data_.said.clear();
-  data_.commands.clear();
-  data_.rows.clear();
+  forget_said(data_);
 }
 
 // ---------------------------------------------------------------- boundaries
@@ -147,21 +146,15 @@ void Runner::merge_period() {
   const std::uint32_t k = boundary_;
   if (k == 0 && config_.require_strict && !strict())
     return fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
-  data_.period = k;
-  data_.now = config_.period * k;
-  data_.marks.clear();
   const auto merged = peers_.merge(k);
+  tell_merged(data_, k, merged);
   const shared_view_t view = make_shared_view(k, data_.now, lab_.projection(), merged);
-  for (const auto& [lab, state] : merged) {
-    if (k == 0) data_.initial_states.insert_or_assign(lab, *state);
-    data_.states.insert_or_assign(lab, *state);
-  }
   scenario_.on_period(lab_);
   if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
   deliver();
   bus_.publish(hal::channel::shared, view);
   if (!data_.marks.empty()) bus_.publish(hal::channel::marks, hal::to_message(data_.marks, data_.now));
-  if (data_.now % repeat_info == hal::LabTime{0}) arena_.publish_info();
+  if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
   recorder_.flush();
   state_text_ = "running";
@@ -180,7 +173,7 @@ void Runner::publish_status() {
   bus_.publish(hal::channel::status, to_message({.lab = config_.lab,
                                                  .nonce = nonce_,
                                                  .state = state_text_,
-                                                 .stamp = arena_.now(),
+                                                 .stamp = arena_.clock().now(),
                                                  .period = data_.period,
                                                  .last_period = last_period(),
                                                  .moving = moved_ ? now_ - *moved_ : Now{0},
@@ -194,7 +187,7 @@ void Runner::publish_status() {
 Runner::Step Runner::wait_for_arena() {
   awaits_arena_ = true;
   if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_text_ = "waiting for " + wanted;
-  return next_service() > std::chrono::steady_clock::now() ? Step::waiting : Step::advanced;
+  return arena_.next_service() > hal::machine_time().now() ? Step::waiting : Step::advanced;
 }
 
 // `wanted`: the period of the peers' states that is waited for.
@@ -213,8 +206,7 @@ void Runner::enter(Phase phase) {
 }
 
 void Runner::stop(std::string_view why) {
-  const std::string wanted = arena_.waiting_for();
-  fail(wanted.empty() ? std::string(why) : fmt::format("{}; waited for {}", why, wanted));
+  fail(hal::stopped(why, arena_));
 }
 
 void Runner::fail(std::string_view why) {
@@ -248,7 +240,7 @@ Runner::Step Runner::linger() {
 
 hal::Counters Runner::drops() const {
   hal::Counters all = peers_.counters();
-  all.merge(arena_.counters());
+  all.merge(port_.counters());
   all.merge(recorder_.counters());
   all.merge(bus_.counters(), "bus.");
   return all;

@@ -30,7 +30,7 @@ class Runner {
 
   enum class Step {
     advanced,  // did something; call again
-    waiting,   // can do nothing before a message comes, a timer is due or the arena wants service (next_service):
+    waiting,   // can do nothing before a message comes, a timer is due or the arena wants service:
                // serve the buses for a while, then call again
     ended,     // over; see finished() and reason()
   };
@@ -43,9 +43,8 @@ class Runner {
   Step step(Now now);
   // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
   void stop(std::string_view why);
-  // When the arena wants the next step at the latest; max() when it does not care.
-  std::chrono::steady_clock::time_point next_service() const { return arena_.next_service(); }
-  // The last step waited because the arena was not there yet, not for peers.
+  // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the
+  // latest.
   bool awaits_arena() const { return awaits_arena_; }
 
   // It reached the last boundary and has the final hash.
@@ -82,13 +81,14 @@ class Runner {
   void enter(Phase phase);
 
   const RunConfig config_;
+  hal::Arena& arena_;
   Scenario& scenario_;
   hal::Bus& bus_;
   hal::Recorder& recorder_;
   const std::uint64_t nonce_;
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
-  ArenaPort arena_;
+  ArenaPort port_;
   PeerExchange peers_;
   OwnState own_;
   LabData data_;

@@ -66,7 +66,7 @@ def sim_overhead(bench):
 
 def sim_truths(bench):
     """What swarms must do whatever the details: tests of tests/programs, with what they measured."""
-    passed, all_, told = tests(bench, "test_programs",
+    passed, all_, told = tests(bench, "test_sim_ode_host",
                                "a gradient*,synchronising*,an orbiting*,phototaxis*,dispersing*,a driving*,a chain*,nobody passes*,players*,waiting by*,delay lasts*")
     for line in told:
         print("  " + line)

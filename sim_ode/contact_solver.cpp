@@ -8,14 +8,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/host/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double radius_m = hal::kilobot_radius_m;
+constexpr double radius_m = hal::kilobot::body_radius_m;
 constexpr double step_s = tick_us * 1e-6;
 // Share of a penetration that is undone in a step.
 constexpr double push_out = 0.5;

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/host/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double radius_m = hal::kilobot_radius_m;
+constexpr double radius_m = hal::kilobot::body_radius_m;
 constexpr double step_s = tick_us * 1e-6;
 // No two robots come nearer to each other than this in one step (two pivots at the largest duty: 1.2 mm).
 constexpr double reach_m = 0.0015;

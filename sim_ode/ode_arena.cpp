@@ -15,6 +15,7 @@
 #include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/message_board.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/led_lights.hpp"
@@ -57,9 +58,9 @@ class OdeArena final : public Table {
   hal::PoseSource& poses() override { return poses_; }
   hal::RobotLink& robots() override { return board_; }
 
-  void advance_to(hal::LabTime t) override {
+  bool advance_to(hal::LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
-    if (pacer_ && t > clock_.now()) pacer_->wait_until(t);
+    if (pacer_ && t > clock_.now() && !pacer_->reached(t)) return false;
     if (!lost_.empty()) throw std::runtime_error(lost_);
     std::optional<FaultGuard::Watch> watch;
     for (;;) {
@@ -78,7 +79,12 @@ class OdeArena final : public Table {
       }
     }
     clock_.set(t);
+    return true;
   }
+  void serve() override {}
+  hal::TimePoint next_service() const override { return pacer_ ? pacer_->next() : hal::TimePoint::max(); }
+  std::string waiting_for() const override { return {}; }
+  bool end() override { return true; }
 
   void look(hal::LabTime exposure, std::vector<Seen>& out) const override {
     const std::int64_t since_us = clock_.now().count() - ticks_ * tick_us;
@@ -105,7 +111,7 @@ class OdeArena final : public Table {
     for (int i = 0; i < world_.robots(); ++i)
       if (i != robot && world_.on_table(i)) {
         const hal::Pose other = world_.pose(i, 1);
-        if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot_radius_m)
+        if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot::body_radius_m)
           return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
                              pose.y_m, i);
       }
@@ -137,7 +143,7 @@ class OdeArena final : public Table {
 
  private:
   static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const std::string& lab) {
-    hal::ArenaInfo info;
+    hal::ArenaInfo info{hal::kilobot::model};
     info.name = lab;
     info.platform = "ode";
     info.width_m = config.width_m;
@@ -263,12 +269,13 @@ class OdeArena final : public Table {
 
 std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
                                const TableOptions& table) {
-  const hal::ArenaConfig config = hal::read_arena_config(arena);
+  const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const Settings settings = read_settings(arena);
 
-  const double within_x = settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot_radius_m;
+  const double within_x =
+      settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot::body_radius_m;
   const double within_y =
-      settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot_radius_m;
+      settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot::body_radius_m;
   std::vector<hal::Pose> start = settings.start_poses;
   if (!start.empty()) {
     if (static_cast<int>(start.size()) != config.robots)

@@ -9,14 +9,14 @@
 #include <unordered_map>
 #include <utility>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double apart_m = 2 * hal::kilobot_radius_m + 0.001;
+constexpr double apart_m = 2 * hal::kilobot::body_radius_m + 0.001;
 constexpr int most_tries = 300;
 
 }  // namespace
@@ -74,8 +74,8 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
   constexpr double allowed_m = 1e-6;  // of rounding
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {
-    if (std::abs(place.x_m) > width_m / 2 - hal::kilobot_radius_m + allowed_m ||
-        std::abs(place.y_m) > height_m / 2 - hal::kilobot_radius_m + allowed_m)
+    if (std::abs(place.x_m) > width_m / 2 - hal::kilobot::body_radius_m + allowed_m ||
+        std::abs(place.y_m) > height_m / 2 - hal::kilobot::body_radius_m + allowed_m)
       return fmt::format("puts robot {} at {}, {}, not wholly inside the walls", x.size(), place.x_m, place.y_m);
     x.push_back(place.x_m);
     y.push_back(place.y_m);
@@ -86,10 +86,12 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
     int other = -1;
     grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
       const auto j = static_cast<std::size_t>(member.number);
-      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot_radius_m - allowed_m) other = member.number;
+      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot::body_radius_m - allowed_m)
+        other = member.number;
     });
     if (other >= 0)
-      return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * hal::kilobot_radius_m);
+      return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other,
+                         2 * hal::kilobot::body_radius_m);
   }
   return {};
 }

@@ -75,8 +75,7 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
       arena_ = emulator::make_room_arena(arena, run.lab, run.seed, {}, std::move(names), program_set(options));
     else
       arena_ = hal::kilobot::make_kilobot_arena(
-          arena, run.lab, testbed::make_table_watch(arena, {}, tracker::open_camera, std::move(names)),
-          cli::operator_stops);
+          arena, run.lab, testbed::make_table_watch(arena, {}, tracker::open_camera, std::move(names)));
   } else if (use == "ode") {
     arena_ = sim_ode::make_ode_arena(arena, run.lab, run.seed);
     numbers_.resize(arena_->info().robots.size());
@@ -86,7 +85,7 @@ ChoreTable::ChoreTable(const ChoreOptions& options) : config_(read_config(option
   } else {
     arena.refuse("use", "has no robots to talk to; take \"kilobot\", \"room\" or \"ode\"");
   }
-  arena_->advance_to(now_);
+  hal::advance(*arena_, now_, cli::operator_stops);
 }
 
 ChoreTable::~ChoreTable() = default;
@@ -96,7 +95,7 @@ std::span<const tracker::Track> ChoreTable::next_picture(const std::optional<hal
   if (names_) {
     names_->said = question;
     now_ = end;
-    arena_->advance_to(now_);
+    hal::advance(*arena_, now_);
     return names_->tracks;
   }
   while (now_ < end) {
@@ -105,7 +104,7 @@ std::span<const tracker::Track> ChoreTable::next_picture(const std::optional<hal
       next_copy_ = now_ + copies_apart;
     }
     now_ = std::min(end, now_ + slice);
-    arena_->advance_to(now_);
+    hal::advance(*arena_, now_);
   }
   look_at_simulation();
   return tracks_;

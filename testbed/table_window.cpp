@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/arena_config.hpp"
 #include "hal/messages.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "lab/projection.hpp"
 #include "tracker/annotate.hpp"
 
@@ -67,7 +67,7 @@ void TableWindow::hear_shared(std::span<const std::byte> bytes) {
       const hal::Pose at = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6});
       ghosts_.push_back({.x_m = at.x_m,
                          .y_m = at.y_m,
-                         .radius_m = hal::kilobot_radius_m / 2,
+                         .radius_m = hal::kilobot::body_radius_m / 2,
                          .colour = static_cast<hal::Led>(robot.led & 7)});
     }
   }

@@ -62,13 +62,13 @@ ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode
     throw sim_ode::ProgramError(sentence.substr(sentence.find("\": ", key) + 3));
   }
   config.refuse_unknown();
-  arena_->advance_to(hal::LabTime(0));
+  hal::advance(*arena_, hal::LabTime(0));
   arena_->robots().command({.kind = hal::FleetCommand::Kind::run});
 }
 
 void ControllerSwarm::run_until(hal::LabTime end, const std::function<void(const hal::PoseFrame&)>& look) {
   for (; next_ <= end; next_ += arena_->info().frame_period) {
-    arena_->advance_to(next_);
+    hal::advance(*arena_, next_);
     while (const std::optional<hal::PoseFrame> frame = arena_->poses().latest()) look(*frame);
   }
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -27,7 +27,7 @@ constexpr Lines high_lines = lines_of(high_gain_table), low_lines = lines_of(low
 
 DistanceReadings readings_at(double distance_m) {
   // a little above, because estimates are truncated
-  const double gap_mm = std::max(0.0, (distance_m - 2 * hal::kilobot_radius_m) * 1000 + 0.02);
+  const double gap_mm = std::max(0.0, (distance_m - 2 * hal::kilobot::body_radius_m) * 1000 + 0.02);
   const std::size_t k = std::min<std::size_t>(static_cast<std::size_t>(gap_mm * 0.2), high_lines.size() - 1);
   const auto reading = [gap_mm](const Line& line) {
     return static_cast<std::int16_t>(std::clamp(line.start + line.per_mm * gap_mm, 0.0, 1023.0) + 0.5);

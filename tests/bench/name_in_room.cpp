@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "tests/support/naming_trial.hpp"
+#include "tests/support/rooms/naming_trial.hpp"
 
 namespace {
 

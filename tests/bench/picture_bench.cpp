@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "tests/support/picture_series.hpp"
+#include "tests/support/pictures/picture_series.hpp"
 #include "tracker/detector.hpp"
 
 namespace {

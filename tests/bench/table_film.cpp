@@ -5,8 +5,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "hal/arena_config.hpp"
-#include "tests/support/robot_pictures.hpp"
+#include "hal/platforms/kilobot/body.hpp"
+#include "tests/support/pictures/robot_pictures.hpp"
 
 namespace arkmesh::bench {
 namespace {
@@ -49,7 +49,7 @@ double TableFilm::robot_radius_px(std::size_t camera) const {
   const auto& pose = room_.camera(camera).pose();
   const auto at =
       room_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m, room_.config().scene.robot_height_m);
-  return hal::kilobot_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
+  return hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
 }
 
 void TableFilm::next() {
@@ -75,7 +75,7 @@ void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, 
                       cv::Mat& out) const {
   const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, room_.config().scene.robot_height_m);
   if (!at) return;
-  const double r_px = hal::kilobot_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
+  const double r_px = hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
   const int reach = static_cast<int>(1.3 * r_px) + 1, left = static_cast<int>(at->x_px) - reach,
             top = static_cast<int>(at->y_px) - reach, side = 2 * reach + 1;
   if (left + side <= 0 || top + side <= 0 || left >= out.cols || top >= out.rows) return;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/start_places.hpp"
 
@@ -40,7 +40,7 @@ TextbookSwarm::TextbookSwarm(int robots, double side_m) : state_(std::make_uniqu
   w.space = dHashSpaceCreate(nullptr);
   w.contacts = dJointGroupCreate(0);
   dWorldSetAutoDisableFlag(w.world, 0);
-  const double half = side_m / 2, r = hal::kilobot_radius_m;
+  const double half = side_m / 2, r = hal::kilobot::body_radius_m;
   dCreatePlane(w.space, 1, 0, 0, -half);
   dCreatePlane(w.space, -1, 0, 0, -half);
   dCreatePlane(w.space, 0, 1, 0, -half);

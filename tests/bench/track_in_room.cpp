@@ -1,6 +1,6 @@
 // How well robots are followed: renders a virtual room frame by frame, tracks it as a lab would, and compares with the
 // truth. track_in_room ROOM.toml [SECONDS] [--lapses] [--calibration FILE] [--jpeg QUALITY] Who is who is taken from
-// the truth, as tests/support/table_referee.hpp says.
+// the truth, as tests/support/rooms/table_referee.hpp says.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -13,8 +13,8 @@
 
 #include "emulator/room.hpp"
 #include "hal/config.hpp"
-#include "tests/support/fitted_cameras.hpp"
-#include "tests/support/table_referee.hpp"
+#include "tests/support/rooms/fitted_cameras.hpp"
+#include "tests/support/rooms/table_referee.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/table_tracker.hpp"
 

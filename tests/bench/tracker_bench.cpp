@@ -9,9 +9,9 @@
 
 #include "hal/config.hpp"
 #include "tests/bench/table_film.hpp"
-#include "tests/support/collage.hpp"
-#include "tests/support/fitted_cameras.hpp"
-#include "tests/support/table_referee.hpp"
+#include "tests/support/pictures/collage.hpp"
+#include "tests/support/rooms/fitted_cameras.hpp"
+#include "tests/support/rooms/table_referee.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/table_tracker.hpp"
 

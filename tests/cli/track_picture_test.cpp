@@ -11,8 +11,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "tests/support/process.hpp"
-#include "tests/support/robot_pictures.hpp"
+#include "tests/support/pictures/robot_pictures.hpp"
+#include "tests/support/processes/process.hpp"
 
 namespace arkmesh::tests {
 namespace {

@@ -15,9 +15,9 @@
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
-#include "tests/hal/temporary_directory.hpp"
-#include "tests/kilobot/fake_cable.hpp"
-#include "tests/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_cable.hpp"
+#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;

@@ -8,8 +8,8 @@
 #include "gateway/loopback.hpp"
 #include "gateway/tcp_node.hpp"
 #include "tests/conformance/link_conformance.hpp"
-#include "tests/support/impairment_proxy.hpp"
-#include "tests/support/tcp_bench.hpp"
+#include "tests/support/network/impairment_proxy.hpp"
+#include "tests/support/network/tcp_bench.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;

@@ -17,7 +17,7 @@
 #include <thread>
 
 #include "tests/emulator/room_builder.hpp"
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::emulator;

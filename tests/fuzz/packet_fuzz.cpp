@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/packet_sender.hpp"
-#include "tests/kilobot/fake_cable.hpp"
+#include "tests/support/kilobot/fake_cable.hpp"
 
 namespace {
 

@@ -10,9 +10,9 @@
 
 #include "gateway/gateway.hpp"
 #include "gateway/tcp_node.hpp"
-#include "tests/support/impairment_proxy.hpp"
-#include "tests/support/raw_peer.hpp"
-#include "tests/support/tcp_bench.hpp"
+#include "tests/support/network/impairment_proxy.hpp"
+#include "tests/support/network/raw_peer.hpp"
+#include "tests/support/network/tcp_bench.hpp"
 
 namespace arkmesh::gateway {
 namespace {

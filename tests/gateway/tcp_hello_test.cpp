@@ -8,8 +8,8 @@
 #include "gateway/tcp_node.hpp"
 #include "hal/config.hpp"
 #include "hal/random.hpp"
-#include "tests/support/raw_peer.hpp"
-#include "tests/support/tcp_bench.hpp"
+#include "tests/support/network/raw_peer.hpp"
+#include "tests/support/network/tcp_bench.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hal/config.hpp"
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh::hal;
 using arkmesh::tests::TemporaryDirectory;

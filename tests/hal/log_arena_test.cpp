@@ -11,7 +11,7 @@
 
 #include "hal/messages.hpp"
 #include "hal/recorder.hpp"
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal;

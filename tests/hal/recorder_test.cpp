@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "hal/event_log.hpp"
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh::hal;
 using arkmesh::tests::read_file;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "app/scenarios.hpp"
 #include "lab/scenario.hpp"
 
 namespace arkmesh::labs {

@@ -8,11 +8,11 @@
 
 #include "app/joint_run.hpp"
 #include "tests/labs/light_up_scenario.hpp"
-#include "tests/support/lab_double.hpp"
+#include "tests/support/labs/lab_double.hpp"
 
 using namespace arkmesh;
-using namespace arkmesh::scenarios;
 using hal::Led;
+using lab::WorldDouble;
 
 TEST_CASE("light up: the projection decides who is near") {
   // Lab b is seen at scale 2: a robot 4 cm from its arena's centre is 8 cm from a robot at the shared centre and is
@@ -48,9 +48,9 @@ TEST_CASE("light up: the projection decides who is near") {
 TEST_CASE("light up: simulated labs") {
   // Over two minutes of two simulated labs, robots of b that are well within reach of a robot of a glow, and those well
   // out of reach are dark, as both labs see it in their merged states; and the reverse never happens to lab a.
-  if (std::none_of(catalogue().begin(), catalogue().end(),
-                   [](const CatalogueEntry& e) { return e.name == "light_up"; }))
-    catalogue().push_back(labs::light_up());
+  if (std::none_of(app::catalogue().begin(), app::catalogue().end(),
+                   [](const app::CatalogueEntry& e) { return e.name == "light_up"; }))
+    app::catalogue().push_back(labs::light_up());
   const auto lab = [](const std::string& name, double side_m) {
     return hal::Config::from_text(
         fmt::format("[lab]\nname = \"{0}\"\n[run]\nscenario = \"light_up\"\nduration_s = 120\n[gate]\nperiod_s = 0.2\n"

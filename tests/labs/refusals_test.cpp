@@ -3,7 +3,7 @@
 #include <string>
 
 #include "app/joint_run.hpp"
-#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/labs/dhtf_labs.hpp"
 
 using namespace arkmesh;
 using tests::Outcome;

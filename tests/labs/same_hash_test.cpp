@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tests/support/dhtf_labs.hpp"
+#include "tests/support/labs/dhtf_labs.hpp"
 
 using namespace arkmesh;
 using tests::Outcome;

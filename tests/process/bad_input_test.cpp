@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/dhtf_labs.hpp"
-#include "tests/support/lab_processes.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/processes/lab_processes.hpp"
+#include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "lab/result.hpp"
-#include "tests/support/dhtf_labs.hpp"
-#include "tests/support/impairment_proxy.hpp"
-#include "tests/support/lab_processes.hpp"
+#include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/network/impairment_proxy.hpp"
+#include "tests/support/processes/lab_processes.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

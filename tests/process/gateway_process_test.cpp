@@ -11,8 +11,8 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
-#include "tests/support/process.hpp"
-#include "tests/support/raw_peer.hpp"
+#include "tests/support/network/raw_peer.hpp"
+#include "tests/support/processes/process.hpp"
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include "hal/bus.hpp"
 #include "hal/tap.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal;

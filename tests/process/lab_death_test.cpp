@@ -7,8 +7,8 @@
 #include "arkmesh/world_t.hpp"
 #include "hal/event_log.hpp"
 #include "lab/world_message.hpp"
-#include "tests/support/dhtf_labs.hpp"
-#include "tests/support/lab_processes.hpp"
+#include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/processes/lab_processes.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
@@ -11,7 +11,7 @@ namespace arkmesh::sim_ode {
 
 namespace {
 
-constexpr double r = hal::kilobot_radius_m;
+constexpr double r = hal::kilobot::body_radius_m;
 
 double distance(const hal::Pose& a, const hal::Pose& b) {
   return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);

@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include "hal/config.hpp"
-#include "tests/support/fitted_cameras.hpp"
-#include "tests/support/table_referee.hpp"
+#include "tests/support/rooms/fitted_cameras.hpp"
+#include "tests/support/rooms/table_referee.hpp"
 
 using namespace arkmesh;
 

@@ -14,7 +14,7 @@
 
 #include "emulator/room_record.hpp"
 #include "testbed/chore_table.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/processes/process.hpp"
 #include "tracker/identity/id_assigner.hpp"
 
 using namespace arkmesh;
@@ -83,7 +83,7 @@ TEST_CASE("table: identify in a room") {
 TEST_CASE("table: assign-ids in a room") {
   // Robots without any id get those wanted, each one of its own, and spell them.
   const RoomLab lab(8, "unassigned");
-  cli::ChoreTable table({.file = lab.file().string(), .sets = {}, .program = "assign_ids.c"});
+  testbed::ChoreTable table({.file = lab.file().string(), .sets = {}, .program = "assign_ids.c"});
   CHECK(table.is_simulated());
   std::vector<hal::RobotId> ids(8);
   std::iota(ids.begin(), ids.end(), hal::RobotId{200});

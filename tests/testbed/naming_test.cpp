@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tests/support/naming_trial.hpp"
+#include "tests/support/rooms/naming_trial.hpp"
 
 using namespace arkmesh;
 

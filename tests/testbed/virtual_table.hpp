@@ -16,7 +16,7 @@
 
 #include "emulator/room_arena.hpp"
 #include "emulator/room_record.hpp"
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::tests {
 

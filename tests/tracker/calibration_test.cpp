@@ -12,7 +12,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
 #include "tracker/table_corners.hpp"

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/support/robot_pictures.hpp"
+#include "tests/support/pictures/robot_pictures.hpp"
 #include "tracker/detector.hpp"
 
 namespace arkmesh::tests {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tests/support/picture_series.hpp"
+#include "tests/support/pictures/picture_series.hpp"
 #include "tracker/detector.hpp"
 
 namespace arkmesh::tests {

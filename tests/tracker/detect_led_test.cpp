@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/support/robot_pictures.hpp"
+#include "tests/support/pictures/robot_pictures.hpp"
 #include "tracker/led_colour.hpp"
 #include "tracker/led_spot.hpp"
 

@@ -8,8 +8,8 @@
 #include <opencv2/videoio.hpp>
 #include <sstream>
 
-#include "tests/support/collage.hpp"
-#include "tests/support/picture_changes.hpp"
+#include "tests/support/pictures/collage.hpp"
+#include "tests/support/pictures/picture_changes.hpp"
 #include "tracker/detector.hpp"
 
 namespace arkmesh::tests {

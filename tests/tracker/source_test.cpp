@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "tests/hal/temporary_directory.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/live_camera.hpp"
 
 using namespace arkmesh;

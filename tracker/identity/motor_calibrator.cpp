@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 enum Kind : std::uint8_t { turn_left = 1, turn_right = 2, stop = 3, straight = 4, right_duty = 5 };
 constexpr std::uint8_t store_turns_type = 110, store_straights_type = 111;
 
-constexpr double body_radius_m = hal::kilobot_radius_m;
+constexpr double body_radius_m = hal::kilobot::body_radius_m;
 // Speeds over path, multiples of the measure by second: nearly still; turns and straights as they should be; far too
 // fast.
 constexpr double crawl = 0.25, low = 0.70, turn_high = 0.95, straight_high = 1.10, dash = 1.5;

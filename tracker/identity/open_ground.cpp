@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double body_radius_m = hal::kilobot_radius_m;
+constexpr double body_radius_m = hal::kilobot::body_radius_m;
 
 }  // namespace
 

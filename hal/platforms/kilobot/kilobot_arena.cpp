@@ -1,5 +1,5 @@
 // Puts eyes and voice together in real time: a look at each frame's moment, and the overhead controller served in
-// between.
+// between. Whoever calls does the waiting.
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 
 #include <fmt/format.h>
@@ -16,6 +16,7 @@
 #include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 
@@ -24,7 +25,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds say_again_after = 5s;     // progress of the wait for names
 constexpr std::chrono::milliseconds last_commands_take = 2s;  // for fleet commands that wait when the arena ends
 constexpr std::chrono::milliseconds last_stop_takes = 300ms;  // and then for a stop
 constexpr LabTime blind_after = 1s;                           // no frame for so long is worth a line in the log
@@ -35,27 +35,24 @@ class KilobotArena final : public Arena {
   struct Patience {
     std::chrono::microseconds names_within;
     std::size_t may_miss = 0;
-    OperatorStops stops;
   };
 
   KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<Wire> wire,
                std::unique_ptr<RobotWatch> eyes, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
-        patience_(std::move(patience)),
+        patience_(patience),
         eyes_(std::move(eyes)),
         poses_(own_counters_),
         pacer_(info_.frame_period, own_counters_, wall),
         line_(std::move(wire), own_counters_),
-        controller_(info_, line_, settings, own_counters_) {}
-
-  // The controller repeats what it heard last for ever, so its last word must be a stop.
-  ~KilobotArena() override {
-    controller_.finish();
-    if (say_last_words(last_commands_take)) return;
-    controller_.fall_silent(now());
-    say_last_words(last_stop_takes);
+        controller_(info_, line_, settings, own_counters_) {
+    controller_.hold(true);
   }
+
+  // The controller repeats what it heard last for ever, so its last word must be a stop, also when an exception took
+  // whoever would have called end().
+  ~KilobotArena() override { hal::end(*this, wall_); }
 
   const ArenaInfo& info() const override { return info_; }
   const Clock& clock() const override { return clock_; }
@@ -68,66 +65,93 @@ class KilobotArena final : public Arena {
     return counters_;
   }
 
-  void advance_to(LabTime t) override {
+  bool advance_to(LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
-    if (frames_ == 0) begin();
-    if (t == clock_.now()) return;
-    if (t > LabTime{0}) pacer_.moment_of(t);  // lab time begins now
+    serve_controller();
+    if (phase_ == Phase::beginning && !begin()) return false;
+    if (t == clock_.now()) return true;
+    phase_ = Phase::running;
     while (frames_ * info_.frame_period <= t) {
       const LabTime stamp = frames_ * info_.frame_period;
-      serve_until(pacer_.moment_of(stamp));
+      wanted_at_ = pacer_.moment_of(stamp);  // lab time begins with the first one
+      if (now() < wanted_at_) return false;
       make_frame(stamp);
     }
-    serve_until(pacer_.moment_of(t));
-    pacer_.wait_until(t);  // counts when we are late
-    clock_.set(t);
+    const bool there = pacer_.reached(t);
+    wanted_at_ = pacer_.next();
+    if (there) clock_.set(t);
+    return there;
+  }
+
+  void serve() override {
+    serve_controller();
+    // before lab time begins nobody asks for frames, and the eyes must not lose the robots meanwhile
+    if (phase_ == Phase::ready && now() - looked_at_ >= info_.frame_period) look();
+  }
+
+  TimePoint next_service() const override { return std::min(wanted_at_, serve_at_); }
+
+  std::string waiting_for() const override {
+    return begun_at_ && phase_ == Phase::beginning ? "the table: " + missing() : std::string();
+  }
+
+  bool end() override {
+    if (phase_ < Phase::ending) {
+      phase_ = Phase::ending;
+      controller_.finish();
+      wanted_at_ = now() + last_commands_take;
+    }
+    serve_controller();
+    if (phase_ == Phase::ending && !controller_.is_silent(now()) && now() >= wanted_at_) {
+      phase_ = Phase::stopping;
+      controller_.fall_silent(now());
+      wanted_at_ = now() + last_stop_takes;
+      serve_controller();
+    }
+    if (phase_ != Phase::ended && !controller_.is_silent(now()) && now() < wanted_at_) return false;
+    phase_ = Phase::ended;
+    wanted_at_ = TimePoint::max();
+    return true;
   }
 
  private:
-  Moment now() const { return wall_.now(); }
+  enum class Phase {
+    beginning,  // until frame 0 is there
+    ready,      // until lab time begins
+    running,
+    ending,    // the last commands go out
+    stopping,  // what was still waiting has been dropped, the controller is told to stop
+    ended,
+  };
+
+  TimePoint now() const { return wall_.now(); }
   LabTime since_made() const { return std::chrono::duration_cast<LabTime>(now() - made_); }
 
-  // Whether nothing is on the air at the end, or cannot be known to be.
-  bool say_last_words(std::chrono::milliseconds within) {
-    const Moment end = now() + within;
-    for (Moment at = now(); at < end; at = now()) {
-      controller_.tend(at);
-      if (controller_.is_silent(at)) return true;
-      wall_.wait_until(std::min(end, controller_.due(at)));
-    }
-    return false;
-  }
-
   // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told
-  // them to run.
-  void begin() {
-    controller_.hold(true);
-    const Moment begun = now();
-    Moment say_at = begun + say_again_after;
-    for (;;) {
-      // eyes that look will ask, and a question that no robot can hear would be taken for unanswered
-      serve();
-      auto frame = controller_.is_up() ? look() : std::nullopt;
-      const bool complete = frame && controller_.is_up() && eyes_->everybody_named();
-      if (complete) {
-        put(std::move(*frame), LabTime{0});
-        controller_.hold(false);
-        return;
-      }
-      const Moment at = now();
-      if (patience_.stops && patience_.stops())
-        throw std::runtime_error("stopped by the operator; waited for the table: " + missing(frame.has_value()));
-      if (at - begun > patience_.names_within) {
-        if (frame && controller_.is_up() && may_begin_without(unnamed())) return begin_without(std::move(*frame));
+  // them to run. False: not yet.
+  bool begin() {
+    if (!begun_at_) begun_at_ = wanted_at_ = now();
+    if (now() < wanted_at_) return false;
+    // eyes that look will ask, and a question that no robot can hear would be taken for unanswered
+    auto frame = controller_.is_up() ? look() : std::nullopt;
+    has_picture_ = frame.has_value();
+    const bool sees = frame && controller_.is_up();
+    const TimePoint at = now();
+    const bool complete = sees && eyes_->everybody_named();
+    if (!complete && at - *begun_at_ > patience_.names_within) {
+      if (!sees || !may_begin_without(unnamed()))
         throw std::runtime_error(fmt::format("the table was not ready within {} s: {}",
-                                             patience_.names_within.count() / 1'000'000, missing(frame.has_value())));
-      }
-      if (at >= say_at) {
-        say_at = at + say_again_after;
-        spdlog::info("waiting for the table: {}", missing(frame.has_value()));
-      }
-      serve_until(at + info_.frame_period);
+                                             patience_.names_within.count() / 1'000'000, missing()));
+      begin_without(unnamed());
+    } else if (!complete) {
+      wanted_at_ = at + info_.frame_period;
+      return false;
     }
+    put(std::move(*frame), LabTime{0});
+    controller_.hold(false);
+    phase_ = Phase::ready;
+    wanted_at_ = TimePoint::max();
+    return true;
   }
 
   std::vector<RobotId> unnamed() const {
@@ -141,20 +165,18 @@ class KilobotArena final : public Arena {
   }
 
   // The eyes go on looking for the others.
-  void begin_without(PoseFrame frame) {
-    own_counters_.add("robots.missing_at_start", unnamed().size());
+  void begin_without(const std::vector<RobotId>& robots) {
+    own_counters_.add("robots.missing_at_start", robots.size());
     spdlog::warn("the lab begins without {} of {} robots ({}): nothing is said to them until they are found",
-                 unnamed().size(), info_.robots.size(), in_words(unnamed()));
-    put(std::move(frame), LabTime{0});
-    controller_.hold(false);
+                 robots.size(), info_.robots.size(), in_words(robots));
   }
 
   // What the wait at the beginning waits for.
-  std::string missing(bool pictures) const {
+  std::string missing() const {
     if (!controller_.is_up() && !line_.is_open())
       return line_.trouble().empty() ? "the overhead controller does not answer the connection" : line_.trouble();
     if (!controller_.is_up()) return "the overhead controller is starting";
-    if (!pictures) return "the cameras give no picture";
+    if (!has_picture_) return "the cameras give no picture";
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
@@ -164,8 +186,9 @@ class KilobotArena final : public Arena {
         robots.size(), info_.robots.size(), in_words(robots));
   }
 
-  void serve() {
+  void serve_controller() {
     controller_.tend(now());
+    serve_at_ = controller_.due(now());
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
     if (controller_.is_up())
       spdlog::info("the overhead controller listens");
@@ -173,15 +196,12 @@ class KilobotArena final : public Arena {
       spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
   }
 
-  void serve_until(Moment end) {
-    for (serve(); now() < end; serve()) wall_.wait_until(std::min(end, controller_.due(now())));
-  }
-
   std::optional<PoseFrame> look() {
+    looked_at_ = now();
     eyes_->look(since_made());
     controller_.withhold(eyes_->doubtful(), now());
     controller_.ask(eyes_->question());
-    serve();
+    serve_controller();
     return eyes_->latest();
   }
 
@@ -207,8 +227,8 @@ class KilobotArena final : public Arena {
       const char* refused = nullptr;
       if (!std::ranges::binary_search(info_.robots, seen.robot))
         refused = "poses.refused.unknown_robot";
-      else if (!(std::abs(seen.pose.x_m) <= far_x_m + kilobot_radius_m &&
-                 std::abs(seen.pose.y_m) <= far_y_m + kilobot_radius_m))
+      else if (!(std::abs(seen.pose.x_m) <= far_x_m + info_.body_radius_m &&
+                 std::abs(seen.pose.y_m) <= far_y_m + info_.body_radius_m))
         refused = "poses.refused.outside";
       if (refused) own_counters_.add(refused);
       seen.pose.x_m = std::clamp(seen.pose.x_m, -far_x_m, far_x_m);
@@ -229,7 +249,13 @@ class KilobotArena final : public Arena {
   Pacer pacer_;
   SerialLine line_;
   OverheadController controller_;
-  Moment made_ = now();
+  Phase phase_ = Phase::beginning;
+  TimePoint made_ = now();
+  TimePoint wanted_at_ = TimePoint::max();  // when the call that was answered with false has something to do again
+  TimePoint serve_at_ = made_;              // when the controller has
+  std::optional<TimePoint> begun_at_;       // the first advance_to
+  TimePoint looked_at_{};
+  bool has_picture_ = false;  // the last look while beginning gave a frame
   bool was_up_ = false;
   std::int64_t frames_ = 0;  // made or lost so far; also the next one's number
   LabTime seen_at_{0};       // stamp of the last frame that was made
@@ -238,11 +264,11 @@ class KilobotArena final : public Arena {
 }  // namespace
 
 std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
-                                          std::unique_ptr<RobotWatch> eyes, std::unique_ptr<Wire> wire, WallTime& wall,
-                                          OperatorStops stops) {
-  const ArenaConfig config = read_arena_config(arena);
+                                          std::unique_ptr<RobotWatch> eyes, std::unique_ptr<Wire> wire,
+                                          WallTime& wall) {
+  const ArenaConfig config = read_arena_config(arena, body_radius_m);
   const Section kilobot = arena.section("kilobot");
-  ArenaInfo info;
+  ArenaInfo info{model};
   info.name = lab;
   info.platform = "kilobot";
   info.width_m = config.width_m;
@@ -250,17 +276,15 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   info.robots = read_robot_ids(arena);
   info.can_wait = false;
   info.frame_period = config.frame_period;
-  info.max_robot = max_robot_id;
   const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
   KilobotArena::Patience patience{.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)},
-                                  .may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023)),
-                                  .stops = std::move(stops)};
-  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), std::move(patience),
-                                        std::move(wire), std::move(eyes), wall);
+                                  .may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023))};
+  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), patience, std::move(wire),
+                                        std::move(eyes), wall);
 }
 
 std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
-                                          std::unique_ptr<RobotWatch> eyes, OperatorStops stops) {
+                                          std::unique_ptr<RobotWatch> eyes) {
   const Section kilobot = arena.section("kilobot");
   const std::string port = kilobot.required_text("port");
   std::unique_ptr<Wire> wire;
@@ -272,7 +296,7 @@ std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::strin
   // a device that is not there now is a mistake in the file or on the table; later it is a fault that heals
   wire->open();
   if (wire->check() == Wire::State::closed) kilobot.refuse("port", wire->trouble());
-  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire), machine_time(), std::move(stops));
+  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire), machine_time());
 }
 
 }  // namespace arkmesh::hal::kilobot

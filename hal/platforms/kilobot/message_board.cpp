@@ -47,7 +47,7 @@ Message fleet_message(const hal::FleetCommand& command) {
   return with_crc(message);
 }
 
-hal::Airtime MessageBoard::offer(std::span<const hal::ToRobot> newest) {
+void MessageBoard::offer(std::span<const hal::ToRobot> newest) {
   for (const hal::ToRobot& message : newest) {
     ++airtime_.offered;
     if (const char* reason = hal::refusal(info_, message)) {
@@ -62,12 +62,15 @@ hal::Airtime MessageBoard::offer(std::span<const hal::ToRobot> newest) {
     else
       ++airtime_.replaced;
   }
-  return airtime_;
+}
+
+const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command) {
+  if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127) return "fleet_command.refused.type";
+  return hal::refusal(info, command);
 }
 
 void MessageBoard::command(const hal::FleetCommand& command) {
-  if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127)
-    return counters_.add("fleet_command.refused.type");
+  if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
   commands_.push_back(fleet_message(command));
 }

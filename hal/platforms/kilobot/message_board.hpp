@@ -17,13 +17,16 @@ namespace arkmesh::hal::kilobot {
 
 // The infrared message of a fleet command, its checksum included. For a broadcast, `type` must be at most 127.
 Message fleet_message(const hal::FleetCommand& command);
+// Why a command cannot be sent, as its counter's name; null when it can.
+const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command);
 
 class MessageBoard final : public hal::RobotLink {
  public:
   // Both outlive the board.
   MessageBoard(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
 
-  hal::Airtime offer(std::span<const hal::ToRobot> newest) override;
+  void offer(std::span<const hal::ToRobot> newest) override;
+  hal::Airtime airtime() const override { return airtime_; }
   void command(const hal::FleetCommand& command) override;
   std::vector<hal::FromRobot> heard() override { return {}; }
 

@@ -56,7 +56,7 @@ OverheadSettings read_overhead_settings(const Section& kilobot) {
   return out;
 }
 
-Airtime OverheadController::offer(std::span<const ToRobot> newest) {
+void OverheadController::offer(std::span<const ToRobot> newest) {
   if (withheld_.empty()) return board_.offer(newest);
   for (const ToRobot& message : newest) {
     if (std::ranges::binary_search(withheld_, message.robot)) {
@@ -66,13 +66,12 @@ Airtime OverheadController::offer(std::span<const ToRobot> newest) {
       board_.offer({&message, 1});
     }
   }
-  return board_.offer({});
 }
 
 void OverheadController::command(const FleetCommand& command) {
   using Kind = FleetCommand::Kind;
+  if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   const bool broadcast = command.kind == Kind::broadcast;
-  if (broadcast && command.type > 127) return counters_.add("fleet_command.refused.type");
   if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
   const microseconds awake = broadcast ? settings_.broadcast_for : settings_.command_for;
   commands_.push_back({fleet_message(command), asleep_ ? std::max(awake, settings_.waking_for) : awake, {}});

@@ -46,9 +46,14 @@ class OverheadController final : public RobotLink {
  public:
   // All outlive this. `info.robots` holds ids up to 1022.
   OverheadController(const ArenaInfo& info, SerialLine& line, const OverheadSettings& settings, Counters& counters)
-      : settings_(settings), counters_(counters), board_(info, counters), sender_(line, settings.settle, counters) {}
+      : info_(info),
+        settings_(settings),
+        counters_(counters),
+        board_(info, counters),
+        sender_(line, settings.settle, counters) {}
 
-  Airtime offer(std::span<const ToRobot> newest) override;
+  void offer(std::span<const ToRobot> newest) override;
+  Airtime airtime() const override { return board_.airtime(); }
   void command(const FleetCommand& command) override;
   std::vector<FromRobot> heard() override { return {}; }
 
@@ -90,6 +95,7 @@ class OverheadController final : public RobotLink {
   bool send_question(Moment now);
   bool send_composite(Moment now);
 
+  const ArenaInfo& info_;
   OverheadSettings settings_;
   Counters& counters_;
   MessageBoard board_;

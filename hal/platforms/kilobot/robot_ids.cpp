@@ -22,7 +22,7 @@ std::optional<RobotId> number(std::string_view text) {
 }  // namespace
 
 std::vector<RobotId> read_robot_ids(const Section& arena) {
-  const auto robots = static_cast<std::size_t>(read_arena_config(arena).robots);
+  const auto robots = static_cast<std::size_t>(read_arena_config(arena, body_radius_m).robots);
   const Section kilobot = arena.section("kilobot");
   std::vector<RobotId> out;
   for (const std::string& part : kilobot.texts("ids", {})) {

@@ -5,12 +5,10 @@
 #include <vector>
 
 #include "hal/config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::hal::kilobot {
-
-// The largest id that a composite can address; 1023 means nobody.
-inline constexpr RobotId max_robot_id = 1022;
 
 // arena.kilobot.ids, a list such as ["0-11", "40"]; without it 0 to arena.robots - 1. Ascending. Throws ConfigError:
 // not as many as arena.robots, an id twice or above 1022.

@@ -1,0 +1,231 @@
+// Every program of this folder on 25 robots for a minute: what runs, what is refused, what crashes, and how it is told.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "sim_ode/host/controller_check.hpp"
+#include "tests/sim_ode/host/program_run.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+using hal::Led;
+
+namespace {
+
+enum class End { runs, fails, refused };
+
+struct Expected {
+  std::string program;
+  End end = End::runs;
+  std::vector<std::string> says = {};  // parts of the sentence of a program that does not run
+  std::optional<Led> all_show = {};    // at the end, of a program that checks itself: every robot shows this
+  bool moves = false;                  // robots get anywhere; none does in the others
+  bool talks = false;                  // messages are sent and heard; none are in the others
+};
+
+// Robots stand so near that everybody hears somebody.
+SwarmProgram crowd(const std::string& program) {
+  SwarmProgram run(program);
+  run.options.width_m = run.options.height_m = 0.4;
+  return run;
+}
+
+const std::vector<Expected>& table() {
+  constexpr Led green = Led::green;
+  static const std::vector<Expected> rows = {
+      {"labs_blink"},
+      {.program = "labs_move", .moves = true},
+      {.program = "labs_motion_table", .moves = true},
+      {.program = "labs_talk", .talks = true},
+      {.program = "labs_distance", .talks = true},
+      {.program = "labs_average_distance", .talks = true},
+      {.program = "labs_random_walk", .moves = true},
+      {.program = "labs_battery", .all_show = green},
+      {.program = "labs_drive", .moves = true},
+      {.program = "labs_drive_all", .all_show = Led::blue, .moves = true},
+      {.program = "gradient_hops", .talks = true},
+      {.program = "gradient_struct", .talks = true},
+      {.program = "gradient_buffered", .talks = true},
+      {.program = "orbit_planet", .moves = true, .talks = true},
+      {.program = "orbit_edge", .moves = true, .talks = true},
+      {.program = "orbit_delay", .moves = true, .talks = true},
+      {.program = "sync_firefly", .talks = true},
+      {.program = "sync_average", .talks = true},
+      {.program = "sync_clock", .talks = true},
+      {.program = "phototaxis_zigzag", .moves = true},
+      {.program = "phototaxis_thresholds", .moves = true},
+      {.program = "phototaxis_hide", .moves = true},
+      {.program = "disperse_simple", .moves = true, .talks = true},
+      {.program = "disperse_gradient", .moves = true, .talks = true},
+      {.program = "naming_game", .talks = true},
+      {.program = "naming_vote", .moves = true, .talks = true},
+      {.program = "ark_blocks", .all_show = Led::off},
+      {.program = "ark_bitfield", .all_show = Led::blue, .moves = true},
+      {.program = "ark_gossip", .all_show = Led::off},
+      {.program = "buffered_chat", .all_show = green, .talks = true},
+      {"art_breath"},
+      {.program = "art_dance", .moves = true, .talks = true},
+      {.program = "art_wave", .talks = true},
+      {.program = "style_own_names", .all_show = green},
+      {.program = "style_libc_names", .all_show = green},
+      {.program = "style_old_c", .all_show = green, .talks = true},
+      {.program = "style_no_return", .all_show = green, .talks = true},
+      {.program = "style_parts", .all_show = green},
+      {.program = "style_avr_headers", .all_show = green},
+      {"style_busy_clock"},
+      {"style_busy_sensor"},
+      {.program = "style_busy_flag", .talks = true},
+      {.program = "style_spin_flag", .talks = true},
+      {"style_clock_write"},
+      {.program = "style_random", .all_show = green, .moves = true},
+      {.program = "style_statics", .all_show = green},
+      {.program = "style_text", .all_show = green},
+      {.program = "style_silent_text", .all_show = green},
+      {.program = "style_types", .all_show = green},
+      {.program = "style_wrap", .talks = true},
+      {.program = "style_calibration", .all_show = green, .moves = true},
+      {.program = "style_one_flag", .all_show = green, .talks = true},
+      {.program = "style_delay_in_setup", .all_show = green},
+      {.program = "style_tables", .all_show = green, .talks = true},
+      {.program = "labs_edge_follow", .moves = true, .talks = true},
+      {.program = "labs_calibrate", .moves = true},
+      {.program = "labs_ping_own_header", .talks = true},
+      {.program = "gradient_userdata", .talks = true},
+      {.program = "orbit_three", .moves = true, .talks = true},
+      {.program = "sync_phase_jump", .talks = true},
+      {.program = "sync_counter16", .talks = true},
+      {.program = "phototaxis_average", .all_show = Led::off, .moves = true},
+      {.program = "disperse_count", .moves = true, .talks = true},
+      {.program = "naming_minimal", .talks = true},
+      {.program = "ark_signed_id", .all_show = Led::off, .moves = true},
+      {.program = "art_callback_delay", .talks = true},
+      {.program = "style_state_table", .all_show = green, .talks = true},
+      {.program = "style_tx_zero", .all_show = green, .talks = true},
+      {.program = "style_math_names", .all_show = green},
+      {.program = "style_own_maths", .all_show = green},
+      {.program = "style_gnu", .all_show = green},
+      {.program = "style_inline", .all_show = green},
+      {.program = "style_pgm", .all_show = green},
+      {.program = "style_eeprom", .all_show = green},
+      {.program = "style_registers", .all_show = green},
+      {.program = "style_avr_text", .all_show = green},
+      {.program = "style_k_and_r", .all_show = green},
+      {.program = "style_wait_plain", .talks = true},
+      {.program = "style_wait_include", .all_show = green, .talks = true},
+      {.program = "style_wait_lonely", .all_show = Led::blue},
+      {.program = "style_packed", .all_show = green, .talks = true},
+      {.program = "style_overflow", .all_show = green},
+      {.program = "style_long_switch", .all_show = green},
+      {.program = "style_debug_macro", .all_show = green},
+      {.program = "style_clock_field", .all_show = green},
+      {.program = "style_clock_again", .all_show = green},
+      {.program = "mute_no_crc", .all_show = Led::red},
+      {.program = "count_sends", .talks = true},
+      {"crash_null", End::fails, {"robot 3 ", "bad pointer", "crash_null.c:10", " s"}},
+      {"crash_divide", End::fails, {"division by zero", "crash_divide.c:9"}},
+      {"crash_recursion", End::fails, {"stack overflow", "crash_recursion.c:8"}},
+      {"crash_stack", End::fails, {"stack overflow", "crash_stack.c:4"}},
+      {"crash_callback", End::fails, {"bad pointer", "in rx", "crash_callback.c:7"}},
+      {"crash_tail", End::fails, {"division by zero", "in inner", "crash_tail.c:6"}},
+      {"crash_after_delay", End::fails, {"robot 2 ", "bad pointer", "crash_after_delay.c:11", "3.066 s"}},
+      {"crash_assert", End::fails, {"robot 1 ", "kilo_uid != 1", "crash_assert.c:7"}},
+      {"crash_exit", End::fails, {"exit()", "crash_exit.c:7"}},
+      {"crash_overflow", End::fails, {"robot 4 ", "bad pointer", "crash_overflow.c:11"}},
+      {"hang_loop", End::fails, {"never returns", "hang_loop.c:9"}},
+      {"hang_setup", End::fails, {"never returns", "hang_setup.c:5"}},
+      {"hang_delay_zero", End::fails, {"never returns", "hang_delay_zero.c:8"}},
+      {"hang_volatile", End::fails, {"never returns", "hang_volatile.c:8"}},
+      {"hang_callback", End::fails, {"never returns", "hang_callback.c:7"}},
+      {"refused_registers", End::refused, {"refused_registers.c:6", "error: a simulated robot has no register OCR2A"}},
+      {"refused_syntax", End::refused, {"does not compile", "refused_syntax.c:7", "error"}},
+      {"refused_unknown", End::refused, {"dance_wildly", "refused_unknown.c:7"}},
+      {"refused_no_start", End::refused, {"never calls kilo_start"}},
+  };
+  return rows;
+}
+
+void check_outcome(const Expected& expected, const SwarmProgram& run) {
+  if (expected.end != End::runs) {
+    CHECK(run.refused == (expected.end == End::refused));
+    CHECK_FALSE(run.failure.empty());
+    CHECK(run.failure.find('\n') == std::string::npos);
+    for (const std::string& part : expected.says)
+      CHECK_MESSAGE(run.failure.find(part) != std::string::npos, part, " in: ", run.failure);
+    return;
+  }
+  CHECK_MESSAGE(run.failure.empty(), run.failure);
+  REQUIRE(run.report.last().robots.size() == 25);
+  CHECK(run.report.last().stamp == hal::LabTime(60'000'000));
+  double path_m = 0;
+  for (const double p : run.report.path_m()) path_m += p;
+  CHECK((path_m > 0.02) == expected.moves);
+  CHECK((run.count("infrared.sent") > 25) == (expected.talks || expected.program == "mute_no_crc"));
+  CHECK((run.count("infrared.received") > 0) == expected.talks);
+  if (expected.all_show)
+    for (const hal::Sighting& robot : run.report.last().robots)
+      CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ",
+                    std::string(sim_ode::name_of(robot.led)));
+}
+
+}  // namespace
+
+TEST_CASE("every program has the outcome that the table names, within half a minute of wall time") {
+  // Programs as other people write them run unmodified; those that fail are told in one sentence with robot, time and
+  // line.
+  std::set<std::string> seen;
+  for (const Expected& expected : table()) {
+    CAPTURE(expected.program);
+    seen.insert(expected.program);
+    SwarmProgram run = crowd(expected.program);
+    const auto begun = std::chrono::steady_clock::now();
+    run.for_seconds(60);
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(30));
+    check_outcome(expected, run);
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(programs_folder()))
+    if (entry.path().extension() == ".c")
+      CHECK_MESSAGE(seen.contains(entry.path().stem().string()), entry.path().filename().string());
+}
+
+TEST_CASE("the same seed gives the same swarm, another seed another one") {
+  // Programs that wait in delay(), in callbacks, on the clock or for a flag, that crash or hang in one robot, that
+  // print, or draw random numbers repeat frame for frame.
+  for (const std::string program :
+       {"labs_move", "style_busy_clock", "orbit_delay", "style_random", "naming_game", "crash_after_delay",
+        "crash_null", "style_wait_plain", "style_wait_include", "art_callback_delay", "style_text", "hang_volatile",
+        "crash_tail", "sync_phase_jump"}) {
+    CAPTURE(program);
+    SwarmProgram first = crowd(program), second = crowd(program), third = crowd(program);
+    third.options.seed = 2;
+    for (SwarmProgram* run : {&first, &second, &third}) run->for_seconds(20);
+    CHECK(first.hash == second.hash);
+    CHECK(first.failure == second.failure);
+    CHECK(first.hash != third.hash);
+  }
+}
+
+TEST_CASE("programs fit on a robot, and those that do not build for it are refused in one sentence") {
+  // The files that the simulator runs are the files that the robot's own compiler builds.
+  if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) {
+    MESSAGE("avr-gcc is not installed: the build for the robot is not checked");
+    return;
+  }
+  for (const Expected& expected : table()) {
+    CAPTURE(expected.program);
+    const bool builds = expected.program != "refused_syntax" && expected.program != "refused_unknown";
+    if (!builds) {
+      CHECK_THROWS_AS(sim_ode::check_program(program_file(expected.program)), std::runtime_error);
+      continue;
+    }
+    const sim_ode::CheckedProgram checked = sim_ode::check_program(program_file(expected.program));
+    CHECK(checked.fits());
+    CHECK(checked.flash_bytes > sim_ode::flash_library_bytes - 100);
+    CHECK(checked.flash_bytes < 13000);  // one makes text of fractions
+    CHECK(checked.ram_bytes >= sim_ode::ram_library_bytes);
+    CHECK(checked.ram_bytes < 500);
+  }
+}

@@ -1,0 +1,67 @@
+// A wire that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its end
+// takes for packets is kept with the time.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/platforms/kilobot/serial_line.hpp"
+#include "hal/platforms/kilobot/wire.hpp"
+#include "tests/support/kilobot/packet_ear.hpp"
+
+namespace arkmesh::tests {
+
+struct FakeCable {
+  struct Heard {
+    hal::kilobot::Moment at;  // when its last byte was written
+    hal::kilobot::Packet packet;
+    hal::kilobot::PacketType type() const { return static_cast<hal::kilobot::PacketType>(packet[1]); }
+    std::uint8_t message_type() const { return packet[11]; }
+  };
+  bool plugged = true;
+  hal::kilobot::Moment now{};
+  std::size_t bytes_a_write = std::numeric_limits<std::size_t>::max();
+  std::size_t waiting = 0;
+  PacketEar ear;
+  std::vector<Heard> heard;
+
+  // What was heard since the last call.
+  std::vector<Heard> take() { return std::exchange(heard, {}); }
+};
+
+class FakeWire final : public hal::kilobot::Wire {
+ public:
+  explicit FakeWire(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
+  void open() override {
+    open_ = cable_->plugged;
+    trouble_ = open_ ? "" : "there is no cable";
+  }
+  State check() override {
+    if (open_ && !cable_->plugged) {
+      open_ = false;
+      trouble_ = "the cable was unplugged";
+    }
+    return open_ ? State::open : State::closed;
+  }
+  std::size_t write(std::span<const std::uint8_t> bytes) override {
+    if (check() != State::open) return 0;
+    const std::size_t taken = std::min(bytes.size(), cable_->bytes_a_write);
+    for (const auto& packet : cable_->ear.hear(bytes.first(taken))) cable_->heard.push_back({cable_->now, packet});
+    return taken;
+  }
+  std::size_t waiting_bytes() override { return cable_->waiting; }
+  const std::string& trouble() const override { return trouble_; }
+
+ private:
+  std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no wire
+  bool open_ = false;
+  std::string trouble_;
+};
+
+}  // namespace arkmesh::tests
