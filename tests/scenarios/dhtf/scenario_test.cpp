@@ -307,6 +307,7 @@ TEST_CASE("dhtf: an owner that names no sites") {
   struct Mute final : lab::Scenario {
     void begin(lab::Lab&) override {}
     void on_poses(lab::Lab&, const hal::PoseFrame&) override {}
+    void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}
     void on_period(lab::Lab&) override {}
     bool finished(const lab::Lab&) const override { return false; }
   };
