@@ -1,79 +1,60 @@
 #include "app/arenas.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "emulator/room_arena.hpp"
-#include "hal/arena_config.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "sim_ode/ode_arena.hpp"
-#include "testbed/table_window.hpp"
+#if ARKMESH_CAMERAS
+#include "emulator/room_arena.hpp"
+#include "testbed/kilobot_row.hpp"
+#endif
 
 namespace arkmesh::app {
-namespace {
 
-// What an arena may need of the lab that it belongs to.
-struct Around {
-  const lab::RunConfig& run;
-  hal::Bus& bus;
-  const std::filesystem::path& directory;
-};
-
-struct Entry {
-  std::string name;
-  std::vector<std::string> tables;  // [arena.NAME]s that it reads
-  std::function<std::unique_ptr<hal::Arena>(const hal::Section& arena, const Around& around)> make;
-};
-
-// Shows people what the cameras of a table see.
-testbed::Onlooker window(const hal::Section& arena, const Around& around) {
-  const auto window = std::make_shared<testbed::TableWindow>(
-      arena.section("kilobot"), around.run.lab, hal::read_arena_config(arena, hal::kilobot::body_radius_m).frame_period,
-      around.bus, around.directory);
-  return [window](const testbed::Look& look) { window->look(look); };
-}
-
-const std::vector<Entry>& arenas() {
-  static const std::vector<Entry> table = {
-      {"ode", {"ode"}, [](auto& arena, auto& a) { return sim_ode::make_ode_arena(arena, a.run.lab, a.run.seed); }},
-      {"kilobot",
-       {"kilobot"},
-       [](auto& arena, auto& a) {
-         return hal::kilobot::make_kilobot_arena(arena, a.run.lab, testbed::make_table_watch(arena, window(arena, a)));
-       }},
-      {"room",
-       {"room", "kilobot"},
-       [](auto& arena, auto& a) { return emulator::make_room_arena(arena, a.run.lab, a.run.seed, window(arena, a)); }},
-      {"replay",
-       {"replay"},
-       [](auto& arena, auto& a) {
-         return hal::make_log_arena(arena, a.run.lab, hal::kilobot::model, a.run.period * a.run.last_period);
-       }},
-      {"null", {}, [](auto& arena, auto& a) { return hal::make_null_arena(arena, a.run.lab, hal::kilobot::model); }},
+std::span<const hal::ArenaRow> arena_rows() {
+  static const std::vector<hal::ArenaRow> table = {
+    sim_ode::ode_arena_row(),
+#if ARKMESH_CAMERAS
+    testbed::kilobot_arena_row(),
+    emulator::room_arena_row(),
+#endif
+    hal::log_arena_row(),
+    hal::null_arena_row(),
   };
   return table;
 }
 
-}  // namespace
+const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
+#if !ARKMESH_CAMERAS
+  for (const std::string& needs_cameras : {"kilobot", "room"}) {
+    if (arena.text("use", "ode") == needs_cameras)
+      arena.refuse("use", "needs cameras, and this program was built without OpenCV");
+    arena.leave_alone(needs_cameras);
+  }
+#endif
+  const std::span<const hal::ArenaRow> rows = arena_rows();
+  std::vector<std::string> names;
+  for (const hal::ArenaRow& row : rows) names.push_back(row.name);
+  const std::string use = arena.choice("use", "ode", names);
+  const auto chosen = std::ranges::find(rows, use, &hal::ArenaRow::name);
+  for (const std::string& name : names)
+    if (std::ranges::find(chosen->sections, name) == chosen->sections.end()) arena.leave_alone(name);
+  return *chosen;
+}
 
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
                                        const std::filesystem::path& directory) {
   const hal::Section arena = root.section("arena");
-  std::vector<std::string> names;
-  for (const Entry& entry : arenas()) names.push_back(entry.name);
-  const std::string use = arena.choice("use", "ode", names);
-  const auto chosen =
-      std::find_if(arenas().begin(), arenas().end(), [&](const Entry& entry) { return entry.name == use; });
-  if (chosen == arenas().end()) arena.refuse("use", "names no arena");
-  // The keys of arenas that are not in use stay in the file, so that one key swaps them.
-  for (const std::string& name : names)
-    if (std::find(chosen->tables.begin(), chosen->tables.end(), name) == chosen->tables.end()) arena.leave_alone(name);
-  return chosen->make(arena, {run, bus, directory});
+  return chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
+                                          .lab = run.lab,
+                                          .seed = run.seed,
+                                          .run_length = run.period * run.last_period,
+                                          .bus = &bus,
+                                          .directory = directory});
 }
 
 }  // namespace arkmesh::app

@@ -3,16 +3,24 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 
-#include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {
 
-// The arena that arena.use asks for. An arena with cameras draws what it hears on `bus` over their pictures and keeps
-// videos in `directory`; the bus outlives the arena. Throws ConfigError.
+// The arenas that this program was built with.
+std::span<const hal::ArenaRow> arena_rows();
+
+// The row that arena.use names. Keys of arenas that are not in use stay in the file, so that one key swaps them. Throws
+// ConfigError.
+const hal::ArenaRow& chosen_arena(const hal::Section& arena);
+
+// The arena of a lab's run. An arena with cameras draws what it hears on `bus` over their pictures and keeps videos in
+// `directory`; the bus outlives the arena. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
                                        const std::filesystem::path& directory);
 

@@ -2,73 +2,44 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/status_line.hpp"
-#include "testbed/chore_table.hpp"
-#include "tracker/identity/id_assigner.hpp"
+#include "cli/progress_line.hpp"
+#include "cli/set_up_options.hpp"
+#include "testbed/assign_ids.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
 struct AssignOptions {
-  testbed::ChoreOptions table{.program = "assign_ids.c"};
-  std::string ids;
+  SetUpOptions common{.program = "assign_ids"};
   double most_s = 0;
 };
 
 int assign(const AssignOptions& options) {
-  using tracker::IdAssigner;
-  // before anything moves
-  std::vector<hal::RobotId> ids;
-  if (!options.ids.empty()) ids = testbed::parse_ids(options.ids, 1022, "--ids");
-  testbed::ChoreTable table(options.table);
-  if (ids.empty()) ids = table.info().robots;
-  const double most_s = options.most_s > 0 ? options.most_s : 180 + 0.5 * static_cast<double>(ids.size());
-  if (!table.is_simulated())
-    fmt::print(
-        stderr,
-        "The robots must run kilolib/programs/assign_ids.c: load it with `arkmesh ohc PORT upload assign_ids.hex`.\n");
-
-  table.robots().command({.kind = hal::FleetCommand::Kind::run});
-  for (int i = 0; i < 10; ++i) table.next_picture({});
-  // Robots draw once per session: another one for each call. The clock only tells calls apart, nothing follows from it.
-  const auto session =
+  OperatorStop stop;
+  testbed::AssignIdsSettings settings{.ids = options.common.listed_ids(1022), .most_s = options.most_s};
+  testbed::SetUpArena arena = options.common.open_arena(stop);
+  if (settings.ids.empty()) settings.ids = arena.info().robots;
+  options.common.say_program(arena);
+  // The clock only tells calls apart, nothing follows from it.
+  settings.session =
       static_cast<std::uint8_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::seconds(1));
-  IdAssigner assigner({.ids = ids, .session = session});
-  {
-    StatusLine status("assign-ids");
-    while (!assigner.finished() && table.seconds() < most_s && !operator_stops()) {
-      const auto seen = table.next_picture(assigner.question());
-      assigner.on_frame(table.now(), seen);
-      const auto progress = assigner.progress();
-      status.show(fmt::format("{:.1f} s, {}{}{}, {} of {} robots confirmed", table.seconds(), name_of(assigner.phase()),
-                              progress.of ? fmt::format(" ({} of {})", progress.done, progress.of) : "",
-                              progress.round > 1 ? fmt::format(", round {}", progress.round) : "", progress.confirmed,
-                              assigner.robots().size()));
-    }
-  }
+  ProgressLine progress("assign-ids");
+  const testbed::AssignIdsReport report = testbed::assign_ids(arena, settings, stop, progress);
 
-  std::size_t confirmed = 0;
-  if (!assigner.robots().empty()) fmt::print("{:>6} {:>9} {:>9}  {}\n", "robot", "x_m", "y_m", "result");
-  std::vector<const IdAssigner::Robot*> rows;
-  for (const auto& [number, robot] : assigner.robots()) rows.push_back(&robot);
-  std::stable_sort(rows.begin(), rows.end(),
-                   [](const auto* a, const auto* b) { return a->given.value_or(65536) < b->given.value_or(65536); });
-  for (const IdAssigner::Robot* robot : rows) {
-    confirmed += robot->outcome == IdAssigner::Outcome::confirmed;
-    fmt::print("{:>6} {:>9.4f} {:>9.4f}  {}\n", robot->given ? std::to_string(*robot->given) : "-", robot->in_arena.x_m,
-               robot->in_arena.y_m, name_of(robot->outcome));
-  }
-  fmt::print("{} of {} robots have ids of their own, after {:.1f} s\n", confirmed, rows.size(), table.seconds());
-  if (!assigner.finished()) fmt::print(stderr, "arkmesh: stopped before the end\n");
-  return assigner.finished() && confirmed == rows.size() && confirmed > 0 ? 0 : 1;
+  if (!report.robots.empty()) fmt::print("{:>6} {:>9} {:>9}  {}\n", "robot", "x_m", "y_m", "result");
+  for (const tracker::IdAssigner::Robot& robot : report.robots)
+    fmt::print("{:>6} {:>9.4f} {:>9.4f}  {}\n", robot.given ? std::to_string(*robot.given) : "-", robot.in_arena.x_m,
+               robot.in_arena.y_m, name_of(robot.outcome));
+  fmt::print("{} of {} robots have ids of their own, after {:.1f} s\n", report.confirmed, report.robots.size(),
+             report.took_s);
+  if (!report.finished) fmt::print(stderr, "arkmesh: stopped before the end\n");
+  return report.finished && report.confirmed == report.robots.size() && report.confirmed > 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -76,11 +47,8 @@ int assign(const AssignOptions& options) {
 void add_assign_ids_command(CLI::App& app) {
   const auto options = std::make_shared<AssignOptions>();
   CLI::App* command = app.add_subcommand("assign-ids", "Give each robot on a lab's table an id of its own");
-  command->add_option("file", options->table.file, "The lab's configuration file")
-      ->required()
-      ->check(CLI::ExistingFile);
-  command->add_option("--set", options->table.sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
-  command->add_option("--ids", options->ids,
+  options->common.add_to(*command);
+  command->add_option("--ids", options->common.ids,
                       "Ids to give, such as 0-11,40, in rows from north to south (default: the lab's robots)");
   command
       ->add_option("--seconds", options->most_s,

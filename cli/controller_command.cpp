@@ -13,6 +13,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
+#include "hal/led_name.hpp"
 #include "sim_ode/host/controller_check.hpp"
 #include "sim_ode/host/controller_swarm.hpp"
 #include "sim_ode/host/robot_text.hpp"
@@ -61,7 +62,7 @@ class PosesFile {
     const double time_s = static_cast<double>(frame.stamp.count()) * 1e-6;
     for (const hal::Sighting& robot : frame.robots)
       out_ << fmt::format("{:.1f},{},{:.6f},{:.6f},{:.4f},{}\n", time_s, robot.robot, robot.pose.x_m, robot.pose.y_m,
-                          robot.pose.heading_rad, sim_ode::name_of(robot.led));
+                          robot.pose.heading_rad, hal::name_of(robot.led));
   }
   // All of it is in the file, or the disk is full.
   const fs::path& finished() {

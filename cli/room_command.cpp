@@ -37,14 +37,10 @@ void print_counters(const hal::Counters& counters) {
 // As fast as it goes: each picture and row of the truth at its exact time.
 void run_offline(emulator::Room& room, emulator::RoomRecord& record, double seconds) {
   const hal::LabTime period = room.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
-  cv::Mat picture;
   int shown = 0;
   for (std::int64_t frame = 0; frame * period <= end && !operator_stops(); ++frame) {
     room.advance_to(frame * period);
-    record.add_truth(room);
-    if (record.wants_pictures())
-      for (std::size_t k = 0; k < room.cameras(); ++k)
-        record.add_picture(k, room.picture(k, picture) ? picture : cv::Mat());
+    record.add(room);
     if (const int tenth = static_cast<int>(10 * frame * period / std::max(end, period)); tenth > shown) {
       shown = tenth;
       fmt::print(stderr, "{:.0f} of {:.0f} s\n", static_cast<double>((frame * period).count()) * 1e-6, seconds);

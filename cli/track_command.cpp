@@ -8,14 +8,14 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/status_line.hpp"
+#include "cli/progress_line.hpp"
+#include "cli/track_options.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/detector.hpp"
@@ -28,39 +28,21 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds shown_after{2};  // what takes no longer needs no progress
 
-struct TrackOptions {
-  std::string source, png;
-  bool json = false;
-  double led_offset_deg = 44, diameter_px = 0;
-};
-
-void write_picture(const fs::path& file, const cv::Mat& bgr) {
-  bool written = false;
-  try {
-    written = cv::imwrite(file.string(), bgr);
-  } catch (const cv::Exception&) {
-    // said below
-  }
-  if (!written)
-    throw std::runtime_error(
-        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
-}
-
 // Each picture by itself: pictures of a folder need not be of one camera.
-std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const TrackOptions& options) {
+std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const testbed::StreamOptions& options) {
   tracker::DetectorSettings settings;
   if (options.diameter_px > 0) settings.diameter_px = options.diameter_px;
   return tracker::Detector(settings).search(bgr);
 }
 
-void track_picture(const TrackOptions& options) {
+void track_picture(const testbed::StreamOptions& options) {
   const cv::Mat bgr = tracker::read_picture(options.source);
   if (bgr.empty())
     throw std::runtime_error(fmt::format(
         "{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
   const std::vector<tracker::Detection> robots = look_at(bgr, options);
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
-  if (!options.png.empty()) write_picture(options.png, testbed::with_robots_drawn(bgr, robots, offset_rad));
+  if (!options.png.empty()) tracker::write_picture(options.png, testbed::with_robots_drawn(bgr, robots, offset_rad));
   if (options.json)
     fmt::print("{}\n", testbed::robots_as_json(robots, offset_rad).dump(2));
   else
@@ -68,17 +50,18 @@ void track_picture(const TrackOptions& options) {
 }
 
 // False when a picture could not be read; the others are done nevertheless.
-bool track_folder(const TrackOptions& options) {
+bool track_folder(const testbed::StreamOptions& options) {
   const std::vector<fs::path> files = tracker::pictures_of(options.source);
   if (!options.png.empty() && !fs::is_directory(options.png))
     throw std::runtime_error(
         fmt::format("--png {} is not a folder: for a folder of pictures give a folder that exists", options.png));
   const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   nlohmann::json all = nlohmann::json::array();
-  StatusLine status;
+  ProgressLine status;
+  OperatorStop stop;
   const auto begun = std::chrono::steady_clock::now();
   std::size_t damaged = 0;
-  for (std::size_t i = 0; i < files.size() && !operator_stops(); ++i) {
+  for (std::size_t i = 0; i < files.size() && !stop.stopped(); ++i) {
     const fs::path& file = files[i];
     if (std::chrono::steady_clock::now() - begun > shown_after)
       status.show(fmt::format("picture {} of {}: {}", i + 1, files.size(), file.filename().string()));
@@ -91,8 +74,8 @@ bool track_folder(const TrackOptions& options) {
     }
     const std::vector<tracker::Detection> robots = look_at(bgr, options);
     if (!options.png.empty())
-      write_picture(fs::path(options.png) / (file.stem().string() + ".png"),
-                    testbed::with_robots_drawn(bgr, robots, offset_rad));
+      tracker::write_picture(fs::path(options.png) / (file.stem().string() + ".png"),
+                             testbed::with_robots_drawn(bgr, robots, offset_rad));
     if (options.json)
       all.push_back({{"picture", file.filename().string()}, {"robots", testbed::robots_as_json(robots, offset_rad)}});
     status.done();
@@ -102,18 +85,24 @@ bool track_folder(const TrackOptions& options) {
   return damaged == 0;
 }
 
+bool follow(const testbed::StreamOptions& options, const std::string& name) {
+  OperatorStop stop;
+  ProgressLine progress(name, "picture");
+  return testbed::track_stream(options, stop, progress);
+}
+
 // False when something could not be read, which was said.
-bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
-  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return testbed::track_stream(stream);
+bool track(const testbed::StreamOptions& options) {
+  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return follow(options, "");
   std::error_code failed;
   const fs::file_status status = fs::status(options.source, failed);
   if (!fs::exists(status))
     throw std::runtime_error(fmt::format(
         "there is no {}: give a picture, a folder of pictures, a video, a camera's number or a URL", options.source));
-  const bool follow = !stream.csv.empty() || !stream.video.empty() || stream.serve_port >= 0 ||
-                      !stream.publish.empty() || !stream.calibration.empty();
-  if (follow || (!fs::is_directory(status) && !tracker::is_picture_name(options.source)))
-    return testbed::track_stream(stream);
+  const bool follows = !options.csv.empty() || !options.video.empty() || options.serve_port >= 0 ||
+                       !options.publish.empty() || !options.calibration.empty();
+  if (follows || (!fs::is_directory(status) && !tracker::is_picture_name(options.source)))
+    return follow(options, fs::path(options.source).filename().string());
   if (fs::is_directory(status)) return track_folder(options);
   track_picture(options);
   return true;
@@ -124,36 +113,8 @@ bool track(const TrackOptions& options, const testbed::StreamOptions& stream) {
 void add_track_command(CLI::App& app) {
   auto* command =
       app.add_subcommand("track", "Finds the robots on pictures; follows them in videos and before cameras");
-  const auto options = std::make_shared<TrackOptions>();
-  const auto stream = std::make_shared<testbed::StreamOptions>();
-  command
-      ->add_option("SOURCE", options->source,
-                   "A picture, a folder of pictures, a video, a camera's number or device, or a URL")
-      ->required();
-  command->add_flag(
-      "--json", options->json,
-      "Print a JSON list (of a folder: a list of {picture, robots}; of what moves: a line for each picture)");
-  command->add_option(
-      "--png", options->png,
-      "Write the picture with the robots drawn on it (of a folder: into this folder; of what moves: the last)");
-  auto* calibration = command->add_option(
-      "--calibration", stream->calibration,
-      "Measure in the arena with this file of arkmesh calibrate; else metres are reckoned from the robots' size");
-  command->add_option("--camera", stream->camera, "The camera's name in that file, when it holds several")
-      ->needs(calibration);
-  command->add_option("--csv", stream->csv, "Write a row for each robot and picture");
-  command->add_option("--video", stream->video, "Write a video with the robots drawn on it (.mp4 or .avi)");
-  command->add_option("--serve", stream->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/table")
-      ->check(CLI::Range(0, 65535));
-  command->add_option("--publish", stream->publish, "Publish poses on this LCM bus, tracks' numbers as ids");
-  command->add_option("--seconds", stream->seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));
-  command
-      ->add_option("--led-offset", options->led_offset_deg,
-                   "Driving direction minus direction of the LED, degrees counter-clockwise")
-      ->check(CLI::Range(-360.0, 360.0))
-      ->capture_default_str();
-  command->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, where it is known")
-      ->check(CLI::Range(6.0, 2000.0));
+  const auto options = std::make_shared<testbed::StreamOptions>();
+  add_track_options(*command, *options);
   command->footer(
       "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
       "drawn.mp4\n"
@@ -166,14 +127,9 @@ void add_track_command(CLI::App& app) {
       "stands for itself.\n"
       "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the "
       "picture's right.");
-  command->callback([options, stream] {
-    stream->source = options->source;
-    stream->png = options->png;
-    stream->json = options->json;
-    stream->led_offset_deg = options->led_offset_deg;
-    stream->diameter_px = options->diameter_px;
+  command->callback([options] {
     tracker::quieten_libraries();
-    if (!track(*options, *stream)) throw CLI::RuntimeError(1);
+    if (!track(*options)) throw CLI::RuntimeError(1);
   });
 }
 

@@ -9,6 +9,10 @@
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
+#include "sim_ode/host/robot_program.hpp"
+#include "testbed/kilobot_settings.hpp"
+#include "testbed/table_window.hpp"
+#include "testbed/tracks.hpp"
 
 namespace arkmesh::emulator {
 namespace {
@@ -108,20 +112,20 @@ class RoomTime final : public hal::WallTime {
 
 class RoomArena final : public hal::Arena {
  public:
-  RoomArena(hal::Config config, const hal::Section& arena, const std::string& lab, testbed::Onlooker onlooker,
+  // `names` finds out who is who, in place of what the settings say. Without an onlooker there is a window, if somebody
+  // watches.
+  RoomArena(hal::Config config, const hal::Section& arena, const hal::ArenaRequest& request, testbed::Onlooker onlooker,
             std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), room_(config_.root()), eyes_(room_), time_(room_, eyes_) {
     config_.refuse_unknown();
-    const hal::Section kilobot = arena.section("kilobot");
-    if (kilobot.sections("cameras").size() != room_.cameras())
-      kilobot.refuse("cameras", fmt::format("must be as many as the room's, which has {}", room_.cameras()));
-    kilobot.leave_alone("port");
+    const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, room_.cameras());
+    if (!onlooker) onlooker = testbed::make_window(arena.section("kilobot"), settings, request);
     const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
       const std::size_t camera = next++;
       return std::make_unique<RoomFeed>(eyes_, camera, room_.camera(camera).settings().name);
     };
     arena_ = hal::kilobot::make_kilobot_arena(
-        arena, lab, testbed::make_table_watch(arena, std::move(onlooker), open, std::move(names)),
+        settings.arena, testbed::make_table_watch(settings, std::move(onlooker), open, std::move(names)),
         std::make_unique<RoomWire>(room_), time_);
   }
 
@@ -130,7 +134,8 @@ class RoomArena final : public hal::Arena {
   hal::PoseSource& poses() override { return arena_->poses(); }
   hal::RobotLink& robots() override { return arena_->robots(); }
   bool advance_to(hal::LabTime t) override { return is_there(arena_->advance_to(t)); }
-  void serve() override { arena_->serve(); }
+  // Devices are served at each moment of the room's time, and between calls of advance_to none passes.
+  void serve() override {}
   hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return arena_->waiting_for(); }
   bool end() override { return is_there(arena_->end()); }
@@ -153,22 +158,35 @@ class RoomArena final : public hal::Arena {
   bool wanted_ = false;  // the last call was answered with false
 };
 
+std::unique_ptr<RoomArena> make(const hal::Section& arena, const hal::ArenaRequest& request, testbed::Onlooker onlooker,
+                                std::unique_ptr<tracker::NameKeeper> names) {
+  const std::filesystem::path file = arena.section("room").path("file", "");
+  if (file.empty())
+    arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
+  std::vector<std::string> sets{fmt::format("room.seed={}", request.seed)};
+  if (!request.program.empty())
+    sets.push_back("arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / request.program).string());
+  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, request, std::move(onlooker),
+                                     std::move(names));
+}
+
 }  // namespace
 
 std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
                                             testbed::Onlooker onlooker) {
-  return make_room_arena(arena, lab, seed, std::move(onlooker), nullptr, {});
+  return make(arena, {.lab = lab, .seed = seed}, std::move(onlooker), nullptr);
 }
 
-std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                            testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
-                                            std::vector<std::string> sets) {
-  const std::filesystem::path file = arena.section("room").path("file", "");
-  if (file.empty())
-    arena.section("room").refuse("file", "is missing: give a room's file, such as experiments/room/roark.toml");
-  sets.push_back(fmt::format("room.seed={}", seed));
-  return std::make_unique<RoomArena>(hal::Config::from_file(file, sets), arena, lab, std::move(onlooker),
-                                     std::move(names));
+hal::ArenaRow room_arena_row() {
+  return {"room",
+          {"room", "kilobot"},
+          hal::ArenaRow::Robots::simulated,
+          [](const hal::Section& arena, const hal::ArenaRequest& request) -> std::unique_ptr<hal::Arena> {
+            if (!request.set_up) return make(arena, request, {}, nullptr);
+            auto names = std::make_unique<testbed::UnnamedTracks>();
+            testbed::Tracks& tracks = *names;
+            return testbed::with_tracks(make(arena, request, {}, std::move(names)), tracks);
+          }};
 }
 
 emulator::Room& room_of(hal::Arena& arena) {

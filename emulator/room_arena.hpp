@@ -5,10 +5,10 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "emulator/room.hpp"
 #include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/config.hpp"
 #include "testbed/table_watch.hpp"
 
@@ -19,11 +19,7 @@ namespace arkmesh::emulator {
 // Throws ConfigError.
 std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
                                             testbed::Onlooker onlooker);
-
-// The same for chores: `names` finds out who is who; `sets` are keys of the room's file, "arena.ode.controller=...".
-std::unique_ptr<hal::Arena> make_room_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                            testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names,
-                                            std::vector<std::string> sets);
+hal::ArenaRow room_arena_row();
 
 // The room of an arena that make_room_arena made, for tests and measurements that need its truth or its mishaps.
 emulator::Room& room_of(hal::Arena& arena);

@@ -73,6 +73,12 @@ void RoomRecord::add_picture(std::size_t number, const cv::Mat& picture) {
   videos_[number]->write(last_[number]);
 }
 
+void RoomRecord::add(Room& room) {
+  add_truth(room);
+  cv::Mat picture;
+  for (std::size_t k = 0; k < videos_.size(); ++k) add_picture(k, room.picture(k, picture) ? picture : cv::Mat());
+}
+
 void write_calibration(const Room& room, const std::string& file) {
   // asked first: OpenCV complains by itself
   if (!std::ofstream(file, std::ios::app))

@@ -27,6 +27,8 @@ class RoomRecord {
   // `picture` is what camera `number` saw; nothing when it is gone: the last one is repeated, so that a video keeps
   // time.
   void add_picture(std::size_t number, const cv::Mat& picture);
+  // Both, of everything as it is now.
+  void add(Room& room);
 
  private:
   std::string truth_name_;

@@ -214,6 +214,12 @@ std::string seconds(LabTime t) {
 
 }  // namespace
 
+ArenaRow log_arena_row() {
+  return {"replay", {"replay"}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+            return make_log_arena(arena, request.lab, request.robot, request.run_length);
+          }};
+}
+
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
                                       LabTime run_length) {
   const Section replay = arena.section("replay");

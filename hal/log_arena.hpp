@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::hal {
@@ -14,5 +15,6 @@ namespace arkmesh::hal {
 // does not.
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
                                       LabTime run_length);
+ArenaRow log_arena_row();
 
 }  // namespace arkmesh::hal

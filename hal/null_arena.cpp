@@ -79,6 +79,12 @@ class NullArena final : public Arena {
 
 }  // namespace
 
+ArenaRow null_arena_row() {
+  return {"null", {}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+            return make_null_arena(arena, request.lab, request.robot);
+          }};
+}
+
 std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot) {
   return std::make_unique<NullArena>(read_arena_config(arena, robot.body_radius_m), lab, robot);
 }

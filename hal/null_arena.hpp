@@ -5,11 +5,13 @@
 #include <memory>
 
 #include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::hal {
 
 // Reads the common [arena] keys (see arena_config.hpp). `robot`: what its robots would be.
 std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot);
+ArenaRow null_arena_row();
 
 }  // namespace arkmesh::hal

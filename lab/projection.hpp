@@ -1,19 +1,10 @@
-// How a lab sees the shared world: shared = shift + scale * turn(arena). The same speed over a smaller arena is a
-// faster robot.
+// How a lab sees the shared world: the lab's name for what views on its pictures need as well.
 #pragma once
 
-#include "hal/types.hpp"
+#include "hal/projection.hpp"
 
 namespace arkmesh::lab {
 
-struct Projection {
-  double shift_x_m = 0;  // place of the arena's centre in the shared frame
-  double shift_y_m = 0;
-  double turn_rad = 0;  // counter-clockwise, from arena +x to shared +x
-  double scale = 1;     // shared metres per arena metre, > 0
-
-  hal::Pose to_shared(const hal::Pose& in_arena) const;
-  hal::Pose to_arena(const hal::Pose& in_shared) const;
-};
+using hal::Projection;
 
 }  // namespace arkmesh::lab

@@ -69,10 +69,10 @@ bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) c
 
 // Few or many, they are nearly sorted by counting them into equal spans of time; what is left is put right by
 // insertion.
-void InfraredMedium::sort_attempts(std::int64_t start_us) {
+void InfraredMedium::sort_attempts() {
   const std::size_t count = attempts_.size();
   const auto span = [&](const Attempt& attempt) {
-    return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us, 0, tick_us - 1)) * count /
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us_, 0, tick_us - 1)) * count /
            tick_us;
   };
   counting_.assign(count + 1, 0);
@@ -99,55 +99,74 @@ void InfraredMedium::forget_ended() {
   ended_ = 0;
 }
 
-void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host,
-                              std::vector<Reception>& heard) {
-  const std::int64_t start_us = number * tick_us, end_us = start_us + tick_us;
+void InfraredMedium::begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers) {
+  world_ = &world;
+  start_us_ = number * tick_us;
+  end_us_ = start_us_ + tick_us;
   forget_ended();
   // attempts of this tick: put off ones at their own time, the others at the robots' timers
   attempts_.clear();
+  attempt_ = 0;
   std::erase_if(retrying_, [&](int robot) {
-    if (ears_[index(robot)].retry_us >= end_us) return false;
+    if (ears_[index(robot)].retry_us >= end_us_) return false;
     attempts_.push_back({ears_[index(robot)].retry_us, robot});
     return true;
   });
-  for (int robot : host.due())
-    if (ears_[index(robot)].retry_us < 0) attempts_.push_back({start_us + host.timer_us(robot), robot});
-  sort_attempts(start_us);
+  for (const Offer& offer : offers)
+    if (ears_[index(offer.robot)].retry_us < 0) attempts_.push_back({start_us_ + offer.at_us, offer.robot});
+  sort_attempts();
 
   if (!attempts_.empty() && (grid_path_m_ < 0 || world.longest_path_m() - grid_path_m_ > grid_slack_m)) {
     grid_.build(world.x(), world.y());
     grid_path_m_ = world.longest_path_m();
   }
-
   unsorted_.clear();
-  for (std::size_t at = 0;;) {
-    const bool again_first = !again_.empty() && (at == attempts_.size() || attempts_[at] > again_.front());
-    const bool any = again_first || at < attempts_.size();
-    const Attempt next = again_first ? again_.front() : any ? attempts_[at] : Attempt{};
-    if (ended_ < on_air_.size() && on_air_[ended_].end_us < end_us && (!any || on_air_[ended_].end_us <= next.at_us)) {
-      finish(on_air_[ended_], start_us, world, unsorted_);
-      ++ended_;
-      continue;
-    }
-    if (!any) break;
-    if (again_first) {
-      std::pop_heap(again_.begin(), again_.end(), std::greater<>{});
-      again_.pop_back();
-    } else {
-      ++at;
-    }
-    fetch_ahead(at, world, host);
-    attempt(next, world, host);
-    const std::int64_t retry_us = ears_[index(next.robot)].retry_us;
-    if (retry_us < 0) continue;
-    if (retry_us < end_us) {
-      again_.push_back({retry_us, next.robot});
-      std::push_heap(again_.begin(), again_.end(), std::greater<>{});
-    } else {
-      retrying_.push_back(next.robot);
-    }
-  }
+}
 
+// The earliest one, once all messages that end before it have been heard.
+std::optional<InfraredMedium::Attempt> InfraredMedium::take_attempt() {
+  const bool again_first = !again_.empty() && (attempt_ == attempts_.size() || attempts_[attempt_] > again_.front());
+  const bool any = again_first || attempt_ < attempts_.size();
+  const Attempt first = again_first ? again_.front() : any ? attempts_[attempt_] : Attempt{};
+  while (ended_ < on_air_.size() && on_air_[ended_].end_us < end_us_ && (!any || on_air_[ended_].end_us <= first.at_us))
+    finish(on_air_[ended_]), ++ended_;
+  if (!any) return std::nullopt;
+  if (again_first) {
+    std::pop_heap(again_.begin(), again_.end(), std::greater<>{});
+    again_.pop_back();
+  } else {
+    ++attempt_;
+  }
+  fetch_ahead();
+  return first;
+}
+
+std::optional<Outcome> InfraredMedium::next() {
+  while (const std::optional<Attempt> attempt = take_attempt()) {
+    Ear& ear = ears_[index(attempt->robot)];
+    ear.retry_us = -1;
+    // a robot that receives something puts sending off to its next tick
+    if (ear.decoding >= 0 || overhead_on_air(attempt->at_us, attempt->at_us + 1)) continue;
+    now_ = *attempt;
+    // light that it could not decode is sensed after its own first pulse
+    return Outcome{.robot = now_.robot, .free = ear.energy_until_us <= now_.at_us + sense_until_us};
+  }
+  return std::nullopt;
+}
+
+void InfraredMedium::back_off(std::uint32_t us) {
+  ++totals_.backed_off;
+  const std::int64_t retry_us = now_.at_us + 1 + us;
+  ears_[index(now_.robot)].retry_us = retry_us;
+  if (retry_us < end_us_) {
+    again_.push_back({retry_us, now_.robot});
+    std::push_heap(again_.begin(), again_.end(), std::greater<>{});
+  } else {
+    retrying_.push_back(now_.robot);
+  }
+}
+
+void InfraredMedium::end_tick(std::vector<Reception>& heard) {
   // by robot; times are in order already
   heard.resize(unsorted_.size());
   if (unsorted_.empty()) return;
@@ -158,7 +177,9 @@ void InfraredMedium::run_tick(std::int64_t number, const ContactWorld& world, Ro
 }
 
 // Senders follow each other in time, not in space: without this each one waits for memory several times.
-void InfraredMedium::fetch_ahead(std::size_t at, const ContactWorld& world, const RobotHost& host) const {
+void InfraredMedium::fetch_ahead() const {
+  const std::size_t at = attempt_;
+  const ContactWorld& world = *world_;
   const double reach = longest_reach_m_ + world.longest_path_m() - grid_path_m_;
   if (at + 6 < attempts_.size()) {
     const std::size_t i = index(attempts_[at + 6].robot);
@@ -169,7 +190,6 @@ void InfraredMedium::fetch_ahead(std::size_t at, const ContactWorld& world, cons
   if (at + 4 < attempts_.size()) {
     const std::size_t i = index(attempts_[at + 4].robot);
     grid_.fetch_cells(world.x()[i], world.y()[i], reach);
-    host.fetch_memory(attempts_[at + 4].robot);
   }
   if (at + 2 < attempts_.size()) {
     const std::size_t i = index(attempts_[at + 2].robot);
@@ -177,25 +197,10 @@ void InfraredMedium::fetch_ahead(std::size_t at, const ContactWorld& world, cons
   }
 }
 
-void InfraredMedium::attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host) {
-  Ear& ear = ears_[index(attempt.robot)];
-  ear.retry_us = -1;
-  // a robot that receives something puts sending off to its next tick
-  if (ear.decoding >= 0 || overhead_on_air(attempt.at_us, attempt.at_us + 1)) return;
-  // light that it could not decode is sensed after its own first pulse
-  const bool senses = ear.energy_until_us > attempt.at_us + sense_until_us;
-  const std::optional<Message> message = host.ask(attempt.robot, !senses);
-  if (!message) return;
-  if (senses) {
-    ++totals_.backed_off;
-    ear.retry_us = attempt.at_us + 1 + host.back_off(attempt.robot);
-  } else {
-    start(attempt.robot, attempt.at_us, *message, world);
-  }
-}
-
-void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world) {
+void InfraredMedium::send(const Message& message) {
   ++totals_.sent;
+  const auto [at_us, robot] = now_;
+  const ContactWorld& world = *world_;
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(on_air_.size()), end_us = at_us + message_us;
   const bool good_crc = message.crc == message_crc(message);
   if (!good_crc) ++totals_.bad_crc;
@@ -222,8 +227,8 @@ void InfraredMedium::start(int robot, std::int64_t at_us, const Message& message
   on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
 }
 
-void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world,
-                            std::vector<Reception>& heard) {
+void InfraredMedium::finish(const Sending& sending) {
+  const ContactWorld& world = *world_;
   const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(ended_);
   for (std::size_t k = 0; k < sending.listeners; ++k) {
@@ -245,9 +250,9 @@ void InfraredMedium::finish(const Sending& sending, std::int64_t tick_start_us, 
       continue;
     }
     if (settings_.ir_noise_m > 0) distance += settings_.ir_noise_m * about_normal(chance_.next());
-    Reception& reception = heard.emplace_back();
+    Reception& reception = unsorted_.emplace_back();
     reception.robot = listener;
-    reception.at_us = static_cast<std::uint32_t>(sending.end_us - tick_start_us);
+    reception.at_us = static_cast<std::uint32_t>(sending.end_us - start_us_);
     reception.message = sending.message;
     const DistanceReadings readings = readings_at(distance);
     reception.low_gain = readings.low_gain;

@@ -1,9 +1,11 @@
 // Robots' infrared: who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the
-// message timing, carrier sense and back-off of the robots' firmware.
+// message timing and carrier sense of the robots' firmware. Knows no programs: it takes offers and says what comes of
+// them.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,7 +13,7 @@
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/reception.hpp"
-#include "sim_ode/host/robot_host.hpp"
+#include "sim_ode/host/send_timer.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/table.hpp"
@@ -28,9 +30,19 @@ class InfraredMedium {
   // From now on that source says when the overhead controller's light shines. It outlives the medium.
   void listen_to(const OverheadSource* source) { source_ = source; }
 
-  // Tick `number`: asks the robots that are due for messages, sends them, and adds to `heard` what robots receive by
-  // the tick's end. May throw ProgramFault.
-  void run_tick(std::int64_t number, const ContactWorld& world, RobotHost& host, std::vector<Reception>& heard);
+  // Tick `number` begins: robots whose timers come in it. `world` stands still until the tick's end.
+  void begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers);
+  // What comes of the next offer, in time order; nothing when the tick is over. The robot's reply is due before the
+  // next call: send(), back_off() or nothing.
+  std::optional<Outcome> next();
+  // The robot of the last outcome sends. Its channel was free.
+  void send(const Message& message);
+  // It tries again after so long, perhaps in a later tick; its channel was not free.
+  void back_off(std::uint32_t us);
+  // The robot whose turn to reply comes a little later, so that its memory can be fetched; -1.
+  int soon() const { return attempt_ + 4 < attempts_.size() ? attempts_[attempt_ + 4].robot : -1; }
+  // After the last outcome: what robots received in this tick. Ascending by robot, then in time order.
+  void end_tick(std::vector<Reception>& heard);
 
   // Whether a message arrives at a robot at this time, at or after the end of the last tick that ran.
   bool receiving(int robot, std::int64_t at_us) const {
@@ -71,14 +83,12 @@ class InfraredMedium {
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   bool overhead_on_air(std::int64_t from_us, std::int64_t to_us) const;
-  void sort_attempts(std::int64_t start_us);
+  void sort_attempts();
   void forget_ended();
-  void fetch_ahead(std::size_t at, const ContactWorld& world, const RobotHost& host) const;
-  void attempt(const Attempt& attempt, const ContactWorld& world, RobotHost& host);
-  void start(int robot, std::int64_t at_us, const Message& message, const ContactWorld& world);
+  std::optional<Attempt> take_attempt();
+  void fetch_ahead() const;
   double reach_m(int from, int to) const;
-  void finish(const Sending& sending, std::int64_t tick_start_us, const ContactWorld& world,
-              std::vector<Reception>& heard);
+  void finish(const Sending& sending);
 
   Settings settings_;
   NeighbourGrid grid_;
@@ -92,14 +102,18 @@ class InfraredMedium {
   std::vector<Sending> on_air_;
   std::vector<int> listeners_, near_;
   std::size_t ended_ = 0;
-  std::int64_t first_number_ = 0;         // of on_air_.front()
+  std::int64_t first_number_ = 0;        // of on_air_.front()
+  const ContactWorld* world_ = nullptr;  // of this tick, as are its bounds
+  std::int64_t start_us_ = 0, end_us_ = 0;
   std::vector<Attempt> attempts_;         // of this tick, in order; counting_ and sorting_ help to get them there
+  std::size_t attempt_ = 0;               // next one in attempts_
+  Attempt now_{};                         // whose outcome was told last
   std::vector<Attempt> sorting_, again_;  // again_: a heap of those that backed off to a moment of this tick
   std::vector<std::uint32_t> counting_;
   std::vector<int> retrying_;
   const OverheadSource* source_ = nullptr;  // none: the arena's own composites
   std::deque<std::int64_t> overhead_us_;    // starts of the controller's latest packets
-  std::vector<Reception> unsorted_;
+  std::vector<Reception> unsorted_;         // of this tick
   std::vector<std::uint32_t> first_of_;
   Totals totals_;
 };

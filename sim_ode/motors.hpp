@@ -22,6 +22,7 @@ struct Velocity {
 // Duties (0..255) at which a robot turns and goes straight at its nominal speeds; kept through a reset.
 struct Calibration {
   std::uint8_t turn_left = 70, turn_right = 70, straight_left = 65, straight_right = 65;
+  bool operator==(const Calibration&) const = default;
 };
 
 class Motors {

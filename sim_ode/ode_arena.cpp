@@ -20,6 +20,7 @@
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/robot_host.hpp"
+#include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/motors.hpp"
@@ -154,7 +155,7 @@ class OdeArena final : public Table {
     return info;
   }
 
-  RobotHost::Sensors sensors() {
+  RobotSensors sensors() {
     return {.light =
                 [this](int robot) {
                   const auto i = static_cast<std::size_t>(robot);
@@ -172,7 +173,7 @@ class OdeArena final : public Table {
       if (overhead_) hear_overhead();
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
-      infrared_.run_tick(ticks_, world_, host_, inbox_.infrared);
+      exchange_infrared(ticks_, world_, host_, infrared_, inbox_.infrared);
     } catch (const ProgramFault& fault) {
       lost_ = fault.what();
       throw;
@@ -268,9 +269,9 @@ class OdeArena final : public Table {
 };
 
 std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                               const TableOptions& table) {
+                               const TableOptions& table, const std::filesystem::path& program = {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
-  const Settings settings = read_settings(arena);
+  const Settings settings = read_settings(arena, program);
 
   const double within_x =
       settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot::body_radius_m;
@@ -301,6 +302,17 @@ std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab
 }
 
 }  // namespace
+
+hal::ArenaRow ode_arena_row() {
+  return {"ode",
+          {"ode"},
+          hal::ArenaRow::Robots::simulated,
+          [](const hal::Section& arena, const hal::ArenaRequest& request) {
+            const std::filesystem::path program =
+                request.program.empty() ? std::filesystem::path() : kilolib_folder() / "programs" / request.program;
+            return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program));
+          }};
+}
 
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {
   return make(arena, lab, seed, {});

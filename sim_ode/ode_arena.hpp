@@ -7,6 +7,7 @@
 #include <string>
 
 #include "hal/arena.hpp"
+#include "hal/arena_row.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::sim_ode {
@@ -15,5 +16,6 @@ namespace arkmesh::sim_ode {
 // With arena.pace = 1 it keeps real time and cannot wait. Compiles the controller (arena.ode.controller, a kilolib C
 // file); throws ConfigError with the compiler's first error when that fails.
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed);
+hal::ArenaRow ode_arena_row();
 
 }  // namespace arkmesh::sim_ode

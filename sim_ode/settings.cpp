@@ -6,11 +6,11 @@
 
 namespace arkmesh::sim_ode {
 
-Settings read_settings(const hal::Section& arena) {
+Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
   Settings out;
   out.blank_leds = arena.flag("blank_leds", out.blank_leds);
   const hal::Section ode = arena.section("ode");
-  out.controller = ode.path("controller", "");
+  out.controller = program.empty() ? ode.path("controller", "") : program;
   if (out.controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
   out.start_in_centre = ode.choice("start", "uniform", {"uniform", "centre80"}) == "centre80";
   const std::vector<double> poses = ode.numbers("start_poses", {}, {-100, 100});

@@ -38,7 +38,7 @@ struct Settings {
   double ir_noise_m = 0.001;     // ir_noise_m: s.d. of measured distances
 };
 
-// Reads arena.blank_leds and [arena.ode]. Throws ConfigError.
-Settings read_settings(const hal::Section& arena);
+// Reads arena.blank_leds and [arena.ode]; `program` stands for the controller unless it is empty. Throws ConfigError.
+Settings read_settings(const hal::Section& arena, const std::filesystem::path& program = {});
 
 }  // namespace arkmesh::sim_ode

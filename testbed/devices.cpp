@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "hal/platforms/kilobot/wire.hpp"
-#include "tracker/calibration_file.hpp"
+#include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
 #include "tracker/source.hpp"
 
@@ -81,16 +81,8 @@ Finding controller(const std::string& port) {
   return finding;
 }
 
-// As the lab reads it: a file of the whole table holds its cameras in the order of the configuration, unless they are
-// named.
-tracker::CameraData calibration_of(const fs::path& file, const std::string& name, std::size_t number, std::size_t all) {
-  const auto cameras = tracker::read_calibrations(file);
-  return name.empty() && cameras.size() > 1 && cameras.size() == all ? cameras[number].data
-                                                                     : tracker::read_calibration(file, name);
-}
-
-Finding camera(const std::string& source, const fs::path& calibration, const std::string& name, std::size_t number,
-               std::size_t all) {
+Finding camera(const CameraSettings& settings, std::size_t number, std::size_t all) {
+  const auto& [source, calibration, name] = settings;
   Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
   try {
     if (tracker::source_kind(source) == tracker::SourceKind::recording)
@@ -98,7 +90,7 @@ Finding camera(const std::string& source, const fs::path& calibration, const std
     tracker::Lens lens;  // 0 x 0 pixels: any
     std::string no_calibration = calibration.empty() ? "has no calibration in the lab's file" : "";
     try {
-      if (!calibration.empty()) lens = calibration_of(calibration, name, number, all).lens;
+      if (!calibration.empty()) lens = read_calibration_of(settings, number, all).lens;
     } catch (const std::runtime_error& wrong) {
       no_calibration = wrong.what();
     }
@@ -132,10 +124,8 @@ std::vector<Finding> cameras() {
 std::vector<Finding> table_of(const hal::Section& arena) {
   const hal::Section kilobot = arena.section("kilobot");
   std::vector<Finding> findings{controller(kilobot.required_text("port"))};
-  const std::vector<hal::Section> all = kilobot.sections("cameras");
-  for (std::size_t i = 0; i < all.size(); ++i)
-    findings.push_back(camera(all[i].required_text("source"), all[i].path("calibration", ""), all[i].text("camera", ""),
-                              i, all.size()));
+  const std::vector<CameraSettings> all = read_cameras(kilobot);
+  for (std::size_t i = 0; i < all.size(); ++i) findings.push_back(camera(all[i], i, all.size()));
   return findings;
 }
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "sim_ode/host/swarm_report.hpp"
+#include "hal/led_name.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -44,7 +44,7 @@ nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, dou
     list.push_back({{"x_px", number(robot.x_px, 1e3)},
                     {"y_px", number(robot.y_px, 1e3)},
                     {"r_px", number(robot.r_px, 1e3)},
-                    {"led", sim_ode::name_of(robot.led)},
+                    {"led", hal::name_of(robot.led)},
                     {"led_x_px", number(robot.led_x_px, 1e3)},
                     {"led_y_px", number(robot.led_y_px, 1e3)},
                     {"heading_rad", number(heading_rad(robot, led_offset_rad), 1e5)},
@@ -58,7 +58,7 @@ std::string robots_as_text(const std::vector<tracker::Detection>& robots, double
   for (const tracker::Detection& robot : robots) {
     const double heading = heading_rad(robot, led_offset_rad);
     text += fmt::format("{:9.2f}{:9.2f}{:8.2f}  {:.2f}  {:8} {}\n", robot.x_px, robot.y_px, robot.r_px,
-                        robot.confidence, sim_ode::name_of(robot.led),
+                        robot.confidence, hal::name_of(robot.led),
                         std::isfinite(heading) ? fmt::format("{:11.1f}", heading * 180 / std::numbers::pi)
                                                : std::string("          -"));
   }

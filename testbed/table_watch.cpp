@@ -1,22 +1,17 @@
 #include "testbed/table_watch.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
-#include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
-#include "hal/platforms/kilobot/robot_ids.hpp"
-#include "tracker/calibration_file.hpp"
+#include "hal/platforms/kilobot/message_board.hpp"
 #include "tracker/camera_guard.hpp"
-#include "tracker/source.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -79,7 +74,12 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   }
 
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
-  std::optional<hal::kilobot::Message> question() const override { return names_->question(); }
+  std::optional<hal::kilobot::Message> question() const override {
+    const std::optional<tracker::Question> asked = names_->question();
+    if (!asked) return {};
+    return hal::kilobot::fleet_message(
+        {.kind = hal::FleetCommand::Kind::broadcast, .type = asked->type, .data = asked->data});
+  }
   std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
 
@@ -210,69 +210,25 @@ class TableWatch final : public hal::kilobot::RobotWatch {
   std::map<tracker::TrackNumber, hal::Led> leds_;  // what the programs show
 };
 
-// The calibration of camera `number` of `all` in the configuration.
-tracker::Calibration read_calibration_of(const hal::Section& camera, std::size_t number, std::size_t all,
-                                         const hal::Section& arena) {
-  const auto file = camera.path("calibration", "");
-  if (file.empty()) camera.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
-  const std::string name = camera.text("camera", "");
-  try {
-    tracker::CameraData data;
-    const std::vector<tracker::NamedCamera> cameras = tracker::read_calibrations(file);
-    // A file of the whole table holds its cameras in the order of the configuration, unless they are named.
-    if (name.empty() && cameras.size() > 1 && cameras.size() == all)
-      data = cameras[number].data;
-    else
-      data = tracker::read_calibration(file, name);
-    data.arena_width_m = hal::read_side(arena, "width_m");
-    data.arena_height_m = hal::read_side(arena, "height_m");
-    return tracker::Calibration(std::move(data));
-  } catch (const hal::ConfigError&) {
-    throw;
-  } catch (const std::runtime_error& wrong) {
-    camera.refuse("calibration", wrong.what());
-  }
-}
-
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker,
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const KilobotSettings& settings, Onlooker onlooker,
                                                            const tracker::OpenCamera& open,
                                                            std::unique_ptr<tracker::NameKeeper> names) {
-  const hal::Section kilobot = arena.section("kilobot");
-  tracker::TableSettings settings;
-  settings.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;
-  settings.body.board_m = kilobot.number("board_height_m", tracker::board_height_m, {0, 0.2});
-  settings.body.led_m = settings.body.board_m + 0.002;
-  std::vector<hal::RobotId> expected = hal::kilobot::read_robot_ids(arena);
-  settings.expected_robots = expected.size();
-  const std::string identity = kilobot.choice("identity", "spelled", {"spelled", "ark"});
-
-  const std::vector<hal::Section> cameras = kilobot.sections("cameras");
-  if (cameras.empty())
-    kilobot.refuse("cameras",
-                   "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
-  if (cameras.size() > 4)
-    kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras.size()));
-  std::vector<tracker::Calibration> calibrations;
   std::vector<Eye> eyes;
-  for (const hal::Section& camera : cameras) {
-    std::string source = camera.required_text("source");
-    if (tracker::source_kind(source) == tracker::SourceKind::recording)
-      camera.refuse(
-          "source",
-          "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
-    calibrations.push_back(read_calibration_of(camera, calibrations.size(), cameras.size(), arena));
-    eyes.push_back(
-        {.source = std::move(source), .feed = nullptr, .last = {}, .trouble = {}, .guard = tracker::CameraGuard()});
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const std::string& source = settings.cameras[i].source;
+    const tracker::Lens& lens = settings.calibrations[i].data().lens;
+    eyes.push_back({.source = source,
+                    .feed = open(source, lens.width_px, lens.height_px),
+                    .last = {},
+                    .trouble = {},
+                    .guard = tracker::CameraGuard()});
   }
-  for (std::size_t i = 0; i < eyes.size(); ++i) {
-    const tracker::Lens& lens = calibrations[i].data().lens;
-    eyes[i].feed = open(eyes[i].source, lens.width_px, lens.height_px);
-  }
-  if (!names) names = identity == "ark" ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
-  return std::make_unique<TableWatch>(std::move(eyes), std::move(calibrations), settings, std::move(names),
-                                      std::move(expected), std::move(onlooker));
+  const std::vector<hal::RobotId>& expected = settings.arena.info.robots;
+  if (!names) names = settings.known_to_ark ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
+  return std::make_unique<TableWatch>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
+                                      expected, std::move(onlooker));
 }
 
 }  // namespace arkmesh::testbed

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "hal/config.hpp"
 #include "hal/platforms/kilobot/robot_watch.hpp"
+#include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
 #include "tracker/name_keeper.hpp"
 #include "tracker/table_tracker.hpp"
@@ -25,20 +25,14 @@ struct Look {
 };
 using Onlooker = std::function<void(const Look&)>;
 
-// Reads [arena.kilobot]: [[arena.kilobot.cameras]] with `source` (required: a number, /dev/video..., or URL) and
-// `calibration` (required: a file of `arkmesh calibrate`) and `camera` (its name there, when the file holds several),
-// one to four of them; `identity`
-// ("spelled", or "ark" for programs that know ARK's messages 120 and 119 only); `led_offset_deg` (44: driving direction
-// minus LED direction, counter-clockwise), `board_height_m` (0.0217), `ids` (see robot_ids.hpp). Throws ConfigError,
-// also for a calibration that is not there; a camera that is not there is waited for.
-//
-// `names`: who finds out who is who, in place of `identity`'s.
+// Opens the cameras; one that is not there is waited for. `names`: who finds out who is who, in place of what the
+// settings say.
 //
 // Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again),
 // frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
 // camera.unrecognised (times that a picture did not show the table as the first one did), camera.refused.moved and
 // .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const hal::Section& arena, Onlooker onlooker = {},
+std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const KilobotSettings& settings, Onlooker onlooker = {},
                                                            const tracker::OpenCamera& open = tracker::open_camera,
                                                            std::unique_ptr<tracker::NameKeeper> names = nullptr);
 

@@ -10,7 +10,7 @@
 #include "arkmesh/shared_view_t.hpp"
 #include "hal/messages.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "lab/projection.hpp"
+#include "hal/projection.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -30,21 +30,14 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
 
 }  // namespace
 
-TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
-                         std::filesystem::path directory)
-    : lab_(lab),
-      frame_period_(frame_period),
+TableWindow::TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory)
+    : lab_(settings.arena.info.name),
+      frame_period_(settings.arena.info.frame_period),
       directory_(std::move(directory)),
-      keep_video_(kilobot.flag("video", false)) {
-  const bool open = kilobot.flag("window", true);
-  const auto port = static_cast<std::uint16_t>(kilobot.integer("window_port", 0, 0, 65535));
-  if (open) {
-    try {
-      server_ = std::make_unique<hal::MjpegServer>("127.0.0.1", port);
-    } catch (const std::runtime_error& wrong) {
-      kilobot.refuse("window_port", wrong.what());
-    }
-    for (std::size_t k = 0; k < kilobot.sections("cameras").size(); ++k) server_->announce(stream(k));
+      keep_video_(settings.window.keep_video) {
+  if (settings.window.open) {
+    server_ = std::make_unique<hal::MjpegServer>("127.0.0.1", settings.window.port);
+    for (std::size_t k = 0; k < settings.cameras.size(); ++k) server_->announce(stream(k));
     spdlog::info("the table is to be seen at http://127.0.0.1:{}/", server_->port());
   }
   subscriptions_.push_back(
@@ -59,7 +52,7 @@ TableWindow::TableWindow(const hal::Section& kilobot, const std::string& lab, ha
 void TableWindow::hear_shared(std::span<const std::byte> bytes) {
   shared_view_t view;
   if (!hal::decode(bytes, view)) return;
-  const lab::Projection projection{view.shift_x_m, view.shift_y_m, view.turn_rad, view.scale};
+  const hal::Projection projection{view.shift_x_m, view.shift_y_m, view.turn_rad, view.scale};
   ghosts_.clear();
   for (const lab_view_t& lab : view.labs) {
     if (lab.lab == lab_) continue;
@@ -141,6 +134,16 @@ void TableWindow::store(std::size_t camera, const cv::Mat& drawn) {
     }
   }
   video.writer.write(drawn);
+}
+
+Onlooker make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request) {
+  if (!request.bus) return {};
+  try {
+    const auto window = std::make_shared<TableWindow>(settings, *request.bus, request.directory);
+    return [window](const Look& look) { window->look(look); };
+  } catch (const std::runtime_error& wrong) {
+    kilobot.refuse("window_port", wrong.what());
+  }
 }
 
 }  // namespace arkmesh::testbed

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
-#include "hal/config.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/table_watch.hpp"
 
@@ -18,11 +18,9 @@ namespace arkmesh::testbed {
 
 class TableWindow {
  public:
-  // Reads of [arena.kilobot]: `window` (true: live pictures, at http://127.0.0.1:PORT/), `window_port` (0: any free
-  // one; said in the log), and `video` (false; true: one video for each camera in the run folder). Virtual things to
-  // draw come over `bus`, which outlives the window. Throws ConfigError when the port is taken.
-  TableWindow(const hal::Section& kilobot, const std::string& lab, hal::LabTime frame_period, hal::Bus& bus,
-              std::filesystem::path directory);
+  // Live pictures are at http://127.0.0.1:PORT/, which the log says; videos come into `directory`. Virtual things to
+  // draw come over `bus`, which outlives the window. Throws std::runtime_error when the port is taken.
+  TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory);
 
   // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
   void look(const testbed::Look& look);
@@ -55,5 +53,8 @@ class TableWindow {
   std::vector<hal::Mark> marks_, ghosts_;  // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };
+
+// Nothing when nobody watches the arena that is asked for. Refuses `kilobot`'s port when it is taken.
+Onlooker make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request);
 
 }  // namespace arkmesh::testbed

@@ -11,9 +11,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cli/operator_stop.hpp"
+#include "hal/led_name.hpp"
 #include "hal/messages.hpp"
-#include "sim_ode/host/swarm_report.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -42,7 +41,7 @@ void print_json(const tracker::Picture& picture, const std::vector<tracker::Trac
         {"x_m", number(track.in_arena.x_m, 1e6)},
         {"y_m", number(track.in_arena.y_m, 1e6)},
         {"heading_rad", track.heading_sigma_rad < 3 ? number(track.in_arena.heading_rad, 1e5) : std::nan("")},
-        {"led", sim_ode::name_of(track.led)},
+        {"led", hal::name_of(track.led)},
         {"confidence", number(static_cast<double>(track.confidence), 1e3)},
         {"age_s", number(seconds(track.age), 1e3)},
         {"doubtful", track.doubtful}};
@@ -57,8 +56,8 @@ void print_json(const tracker::Picture& picture, const std::vector<tracker::Trac
 
 }  // namespace
 
-TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s)
-    : options_(options), pictures_per_s_(pictures_per_s) {
+TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s, hal::StopRequest& stop)
+    : options_(options), pictures_per_s_(pictures_per_s), stop_(stop) {
   if (!options.csv.empty()) {
     csv_.open(options.csv, std::ios::binary);
     csv_ << "frame,time_s,track,x_m,y_m,heading_rad,heading_sigma_rad,led,confidence,age_s,doubtful,x_px,y_px\n";
@@ -97,7 +96,7 @@ void TrackOutputs::serve_until(Moment then) {
   do {
     if (server_) server_->serve();
     const Moment now = std::chrono::steady_clock::now();
-    if (now >= then || cli::operator_stops()) return;
+    if (now >= then || stop_.stopped()) return;
     std::this_thread::sleep_until(std::min(then, now + serve_every));
   } while (true);
 }
@@ -108,17 +107,7 @@ void TrackOutputs::finish(const tracker::TableTracker& table) {
     if (!csv_)
       throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
   }
-  if (!options_.png.empty()) {
-    bool written = false;
-    try {
-      written = !last_picture_.empty() && cv::imwrite(options_.png, last_picture_);
-    } catch (const cv::Exception&) {
-      // Said below.
-    }
-    if (!written)
-      throw std::runtime_error(
-          fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", options_.png));
-  }
+  if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
   if (options_.json) return;
   fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_,
              robots_ == 1 ? "" : "s", most_);
@@ -131,8 +120,8 @@ void TrackOutputs::write_rows(const tracker::Picture& picture, const std::vector
     const auto at = pixel_of(track, camera);
     csv_ << fmt::format("{},{:.6f},{},{:.6f},{:.6f},{:.5f},{:.4f},{},{:.3f},{:.3f},{},{:.2f},{:.2f}\n", picture.number,
                         seconds(picture.stamp), track.number, track.in_arena.x_m, track.in_arena.y_m,
-                        track.in_arena.heading_rad, track.heading_sigma_rad, sim_ode::name_of(track.led),
-                        track.confidence, seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
+                        track.in_arena.heading_rad, track.heading_sigma_rad, hal::name_of(track.led), track.confidence,
+                        seconds(track.age), track.doubtful ? 1 : 0, at ? at->x : std::nan(""),
                         at ? at->y : std::nan(""));
   }
 }

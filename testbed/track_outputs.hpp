@@ -21,9 +21,10 @@ namespace arkmesh::testbed {
 
 class TrackOutputs {
  public:
-  // Opens what can be opened beforehand. `options` outlives this. A video gets `pictures_per_s`, whatever the source's
-  // own rate is. Throws std::runtime_error with one sentence that names the file, port or bus; so do all below.
-  TrackOutputs(const StreamOptions& options, double pictures_per_s);
+  // Opens what can be opened beforehand. `options` and `stop` outlive this. A video gets `pictures_per_s`, whatever the
+  // source's own rate is. Throws std::runtime_error with one sentence that names the file, port or bus; so do all
+  // below.
+  TrackOutputs(const StreamOptions& options, double pictures_per_s, hal::StopRequest& stop);
 
   void add(const tracker::Picture& picture, const tracker::TableTracker& table);
   // Lets people who watch have their pictures; returns at `then`, or soon when there is nobody to serve or the operator
@@ -44,6 +45,7 @@ class TrackOutputs {
 
   const StreamOptions& options_;
   double pictures_per_s_;
+  hal::StopRequest& stop_;
   std::ofstream csv_;
   std::optional<hal::Bus> bus_;
   std::optional<hal::MjpegServer> server_;

@@ -9,13 +9,9 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "cli/operator_stop.hpp"
-#include "cli/progress.hpp"
-#include "cli/status_line.hpp"
 #include "testbed/track_outputs.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/live_camera.hpp"
@@ -36,7 +32,7 @@ constexpr double live_pictures_per_s = 15;  // of a camera's video
 // Says that a camera fails, and that it is back; a camera that comes and goes all the time is not a line each time.
 class OutageReport {
  public:
-  explicit OutageReport(cli::StatusLine& status) : status_(status) {}
+  explicit OutageReport(hal::Progress& progress) : progress_(progress) {}
   void watch(const std::string& trouble, Moment now) {
     if (!trouble.empty()) last_trouble_ = now;
     if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
@@ -44,12 +40,12 @@ class OutageReport {
       return;
     said_ = trouble;
     said_at_ = now;
-    status_.done();
+    progress_.done();
     fmt::print(stderr, "arkmesh: {}\n", trouble.empty() ? "pictures come again" : trouble);
   }
 
  private:
-  cli::StatusLine& status_;
+  hal::Progress& progress_;
   std::string said_;
   Moment said_at_{}, last_trouble_{};
 };
@@ -80,16 +76,15 @@ void refuse_other_size(const StreamOptions& options, const std::optional<tracker
 }
 
 // False when a picture could not be read.
-bool track_recording(const StreamOptions& options) {
+bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const auto recording = tracker::open_recording(options.source);
   tracker::TableTracker table = make_tracker(options, calibration);
-  TrackOutputs outputs(options, recording->pictures_per_s());
-  cli::Progress progress(std::filesystem::path(options.source).filename().string(), "picture");
+  TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
   const Moment begun = Clock::now();
   std::size_t damaged = 0;
-  while (!cli::operator_stops()) {
+  while (!stop.stopped()) {
     const auto picture = recording->next();
     if (!picture || (options.seconds > 0 && picture->stamp.count() > options.seconds * 1e6)) break;
     if (picture->bgr.empty()) {
@@ -112,16 +107,15 @@ bool track_recording(const StreamOptions& options) {
   return damaged == 0;
 }
 
-void track_camera(const StreamOptions& options) {
+void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
   const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
   tracker::TableTracker table = make_tracker(options, calibration);
-  TrackOutputs outputs(options, live_pictures_per_s);
-  cli::StatusLine status;
-  OutageReport outages(status);
+  TrackOutputs outputs(options, live_pictures_per_s, stop);
+  OutageReport outages(progress);
   const Moment begun = Clock::now();
-  while (!cli::operator_stops()) {
+  while (!stop.stopped()) {
     outputs.serve_until(Clock::now() + look_every);
     const Moment now = Clock::now();
     const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
@@ -131,7 +125,7 @@ void track_camera(const StreamOptions& options) {
     if (bgr.empty()) {
       if (outputs.pictures() > 0) continue;
       if (since > first_picture_within) throw std::runtime_error(camera->trouble());
-      status.show(fmt::format("waiting for the first picture of {}", options.source));
+      progress.show(fmt::format("waiting for the first picture of {}", options.source));
       continue;
     }
     refuse_other_size(options, calibration, bgr);
@@ -140,21 +134,21 @@ void track_camera(const StreamOptions& options) {
     table.look(picture.stamp, std::span(&picture.bgr, 1));
     outputs.add(picture, table);
     const double since_s = static_cast<double>(since.count()) * 1e-6;
-    status.show(
+    progress.show(
         fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
   }
-  status.done();
+  progress.done();
   if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());
   outputs.finish(table);
 }
 
 }  // namespace
 
-bool track_stream(const StreamOptions& options) {
-  std::ignore = cli::operator_stops();  // from now on
+bool track_stream(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   tracker::quieten_libraries();
-  if (tracker::source_kind(options.source) == tracker::SourceKind::recording) return track_recording(options);
-  track_camera(options);
+  if (tracker::source_kind(options.source) == tracker::SourceKind::recording)
+    return track_recording(options, stop, progress);
+  track_camera(options, stop, progress);
   return true;
 }
 

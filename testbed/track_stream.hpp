@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <string>
 
+#include "hal/progress.hpp"
+#include "hal/stop_request.hpp"
+
 namespace arkmesh::testbed {
 
 struct StreamOptions {
@@ -17,6 +20,6 @@ struct StreamOptions {
 
 // False when some pictures of a recording could not be read; each was named. Throws std::runtime_error with one
 // sentence.
-bool track_stream(const StreamOptions& options);
+bool track_stream(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress);
 
 }  // namespace arkmesh::testbed

@@ -13,7 +13,7 @@ class SpelledNames final : public NameKeeper {
  public:
   explicit SpelledNames(std::vector<hal::RobotId> expected) : keeper_({.expected = std::move(expected)}) {}
   void on_frame(hal::LabTime now, std::span<const Track> tracks) override { keeper_.on_frame(now, tracks); }
-  std::optional<hal::kilobot::Message> question() const override { return keeper_.question(); }
+  std::optional<Question> question() const override { return keeper_.question(); }
   std::vector<Naming> take_namings() override { return keeper_.take_namings(); }
   std::optional<hal::RobotId> robot_of(TrackNumber track) const override { return keeper_.robot_of(track); }
   std::span<const hal::RobotId> doubtful() const override { return keeper_.doubtful(); }
@@ -49,9 +49,7 @@ class ArkNames final : public NameKeeper {
     calm_since_.reset();
   }
 
-  std::optional<hal::kilobot::Message> question() const override {
-    return asking_ ? asking_->question() : std::nullopt;
-  }
+  std::optional<Question> question() const override { return asking_ ? asking_->question() : std::nullopt; }
   std::vector<Naming> take_namings() override { return std::exchange(namings_, {}); }
   std::optional<hal::RobotId> robot_of(TrackNumber track) const override {
     const auto entry = book_.find(track);

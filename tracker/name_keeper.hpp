@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hal/counters.hpp"
-#include "hal/platforms/kilobot/message.hpp"
 #include "tracker/identity/identity_keeper.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
@@ -17,7 +17,7 @@ class NameKeeper {
  public:
   virtual ~NameKeeper() = default;
   virtual void on_frame(hal::LabTime now, std::span<const Track> tracks) = 0;
-  virtual std::optional<hal::kilobot::Message> question() const = 0;
+  virtual std::optional<Question> question() const = 0;
   virtual std::vector<Naming> take_namings() = 0;
   virtual std::optional<hal::RobotId> robot_of(TrackNumber track) const = 0;
   virtual std::span<const hal::RobotId> doubtful() const = 0;

@@ -145,6 +145,18 @@ cv::Mat read_picture(const fs::path& file) {
   }
 }
 
+void write_picture(const fs::path& file, const cv::Mat& bgr) {
+  bool written = false;
+  try {
+    written = cv::imwrite(file.string(), bgr);
+  } catch (const cv::Exception&) {
+    // said below
+  }
+  if (!written)
+    throw std::runtime_error(
+        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
+}
+
 std::unique_ptr<Recording> open_recording(const std::string& path) {
   std::error_code error;
   const auto status = fs::status(path, error);

@@ -44,6 +44,8 @@ bool is_picture_name(const std::filesystem::path& file);
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 // 8-bit BGR; empty when the file is damaged or no picture.
 cv::Mat read_picture(const std::filesystem::path& file);
+// Throws std::runtime_error with one sentence.
+void write_picture(const std::filesystem::path& file, const cv::Mat& bgr);
 
 // A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws
 // std::runtime_error with one sentence: not there, empty, no pictures in it, not readable.

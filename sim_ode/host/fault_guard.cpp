@@ -19,7 +19,7 @@ volatile std::uint32_t FaultGuard::progress = 0;
 
 namespace {
 
-constexpr std::array crash_signals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
+constexpr std::array crash_signals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS};
 constexpr int timer_signal = SIGVTALRM;
 constexpr long timer_ns = 50'000'000;  // of processor time
 constexpr int readings_to_hang = 20;   // one second: generous, so that it never decides a result
@@ -56,11 +56,13 @@ struct FaultGuard::State {
 
 struct FaultSignals {
   static void crash(int signal, siginfo_t* info, void* context) {
-    if (!FaultGuard::in_program) {
-      // A fault of our own: what was there before us, or the system, deals with it when the instruction runs again.
+    const bool sent = info->si_code <= 0;  // by a process, perhaps this one: no instruction did it
+    if (!FaultGuard::in_program || (sent && info->si_pid != getpid())) {
+      // No fault of a program: the system deals with it, for a real fault when the instruction runs again.
       struct sigaction standard {};
       standard.sa_handler = SIG_DFL;
       sigaction(signal, &standard, nullptr);
+      if (sent) raise(signal);
       return;
     }
     why = Fault::Kind::crash;

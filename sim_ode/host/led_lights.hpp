@@ -21,6 +21,11 @@ class LedLights {
     else
       changes_.push_back({robot, us, colour});
   }
+  // Dark for the whole tick, whatever was to be shown in it.
+  void put_out(int robot) {
+    std::erase_if(changes_, [robot](const Change& change) { return change.robot == robot; });
+    set(robot, 0, 0);
+  }
   // The tick is over.
   void end_tick() {
     for (const Change& change : changes_) colours_[static_cast<std::size_t>(change.robot)] = change.colour;

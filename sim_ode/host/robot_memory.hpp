@@ -6,19 +6,25 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <span>
 
 namespace arkmesh::sim_ode {
 
 class RobotMemory {
  public:
-  // `place` is where the program looks, `bytes` a multiple of 64. Zeros at first.
-  RobotMemory(char* place, std::size_t bytes, int robots)
+  // `place` is where the program looks, `first` what it finds there before its first instruction: a multiple of 64
+  // bytes, which outlive the memory. Copies are zeros at first.
+  RobotMemory(char* place, std::span<const std::byte> first, int robots)
       : place_(place),
-        bytes_(bytes),
+        bytes_(first.size()),
+        first_(first),
         all_(static_cast<std::byte*>(
-            ::operator new (bytes* static_cast<std::size_t>(robots) + line, std::align_val_t{line}))) {
-    std::memset(all_.get(), 0, bytes * static_cast<std::size_t>(robots));
+            ::operator new (bytes_* static_cast<std::size_t>(robots) + line, std::align_val_t{line}))) {
+    std::memset(all_.get(), 0, bytes_ * static_cast<std::size_t>(robots));
   }
+
+  // Puts the first memory in place, as at power-up.
+  void start_anew() const { copy(reinterpret_cast<std::byte*>(place_), first_.data()); }
 
   void copy_in(int robot) const { copy(reinterpret_cast<std::byte*>(place_), of(robot)); }
   void copy_out(int robot) { copy(of(robot), reinterpret_cast<const std::byte*>(place_)); }
@@ -55,6 +61,7 @@ class RobotMemory {
 
   char* place_;
   std::size_t bytes_;
+  std::span<const std::byte> first_;
   std::unique_ptr<std::byte, Free> all_;
 };
 

@@ -1,4 +1,4 @@
-// What robots' programs ask of their host: time, motors, light, chance. They call without saying for whom; it is the
+// What robots' programs ask of the simulator: time, motors, light, chance. They call without saying for whom; it is the
 // robot whose turn it is.
 #pragma once
 
@@ -8,14 +8,15 @@
 
 namespace arkmesh::sim_ode {
 
-class RobotHost;
+class Turns;
 
 struct RobotServices {
   // For a program's `host`. `prints`: somebody listens to what programs print.
   static arkmesh_host all(bool prints);
 
  private:
-  static RobotHost& host();
+  static Turns& turns();
+  static bool receives();
   static void wait_us(std::uint32_t us);
   static void wait_for_tick(const void* from);
   static void motors(std::uint8_t left, std::uint8_t right);
@@ -28,6 +29,7 @@ struct RobotServices {
   static void started();
   static void ended(const char* why, const void* from);
   static void busy_at(const void* from, int wakeable);
+  static void jumps(const void* from);
 };
 
 }  // namespace arkmesh::sim_ode

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "hal/led_name.hpp"
+
 namespace arkmesh::sim_ode {
 namespace {
-
-constexpr std::array<const char*, 8> names = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};
 
 Spread spread(const std::vector<double>& values) {
   if (values.empty()) return {};
@@ -23,10 +23,6 @@ std::string centimetres(const std::vector<double>& values_m) {
 }
 
 }  // namespace
-
-const char* name_of(hal::Led led) {
-  return names[static_cast<std::size_t>(led) % names.size()];
-}
 
 std::vector<double> nearest_neighbours(const hal::PoseFrame& frame) {
   // along x, so that a search ends once the difference in x alone is larger than what was found
@@ -73,13 +69,13 @@ std::string SwarmReport::text(const hal::Counters& counters) const {
   const std::uint64_t total = std::accumulate(shown_.begin(), shown_.end(), std::uint64_t{0});
 
   std::string text = "colours    ";
-  for (std::size_t i = 0; i < names.size(); ++i)
+  for (std::size_t i = 0; i < hal::led_names.size(); ++i)
     if (shown_[i] > 0)
-      text +=
-          fmt::format("{} {:.0f} % ", names[i], 100.0 * static_cast<double>(shown_[i]) / static_cast<double>(total));
+      text += fmt::format("{} {:.0f} % ", hal::led_names[i],
+                          100.0 * static_cast<double>(shown_[i]) / static_cast<double>(total));
   text += "of the time; at the end";
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (at_end[i] > 0) text += fmt::format(" {} {}", at_end[i], names[i]);
+  for (std::size_t i = 0; i < hal::led_names.size(); ++i)
+    if (at_end[i] > 0) text += fmt::format(" {} {}", at_end[i], hal::led_names[i]);
   const std::uint64_t changes = std::accumulate(changes_.begin(), changes_.end(), std::uint64_t{0});
   if (robots > 0) text += fmt::format("; {:.1f} changes per robot", static_cast<double>(changes) / robots);
 

@@ -11,8 +11,6 @@
 
 namespace arkmesh::sim_ode {
 
-const char* name_of(hal::Led led);
-
 // Smallest, mean and largest of some numbers; zeros when there are none.
 struct Spread {
   double low = 0, mean = 0, high = 0;

@@ -1,21 +1,8 @@
 /* The robot's side of the library: linked into each program. All of a robot's state here lies in section .robot_host,
-   which is exchanged together with the program's own data when the turn passes from robot to robot. Own rand, printf,
-   exit and strtok, because those of the host's C library would be shared by all robots. */
-#include <stdarg.h>
-#include <stdio.h>
+   which is exchanged together with the program's own data when the turn passes from robot to robot. */
 #include <stdlib.h>
-#include <string.h>
 
-#include "kilolib.h"
-#include "robot_abi.h"
-
-#define ROBOT __attribute__((section(".robot_host")))
-#define HIDDEN __attribute__((visibility("hidden")))
-/* Stands in for the C library's unless the program has its own. */
-#define STAND_IN __attribute__((visibility("hidden"), weak))
-
-#undef kilo_ticks
-#undef printf
+#include "robot_parts.h"
 
 static void no_rx(message_t* message, distance_measurement_t* distance) {
   (void)message;
@@ -28,18 +15,14 @@ static void no_success(void) {}
 
 ROBOT volatile uint32_t arkmesh_ticks = 0;
 ROBOT uint32_t arkmesh_reads = 0;
-ROBOT static uint32_t work = 0;
+ROBOT uint32_t arkmesh_work = 0;
 ROBOT static uint16_t timer_reads = 0;
 ROBOT static uint8_t timer_value[2] = {0};
-ROBOT static uint8_t serial_line = 0;
 ROBOT message_rx_t kilo_message_rx = no_rx;
 ROBOT message_tx_t kilo_message_tx = no_tx;
 ROBOT message_tx_success_t kilo_message_tx_success = no_success;
 ROBOT static void (*user_setup)(void) = 0;
 ROBOT static void (*user_loop)(void) = 0;
-ROBOT static char* strtok_rest = 0;
-ROBOT static int32_t rand_state = 1;
-ROBOT static int32_t random_state = 1;
 ROBOT uint16_t kilo_uid = 0;
 ROBOT volatile uint16_t kilo_tx_period = 3906;
 ROBOT uint8_t kilo_turn_left = 0;
@@ -79,47 +62,35 @@ static void no_end(const char* why, const void* from) {
 static void no_busy(const void* from, int wakeable) {
   (void)from, (void)wakeable;
 }
-__attribute__((section(".arkmesh_host"))) static struct arkmesh_host host = {
-    no_wait,    no_tick,   no_motors, no_colour, no_reading, no_reading,
-    no_reading, no_chance, 0,         no_start,  no_end,     no_busy};
+__attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {
+    no_wait,   no_tick, no_motors, no_colour, no_reading, no_reading, no_reading,
+    no_chance, 0,       no_start,  no_end,    no_busy,    no_tick};
 
 /* ---- time ---- */
 
-/* The call itself, before the address to return to. */
-#define CALLER ((const char*)__builtin_return_address(0) - 1)
-
-/* A robot does about this much in a tick; about 0.65 microseconds each. */
-enum { work_per_tick = 50000 };
-
-static void give_time(const void* from) {
-  work = 0;
-  host.busy_at(from, kilo_message_rx != no_rx || kilo_message_tx != no_tx || kilo_message_tx_success != no_success);
+void arkmesh_give_time(const void* from) {
+  arkmesh_work = 0;
+  arkmesh_calls.busy_at(from,
+                        kilo_message_rx != no_rx || kilo_message_tx != no_tx || kilo_message_tx_success != no_success);
 }
-/* What a call of the library takes: so a loop that waits for something and calls the library meanwhile takes time, as
- * on the robot. */
-#define SPEND(amount)                                           \
-  do {                                                          \
-    if ((work += (amount)) >= work_per_tick) give_time(CALLER); \
-  } while (0)
-
 void arkmesh_wait_us(uint32_t us) {
-  host.wait_us(us);
+  arkmesh_calls.wait_us(us);
 }
 void delay(uint16_t ms) {
-  host.wait_us((uint32_t)ms * 1000);
+  arkmesh_calls.wait_us((uint32_t)ms * 1000);
 }
 void arkmesh_busy(void) {
   arkmesh_reads = 0;
-  host.wait_for_tick(CALLER);
+  arkmesh_calls.wait_for_tick(CALLER);
 }
 
 /* A sensor takes about as long as it takes the clock to be read often. */
-#define SPEND_READING()           \
-  do {                            \
-    if (++arkmesh_reads >= 400) { \
-      arkmesh_reads = 0;          \
-      host.wait_for_tick(CALLER); \
-    }                             \
+#define SPEND_READING()                    \
+  do {                                     \
+    if (++arkmesh_reads >= 400) {          \
+      arkmesh_reads = 0;                   \
+      arkmesh_calls.wait_for_tick(CALLER); \
+    }                                      \
   } while (0)
 
 /* Programs with volatile variables are compiled so that each access to memory calls one of these: waiting for a flag
@@ -167,11 +138,11 @@ HIDDEN uint8_t* arkmesh_timer(void) {
 
 void set_motors(uint8_t left, uint8_t right) {
   SPEND(8);
-  host.motors(left, right);
+  arkmesh_calls.motors(left, right);
 }
 void set_color(uint8_t color) {
   SPEND(8);
-  host.colour(color);
+  arkmesh_calls.colour(color);
 }
 void spinup_motors() {
   set_motors(255, 255);
@@ -180,22 +151,22 @@ void spinup_motors() {
 
 int16_t get_ambientlight() {
   SPEND_READING();
-  return host.light();
+  return arkmesh_calls.light();
 }
 int16_t get_voltage() {
   SPEND_READING();
-  return host.voltage();
+  return arkmesh_calls.voltage();
 }
 int16_t get_temperature() {
   SPEND_READING();
-  return host.temperature();
+  return arkmesh_calls.temperature();
 }
 
 /* ---- chance ---- */
 
 uint8_t rand_hard() {
   SPEND(100);
-  return host.random_byte();
+  return arkmesh_calls.random_byte();
 }
 uint8_t rand_soft() {
   SPEND(5);
@@ -206,39 +177,6 @@ uint8_t rand_soft() {
 }
 void rand_seed(uint8_t seed) {
   soft_state = seed;
-}
-
-/* Park and Miller's generator, as in the robot's C library; rand() cuts it to 15 bits. */
-static int32_t next_random(int32_t* state) {
-  int64_t x = *state == 0 ? 123459876 : *state;
-  *state = (int32_t)(x * 16807 % 0x7FFFFFFF);
-  return *state;
-}
-STAND_IN int rand(void) {
-  SPEND(60);
-  return next_random(&rand_state) % 0x8000;
-}
-STAND_IN void srand(unsigned seed) {
-  rand_state = (uint16_t)seed;
-}
-STAND_IN int rand_r(unsigned long* state) {
-  int32_t x = (int32_t)*state;
-  const int value = next_random(&x) % 0x8000;
-  *state = (unsigned long)x;
-  return value;
-}
-STAND_IN long random(void) {
-  SPEND(60);
-  return next_random(&random_state);
-}
-STAND_IN void srandom(unsigned seed) {
-  random_state = (int32_t)seed;
-}
-STAND_IN long random_r(unsigned long* state) {
-  int32_t x = (int32_t)*state;
-  next_random(&x);
-  *state = (unsigned long)x;
-  return x;
 }
 
 /* ---- messages ---- */
@@ -284,125 +222,23 @@ uint8_t estimate_distance(const distance_measurement_t* dist) {
   return (uint8_t)(33 + (far_mm * (900.0 - high) + near_mm * (high - 700.0)) / 200.0);
 }
 
+/* The channel was busy: another timer interrupt comes after so many of the timer's counts, and counts as a tick. */
+static uint8_t back_off(void) {
+  arkmesh_ticks++;
+  return rand() & 0xFF;
+}
+
 /* ---- start and end ---- */
 
 void kilo_init() {}
 void kilo_start(void (*setup)(void), void (*loop)(void)) {
   user_setup = setup;
   user_loop = loop;
-  host.started();
-}
-
-STAND_IN __attribute__((noreturn)) void exit(int status) {
-  (void)status;
-  host.ended("called exit()", CALLER);
-  __builtin_unreachable();
-}
-STAND_IN __attribute__((noreturn)) void _exit(int status) {
-  (void)status;
-  host.ended("called _exit()", CALLER);
-  __builtin_unreachable();
-}
-STAND_IN __attribute__((noreturn)) void abort(void) {
-  host.ended("called abort()", CALLER);
-  __builtin_unreachable();
-}
-STAND_IN __attribute__((noreturn)) void __assert_fail(const char* what, const char* file, unsigned line,
-                                                      const char* function) {
-  char why[160];
-  (void)function;
-  snprintf(why, sizeof why, "failed the assertion %s at %s:%u", what, file, line);
-  host.ended(why, CALLER);
-  __builtin_unreachable();
+  arkmesh_calls.started();
 }
 
 HIDDEN void arkmesh_gives_up(const char* why) {
-  host.ended(why, CALLER);
-}
-
-/* ---- text ---- */
-
-/* The serial line is on: 38400 baud, and whoever prints waits until the last character has left. */
-void arkmesh_serial_on(void) {
-  serial_line = 1;
-}
-
-static int say(const char* format, va_list values, const char* from) {
-  char line[400];
-  const int size = vsnprintf(line, sizeof line, format, values);
-  if (size <= 0) return size;
-  if (host.text) host.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
-  if (serial_line)
-    host.wait_us((uint32_t)size * 260);
-  else if ((work += 50 * (uint32_t)size) >= work_per_tick)
-    give_time(from);
-  return size;
-}
-static int say_words(const char* from, const char* format, ...) {
-  va_list values;
-  int size;
-  va_start(values, format);
-  size = say(format, values, from);
-  va_end(values);
-  return size;
-}
-#define SAY(format)                   \
-  va_list values;                     \
-  int size;                           \
-  va_start(values, format);           \
-  size = say(format, values, CALLER); \
-  va_end(values);                     \
-  return size;
-STAND_IN int vprintf(const char* format, va_list values) {
-  return say(format, values, CALLER);
-}
-STAND_IN int printf(const char* format, ...){SAY(format)} STAND_IN int puts(const char* text) {
-  return say_words(CALLER, "%s\n", text);
-}
-STAND_IN int putchar(int c) {
-  say_words(CALLER, "%c", c);
-  return c;
-}
-/* A robot has one place for text only, whatever the stream. */
-STAND_IN int vfprintf(FILE* stream, const char* format, va_list values) {
-  (void)stream;
-  return say(format, values, CALLER);
-}
-STAND_IN int fprintf(FILE* stream, const char* format, ...) {
-  (void)stream;
-  SAY(format)
-}
-STAND_IN int fputs(const char* text, FILE* stream) {
-  (void)stream;
-  return say_words(CALLER, "%s", text);
-}
-STAND_IN int fputc(int c, FILE* stream) {
-  (void)stream;
-  say_words(CALLER, "%c", c);
-  return c;
-}
-STAND_IN int putc(int c, FILE* stream) {
-  (void)stream;
-  say_words(CALLER, "%c", c);
-  return c;
-}
-STAND_IN size_t fwrite(const void* from, size_t size, size_t count, FILE* stream) {
-  (void)stream;
-  say_words(CALLER, "%.*s", (int)(size * count), (const char*)from);
-  return count;
-}
-STAND_IN int fflush(FILE* stream) {
-  (void)stream;
-  return 0;
-}
-STAND_IN char* strtok(char* text, const char* separators) {
-  char* begin = text ? text : strtok_rest;
-  if (!begin) return 0;
-  begin += strspn(begin, separators);
-  char* end = begin + strcspn(begin, separators);
-  strtok_rest = *end ? end + 1 : 0;
-  *end = 0;
-  return *begin || end > begin ? begin : 0;
+  arkmesh_calls.ended(why, CALLER);
 }
 
 /* ---- what the simulator sees ---- */
@@ -418,7 +254,7 @@ static int run_main(void) {
 __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
     .begin = arkmesh_begin,
     .end = arkmesh_end,
-    .host = &host,
+    .host = &arkmesh_calls,
     .main = run_main,
     .setup = &user_setup,
     .loop = &user_loop,
@@ -430,7 +266,7 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .rx_distance = (int16_t*)&rx_distance,
     .ticks = &arkmesh_ticks,
     .reads = &arkmesh_reads,
-    .blocks = &work,
+    .blocks = &arkmesh_work,
     .uid = &kilo_uid,
     .tx_period = &kilo_tx_period,
     .turn_left = &kilo_turn_left,
@@ -439,6 +275,6 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .straight_right = &kilo_straight_right,
     .irhigh = kilo_irhigh,
     .irlow = kilo_irlow,
-    .rand = rand,
+    .back_off = back_off,
     .crc = (uint16_t(*)(const void*))message_crc,
 };

@@ -21,6 +21,7 @@ struct arkmesh_host {
   void (*busy_at)(
       const void* from,
       int wakeable);  // it has computed for about a tick; it has callbacks that may change what it waits for
+  void (*jumps)(const void* from);  // longjmp is called; does not return from inside a callback
 };
 
 // What the simulator uses of a program.
@@ -38,12 +39,12 @@ struct arkmesh_program {
   int16_t* rx_distance;  // low gain, high gain
   volatile uint32_t* ticks;
   uint32_t* reads;   // of the clock or a sensor since the program last got time
-  uint32_t* blocks;  // parts of a tick's work that it did since it last got time; work_per_tick of robot.c make a tick
+  uint32_t* blocks;  // parts of a tick's work that it did since it last got time; work_per_tick of robot_parts.h make a tick
   uint16_t* uid;
   volatile uint16_t* tx_period;
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
   uint16_t *irhigh, *irlow;
-  int (*rand)(void);
+  uint8_t (*back_off)(void);  // of a robot that found the channel busy; in counts of its timer, 128 microseconds each
   uint16_t (*crc)(const void* message);
 };
 

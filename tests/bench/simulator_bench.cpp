@@ -18,7 +18,7 @@
 
 #include "hal/config.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "sim_ode/start_places.hpp"
 #include "tests/bench/bare_swarm.hpp"
@@ -132,7 +132,7 @@ void parts(benchmark::State& state, Size size) {
     k->host.tick(++k->tick, k->inbox);
     k->inbox.overhead.clear();
     took(0);
-    k->medium.run_tick(k->tick, k->world, k->host, k->inbox.infrared);
+    exchange_infrared(k->tick, k->world, k->host, k->medium, k->inbox.infrared);
     took(1);
     k->world.list_pairs();
     took(2);

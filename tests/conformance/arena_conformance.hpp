@@ -13,6 +13,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "hal/arena.hpp"
@@ -26,6 +27,10 @@ struct ArenaRow {
   std::string name;
   // A new arena in its initial state; equal ones each time. It must carry at least 1 s of lab time.
   std::function<std::unique_ptr<Arena>()> make;
+  // A simulator's step takes as long as its model asks for, however many robots that are: its calls are not timed.
+  bool is_simulator = false;
+  // Equal runs give equal frames and airtime, also where lab time is wall time.
+  bool repeats = true;
   // The wall time that an arena which cannot wait keeps to, since any moment.
   std::function<std::chrono::microseconds(Arena&)> wall = [](Arena&) {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch());
@@ -63,9 +68,16 @@ inline std::uint64_t total(const Counters& counters) {
   return out;
 }
 
-// Every message offered is in exactly one place.
-inline void check_airtime(const Airtime& airtime) {
-  CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.refused + airtime.not_sent + airtime.waiting);
+// Offers, and returns the totals: every message is in exactly one place, and asking for them changes nothing.
+inline Airtime offer(Arena& arena, const std::vector<ToRobot>& messages) {
+  arena.robots().offer(messages);
+  const auto counted = arena.counters().all();
+  const Airtime air = arena.robots().airtime(), again = arena.robots().airtime();
+  CHECK(air.offered == air.sent + air.replaced + air.refused + air.not_sent + air.waiting);
+  CHECK(std::tie(air.offered, air.sent, air.replaced, air.refused, air.not_sent, air.waiting) ==
+        std::tie(again.offered, again.sent, again.replaced, again.refused, again.not_sent, again.waiting));
+  CHECK(arena.counters().all() == counted);
+  return air;
 }
 
 inline ToRobot message_to(const ArenaInfo& info, std::size_t robot, std::uint8_t slot = 0, std::uint64_t content = 0) {
@@ -84,6 +96,8 @@ inline void check_info(const ArenaRow& row) {
   CHECK(info.frame_period > LabTime{0});
   CHECK(info.kinds > 0);
   CHECK(info.values > 0);
+  CHECK(info.body_radius_m > 0);
+  CHECK(info.body_radius_m < std::min(info.width_m, info.height_m) / 2);
   REQUIRE_MESSAGE(!info.robots.empty(), "a row needs robots to check anything");
   for (std::size_t i = 1; i < info.robots.size(); ++i) CHECK(info.robots[i - 1] < info.robots[i]);
   CHECK(arena->clock().now() == LabTime{0});
@@ -92,20 +106,20 @@ inline void check_info(const ArenaRow& row) {
 // Frame 0 is there after advance_to(0); asking twice, or advancing to the same time again, gives nothing new.
 inline void check_frame_zero(const ArenaRow& row) {
   const auto arena = row.make();
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
   const auto frame = arena->poses().latest();
   REQUIRE(frame);
   CHECK(frame->number == 0);
   CHECK(frame->stamp == LabTime{0});
   CHECK(!arena->poses().latest());
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
   CHECK(!arena->poses().latest());
 
   // what is said before lab time passes moves nobody
   const auto other = row.make();
   other->robots().offer(std::vector<ToRobot>{message_to(other->info(), 0, 0, 1)});
   other->robots().command({FleetCommand::Kind::run});
-  other->advance_to(LabTime{0});
+  hal::advance(*other, LabTime{0});
   const auto other_frame = other->poses().latest();
   REQUIRE(other_frame);
   CHECK((other->info().can_wait ? same(*frame, *other_frame) : alike(*frame, *other_frame)));
@@ -118,7 +132,7 @@ inline void check_frames(const ArenaRow& row) {
   for (std::uint32_t n = 0; n <= 5; ++n) {
     CAPTURE(n);
     const LabTime t = n * info.frame_period;
-    arena->advance_to(t);
+    hal::advance(*arena, t);
     CHECK(arena->clock().now() == t);
     const auto frame = arena->poses().latest();
     REQUIRE(frame);
@@ -145,14 +159,14 @@ inline void check_frames(const ArenaRow& row) {
 inline void check_latest(const ArenaRow& row) {
   const auto arena = row.make();
   const LabTime period = arena->info().frame_period;
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
   REQUIRE(arena->poses().latest());
-  arena->advance_to(period - LabTime{1});
+  hal::advance(*arena, period - LabTime{1});
   CHECK(!arena->poses().latest());
-  arena->advance_to(period);
+  hal::advance(*arena, period);
   REQUIRE(arena->poses().latest());
   const std::uint64_t skipped_before = arena->counters()["poses.skipped"];
-  arena->advance_to(4 * period + period / 2);
+  hal::advance(*arena, 4 * period + period / 2);
   const auto frame = arena->poses().latest();
   REQUIRE(frame);
   CHECK(frame->number == 4);
@@ -166,12 +180,11 @@ inline void check_latest(const ArenaRow& row) {
 inline void check_limits(const ArenaRow& row) {
   const auto arena = row.make();
   const ArenaInfo& info = arena->info();
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
   const auto offer_one = [&](const ToRobot& message) {
     const std::uint64_t counted_before = total(arena->counters());
-    const Airtime before = arena->robots().offer({});
-    const Airtime after = arena->robots().offer(std::vector<ToRobot>{message});
-    check_airtime(after);
+    const Airtime before = arena->robots().airtime();
+    const Airtime after = offer(*arena, {message});
     CHECK(after.offered == before.offered + 1);
     const bool refused = after.refused == before.refused + 1;
     if (refused) CHECK(total(arena->counters()) > counted_before);
@@ -202,59 +215,110 @@ inline void check_limits(const ArenaRow& row) {
 inline void check_registers(const ArenaRow& row) {
   const auto arena = row.make();
   const ArenaInfo& info = arena->info();
-  arena->advance_to(LabTime{0});
-  const Airtime first = arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 0, 1)});
-  check_airtime(first);
+  hal::advance(*arena, LabTime{0});
+  const Airtime first = offer(*arena, {message_to(info, 0, 0, 1)});
   CHECK(first.offered == 1);
   CHECK(first.replaced == 0);
-  const Airtime second = arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 0, 2)});
-  check_airtime(second);
+  const Airtime second = offer(*arena, {message_to(info, 0, 0, 2)});
   CHECK(second.offered == 2);
   if (first.waiting == 1) {
     CHECK(second.replaced == 1);
     CHECK(second.waiting == 1);
   }
-  const Airtime third = arena->robots().offer(
-      std::vector<ToRobot>{message_to(info, 0, 1, 3), message_to(info, info.robots.size() - 1, 0, 4)});
-  check_airtime(third);
+  const Airtime third = offer(*arena, {message_to(info, 0, 1, 3), message_to(info, info.robots.size() - 1, 0, 4)});
   CHECK(third.offered == 4);
   if (info.robots.size() > 1) CHECK(third.replaced == second.replaced);
 
   // the same register twice in one offer
-  const Airtime fourth =
-      arena->robots().offer(std::vector<ToRobot>{message_to(info, 0, 2, 5), message_to(info, 0, 2, 6)});
-  check_airtime(fourth);
+  const Airtime fourth = offer(*arena, {message_to(info, 0, 2, 5), message_to(info, 0, 2, 6)});
   CHECK(fourth.offered == 6);
   CHECK(fourth.waiting <= third.waiting + 1);
 
   // with time nothing waits any more, and what was refused or replaced stays what it was
-  for (int n = 1; n <= 8; ++n) arena->advance_to(n * info.frame_period);
-  const Airtime settled = arena->robots().offer({});
-  check_airtime(settled);
+  for (int n = 1; n <= 8; ++n) hal::advance(*arena, n * info.frame_period);
+  const Airtime settled = offer(*arena, {});
   CHECK(settled.offered == 6);
   CHECK(settled.waiting == 0);
   CHECK(settled.refused == 0);
   CHECK(settled.replaced == fourth.replaced);
 }
 
-// All commands are taken at any time, and what is heard comes from known robots.
+// Commands that the platform carries are taken at any time, others are refused and counted by name; what is heard comes
+// from known robots.
 inline void check_commands(const ArenaRow& row) {
   const auto arena = row.make();
   const ArenaInfo& info = arena->info();
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
+  const auto refused = [&] {
+    std::uint64_t out = 0;
+    for (const auto& [name, value] : arena->counters().all())
+      if (name.starts_with("fleet_command.refused.")) out += value;
+    return out;
+  };
   for (int kind = 0; kind <= static_cast<int>(FleetCommand::Kind::broadcast); ++kind) {
     FleetCommand command;
     command.kind = static_cast<FleetCommand::Kind>(kind);
     command.type = 120;
     command.data = {1, 2, 3};
+    const std::uint64_t before = refused();
     arena->robots().command(command);
-    arena->advance_to((kind + 1) * info.frame_period / 2);
+    CHECK(refused() - before == (std::ranges::count(info.commands, command.kind) > 0 ? 0 : 1));
+    hal::advance(*arena, (kind + 1) * info.frame_period / 2);
     for (const FromRobot& said : arena->robots().heard())
       CHECK(std::binary_search(info.robots.begin(), info.robots.end(), said.robot));
   }
   const auto frame = arena->poses().latest();
   REQUIRE(frame);
   CHECK(frame->number == 3);
+}
+
+// No call blocks: one that is not there yet changes no lab time and says when it wants to be called again, and then it
+// gets there. Nor does serve() let lab time pass, or end().
+inline void check_waits_for_nobody(const ArenaRow& row) {
+  using namespace std::chrono;
+  const auto arena = row.make();
+  int calls = 0, slow = 0;
+  const auto timed = [&](const auto& call) {
+    const auto begun = steady_clock::now();
+    const auto result = call();
+    ++calls;
+    slow += steady_clock::now() - begun > milliseconds{20};
+    return result;
+  };
+  const auto served = [&] {
+    return timed([&] {
+      const LabTime before = arena->clock().now();
+      arena->serve();
+      return arena->clock().now() == before;
+    });
+  };
+  LabTime now{0};
+  for (int n = 0; n <= 5; ++n) {
+    const LabTime t = n * arena->info().frame_period;
+    const auto deadline = steady_clock::now() + seconds{60};
+    while (!timed([&] { return arena->advance_to(t); })) {
+      CHECK_FALSE(arena->info().can_wait);
+      CHECK(arena->clock().now() == now);
+      REQUIRE(arena->next_service() < steady_clock::now() + seconds{1});
+      REQUIRE(steady_clock::now() < deadline);
+      hal::wait_for_service(*arena);
+      CHECK(served());
+    }
+    now = t;
+    CHECK(arena->clock().now() == t);
+    CHECK(arena->waiting_for().empty());
+    if (arena->info().can_wait) CHECK(arena->next_service() == TimePoint::max());
+    for (int k = 0; k < 3; ++k) CHECK(served());
+  }
+  const auto begun = steady_clock::now();
+  while (!timed([&] { return arena->end(); })) {
+    REQUIRE(steady_clock::now() < begun + seconds{10});
+    hal::wait_for_service(*arena);
+  }
+  CHECK(arena->end());
+  CHECK(arena->clock().now() == now);
+  // somebody else may have the processor now and then
+  if (!row.is_simulator) CHECK(10 * slow <= calls);
 }
 
 // Everything that an experiment sees of one run: frames, airtime at each of them, counters at the end.
@@ -272,43 +336,53 @@ inline Seen run(Arena& arena, int frames, const std::function<LabTime()>& next_s
   arena.robots().command({FleetCommand::Kind::run});
   for (int n = 0; n <= frames; ++n) {
     const LabTime frame_at = n * info.frame_period;
-    while (now < frame_at) arena.advance_to(now = std::min(frame_at, now + next_step()));
-    arena.advance_to(frame_at);
+    while (now < frame_at) hal::advance(arena, now = std::min(frame_at, now + next_step()));
+    hal::advance(arena, frame_at);
     auto frame = arena.poses().latest();
     REQUIRE(frame);
     std::vector<ToRobot> said;
     for (std::size_t i = 0; i < info.robots.size(); i += 2)
       said.push_back(message_to(info, i, static_cast<std::uint8_t>(n % 2), static_cast<std::uint64_t>(n) * 31 + i));
-    out.airtime.push_back(arena.robots().offer(said));
-    check_airtime(out.airtime.back());
+    out.airtime.push_back(offer(arena, said));
     out.frames.push_back(std::move(*frame));
   }
   out.counters = arena.counters().all();
   return out;
 }
 
-// An arena that can wait gives the same bits again, however its lab time is sliced.
+inline void check_same(const Seen& a, const Seen& b) {
+  REQUIRE(a.frames.size() == b.frames.size());
+  for (std::size_t i = 0; i < a.frames.size(); ++i) {
+    CAPTURE(i);
+    CHECK(same(a.frames[i], b.frames[i]));
+    CHECK(a.airtime[i].sent == b.airtime[i].sent);
+    CHECK(a.airtime[i].replaced == b.airtime[i].replaced);
+    CHECK(a.airtime[i].not_sent == b.airtime[i].not_sent);
+  }
+}
+
+// Gives the same bits again, however often it is served meanwhile, and, when it can wait, however its lab time is
+// sliced.
 inline void check_repeatable(const ArenaRow& row) {
-  const auto once = row.make(), again = row.make(), sliced = row.make();
-  if (!once->info().can_wait) return;
+  if (!row.repeats) return;
+  const auto once = row.make(), served = row.make();
   const int frames = static_cast<int>(LabTime{1'000'000} / once->info().frame_period);
   const LabTime period = once->info().frame_period;
-  const Seen a = run(*once, frames, [&] { return period; }), b = run(*again, frames, [&] { return period; });
+  const Seen a = run(*once, frames, [&] { return period; });
   RandomStream random(7, "slices");
+  const Seen b = run(*served, frames, [&] {
+    for (std::uint64_t k = random.below(4); k > 0; --k) served->serve();
+    return period;
+  });
+  check_same(a, b);
+  if (!once->info().can_wait) return;
+  CHECK(a.counters == b.counters);
+  const auto sliced = row.make();
   const Seen c = run(*sliced, frames, [&] {
     return LabTime{1 + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(period.count())))};
   });
-  for (const Seen* other : {&b, &c}) {
-    REQUIRE(other->frames.size() == a.frames.size());
-    for (std::size_t i = 0; i < a.frames.size(); ++i) {
-      CAPTURE(i);
-      CHECK(same(a.frames[i], other->frames[i]));
-      CHECK(a.airtime[i].sent == other->airtime[i].sent);
-      CHECK(a.airtime[i].replaced == other->airtime[i].replaced);
-      CHECK(a.airtime[i].not_sent == other->airtime[i].not_sent);
-    }
-    CHECK(a.counters == other->counters);
-  }
+  check_same(a, c);
+  CHECK(a.counters == c.counters);
 }
 
 // An arena that cannot wait keeps to the wall clock from its first call with t > 0 on, however long that came after
@@ -316,10 +390,10 @@ inline void check_repeatable(const ArenaRow& row) {
 inline void check_pace(const ArenaRow& row) {
   const auto arena = row.make();
   if (arena->info().can_wait) return;
-  arena->advance_to(LabTime{0});
+  hal::advance(*arena, LabTime{0});
   const auto start = row.wall(*arena);
   for (LabTime t : {LabTime{50'000}, LabTime{120'000}, LabTime{121'000}, LabTime{300'000}}) {
-    arena->advance_to(t);
+    hal::advance(*arena, t);
     CHECK(arena->clock().now() == t);
     CHECK(row.wall(*arena) - start >= t);
   }

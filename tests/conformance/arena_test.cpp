@@ -11,6 +11,7 @@
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
@@ -52,11 +53,16 @@ std::filesystem::path recorded_log() {
 // Simulated robots that run the program of the DHTF experiment.
 const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n";
 
+// A platform that knows little: it can be told to run.
+const RobotModel plain_robot{
+    .body_radius_m = 0.05, .max_robot = 9, .kinds = 2, .values = 8, .commands = {FleetCommand::Kind::run}};
+
 // A table whose eyes see six robots at once and whose overhead controller takes everything.
 std::unique_ptr<Arena> kilobot_table() {
   auto table = std::make_shared<FakeTable>();
   table->robots = {0, 1, 2, 3, 4, 5};
-  return kilobot::make_kilobot_arena(arena_section("kilobot.settle_s = 0"), "lab", std::make_unique<FakeWatch>(table),
+  return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
+                                     std::make_unique<FakeWatch>(table),
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 
@@ -78,15 +84,19 @@ const std::vector<ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
   static const std::string kilobots = virtual_table();
   static const std::vector<ArenaRow> table{
-      {"null", [] { return make_null_arena(arena_section(""), "lab"); }},
-      {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab"); }},
-      {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }},
-      {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }},
+      {"null", [] { return make_null_arena(arena_section(""), "lab", kilobot::model); }},
+      {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab", kilobot::model); }},
+      {"null of plain robots", [] { return make_null_arena(arena_section(""), "lab", plain_robot); }},
+      {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }, true},
+      {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }, true},
       {"replay",
-       [] { return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", LabTime{2'000'000}); }},
-      {"kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); },
+       [] {
+         return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", kilobot::model,
+                               LabTime{2'000'000});
+       }},
+      {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, false, true,
        [](Arena& arena) { return emulator::room_of(arena).now(); }},
-      {"kilobot", kilobot_table},
+      {"kilobot", kilobot_table, false, false},
   };
   return table;
 }
@@ -131,12 +141,17 @@ TEST_CASE("arena: registers") {
 }
 
 TEST_CASE("arena: commands") {
-  // Every arena takes every command at any time.
+  // Every arena takes every command of its platform at any time and refuses the others by name.
   for_each_arena(check_commands);
 }
 
+TEST_CASE("arena: no call blocks") {
+  // Whoever runs an arena does the waiting: calls are quick, and what is not there yet says when to ask again.
+  for_each_arena(check_waits_for_nobody);
+}
+
 TEST_CASE("arena: repeatable") {
-  // An arena that can wait repeats itself bit for bit, however its lab time is sliced.
+  // Arenas repeat themselves bit for bit, however they are served and, if they can wait, however lab time is sliced.
   for_each_arena(check_repeatable);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "emulator/ohc_device.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/random.hpp"
@@ -83,7 +84,7 @@ struct AirBench {
   }
   std::shared_ptr<Air> air;
   hal::Counters counters;
-  hal::ArenaInfo info;
+  hal::ArenaInfo info{hal::kilobot::model};
   SerialLine line{std::make_unique<AirWire>(air), counters};
   OverheadController controller;
   Moment now{};
@@ -109,7 +110,7 @@ TEST_CASE("on air: composites") {
     // each composite is another one: its blocks bear its number
     std::uint16_t number = 0;
     bench.run(30s, [&] {
-      if (bench.controller.offer({}).waiting > 0) return;
+      if (bench.controller.airtime().waiting > 0) return;
       ++number;
       std::vector<hal::ToRobot> messages;
       for (hal::RobotId robot = 0; robot < 3; ++robot)
@@ -202,7 +203,7 @@ TEST_CASE("on air: questions between composites") {
     std::uint16_t number = 0;
     bench.run(10s, [&] {
       const hal::ToRobot message{1, 0, 1, number};
-      if (bench.controller.offer({}).waiting == 0) bench.controller.offer({&message, 1}), ++number;
+      if (bench.controller.airtime().waiting == 0) bench.controller.offer({&message, 1}), ++number;
     });
     int questions = 0;
     std::set<int> composites;

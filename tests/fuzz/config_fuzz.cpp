@@ -19,7 +19,7 @@ void read_as_lab(const Config& config) {
   root.section("lab").text("name", "shark");
   const Section arena = root.section("arena");
   arena.choice("use", "ode", {"ode", "replay", "null"});
-  read_arena_config(arena);
+  read_arena_config(arena, 0.0165);
   if (arena.has("ode")) arena.section("ode").path("controller", "");
   arena.leave_alone("replay");
   const Section shared = root.section("shared");

@@ -62,7 +62,7 @@ void record_frames(Recorder& recorder, std::uint32_t from, std::uint32_t to, int
 std::unique_ptr<Arena> replay(const std::filesystem::path& log, LabTime length, const std::string& more = {}) {
   const Config config =
       Config::from_text("[arena]\n" + more + "\n[arena.replay]\nlog = \"" + log.string() + "\"\n", "a.toml");
-  auto out = make_log_arena(config.root().section("arena"), "lab", length);
+  auto out = make_log_arena(config.root().section("arena"), "lab", {}, length);
   config.refuse_unknown();
   return out;
 }

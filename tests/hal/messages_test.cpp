@@ -103,6 +103,7 @@ TEST_CASE("fleet commands come back, unknown ones do not") {
 TEST_CASE("arena and counters become messages") {
   // Counters ascend by name.
   ArenaInfo info;
+  info.max_robot = 1022;
   info.name = "shark";
   info.platform = "ode";
   info.width_m = 1.5;

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -14,9 +15,11 @@ using namespace arkmesh::hal;
 
 namespace {
 
+const RobotModel robot{.body_radius_m = 0.0165};
+
 std::string complaint(const std::string& keys) {
   try {
-    read_arena_config(Config::from_text("[arena]\n" + keys, "a.toml").root().section("arena"));
+    read_arena_config(Config::from_text("[arena]\n" + keys, "a.toml").root().section("arena"), robot.body_radius_m);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -63,7 +66,7 @@ TEST_CASE("robots of the null arena stand apart inside it") {
     CAPTURE(robots);
     const Config config =
         Config::from_text("[arena]\nwidth_m = 2\nheight_m = 0.5\nrobots = " + std::to_string(robots), "a.toml");
-    const auto arena = make_null_arena(config.root().section("arena"), "lab");
+    const auto arena = make_null_arena(config.root().section("arena"), "lab", robot);
     arena->advance_to(LabTime{0});
     const auto first = arena->poses().latest();
     REQUIRE(first);
@@ -84,24 +87,40 @@ TEST_CASE("robots of the null arena stand apart inside it") {
   }
 }
 
-TEST_CASE("the pacer waits for absolute moments and counts being late") {
-  // Time 0 is when it is first asked for a later one; asking long after a moment counts once, asking in time does not.
-  using Monotonic = std::chrono::steady_clock;
+namespace {
+
+// Time in a test's hand.
+class HeldTime final : public WallTime {
+ public:
+  TimePoint now() override { return now_; }
+  void wait_until(TimePoint then) override { now_ = std::max(now_, then); }
+
+ private:
+  TimePoint now_ = TimePoint{} + std::chrono::hours{1};
+};
+
+}  // namespace
+
+TEST_CASE("the pacer gives absolute moments and counts being late") {
+  // Time 0 is when it is first asked for a later one; reaching a time long after its moment counts once, in time not.
+  using std::chrono::milliseconds;
   Counters counters;
-  Pacer pacer(LabTime{50'000}, counters);
-  const auto before = Monotonic::now();
-  pacer.wait_until(LabTime{0});
-  pacer.wait_until(LabTime{20'000});
-  pacer.wait_until(LabTime{40'000});
-  CHECK(Monotonic::now() - before >= std::chrono::milliseconds{40});
+  HeldTime wall;
+  const TimePoint begun = wall.now();
+  Pacer pacer(LabTime{50'000}, counters, wall);
+  CHECK(pacer.reached(LabTime{0}));
+  wall.wait_until(begun + milliseconds{700});
+  CHECK_FALSE(pacer.reached(LabTime{20'000}));
+  CHECK(pacer.next() == begun + milliseconds{720});
+  CHECK_FALSE(pacer.reached(LabTime{20'000}));
+  wall.wait_until(pacer.next());
+  CHECK(pacer.reached(LabTime{20'000}));
+  CHECK(pacer.next() == TimePoint::max());
+  wall.wait_until(begun + milliseconds{790});
+  CHECK(pacer.reached(LabTime{40'000}));
   CHECK(counters["arena.late"] == 0);
-  // busy until far beyond the moment
-  while (Monotonic::now() - before < std::chrono::milliseconds{200}) {
-  }
-  pacer.wait_until(LabTime{41'000});
+  CHECK(pacer.reached(LabTime{39'000}));
   CHECK(counters["arena.late"] == 1);
-  const auto again = Monotonic::now();
-  pacer.wait_until(std::chrono::duration_cast<LabTime>(again - before) + LabTime{20'000});
+  CHECK_FALSE(pacer.reached(LabTime{91'000}));
   CHECK(counters["arena.late"] == 1);
-  CHECK(Monotonic::now() - again >= std::chrono::milliseconds{15});
 }

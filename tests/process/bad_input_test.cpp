@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/support/labs/dhtf_labs.hpp"
-#include "tests/support/processes/lab_processes.hpp"
+#include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;

@@ -6,8 +6,8 @@
 
 #include "lab/result.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
-#include "tests/support/processes/lab_processes.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

@@ -8,7 +8,7 @@
 #include "hal/event_log.hpp"
 #include "lab/world_message.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
-#include "tests/support/processes/lab_processes.hpp"
+#include "tests/support/labs/lab_processes.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

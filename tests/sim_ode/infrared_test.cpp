@@ -1,8 +1,9 @@
 // Messages between robots: period, reach, checksum, distance, collisions.
+#include <algorithm>
 #include <cmath>
 
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/infrared_exchange.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {
@@ -27,7 +28,7 @@ struct Standing {
   void step() {
     host.tick(++tick, inbox);
     inbox.overhead.clear();
-    medium.run_tick(tick, world, host, inbox.infrared);
+    exchange_infrared(tick, world, host, medium, inbox.infrared);
     for (const Reception& reception : inbox.infrared)
       ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
   }
@@ -91,6 +92,20 @@ TEST_CASE("a crowd of senders") {
   CHECK(crowd.heard(6, 7) > 240);
   MESSAGE("sent each: " << each << ", heard of a neighbour: " << crowd.heard(6, 7)
                         << ", spoiled: " << crowd.medium.totals().spoiled);
+}
+
+TEST_CASE("back-offs of a program that stays in loop") {
+  // Programs that never leave loop and wait by delay alone go on, however often they find the channel busy: on a robot
+  // the library's draw for a back-off runs in an interrupt, and lets no time pass.
+  const auto green_after = [](double s) {
+    auto arena = TestArena{.program = "stays_in_loop.c", .robots = 25, .side_m = 0.25}.make_running();
+    const hal::PoseFrame frame = frame_at(*arena, seconds(s));
+    MESSAGE("backed off: " << arena->counters()["infrared.backed_off"]);
+    CHECK(arena->counters()["infrared.backed_off"] > 25 * 1000);
+    return std::ranges::count(frame.robots, hal::Led::green, &hal::Sighting::led);
+  };
+  CHECK(green_after(300.8) == 25);
+  CHECK(green_after(300.3) == 0);
 }
 
 TEST_CASE("hidden senders") {

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "app/set_up.hpp"
 #include "emulator/room_record.hpp"
-#include "testbed/chore_table.hpp"
+#include "testbed/assign_ids.hpp"
 #include "tests/support/processes/process.hpp"
-#include "tracker/identity/id_assigner.hpp"
 
 using namespace arkmesh;
 
@@ -55,6 +55,12 @@ class RoomLab {
   std::vector<emulator::Room::Truth> truth_;
 };
 
+class SilentProgress final : public hal::Progress {
+  void show(const std::string&) override {}
+  void show(std::uint32_t, std::uint32_t, double, const std::string&) override {}
+  void done() override {}
+};
+
 bool is_there(const std::vector<emulator::Room::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {
   return std::ranges::any_of(truth, [&](const auto& each) {
     return each.id == robot && std::hypot(each.seen.pose.x_m - x_m, each.seen.pose.y_m - y_m) < 0.01;
@@ -83,22 +89,19 @@ TEST_CASE("table: identify in a room") {
 TEST_CASE("table: assign-ids in a room") {
   // Robots without any id get those wanted, each one of its own, and spell them.
   const RoomLab lab(8, "unassigned");
-  testbed::ChoreTable table({.file = lab.file().string(), .sets = {}, .program = "assign_ids.c"});
+  testbed::SetUpArena table = app::make_set_up_arena(lab.file().string(), {}, "assign_ids.c", hal::nobody_stops());
   CHECK(table.is_simulated());
   std::vector<hal::RobotId> ids(8);
   std::iota(ids.begin(), ids.end(), hal::RobotId{200});
-  table.robots().command({.kind = hal::FleetCommand::Kind::run});
-  for (int i = 0; i < 10; ++i) table.next_picture({});
-  tracker::IdAssigner assigner({.ids = ids, .session = 7});
-  while (!assigner.finished() && table.seconds() < 180) {
-    const auto seen = table.next_picture(assigner.question());
-    assigner.on_frame(table.now(), seen);
-  }
-  CHECK(assigner.finished());
-  REQUIRE(assigner.robots().size() == 8);
+  SilentProgress progress;
+  const testbed::AssignIdsReport report =
+      testbed::assign_ids(table, {.ids = ids, .session = 7}, hal::nobody_stops(), progress);
+  CHECK(report.finished);
+  CHECK(report.confirmed == 8);
+  REQUIRE(report.robots.size() == 8);
   std::set<hal::RobotId> given;
   std::set<int> told;  // by number in the simulation
-  for (const auto& [track, robot] : assigner.robots()) {
+  for (const auto& robot : report.robots) {
     CHECK(robot.outcome == tracker::IdAssigner::Outcome::confirmed);
     REQUIRE(robot.given.has_value());
     given.insert(static_cast<hal::RobotId>(*robot.given));

@@ -55,8 +55,8 @@ TEST_CASE("table: cameras and controller fail and come back") {
   table.happen("ohc plug");
   table.happen("ohc garbage 500");
   CHECK(everybody_soon(table, 20));
-  const std::uint64_t sent = table.arena->robots().offer({}).sent;
-  CHECK(soon(table, 10, [&] { return table.arena->robots().offer({}).sent > sent; }));
+  const std::uint64_t sent = table.arena->robots().airtime().sent;
+  CHECK(soon(table, 10, [&] { return table.arena->robots().airtime().sent > sent; }));
 }
 
 TEST_CASE("table: a camera is knocked about") {

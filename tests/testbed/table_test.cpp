@@ -15,6 +15,7 @@
 
 #include "emulator/room.hpp"
 #include "hal/config.hpp"
+#include "testbed/kilobot_row.hpp"
 #include "testbed/table_watch.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
@@ -25,6 +26,12 @@ using namespace arkmesh;
 using namespace arkmesh::tracker;
 
 namespace {
+
+// As a lab reads them, at a table whose controller is the test's.
+testbed::KilobotSettings settings(const hal::Config& config) {
+  const hal::Section arena = config.root().section("arena");
+  return testbed::read_kilobot_settings(arena, "lab", arena.section("kilobot").sections("cameras").size());
+}
 
 const std::string pictures_folder = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
 
@@ -101,7 +108,7 @@ class RoomTable {
     }
     write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
-    return testbed::make_table_watch(config.root().section("arena"), {}, [this](const std::string& source, int, int) {
+    return testbed::make_table_watch(settings(config), {}, [this](const std::string& source, int, int) {
       return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
     });
   }
@@ -189,7 +196,7 @@ std::string lab_text(const std::filesystem::path& calibration, const std::string
 std::string refusal(const std::string& text) {
   try {
     const auto config = hal::Config::from_text(text, "lab.toml");
-    testbed::make_table_watch(config.root().section("arena"));
+    testbed::make_table_watch(settings(config));
   } catch (const hal::ConfigError& error) {
     return error.what();
   }
@@ -362,4 +369,20 @@ TEST_CASE("a watch's configuration is refused with file, key and reason") {
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"none.yaml\"\n"),
                  "no such calibration"));
   CHECK(contains(refusal(head + "[arena.kilobot]\nidentity = \"guess\"\n"), "identity"));
+}
+
+TEST_CASE("a table's controller that is not there is refused with file, key and reason") {
+  // Proves that a port that cannot be opened is told with the line that names it, cameras or not.
+  const auto config = hal::Config::from_text(
+      "[arena]\nrobots = 2\n[arena.kilobot]\nwindow = false\nport = \"/dev/ttyNONE7\"\n"
+      "[[arena.kilobot.cameras]]\nsource = \"/dev/video97\"\ncalibration = \"" ARKMESH_SOURCE_DIR
+      "/experiments/room/roark_table.yaml\"\n",
+      "lab.toml");
+  std::string said;
+  try {
+    testbed::kilobot_arena_row().make(config.root().section("arena"), {.lab = "lab"});
+  } catch (const hal::ConfigError& error) {
+    said = error.what();
+  }
+  CHECK(contains(said, "lab.toml:5: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
 }

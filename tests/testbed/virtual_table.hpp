@@ -56,7 +56,7 @@ class VirtualTable {
 
   // Until everybody is named, and on the way with all robots walking.
   void start() {
-    arena->advance_to(hal::LabTime{0});
+    hal::advance(*arena, hal::LabTime{0});
     frame = arena->poses().latest();
     arena->robots().command({hal::FleetCommand::Kind::run});
   }
@@ -64,7 +64,7 @@ class VirtualTable {
   // One more frame, if there was one to be made; says something to every robot, as scenarios do.
   void step() {
     now_ += arena->info().frame_period;
-    arena->advance_to(now_);
+    hal::advance(*arena, now_);
     frame = arena->poses().latest();
     note_frame();
     std::vector<hal::ToRobot> said;

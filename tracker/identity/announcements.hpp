@@ -4,14 +4,14 @@
 #include <deque>
 #include <optional>
 
-#include "hal/platforms/kilobot/message.hpp"
 #include "hal/types.hpp"
+#include "tracker/question.hpp"
 
 namespace arkmesh::tracker {
 
 class Announcements {
  public:
-  void add(const hal::kilobot::Message& message, hal::LabTime lasts) { waiting_.push_back({message, lasts}); }
+  void add(const Question& message, hal::LabTime lasts) { waiting_.push_back({message, lasts}); }
   // `now` never decreases. True while there is something to say.
   bool say(hal::LabTime now) {
     while (!waiting_.empty()) {
@@ -22,7 +22,7 @@ class Announcements {
     }
     return false;
   }
-  std::optional<hal::kilobot::Message> message() const {
+  std::optional<Question> message() const {
     if (waiting_.empty()) return std::nullopt;
     return waiting_.front().message;
   }
@@ -30,7 +30,7 @@ class Announcements {
 
  private:
   struct Announcement {
-    hal::kilobot::Message message;
+    Question message;
     hal::LabTime lasts;
   };
   std::deque<Announcement> waiting_;

@@ -103,7 +103,7 @@ void ArkIdentifier::next_id(hal::LabTime now) {
   ended_at_ = now;
 }
 
-std::optional<hal::kilobot::Message> ArkIdentifier::question() const {
+std::optional<Question> ArkIdentifier::question() const {
   if (state_ == State::finished) return std::nullopt;
   return ark_question(settings_.runtime ? ark_runtime_type : ark_initial_type,
                       state_ == State::ending ? nobody : to_call_[position_]);

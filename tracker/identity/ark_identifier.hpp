@@ -13,6 +13,7 @@
 #include "hal/counters.hpp"
 #include "tracker/identity/digit_reader.hpp"
 #include "tracker/identity/identity_keeper.hpp"
+#include "tracker/question.hpp"
 
 namespace arkmesh::tracker {
 
@@ -32,7 +33,7 @@ class ArkIdentifier {
   // One picture of the table with the tracks in question; `now` never decreases. Doubtful tracks and such as were not
   // seen for longer than 0.8 s lose what was found out about them.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
-  std::optional<hal::kilobot::Message> question() const;
+  std::optional<Question> question() const;
   // All at the end: until then an id may turn out to be called wrongly. Ascending by track.
   std::vector<Naming> take_namings() { return std::exchange(namings_, {}); }
   bool finished() const { return state_ == State::finished; }

@@ -11,6 +11,7 @@
 
 #include "hal/counters.hpp"
 #include "tracker/identity/id_code.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
@@ -42,7 +43,7 @@ class DigitReader {
   int position() const { return static_cast<int>(position_); }
   int digits() const { return static_cast<int>(to_ask_.size()); }
   // Meaningful while asking.
-  hal::kilobot::Message question() const { return digit_question(audience_, to_ask_[position_]); }
+  Question question() const { return digit_question(audience_, to_ask_[position_]); }
 
   struct Reading {
     TrackNumber track = 0;

@@ -13,13 +13,12 @@ constexpr std::uint8_t draw_type = 1, store_type = 2, draw_anew_type = 3;
 // Long enough for 16, 4 and 2 copies at 60 ms; what is missed all the same is found out when everybody is read.
 constexpr hal::LabTime draw_lasts{1'000'000}, draw_anew_lasts{250'000}, store_lasts{130'000}, end_lasts{600'000};
 
-hal::kilobot::Message message(std::uint8_t type, std::array<std::uint32_t, 4> numbers) {
-  hal::kilobot::Message out{.type = type};
+Question message(std::uint8_t type, std::array<std::uint32_t, 4> numbers) {
+  Question out{.type = type};
   for (std::size_t i = 0; i < 4; ++i) {
     out.data[2 * i] = static_cast<std::uint8_t>(numbers[i] >> 8);
     out.data[2 * i + 1] = static_cast<std::uint8_t>(numbers[i]);
   }
-  out.crc = hal::kilobot::message_crc(out);
   return out;
 }
 
@@ -184,7 +183,7 @@ void IdAssigner::use_checked() {
   announce_ids();
 }
 
-std::optional<hal::kilobot::Message> IdAssigner::question() const {
+std::optional<Question> IdAssigner::question() const {
   if (announcements_.waiting() > 0) return announcements_.message();
   if (phase_ == Phase::reading || phase_ == Phase::checking) return reader_.question();
   return std::nullopt;

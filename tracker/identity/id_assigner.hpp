@@ -13,6 +13,7 @@
 #include "hal/counters.hpp"
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/digit_reader.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
@@ -35,7 +36,7 @@ class IdAssigner {
 
   // One picture of the table; `now` never decreases. Robots that are not seen any more get nothing.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
-  std::optional<hal::kilobot::Message> question() const;
+  std::optional<Question> question() const;
 
   Phase phase() const { return phase_; }
   bool finished() const { return phase_ == Phase::finished; }

@@ -19,14 +19,9 @@ constexpr std::uint32_t power_of_3(int n) {
   return out;
 }
 
-void put(hal::kilobot::Message& message, std::size_t at, hal::RobotId robot) {
+void put(Question& message, std::size_t at, hal::RobotId robot) {
   message.data[at] = static_cast<std::uint8_t>(robot >> 8);
   message.data[at + 1] = static_cast<std::uint8_t>(robot);
-}
-
-hal::kilobot::Message with_crc(hal::kilobot::Message message) {
-  message.crc = hal::kilobot::message_crc(message);
-  return message;
 }
 
 constexpr auto orders = [] {
@@ -98,23 +93,23 @@ Audience audience_for(std::span<const hal::RobotId> wanted, std::span<const hal:
   return out;
 }
 
-hal::kilobot::Message digit_question(const Audience& audience, int number) {
-  hal::kilobot::Message message{.type = question_type};
+Question digit_question(const Audience& audience, int number) {
+  Question message{.type = question_type};
   message.data[0] =
       static_cast<std::uint8_t>(static_cast<unsigned>(audience.kind) << 6 | static_cast<unsigned>(number));
   const std::size_t ids = audience.kind == Audience::Kind::list ? 4 : audience.kind == Audience::Kind::range ? 2 : 0;
   for (std::size_t i = 0; i < ids; ++i) put(message, 1 + 2 * i, audience.robots[i]);
-  return with_crc(message);
+  return message;
 }
 
-hal::kilobot::Message end_of_questions() {
-  return with_crc({.type = question_type});
+Question end_of_questions() {
+  return {.type = question_type};
 }
 
-hal::kilobot::Message ark_question(std::uint8_t type, hal::RobotId robot) {
-  hal::kilobot::Message message{.type = type};
+Question ark_question(std::uint8_t type, hal::RobotId robot) {
+  Question message{.type = type};
   put(message, 0, robot);
-  return with_crc(message);
+  return message;
 }
 
 }  // namespace arkmesh::tracker

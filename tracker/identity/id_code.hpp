@@ -8,8 +8,8 @@
 #include <optional>
 #include <span>
 
-#include "hal/platforms/kilobot/message.hpp"
 #include "hal/types.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
@@ -64,9 +64,9 @@ inline constexpr hal::RobotId nobody = 65535;
 Audience audience_for(std::span<const hal::RobotId> wanted, std::span<const hal::RobotId> spared, std::size_t turn);
 
 // Broadcasts.
-hal::kilobot::Message digit_question(const Audience& audience, int number);
-hal::kilobot::Message end_of_questions();
+Question digit_question(const Audience& audience, int number);
+Question end_of_questions();
 // ARK's, type 119 or 120; `robot` 65535 ends.
-hal::kilobot::Message ark_question(std::uint8_t type, hal::RobotId robot);
+Question ark_question(std::uint8_t type, hal::RobotId robot);
 
 }  // namespace arkmesh::tracker

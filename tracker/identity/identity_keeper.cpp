@@ -218,7 +218,7 @@ void IdentityKeeper::use_readings(hal::LabTime now) {
   tell_end_until_ = now + settings_.ending;
 }
 
-std::optional<hal::kilobot::Message> IdentityKeeper::question() const {
+std::optional<Question> IdentityKeeper::question() const {
   if (asked_) return reader_.question();
   if (tell_end_until_ && now_ < *tell_end_until_) return end_of_questions();
   return std::nullopt;

@@ -12,6 +12,7 @@
 
 #include "hal/counters.hpp"
 #include "tracker/identity/digit_reader.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {
@@ -42,7 +43,7 @@ class IdentityKeeper {
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
 
   // The broadcast that robots should hear now, over and over; nothing when there is no question.
-  std::optional<hal::kilobot::Message> question() const;
+  std::optional<Question> question() const;
   // Since the last call.
   std::vector<Naming> take_namings() { return std::exchange(namings_, {}); }
 

@@ -9,15 +9,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/platforms/kilobot/body.hpp"
-
 namespace arkmesh::tracker {
 namespace {
 
 enum Kind : std::uint8_t { turn_left = 1, turn_right = 2, stop = 3, straight = 4, right_duty = 5 };
 constexpr std::uint8_t store_turns_type = 110, store_straights_type = 111;
 
-constexpr double body_radius_m = hal::kilobot::body_radius_m;
 // Speeds over path, multiples of the measure by second: nearly still; turns and straights as they should be; far too
 // fast.
 constexpr double crawl = 0.25, low = 0.70, turn_high = 0.95, straight_high = 1.10, dash = 1.5;
@@ -50,7 +47,8 @@ double wrapped(double angle_rad) {
 }  // namespace
 
 MotorCalibrator::MotorCalibrator(MotorSettings settings, std::span<const hal::RobotId> robots)
-    : settings_(settings), ground_(settings.width_m, settings.height_m, 2 * settings.measure_m) {
+    : settings_(settings),
+      ground_(settings.width_m, settings.height_m, settings.body_radius_m, 2 * settings.measure_m) {
   const int duty = settings_.first_duty;
   for (hal::RobotId id : robots.first(std::min<std::size_t>(robots.size(), 256))) {
     robots_[id].duties = {duty, duty, duty, duty};
@@ -207,8 +205,8 @@ void MotorCalibrator::run_errand(hal::RobotId id, Robot& robot, Trial& trial, co
     if (std::abs(wrapped(trial.aim_rad - pose.heading_rad)) > 0.25 && lasted < turn_lasts) return;
     trial.errand = Errand::walking;
   } else {
-    const bool blocked =
-        lasted > 2 * settings_.settle && ground_.free_way_m(id, pose, pose.heading_rad, places) < body_radius_m;
+    const bool blocked = lasted > 2 * settings_.settle &&
+                         ground_.free_way_m(id, pose, pose.heading_rad, places) < settings_.body_radius_m;
     if (lasted < walk_lasts && !blocked) return;
     trial.errand = Errand::none;
   }
@@ -336,9 +334,7 @@ void MotorCalibrator::store(const hal::PoseFrame& frame) {
   ++store_rounds_;
   for (auto& [id, robot] : robots_) tell(id, robot, trials_[id], frame.stamp);
   for (const std::uint8_t type : {store_turns_type, store_straights_type}) {
-    hal::kilobot::Message message{.type = type};
-    message.crc = hal::kilobot::message_crc(message);
-    announcements_.add(message, store_lasts);
+    announcements_.add({.type = type}, store_lasts);
   }
   announcements_.say(frame.stamp);
 }

@@ -17,11 +17,13 @@
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/motion_log.hpp"
 #include "tracker/identity/open_ground.hpp"
+#include "tracker/question.hpp"
 
 namespace arkmesh::tracker {
 
 struct MotorSettings {
   double width_m = 1, height_m = 1;  // of the arena: nobody is sent into a wall
+  double body_radius_m = 0.0165;     // of a robot
   int first_duty = 60;               // of every motor, to begin with
   int least_duty = 40, largest_duty = 110;
   double measure_m = 0.015;       // what ARK's limits are given in: its robot's radius
@@ -54,7 +56,7 @@ class MotorCalibrator {
   // To single robots, since the last call; kinds 1 to 5.
   std::vector<hal::ToRobot> take_messages() { return std::exchange(messages_, {}); }
   // To all: store what was found.
-  std::optional<hal::kilobot::Message> question() const { return storing_ ? announcements_.message() : std::nullopt; }
+  std::optional<Question> question() const { return storing_ ? announcements_.message() : std::nullopt; }
   bool finished() const { return finished_; }
 
   const std::map<hal::RobotId, Robot>& robots() const { return robots_; }

@@ -4,18 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/platforms/kilobot/body.hpp"
-
 namespace arkmesh::tracker {
-namespace {
-
-constexpr double body_radius_m = hal::kilobot::body_radius_m;
-
-}  // namespace
 
 double OpenGround::free_way_m(hal::RobotId robot, const hal::Pose& pose, double course_rad,
                               const Places& places) const {
-  const double dx = std::cos(course_rad), dy = std::sin(course_rad), margin_m = body_radius_m + 0.006;
+  const double dx = std::cos(course_rad), dy = std::sin(course_rad), margin_m = body_m_ + 0.006;
   double free_m = enough_m;
   const auto wall = [&free_m](double place_m, double towards, double limit_m) {
     if (towards > 1e-9) free_m = std::min(free_m, std::max(0.0, (limit_m - place_m) / towards));
@@ -24,7 +17,7 @@ double OpenGround::free_way_m(hal::RobotId robot, const hal::Pose& pose, double 
   wall(-pose.x_m, -dx, width_m_ / 2 - margin_m);
   wall(pose.y_m, dy, height_m_ / 2 - margin_m);
   wall(-pose.y_m, -dy, height_m_ / 2 - margin_m);
-  const double clear_m = 2 * body_radius_m + 0.015;
+  const double clear_m = 2 * body_m_ + 0.015;
   for (const auto& [other, place] : places) {
     if (other == robot) continue;
     const double ahead_m = (place.x_m - pose.x_m) * dx + (place.y_m - pose.y_m) * dy;
@@ -47,13 +40,13 @@ OpenGround::Way OpenGround::freest_way(hal::RobotId robot, const hal::Pose& pose
 }
 
 bool OpenGround::touches(hal::RobotId robot, const hal::Pose& pose, const Places& places) const {
-  const double near_m = body_radius_m + 0.0015;
+  const double near_m = body_m_ + 0.0015;
   return walled(pose, near_m) || met(robot, pose, places, 2 * near_m);
 }
 
 bool OpenGround::crowded(hal::RobotId robot, const hal::Pose& pose, const Places& places) const {
-  const double far_side_m = turn_m_ + body_radius_m;
-  return walled(pose, far_side_m) || met(robot, pose, places, far_side_m + body_radius_m);
+  const double far_side_m = turn_m_ + body_m_;
+  return walled(pose, far_side_m) || met(robot, pose, places, far_side_m + body_m_);
 }
 
 bool OpenGround::walled(const hal::Pose& pose, double near_m) const {

@@ -13,9 +13,10 @@ using Places = std::vector<std::pair<hal::RobotId, hal::Pose>>;
 
 class OpenGround {
  public:
-  // `turn_m`: from where a robot stands to the middle of itself on the far side of its turning circle.
-  OpenGround(double width_m, double height_m, double turn_m)
-      : width_m_(width_m), height_m_(height_m), turn_m_(turn_m) {}
+  // `body_m`: radius of a robot's body. `turn_m`: from where a robot stands to the middle of itself on the far side of
+  // its turning circle.
+  OpenGround(double width_m, double height_m, double body_m, double turn_m)
+      : width_m_(width_m), height_m_(height_m), body_m_(body_m), turn_m_(turn_m) {}
 
   static constexpr double enough_m = 0.22;  // room that a straight way should have
 
@@ -36,7 +37,7 @@ class OpenGround {
   bool walled(const hal::Pose& pose, double near_m) const;
   static bool met(hal::RobotId robot, const hal::Pose& pose, const Places& places, double near_m);
 
-  double width_m_, height_m_, turn_m_;
+  double width_m_, height_m_, body_m_, turn_m_;
 };
 
 }  // namespace arkmesh::tracker

@@ -263,40 +263,37 @@ class KilobotArena final : public Arena {
 
 }  // namespace
 
-std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
-                                          std::unique_ptr<RobotWatch> eyes, std::unique_ptr<Wire> wire,
-                                          WallTime& wall) {
+ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port) {
   const ArenaConfig config = read_arena_config(arena, body_radius_m);
   const Section kilobot = arena.section("kilobot");
-  ArenaInfo info{model};
-  info.name = lab;
-  info.platform = "kilobot";
-  info.width_m = config.width_m;
-  info.height_m = config.height_m;
-  info.robots = read_robot_ids(arena);
-  info.can_wait = false;
-  info.frame_period = config.frame_period;
+  ArenaSettings out{.info = ArenaInfo{model}};
+  out.info.name = lab;
+  out.info.platform = "kilobot";
+  out.info.width_m = config.width_m;
+  out.info.height_m = config.height_m;
+  out.info.robots = read_robot_ids(arena);
+  out.info.can_wait = false;
+  out.info.frame_period = config.frame_period;
+  if (has_port) out.port = kilobot.required_text("port");
   const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
-  KilobotArena::Patience patience{.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)},
-                                  .may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023))};
-  return std::make_unique<KilobotArena>(std::move(info), read_overhead_settings(kilobot), patience, std::move(wire),
-                                        std::move(eyes), wall);
+  out.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)};
+  out.may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023));
+  out.overhead = read_overhead_settings(kilobot);
+  return out;
 }
 
-std::unique_ptr<Arena> make_kilobot_arena(const Section& arena, const std::string& lab,
-                                          std::unique_ptr<RobotWatch> eyes) {
-  const Section kilobot = arena.section("kilobot");
-  const std::string port = kilobot.required_text("port");
-  std::unique_ptr<Wire> wire;
-  try {
-    wire = make_wire(port);
-  } catch (const PortError& error) {
-    kilobot.refuse("port", error.what());
-  }
-  // a device that is not there now is a mistake in the file or on the table; later it is a fault that heals
+std::unique_ptr<Wire> open_wire(const std::string& port) {
+  std::unique_ptr<Wire> wire = make_wire(port);
   wire->open();
-  if (wire->check() == Wire::State::closed) kilobot.refuse("port", wire->trouble());
-  return make_kilobot_arena(arena, lab, std::move(eyes), std::move(wire), machine_time());
+  if (wire->check() == Wire::State::closed) throw PortError(wire->trouble());
+  return wire;
+}
+
+std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
+                                          std::unique_ptr<Wire> wire, WallTime& wall) {
+  const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
+  return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(wire),
+                                        std::move(eyes), wall);
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -11,7 +11,7 @@
 
 namespace arkmesh::hal::kilobot {
 
-// The name of a port cannot be used, whatever is plugged in; one sentence.
+// A port cannot be used: its name is none, or what it names cannot be opened now; one sentence.
 class PortError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

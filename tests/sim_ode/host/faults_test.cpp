@@ -88,11 +88,22 @@ TEST_CASE("crashes") {
   CHECK(says(run_error("crash_beyond.c"), {"robot 0", "bad pointer", "crash_beyond.c"}));
 }
 
+TEST_CASE("aborts") {
+  // What the C library ends a program for is told like any other crash: a block freed twice, a copy that does not fit.
+  CHECK(says(run_error("crash_free.c"), {"the program of robot 2 crashed: ", " at 1.", " s (", "crash_free.c"}));
+  CHECK(says(run_error("crash_copy.c"), {"the program of robot 0 crashed: ", " at 0.", " s (", "crash_copy.c"}));
+}
+
 TEST_CASE("hangs and giving up") {
   // An endless loop, also one of delay(0), is ended with its place; exit() ends the run, not the process.
   CHECK(says(run_error("endless.c"), {"robot 0", "never returns", "in loop", "endless.c:7", "at 8."}));
   CHECK(says(run_error("endless_delay.c"), {"robot 0", "never returns"}));
   CHECK(says(run_error("gives_up.c"), {"robot 0", "called exit()", "gives_up.c:"}));
+  // so do what else would end the process or take signals from it
+  CHECK(says(run_error("leaves.c"), {"robot 0", "called _Exit()", "leaves.c:6"}));
+  CHECK(says(run_error("raises.c"), {"robot 0", "called raise()", "raises.c:6"}));
+  CHECK(says(run_error("handles.c"), {"robot 0", "called signal()", "handles.c:6"}));
+  CHECK(says(run_error("jumps.c"), {"robot 0", "called longjmp() in a callback", "in rx", "jumps.c:8"}));
 }
 
 TEST_CASE("waiting for a flag") {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "hal/led_name.hpp"
 #include "sim_ode/host/controller_check.hpp"
 #include "tests/sim_ode/host/program_run.hpp"
 
@@ -168,7 +169,7 @@ void check_outcome(const Expected& expected, const SwarmProgram& run) {
   if (expected.all_show)
     for (const hal::Sighting& robot : run.report.last().robots)
       CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ",
-                    std::string(sim_ode::name_of(robot.led)));
+                    std::string(hal::name_of(robot.led)));
 }
 
 }  // namespace

@@ -1,35 +1,15 @@
-// The DHTF labs of experiments/dhtf in one process, with overrides, for tests of whole labs.
+// The DHTF labs of experiments/dhtf run in one process, for tests of whole labs.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "app/joint_run.hpp"
+#include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/process.hpp"
 
 namespace arkmesh::tests {
-
-inline std::filesystem::path experiments() {
-  return std::filesystem::path(ARKMESH_SOURCE_DIR) / "experiments";
-}
-
-struct DhtfLabs {
-  std::vector<std::string> labs = {"shark", "roark"};
-  std::vector<std::string> overrides;  // on top of the defaults below
-};
-
-inline std::vector<hal::Config> dhtf_configs(const DhtfLabs& options) {
-  std::string names;
-  for (const std::string& lab : options.labs) names += (names.empty() ? "\"" : ",\"") + lab + "\"";
-  std::vector<std::string> overrides = {"shared.labs=[" + names + "]", "recorder.log=false", "run.duration_s=120"};
-  overrides.insert(overrides.end(), options.overrides.begin(), options.overrides.end());
-  std::vector<hal::Config> configs;
-  for (const std::string& lab : options.labs)
-    configs.push_back(hal::Config::from_file(experiments() / "dhtf" / (lab + ".toml"), overrides));
-  return configs;
-}
 
 // What a run of whole labs gave.
 struct Outcome {

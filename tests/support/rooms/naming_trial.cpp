@@ -92,7 +92,7 @@ NamingResult name_in_room(const NamingTrial& trial) {
   judge.watch(emulator::room_of(*arena));
   bool complete = true;
   try {
-    arena->advance_to(hal::LabTime{0});
+    hal::advance(*arena, hal::LabTime{0});
   } catch (const std::runtime_error& error) {
     if (std::string_view(error.what()).find("named") == std::string_view::npos) throw;
     complete = false;
@@ -101,7 +101,7 @@ NamingResult name_in_room(const NamingTrial& trial) {
     arena->robots().command({hal::FleetCommand::Kind::run});
     for (hal::LabTime t = arena->info().frame_period; static_cast<double>(t.count()) * 1e-6 <= trial.then_s;
          t += arena->info().frame_period)
-      arena->advance_to(t);
+      hal::advance(*arena, t);
   }
   judge.finish();
   result.counters = arena->counters();

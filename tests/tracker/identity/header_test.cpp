@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "hal/platforms/kilobot/message.hpp"
 #include "tests/tracker/identity/table_swarm.hpp"
 #include "tracker/identity/ark_identifier.hpp"
 #include "tracker/identity/id_code.hpp"
@@ -15,11 +14,10 @@ using tracker::Audience;
 
 namespace {
 
-void look_for(TableSwarm& swarm, double s, const std::optional<hal::kilobot::Message>& question = {}) {
+void look_for(TableSwarm& swarm, double s, const std::optional<tracker::Question>& question = {}) {
   for (const double end = swarm.seconds() + s - 0.05; swarm.seconds() < end;) swarm.next_picture(question);
 }
-double moved_m(TableSwarm& swarm, std::size_t robot, double s,
-               const std::optional<hal::kilobot::Message>& question = {}) {
+double moved_m(TableSwarm& swarm, std::size_t robot, double s, const std::optional<tracker::Question>& question = {}) {
   const hal::Pose before = swarm.seen(robot).pose;
   look_for(swarm, s, question);
   return std::hypot(swarm.seen(robot).pose.x_m - before.x_m, swarm.seen(robot).pose.y_m - before.y_m);

@@ -49,7 +49,7 @@ class SpellingRobots {
 
   // Until the next picture; `question` goes on the air as long as it lasts. Returns the tracks in the picture,
   // ascending.
-  const std::vector<Track>& next_picture(const std::optional<hal::kilobot::Message>& question) {
+  const std::vector<Track>& next_picture(const std::optional<Question>& question) {
     now += conditions_.frame;
     for (; next_air_ <= now; next_air_ += conditions_.spacing) {
       if (question) on_air(next_air_, *question);
@@ -98,7 +98,7 @@ class SpellingRobots {
     }
     return out;
   }
-  void on_air(hal::LabTime at, const hal::kilobot::Message& message) {
+  void on_air(hal::LabTime at, const Question& message) {
     const auto id_at = [&message](std::size_t i) {
       return static_cast<hal::RobotId>(message.data[i] << 8 | message.data[i + 1]);
     };

@@ -52,7 +52,7 @@ class TableSwarm {
   }
 
   // The next picture, 0.1 s later. Meanwhile `question` is on the air, over and over.
-  const std::vector<tracker::Track>& next_picture(const std::optional<hal::kilobot::Message>& question) {
+  const std::vector<tracker::Track>& next_picture(const std::optional<tracker::Question>& question) {
     for (const hal::LabTime end = now + hal::LabTime{100'000}; now < end;) {
       now += hal::LabTime{20'000};
       if (question && now >= next_copy_) {
@@ -83,8 +83,9 @@ class TableSwarm {
     std::sort(tracks_.begin(), tracks_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
     return tracks_;
   }
-  void broadcast(const hal::kilobot::Message& message) {
-    table_->robots().command({.kind = hal::FleetCommand::Kind::broadcast, .type = message.type, .data = message.data});
+  void broadcast(const tracker::Question& question) {
+    table_->robots().command(
+        {.kind = hal::FleetCommand::Kind::broadcast, .type = question.type, .data = question.data});
   }
   void run() { table_->robots().command({.kind = hal::FleetCommand::Kind::run}); }
   // A picture as it is, without latency.

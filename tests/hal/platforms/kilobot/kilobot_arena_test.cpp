@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,18 +42,23 @@ hal::Section section(const std::string& keys) {
   return hal::Config::from_text("[arena]\nrobots = 4\n" + keys, "lab.toml").root().section("arena");
 }
 
+// Of a table whose wire is the test's.
+ArenaSettings settings(const std::string& keys) {
+  return read_arena_settings(section(keys), "roark", false);
+}
+
 struct Table {
   explicit Table(const std::string& keys = "") : eyes_see(std::make_shared<FakeTable>()) {
     eyes_see->robots = read_robot_ids(section(keys));
-    arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see),
-                               std::make_unique<FakeWire>(cable), wall);
+    arena = make_kilobot_arena(settings(keys), std::make_unique<FakeWatch>(eyes_see), std::make_unique<FakeWire>(cable),
+                               wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};
     arena->robots().offer({&message, 1});
   }
   // To the end of frame n.
-  void frame(int n) { arena->advance_to(n * arena->info().frame_period); }
+  void frame(int n) { hal::advance(*arena, n * arena->info().frame_period, stops, wall); }
   std::string failure() {
     try {
       frame(0);
@@ -65,6 +71,7 @@ struct Table {
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
   std::shared_ptr<FakeTable> eyes_see;
   FakeWall wall{cable};
+  std::function<bool()> stops;  // the operator
   std::unique_ptr<hal::Arena> arena;
 };
 
@@ -149,9 +156,7 @@ TEST_CASE("kilobot arena: begins without somebody") {
   Table stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   stopped.eyes_see->in_doubt = {2};
   const Moment begun = stopped.wall.now();
-  stopped.arena = make_kilobot_arena(
-      section("kilobot.may_miss = 1"), "roark", std::make_unique<FakeWatch>(stopped.eyes_see),
-      std::make_unique<FakeWire>(stopped.cable), stopped.wall, [&] { return stopped.wall.now() - begun > 5s; });
+  stopped.stops = [&] { return stopped.wall.now() - begun > 5s; };
   const std::string said = stopped.failure();
   CHECK(holds(said, "stopped by the operator; waited for the table: 1 of 4 robots"));
   CHECK(stopped.wall.now() - begun < 7s);
@@ -177,6 +182,50 @@ TEST_CASE("kilobot arena: real time") {
   table.wall.pass(1s);
   table.frame(21);
   CHECK(table.arena->counters()["arena.late"] == 1);
+}
+
+TEST_CASE("kilobot arena: nothing blocks") {
+  // Every call returns before any time has passed; what is waited for can be read meanwhile, and lab time stands still.
+  Table table("kilobot.names_within_s = 20");
+  table.eyes_see->in_doubt = {1};
+  const Moment begun = table.wall.now();
+  CHECK(table.arena->waiting_for().empty());
+  CHECK_FALSE(table.arena->advance_to(0us));
+  CHECK(holds(table.arena->waiting_for(), "the table: the overhead controller is starting"));
+  CHECK(table.wall.now() == begun);
+  while (table.wall.now() - begun < 5s) {
+    CHECK_FALSE(table.arena->advance_to(0us));
+    CHECK(table.arena->next_service() > table.wall.now());
+    CHECK(table.arena->next_service() <= table.wall.now() + 20ms);
+    table.wall.wait_until(table.arena->next_service());
+  }
+  CHECK(holds(table.arena->waiting_for(), "the table: 1 of 4 robots"));
+  CHECK_FALSE(table.arena->poses().latest());
+  table.eyes_see->in_doubt.clear();
+  table.frame(0);
+  CHECK(table.arena->waiting_for().empty());
+  CHECK_FALSE(table.arena->advance_to(100ms));
+  CHECK(table.arena->clock().now() == 0us);
+}
+
+TEST_CASE("kilobot arena: while a lab waits") {
+  // Before lab time begins the eyes are kept open and the controller is served, and no lab time passes.
+  Table table("kilobot.again_s = 0");
+  table.frame(0);
+  REQUIRE(table.arena->poses().latest());
+  const int looks = table.eyes_see->looks;
+  table.cable->take();
+  table.arena->robots().command({Kind::run});
+  for (const Moment end = table.wall.now() + 3s; table.wall.now() < end; table.wall.pass(10ms)) table.arena->serve();
+  CHECK(table.eyes_see->looks == looks + 29);
+  CHECK(table.arena->clock().now() == 0us);
+  CHECK_FALSE(table.arena->poses().latest());
+  const auto heard = table.cable->take();
+  REQUIRE(heard.size() == 2);
+  CHECK(heard[0].message_type() == type_run);
+  CHECK(heard[1].type() == PacketType::stop);
+  table.frame(1);
+  CHECK(table.arena->poses().latest()->number == 1);
 }
 
 TEST_CASE("kilobot arena: camera gone and back") {
@@ -274,8 +323,11 @@ TEST_CASE("kilobot arena: overhead controller gone and back") {
 
 TEST_CASE("kilobot arena: the last word") {
   // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise
-  // repeat it for ever; a command for robots asleep is not waited for.
-  for (const bool asleep : {false, true}) {
+  // repeat it for ever; a command for robots asleep is not waited for. So it is whether somebody asks it to end or
+  // takes it away.
+  for (const auto [asleep, asked] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
+    CAPTURE(asleep);
+    CAPTURE(asked);
     Table table("kilobot.again_s = 0");
     table.frame(0);
     if (asleep) table.arena->robots().command({Kind::sleep});
@@ -284,7 +336,10 @@ TEST_CASE("kilobot arena: the last word") {
     table.say(1);
     table.arena->robots().command({Kind::pause});
     const Moment end = table.wall.now();
+    if (asked) hal::end(*table.arena, table.wall);
+    const Moment ended = table.wall.now();
     table.arena.reset();
+    if (asked) CHECK(table.wall.now() == ended);
     REQUIRE(table.cable->heard.size() == 2);
     CHECK(table.cable->heard[0].message_type() == type_wakeup);
     CHECK(table.cable->heard[1].type() == PacketType::stop);
@@ -303,15 +358,16 @@ TEST_CASE("kilobot arena: through a serial device") {
   eyes_see->robots = {0, 1, 2, 3};
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
-  arena = make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(eyes_see));
-  arena->advance_to(0us);
+  const ArenaSettings settings = read_arena_settings(section(keys), "roark");
+  arena = make_kilobot_arena(settings, std::make_unique<FakeWatch>(eyes_see), open_wire(settings.port));
+  hal::advance(*arena, 0us);
   for (int n = 1; n <= 4; ++n) {
     std::vector<hal::ToRobot> messages;
     for (hal::RobotId robot = 0; robot < 4; ++robot) messages.push_back({robot, 0, 2, static_cast<std::uint16_t>(n)});
     arena->robots().offer(messages);
-    arena->advance_to(n * 100ms);
+    hal::advance(*arena, n * 100ms);
   }
-  const hal::Airtime airtime = arena->robots().offer({});
+  const hal::Airtime airtime = arena->robots().airtime();
   arena.reset();
   PacketEar ear;
   const auto heard = ear.hear(terminal.read());
@@ -325,18 +381,20 @@ TEST_CASE("kilobot arena: through a serial device") {
 }
 
 TEST_CASE("kilobot arena: configuration") {
-  // A port that is missing or not there, and ids that cannot be, are refused with file, line and key.
+  // A port that is missing and ids that cannot be are refused with file, line and key, a port that is not there by
+  // name.
   const auto complaint = [](const std::string& keys) -> std::string {
     try {
-      make_kilobot_arena(section(keys), "roark", std::make_unique<FakeWatch>(std::make_shared<FakeTable>()));
-    } catch (const hal::ConfigError& error) {
+      const ArenaSettings settings = read_arena_settings(section(keys), "roark");
+      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTable>()),
+                         open_wire(settings.port));
+    } catch (const std::runtime_error& error) {
       return error.what();
     }
     return "";
   };
   CHECK(holds(complaint(""), "port"));
-  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""),
-              "lab.toml:3: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "there is no serial port /dev/ttyNONE7"));
   CHECK(holds(complaint("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
   const PseudoTerminal terminal;
   const std::string port = "kilobot.port = \"" + terminal.port() + "\"\n";

@@ -1,6 +1,7 @@
 // The overhead controller: packing, order, airtime.
 #include "hal/platforms/kilobot/message_board.hpp"
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/host/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
@@ -10,7 +11,7 @@ namespace {
 using hal::kilobot::MessageBoard;
 
 hal::ArenaInfo info_of(int robots) {
-  hal::ArenaInfo info;
+  hal::ArenaInfo info{hal::kilobot::model};
   for (int i = 0; i < robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
   return info;
 }
@@ -58,16 +59,18 @@ TEST_CASE("newest wins, in a fair round") {
   MessageBoard controller(info, counters);
   std::vector<hal::ToRobot> all;
   for (hal::RobotId id = 0; id < 7; ++id) all.push_back({id, 0, 1, 10});
-  CHECK(controller.offer(all).waiting == 7);
+  controller.offer(all);
+  CHECK(controller.airtime().waiting == 7);
   CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, {1, 1, 10}, {2, 1, 10}});
-  const hal::Airtime air = controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 11}, {4, 0, 1, 11}, {4, 0, 2, 12}});
+  controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 11}, {4, 0, 1, 11}, {4, 0, 2, 12}});
+  const hal::Airtime air = controller.airtime();
   CHECK(air.replaced == 2);
   CHECK(air.sent == 3);
   CHECK(adds_up(air));
   CHECK(blocks(*controller.next()) == std::vector<Block>{{3, 1, 10}, {4, 2, 12}, {5, 1, 10}});
   CHECK(blocks(*controller.next()) == std::vector<Block>{{6, 1, 10}, {0, 1, 11}, filler});
   CHECK_FALSE(controller.next());
-  CHECK(adds_up(controller.offer({})));
+  CHECK(adds_up(controller.airtime()));
 }
 
 TEST_CASE("slots") {
@@ -88,8 +91,8 @@ TEST_CASE("limits") {
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
   MessageBoard controller(info, counters);
-  const hal::Airtime air =
-      controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
+  controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
+  const hal::Airtime air = controller.airtime();
   CHECK(air.refused == 3);
   CHECK(air.waiting == 1);
   CHECK(adds_up(air));
@@ -100,6 +103,21 @@ TEST_CASE("limits") {
   CHECK(counters["fleet_command.refused.type"] == 1);
   for (int k = 0; k < 1000; ++k) controller.command({.kind = hal::FleetCommand::Kind::run});
   CHECK(counters["fleet_command.refused.too_many"] == 744);
+}
+
+TEST_CASE("commands that a platform does not carry") {
+  // Each is refused by its name and takes no airtime.
+  hal::ArenaInfo info = info_of(2);
+  info.commands = {hal::FleetCommand::Kind::run};
+  hal::Counters counters;
+  MessageBoard controller(info, counters);
+  controller.command({.kind = hal::FleetCommand::Kind::sleep});
+  controller.command(broadcast(120, {1}));
+  CHECK(counters["fleet_command.refused.sleep"] == 1);
+  CHECK(counters["fleet_command.refused.broadcast"] == 1);
+  CHECK_FALSE(controller.has_waiting());
+  controller.command({.kind = hal::FleetCommand::Kind::run});
+  CHECK(controller.has_waiting());
 }
 
 TEST_CASE("fleet commands go first") {
@@ -134,7 +152,7 @@ TEST_CASE("airtime") {
       {109'999, 0}, {110'000, 3}, {164'999, 3}, {165'000, 6}, {1'924'999, 99}, {1'925'000, 100}, {5'000'000, 100}};
   for (const auto& [us, sent] : expected) {
     arena->advance_to(hal::LabTime{us});
-    const hal::Airtime air = arena->robots().offer({});
+    const hal::Airtime air = arena->robots().airtime();
     CHECK(air.sent == sent);
     CHECK(air.waiting == 100 - sent);
     CHECK(adds_up(air));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 
@@ -37,7 +38,7 @@ struct OverheadBench {
   }
 
   hal::kilobot::OverheadSettings settings;
-  hal::ArenaInfo info;
+  hal::ArenaInfo info{hal::kilobot::model};
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
   hal::kilobot::SerialLine line{std::make_unique<FakeWire>(cable), counters};

@@ -276,7 +276,7 @@ TEST_CASE("overhead controller: doubtful robots") {
   for (const auto& one : later)
     for (const hal::RobotId robot : robots_of(one.packet)) CHECK((robot == 1 || robot == 3 || robot == 5));
   CHECK(bench.counters["to_robots.withheld.doubtful"] == 4);
-  const hal::Airtime airtime = bench.controller.offer({});
+  const hal::Airtime airtime = bench.controller.airtime();
   CHECK(airtime.offered == 10);
   CHECK(airtime.sent == 6);
   CHECK(airtime.not_sent == 4);
@@ -317,7 +317,7 @@ TEST_CASE("overhead controller: unplugged for long") {
   CHECK(bench.counters["to_robots.expired"] > 0);
   CHECK(bench.counters["overhead.line_lost"] == 1);
   bench.controller.command({Kind::voltage});
-  CHECK(bench.controller.offer({}).waiting <= 1);
+  CHECK(bench.controller.airtime().waiting <= 1);
   bench.cable->plugged = true;
   bench.run(6s);
   const auto heard = bench.cable->take();
@@ -327,7 +327,7 @@ TEST_CASE("overhead controller: unplugged for long") {
   CHECK(heard[1].message_type() == type_voltage);
   CHECK(heard.size() <= 4);
   for (const auto& one : heard) CHECK(one.message_type() != type_run);
-  const hal::Airtime airtime = bench.controller.offer({});
+  const hal::Airtime airtime = bench.controller.airtime();
   CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.not_sent + airtime.waiting);
 }
 

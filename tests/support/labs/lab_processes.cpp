@@ -1,4 +1,4 @@
-#include "tests/support/processes/lab_processes.hpp"
+#include "tests/support/labs/lab_processes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lab/world_message.hpp"
-#include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/labs/dhtf_configs.hpp"
 
 namespace arkmesh::tests {
 

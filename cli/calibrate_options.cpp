@@ -1,0 +1,112 @@
+#include "cli/calibrate_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+namespace arkmesh::cli {
+namespace {
+
+// "7x6" or "120.5,33": two numbers above or at 0 and nothing else.
+std::pair<double, double> two_numbers(const std::string& text, char between, const std::string& option,
+                                      const std::string& example) {
+  double first = 0, second = 0;
+  char separator = 0, rest = 0;
+  if (std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest) != 3 || separator != between ||
+      !(first >= 0) || !(second >= 0))
+    throw CLI::ValidationError(option, fmt::format("{} is not of the form {}", text, example));
+  return {first, second};
+}
+
+}  // namespace
+
+void CalibrateOptions::add_to(CLI::App& command) {
+  command.add_option("PICTURES", pictures, "Pictures of a chessboard, at different slants, all over the camera's view")
+      ->check(CLI::ExistingFile);
+  command.add_option("--board", board, "Inner corners of the chessboard, columns x rows")->capture_default_str();
+  command.add_option("--square-mm", square_mm, "Side of one of its squares")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command.add_option("--arena", arena, "Width x height of the arena in metres, along x (east) and y (north)")
+      ->capture_default_str();
+  command.add_option("--corner", corners,
+                     "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
+  command
+      .add_option("--corners", corner_picture,
+                  "A picture of the whole table; without --corner its corners are looked for, the upper left "
+                  "one being north-west")
+      ->check(CLI::ExistingFile);
+  command
+      .add_option("--mark", marks,
+                  "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
+                  "east, y north of the "
+                  "arena's middle); "
+                  "four times or more, spread over the view, for a camera that does not see all four corners")
+      ->excludes("--corner");
+  command.add_option("--name", name, "The camera's name in the file")->capture_default_str();
+  command.add_option("--png", png, "Draw the arena over the picture of the table, to see whether it fits");
+  command.add_option("--out", out, "The calibration file (.yaml); other cameras in it are kept")->required();
+  auto* ark = command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
+  command.add_option("--camera-height", camera_height_m, "Metres of ARK's cameras above the table")
+      ->check(CLI::Range(0.1, 50.0))
+      ->needs(ark)
+      ->capture_default_str();
+  command.add_option("--size", size, "Pictures of ARK's cameras, width x height in pixels")
+      ->needs(ark)
+      ->capture_default_str();
+}
+
+std::pair<double, double> CalibrateOptions::arena_sides_m() const {
+  const auto sides = two_numbers(arena, 'x', "--arena", "1x1 (metres)");
+  if (!(sides.first > 0 && sides.second > 0 && sides.first <= 100 && sides.second <= 100))
+    throw CLI::ValidationError("--arena", "the sides must be above 0 and at most 100 m");
+  return sides;
+}
+
+tracker::ChessboardSize CalibrateOptions::chessboard() const {
+  const auto [columns, rows] = two_numbers(board, 'x', "--board", "7x6 (inner corners)");
+  if (columns < 3 || rows < 3 || columns > 50 || rows > 50 || columns != static_cast<int>(columns) ||
+      rows != static_cast<int>(rows))
+    throw CLI::ValidationError("--board", "a chessboard has 3 to 50 inner corners along each side");
+  return {static_cast<int>(columns), static_cast<int>(rows), square_mm};
+}
+
+std::pair<int, int> CalibrateOptions::ark_picture_px() const {
+  const auto [width_px, height_px] = two_numbers(size, 'x', "--size", "2048x1536 (pixels)");
+  if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
+    throw CLI::ValidationError("--size", "that is no camera's picture");
+  return {static_cast<int>(width_px), static_cast<int>(height_px)};
+}
+
+std::vector<tracker::Point> CalibrateOptions::given_corners() const {
+  std::vector<tracker::Point> out;
+  for (const std::string& text : this->corners) {
+    const auto [x, y] = two_numbers(text, ',', "--corner", "120.5,33 (pixels)");
+    out.push_back({x, y});
+  }
+  return out;
+}
+
+// "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
+std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
+  std::vector<tracker::Mark> marks;
+  for (const std::string& text : this->marks) {
+    tracker::Mark mark;
+    char rest = 0;
+    const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
+                                 &mark.in_arena.x, &mark.in_arena.y, &rest);
+    const double numbers[] = {mark.in_pixels.x, mark.in_pixels.y, mark.in_arena.x, mark.in_arena.y};
+    if (read != 4 ||
+        !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
+      throw CLI::ValidationError(
+          "--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+    marks.push_back(mark);
+  }
+  return marks;
+}
+
+}  // namespace arkmesh::cli

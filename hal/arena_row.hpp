@@ -1,0 +1,38 @@
+// How a configuration becomes an arena: each kind of arena offers a row beside its own sources, app/arenas.cpp lists
+// them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/bus.hpp"
+#include "hal/config.hpp"
+
+namespace arkmesh::hal {
+
+// Who wants an arena, and what for.
+struct ArenaRequest {
+  RobotModel robot;        // what robots are in an arena that only stands for others
+  std::string lab;         // its name
+  std::uint64_t seed = 1;  // of the arena's random streams
+  LabTime run_length{0};   // at least so much lab time will be asked for
+  Bus* bus = nullptr;  // what it carries may be drawn over cameras' pictures; null: nobody watches. Outlives the arena
+  std::filesystem::path directory;  // for videos
+  bool set_up = false;              // for a set-up procedure, which finds out itself who is who
+  std::string program;  // what simulated robots run then: the name of a file in kilolib/programs, or nothing
+};
+
+struct ArenaRow {
+  enum class Robots : std::uint8_t { none, simulated, real };  // whom a set-up procedure may talk to
+  std::string name;                                            // what arena.use calls it
+  std::vector<std::string> sections;                           // the [arena.NAME]s that it reads
+  Robots robots;
+  // Throws ConfigError.
+  std::unique_ptr<Arena> (*make)(const Section& arena, const ArenaRequest& request);
+};
+
+}  // namespace arkmesh::hal

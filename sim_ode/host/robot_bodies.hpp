@@ -1,0 +1,58 @@
+// What robots are besides their programs: motors, LED, sensors, battery, and the EEPROM that keeps their values.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/random.hpp"
+#include "sim_ode/host/firmware.hpp"
+#include "sim_ode/host/led_lights.hpp"
+#include "sim_ode/motors.hpp"
+
+namespace arkmesh::sim_ode {
+
+// Readings are 0..1023.
+struct RobotSensors {
+  std::function<std::int16_t(int robot)> light;  // empty: dark
+  // Whether a message arrives at lab time at_us; programs read -1 then. Empty: never.
+  std::function<bool(int robot, std::int64_t at_us)> receiving;
+};
+
+class RobotBodies {
+ public:
+  // `motors` and `leds` outlive the bodies. Robots' ids are 0, 1, 2, ... unless `ids` holds others.
+  RobotBodies(int robots, Motors& motors, LedLights& leds, RobotSensors sensors, const std::string& lab,
+              std::uint64_t seed, const std::vector<std::uint16_t>& ids);
+
+  // What the EEPROM holds.
+  RobotValues values(int robot) const { return {uid_[index(robot)], motors_.calibration(robot)}; }
+
+  // What a command does, `us` after the start of the present tick. `values` are those in the robot's memory.
+  void apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us);
+  void drive(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us) { motors_.set(robot, left, right, us); }
+  void show(int robot, std::uint8_t colour, std::int64_t us) { leds_.set(robot, colour, us); }
+  // Dark and still.
+  void stop(int robot);
+
+  // Whether a message arrives at lab time at_us: no sensor can be read then.
+  bool receives(int robot, std::int64_t at_us) const { return sensors_.receiving && sensors_.receiving(robot, at_us); }
+  std::int16_t light(int robot) const { return sensors_.light ? sensors_.light(robot) : std::int16_t{0}; }
+  std::int16_t voltage(int robot) const { return voltage_[index(robot)]; }
+  std::int16_t temperature(int robot) const { return temperature_[index(robot)]; }
+  std::uint8_t random_byte(int robot) { return static_cast<std::uint8_t>(hard_random_[index(robot)].next()); }
+
+ private:
+  static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
+
+  Motors& motors_;
+  LedLights& leds_;
+  RobotSensors sensors_;
+  std::vector<std::uint16_t> uid_;
+  std::vector<std::int16_t> voltage_, temperature_;  // by robot
+  std::vector<hal::RandomStream> hard_random_;
+};
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,415 @@
+// The walk runs on worker stacks: when a program waits past the end of a tick, its stack stays with it and the walk
+// goes on with another; when it is due, the walk moves onto that stack and goes on from there.
+#include "sim_ode/host/turns.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include "sim_ode/host/distance_readings.hpp"
+#include "sim_ode/host/robot_services.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+constexpr int most_busy_ticks = 244;  // 8 s in which a program calls nothing: it never returns
+constexpr std::uint32_t timer_count_us = 128;
+
+void call(void (*function)(void)) {
+  FaultGuard::enter_program();
+  function();
+  FaultGuard::leave_program();
+}
+
+RobotValues values_in(const arkmesh_program& abi) {
+  return {*abi.uid, {*abi.turn_left, *abi.turn_right, *abi.straight_left, *abi.straight_right}};
+}
+
+}  // namespace
+
+Turns* Turns::running_ = nullptr;
+
+Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
+             std::vector<RobotClock> clocks, bool clocks_differ, ProgramText* text)
+    : abi_(program),
+      memory_(memory),
+      bodies_(bodies),
+      guard_(guard),
+      text_(text),
+      count_(static_cast<int>(clocks.size())),
+      cells_(clocks.size()),
+      loaders_(clocks.size()),
+      clocks_(std::move(clocks)),
+      clocks_differ_(clocks_differ) {
+  *abi_.host = RobotServices::all(text != nullptr);
+}
+
+void Turns::write_values(const RobotValues& values) {
+  *abi_.uid = values.uid;
+  *abi_.turn_left = values.duties.turn_left;
+  *abi_.turn_right = values.duties.turn_right;
+  *abi_.straight_left = values.duties.straight_left;
+  *abi_.straight_right = values.duties.straight_right;
+}
+
+Fault Turns::boot(int robot) {
+  memory_.start_anew();
+  write_values(bodies_.values(robot));
+  std::copy(high_gain_table.begin(), high_gain_table.end(), abi_.irhigh);
+  std::copy(low_gain_table.begin(), low_gain_table.end(), abi_.irlow);
+  cells_[index(robot)] = {};
+  bodies_.stop(robot);
+  robot_ = robot;
+  cursor_us_ = 0;
+  booting_ = true;
+  running_ = this;
+  Fault fault = guard_.run(
+      [](void* self) {
+        FaultGuard::enter_program();
+        static_cast<Turns*>(self)->abi_.main();
+        FaultGuard::leave_program();
+      },
+      this);
+  booting_ = false;
+  memory_.copy_out(robot);
+  return fault;
+}
+
+void Turns::switch_off(int robot) {
+  forget_program(cells_[index(robot)]);
+  cells_[index(robot)] = {};
+  cells_[index(robot)].firmware = Firmware(Firmware::State::off);
+  bodies_.stop(robot);
+}
+
+// Whatever its program was doing.
+void Turns::forget_program(Cell& cell) {
+  if (!cell.context) return;
+  stacks_.give(cell.stack);
+  --waiting_;
+  cell.context = nullptr;
+}
+
+Fault Turns::walk(std::int64_t number, const Inbox& inbox) {
+  tick_ = number;
+  inbox_ = &inbox;
+  offers_.clear();
+  resets_.clear();
+  robot_ = 0;
+  phase_ = Phase::enter;
+  next_infrared_ = 0;
+  running_ = this;
+  Fault fault = guard_.run(
+      [](void* self) {
+        Turns& turns = *static_cast<Turns*>(self);
+        if (!turns.worker_) turns.worker_ = turns.new_worker();
+        turns.save_to_ = &turns.scheduler_;
+        turns.worker_ = switch_to(turns.worker_, turns.stack_->bounds(), self);
+      },
+      this);
+  if (fault.kind != Fault::Kind::none) {
+    leaving_for(scheduler_stack_);
+    arrived();
+  }
+  return fault;
+}
+
+Fault Turns::send(const Outcome& outcome, Reply& reply) {
+  if (!cells_[index(outcome.robot)].firmware.runs()) return {};  // no longer, since it backed off
+  outcome_ = outcome;
+  reply_ = &reply;
+  robot_ = outcome.robot;
+  running_ = this;
+  memory_.copy_in(robot_);
+  Fault fault = guard_.run([](void* self) { static_cast<Turns*>(self)->ask_for_message(); }, this);
+  memory_.copy_out(robot_);
+  return fault;
+}
+
+// As in the robot's timer interrupt: the message, then what the library does about the channel.
+void Turns::ask_for_message() {
+  call_back([this] {
+    const void* const message = (*abi_.tx)();
+    if (!message) return;
+    std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
+    if (!outcome_.free) {
+      reply_->back_off_us = abi_.back_off() * timer_count_us;
+      return;
+    }
+    if (*abi_.tx_success) (*abi_.tx_success)();
+    cells_[index(robot_)].firmware.has_sent();
+  });
+}
+
+// Program code that runs in an interrupt.
+template <class Call>
+void Turns::call_back(Call call) {
+  in_callback_ = true;
+  callback_busy_ = 0;
+  FaultGuard::enter_program();
+  call();
+  FaultGuard::leave_program();
+  in_callback_ = false;
+}
+
+// Moves the walk onto a fresh stack; its worker starts when somebody switches to the context returned.
+void* Turns::new_worker() {
+  namespace context = boost::context::detail;
+  stack_ = stacks_.take();
+  return context::make_fcontext(stack_->top, stack_->bytes, [](context::transfer_t from) {
+    auto* const turns = static_cast<Turns*>(from.data);
+    const StackBounds left = arrived();
+    if (turns->save_to_ == &turns->scheduler_) turns->scheduler_stack_ = left;
+    *turns->save_to_ = from.fctx;
+    turns->worker();
+  });
+}
+
+// A worker's life: a walk, or what is left of one, per tick. Never returns.
+void Turns::worker() {
+  for (;;) {
+    walk_on();
+    void* const from = switch_to(scheduler_, scheduler_stack_, nullptr);
+    *save_to_ = from;
+  }
+}
+
+// From the present robot's present phase to the end of the tick.
+void Turns::walk_on() {
+  for (;;) {
+    switch (phase_) {
+      case Phase::enter:
+        if (robot_ == count_) return;
+        if (!enter()) {
+          ++robot_;
+          break;
+        }
+        phase_ = Phase::messages;
+        [[fallthrough]];
+      case Phase::messages:
+        if (deliver_next()) {
+          // a robot runs loop thousands of times in a tick, so it sees each message by itself
+          const Cell& cell = cells_[index(robot_)];
+          if (cell.firmware.runs() && cell.firmware.has_setup() && !cell.context) run_program();
+          break;
+        }
+        phase_ = Phase::tick;
+        [[fallthrough]];
+      case Phase::tick: {
+        const Cell& cell = cells_[index(robot_)];
+        if (cell.firmware.resets()) {
+          phase_ = Phase::leave;
+          break;
+        }
+        *abi_.ticks = *abi_.ticks + beats_;
+        phase_ = Phase::run;
+        ran_ = false;
+        if (cell.context) {
+          if (cell.wake_us < (tick_ + 1) * tick_us) resume();
+          phase_ = Phase::leave;
+          break;
+        }
+        [[fallthrough]];
+      }
+      case Phase::run: {
+        const Cell& cell = cells_[index(robot_)];
+        // again in the same tick after a delay that did not last to its end
+        if (cell.firmware.runs() && !cell.context && (!ran_ || (delayed_ && cursor_us_ < tick_us))) {
+          run_program();
+          break;
+        }
+        phase_ = Phase::leave;
+        [[fallthrough]];
+      }
+      case Phase::leave:
+        leave();
+        ++robot_;
+        phase_ = Phase::enter;
+        break;
+    }
+  }
+}
+
+// False when the robot's clock stands still in this tick.
+bool Turns::enter() {
+  Cell& cell = cells_[index(robot_)];
+  if (cell.firmware.state() == Firmware::State::off) return false;
+  cursor_us_ = 0;
+  next_overhead_ = 0;
+  if (clocks_differ_) beats_ = clocks_[index(robot_)].next_tick();
+  while (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot < robot_) ++next_infrared_;
+  past_infrared_ = next_infrared_;
+  while (past_infrared_ < inbox_->infrared.size() && inbox_->infrared[past_infrared_].robot == robot_) ++past_infrared_;
+
+  if (cell.firmware.sleeps() && !cell.context) {
+    // what the controller says is repeated until somebody wakes to hear it
+    if (!repeats_) cell.firmware.say_asleep(0);
+    for (const Inbox::Overhead& heard : inbox_->overhead)
+      if (heard.message.type > 127 && (repeats_ || heard.reaches(robot_))) cell.firmware.say_asleep(heard.message.type);
+    Message command;
+    command.type = cell.firmware.wake(tick_);
+    if (command.type == 0) return false;
+    memory_.copy_in(robot_);
+    hear(command);
+    next_overhead_ = inbox_->overhead.size();
+    next_infrared_ = past_infrared_;
+    return true;
+  }
+  if (cell.frozen_us > 0) {
+    if (cell.frozen_us >= tick_us) {
+      cell.frozen_us -= tick_us;
+      return false;
+    }
+    cursor_us_ = std::exchange(cell.frozen_us, 0);
+  }
+  memory_.copy_in(robot_);
+  if (robot_ + 1 < count_) memory_.fetch(robot_ + 1);
+  return true;
+}
+
+// Delivers the oldest message that the robot has not had yet. False when there is none.
+bool Turns::deliver_next() {
+  while (next_overhead_ < inbox_->overhead.size() && !inbox_->overhead[next_overhead_].reaches(robot_))
+    ++next_overhead_;
+  const bool overhead = next_overhead_ < inbox_->overhead.size(), infrared = next_infrared_ < past_infrared_;
+  const Firmware& firmware = cells_[index(robot_)].firmware;
+  if ((!overhead && !infrared) || firmware.resets()) return false;
+
+  const Message* message;
+  std::int16_t low = 0, high = 0;
+  if (infrared && (!overhead || inbox_->infrared[next_infrared_].at_us < inbox_->overhead[next_overhead_].at_us)) {
+    const Reception& reception = inbox_->infrared[next_infrared_++];
+    message = &reception.message;
+    low = reception.low_gain;
+    high = reception.high_gain;
+  } else {
+    message = &inbox_->overhead[next_overhead_++].message;
+  }
+
+  // one buffer for all messages, as on the robot
+  std::memcpy(abi_.rx_message, message, sizeof *message);
+  abi_.rx_distance[0] = low;
+  abi_.rx_distance[1] = high;
+  if (message->type > 127 || firmware.state() == Firmware::State::loader)
+    hear(*message);
+  else if (*abi_.rx)
+    call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+  return true;
+}
+
+void Turns::hear(const Message& command) {
+  Cell& cell = cells_[index(robot_)];
+  RobotValues values = values_in(abi_);
+  const Effects effects = cell.firmware.hear(command, tick_, values, loaders_[index(robot_)]);
+  write_values(values);
+  bodies_.apply(robot_, effects, values, cursor_us_);
+  if (!cell.firmware.resets()) return;
+  // main() runs after all robots' turns
+  forget_program(cell);
+  resets_.push_back(robot_);
+}
+
+void Turns::leave() {
+  const std::size_t i = index(robot_);
+  Cell& cell = cells_[i];
+  if (!cell.context)
+    if (const auto colour = cell.firmware.show(bodies_.voltage(robot_)))
+      bodies_.show(robot_, *colour, std::min(cursor_us_, tick_us - 1));
+  cell.firmware.count(beats_);
+  const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
+  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period)) offers_.push_back({robot_, clocks_[i].at_us});
+  memory_.copy_out(robot_);
+}
+
+// Calls setup() or loop() once. May return many ticks later, on the same stack.
+void Turns::run_program() {
+  ran_ = true;
+  delayed_ = false;
+  cells_[index(robot_)].busy_ticks = 0;
+  *abi_.reads = *abi_.blocks = 0;
+  if (cells_[index(robot_)].firmware.has_setup()) {
+    call(*abi_.loop);
+    return;
+  }
+  call(*abi_.setup);
+  Firmware& firmware = cells_[index(robot_)].firmware;
+  firmware.setup_is_done();
+  // loop follows at once
+  if (firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+}
+
+// The program has computed for a tick: it gets the rest of its time in the next one. It hangs when it has done nothing
+// else for long and nothing can interrupt it: it has no callbacks, or runs in one.
+void Turns::busy_at(const void* from, bool wakeable) {
+  if (booting_) return;
+  if (in_callback_) return busy_in_callback(from);
+  Cell& cell = cells_[index(robot_)];
+  if (wakeable || *abi_.reads > 0) cell.busy_ticks = 0;
+  if (++cell.busy_ticks > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+  wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
+}
+
+void Turns::busy_in_callback(const void* from) {
+  if (++callback_busy_ > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+}
+
+// The program has read the clock or a sensor so often that it waits for a change; in a callback the clock stands still.
+void Turns::wait_for_tick(const void* from) {
+  if (booting_) {
+    // main() waits before kilo_start(): power-up lies before lab time 0
+    *abi_.ticks = *abi_.ticks + 1;
+    return;
+  }
+  if (in_callback_) return busy_in_callback(from);
+  wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
+}
+
+// The program whose turn it is lets `us` pass. Returns when they have.
+void Turns::wait(std::int64_t us) {
+  if (us == 0 || booting_) return;
+  if (in_callback_) {
+    // interrupts are off: the robot stands still as a whole
+    cells_[index(robot_)].frozen_us += us;
+    return;
+  }
+  FaultGuard::note_progress();
+  cursor_us_ += us;
+  delayed_ = true;
+  if (cursor_us_ < tick_us) return;
+
+  // leave this stack to the robot; another worker goes on with the walk, at this robot's next phase
+  Cell& cell = cells_[index(robot_)];
+  cell.wake_us = tick_ * tick_us + cursor_us_;
+  cell.stack = stack_;
+  cursor_us_ = tick_us;
+  ++waiting_;
+  FaultGuard::leave_program();
+  void* fresh;
+  try {
+    fresh = new_worker();
+  } catch (const std::bad_alloc&) {
+    FaultGuard::leave(Fault::Kind::gave_up,
+                      "waits in delay(), but the system has no memory for one more waiting program");
+  }
+  save_to_ = &cell.context;
+  void* const from = switch_to(fresh, stack_->bounds(), this);
+  *save_to_ = from;
+  *abi_.reads = 0;
+  FaultGuard::enter_program();
+}
+
+// Moves the walk onto the stack of the robot whose turn it is. Does not return: the walk goes on from there.
+void Turns::resume() {
+  Cell& cell = cells_[index(robot_)];
+  cursor_us_ = cell.wake_us - tick_ * tick_us;
+  ran_ = delayed_ = true;
+  --waiting_;
+  stacks_.give(stack_);
+  stack_ = std::exchange(cell.stack, nullptr);
+  save_to_ = &scrap_;
+  switch_to(std::exchange(cell.context, nullptr), stack_->bounds(), this);
+  __builtin_unreachable();
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,24 @@
+// What `arkmesh calibrate` shows people of a camera's calibration, and the file that holds those of a table.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "tracker/calibration.hpp"
+
+namespace arkmesh::testbed {
+
+// The arena's outline and a grid of tenths over the picture, so that one sees whether it lies on the table.
+void draw_arena(cv::Mat& picture, const tracker::CameraData& camera);
+
+// Whether robots are large enough in the picture is what people can still change. Nothing where the camera does not
+// look.
+std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker::Point at);
+
+// Adds the camera to those of the file, or takes the place of its namesake. Returns how many it holds then. Throws
+// std::runtime_error with one sentence.
+std::size_t put_into(const std::filesystem::path& file, const std::string& name, const tracker::CameraData& camera);
+
+}  // namespace arkmesh::testbed

@@ -1,0 +1,35 @@
+#include "testbed/kilobot_row.hpp"
+
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "testbed/kilobot_settings.hpp"
+#include "testbed/table_watch.hpp"
+#include "testbed/table_window.hpp"
+#include "testbed/tracks.hpp"
+
+namespace arkmesh::testbed {
+namespace {
+
+std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequest& request) {
+  const hal::Section kilobot = arena.section("kilobot");
+  const KilobotSettings settings = read_kilobot_settings(arena, request.lab);
+  auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
+  UnnamedTracks* const tracks = names.get();
+  auto eyes =
+      make_table_watch(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
+  std::unique_ptr<hal::kilobot::Wire> wire;
+  try {
+    wire = hal::kilobot::open_wire(settings.arena.port);
+  } catch (const hal::kilobot::PortError& error) {
+    kilobot.refuse("port", error.what());
+  }
+  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(wire));
+  return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
+}
+
+}  // namespace
+
+hal::ArenaRow kilobot_arena_row() {
+  return {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, make};
+}
+
+}  // namespace arkmesh::testbed

@@ -1,0 +1,10 @@
+// arena.use = "kilobot": the row of a table of real Kilobots.
+#pragma once
+
+#include "hal/arena_row.hpp"
+
+namespace arkmesh::testbed {
+
+hal::ArenaRow kilobot_arena_row();
+
+}  // namespace arkmesh::testbed

@@ -1,0 +1,52 @@
+// What a lab's file says of its table of Kilobots, [arena.kilobot], read once for everybody.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/config.hpp"
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "tracker/calibration.hpp"
+#include "tracker/table_tracker.hpp"
+
+namespace arkmesh::testbed {
+
+// One of [[arena.kilobot.cameras]].
+struct CameraSettings {
+  std::string source;                 // required: a number, /dev/video..., or URL
+  std::filesystem::path calibration;  // required: a file of `arkmesh calibrate`
+  std::string name;                   // camera: its name there, when the file holds several
+};
+
+// Live pictures for browsers on this machine, and videos.
+struct WindowSettings {
+  bool open = true;         // window
+  std::uint16_t port = 0;   // window_port; 0: any free one
+  bool keep_video = false;  // video: one for each camera
+};
+
+struct KilobotSettings {
+  WindowSettings window;
+  tracker::TableSettings tracking;  // led_offset_deg (44: driving direction minus LED direction, counter-clockwise),
+                                    // board_height_m (0.0217)
+  bool known_to_ark = false;  // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
+  std::vector<CameraSettings> cameras;             // one to four
+  std::vector<tracker::Calibration> calibrations;  // of each camera, for an arena of this size
+  hal::kilobot::ArenaSettings arena;               // ids, the overhead controller, and what the beginning puts up with
+};
+
+// Throws ConfigError, also for a calibration that is not there. Of an emulated testbed, which has so many cameras and
+// an overhead controller of its own, the file's cameras must be as many and no port is read.
+KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::string& lab,
+                                      std::optional<std::size_t> emulated_cameras = {});
+
+// The cameras that are named, whether or not their calibration is there. Throws ConfigError.
+std::vector<CameraSettings> read_cameras(const hal::Section& kilobot);
+
+// The calibration of camera `number` of `all`. Throws std::runtime_error with one sentence.
+tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all);
+
+}  // namespace arkmesh::testbed

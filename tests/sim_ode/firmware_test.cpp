@@ -1,0 +1,190 @@
+// The firmware's states, without a program: a command in, what it does out.
+#include "sim_ode/host/firmware.hpp"
+
+#include <doctest/doctest.h>
+
+#include <initializer_list>
+
+namespace arkmesh::sim_ode {
+namespace {
+
+using State = Firmware::State;
+using Outputs = Effects::Outputs;
+
+struct Robot {
+  Firmware firmware;
+  RobotValues values{.uid = 0b101, .duties = {71, 72, 61, 62}};
+  BootLoader loader;
+  std::int64_t tick = 1;
+
+  Effects hear(std::uint8_t type, std::initializer_list<int> data = {}) {
+    Message command;
+    command.type = type;
+    std::size_t k = 0;
+    for (int byte : data) command.data[k++] = static_cast<std::uint8_t>(byte);
+    return firmware.hear(command, tick, values, loader);
+  }
+  static Robot in(State state) {
+    Robot out;
+    out.firmware = Firmware(state);
+    return out;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("firmware: commands that lead to a state") {
+  // From every state in which a program or nothing runs, each command leads to its state; all but RUN cut the motors.
+  const std::pair<std::uint8_t, State> leads[] = {{type_run, State::running},     {type_wakeup, State::idle},
+                                                  {type_charge, State::charging}, {type_voltage, State::battery},
+                                                  {type_sleep, State::sleeping},  {type_boot, State::loader}};
+  for (State from : {State::idle, State::running, State::battery, State::charging, State::moving})
+    for (const auto& [type, to] : leads) {
+      CAPTURE(static_cast<int>(from));
+      CAPTURE(static_cast<int>(type));
+      Robot robot = Robot::in(from);
+      const Effects effects = robot.hear(type);
+      CHECK(robot.firmware.state() == to);
+      CHECK_FALSE(effects.duties);
+      CHECK_FALSE(effects.save);
+      if (type != type_run)
+        CHECK(effects.outputs == Outputs::cut);
+      else
+        CHECK(effects.outputs == (from == State::running ? Outputs::keep : Outputs::connect));
+    }
+}
+
+TEST_CASE("firmware: run, pause, run") {
+  // setup is due once; a pause keeps it done.
+  Robot robot;
+  CHECK_FALSE(robot.firmware.runs());
+  robot.hear(type_run);
+  CHECK(robot.firmware.runs());
+  CHECK_FALSE(robot.firmware.has_setup());
+  robot.firmware.setup_is_done();
+  robot.hear(type_wakeup);
+  CHECK_FALSE(robot.firmware.runs());
+  robot.hear(type_run);
+  CHECK(robot.firmware.runs());
+  CHECK(robot.firmware.has_setup());
+}
+
+TEST_CASE("firmware: reset") {
+  // After RESET nothing runs or sends any more until power-up.
+  Robot robot;
+  robot.hear(type_run);
+  robot.firmware.count(20);
+  CHECK(robot.firmware.due(3906));
+  CHECK(robot.hear(type_reset).outputs == Outputs::cut);
+  CHECK(robot.firmware.resets());
+  CHECK_FALSE(robot.firmware.runs());
+  CHECK_FALSE(robot.firmware.due(3906));
+}
+
+TEST_CASE("firmware: unknown commands") {
+  // Types that mean nothing to it cut the motors and change nothing else.
+  for (std::uint8_t type : {std::uint8_t{139}, std::uint8_t{200}, std::uint8_t{255}}) {
+    Robot robot = Robot::in(State::running);
+    CHECK(robot.hear(type).outputs == Outputs::cut);
+    CHECK(robot.firmware.state() == State::running);
+  }
+}
+
+TEST_CASE("firmware: reading an id") {
+  // A robot turns left for a bit of its id that is 1, and stands for one that is 0 or beyond.
+  Robot robot;
+  Effects effects = robot.hear(type_read_uid, {0});
+  CHECK(robot.firmware.state() == State::moving);
+  CHECK(effects.outputs == Outputs::connect);
+  CHECK(effects.duties == Effects::Duties{71, 0});
+  CHECK(effects.colour == 0);
+  effects = robot.hear(type_read_uid, {1});
+  CHECK(effects.duties == Effects::Duties{0, 0});
+  CHECK_FALSE(effects.colour);
+  CHECK(robot.hear(type_read_uid, {2}).duties == Effects::Duties{71, 0});
+  CHECK(robot.hear(type_read_uid, {16}).duties == Effects::Duties{0, 0});
+}
+
+TEST_CASE("firmware: calibration") {
+  // Values count at once and are kept when they are saved, which a robot does only while it moves.
+  Robot robot;
+  CHECK(robot.hear(type_calibrate, {0}).save == false);
+  CHECK(robot.firmware.state() == State::idle);
+  CHECK(robot.hear(type_calibrate, {1, 0x34, 0x12}).duties == Effects::Duties{0, 0});
+  CHECK(robot.hear(type_calibrate, {2, 0, 0, 80}).duties == Effects::Duties{80, 0});
+  CHECK(robot.hear(type_calibrate, {3, 0, 0, 0, 81}).duties == Effects::Duties{0, 81});
+  CHECK(robot.hear(type_calibrate, {4, 0, 0, 0, 0, 63, 64}).duties == Effects::Duties{63, 64});
+  CHECK(robot.values.uid == 0x1234);
+  CHECK(robot.values.duties == Calibration{80, 81, 63, 64});
+  CHECK(robot.hear(type_calibrate, {9}).duties == Effects::Duties{63, 64});  // no mode: moves on
+  const Effects saved = robot.hear(type_calibrate, {0});
+  CHECK(saved.save);
+  CHECK(saved.outputs == Outputs::cut);
+  CHECK(robot.firmware.state() == State::idle);
+}
+
+TEST_CASE("firmware: sleep") {
+  // A command that was said while it slept is heard 8 s after it fell asleep or a multiple, once.
+  Robot robot;
+  robot.tick = 100;
+  robot.hear(type_sleep);
+  CHECK(robot.firmware.sleeps());
+  CHECK(robot.firmware.wake(344) == 0);  // nobody said anything
+  robot.firmware.say_asleep(type_run);
+  robot.firmware.say_asleep(type_wakeup);
+  CHECK(robot.firmware.wake(345) == 0);
+  CHECK(robot.firmware.wake(587) == 0);
+  CHECK(robot.firmware.wake(588) == type_wakeup);
+  CHECK(robot.firmware.wake(588) == 0);
+}
+
+TEST_CASE("firmware: boot loader") {
+  // In the boot loader it hears the loader's messages, shows its colour, and leaves it by a reset.
+  Robot robot;
+  robot.hear(type_boot);
+  const Effects effects = robot.hear(type_boot_page, {0});
+  CHECK(effects.outputs == Outputs::keep);
+  CHECK(effects.colour == robot.loader.colour());
+  CHECK(effects.colour != 0);
+  CHECK_FALSE(robot.firmware.resets());
+  CHECK(robot.hear(type_run).outputs == Outputs::cut);
+  CHECK(robot.firmware.resets());
+}
+
+TEST_CASE("firmware: send timer") {
+  // Due every 16 ticks while its program runs; counts on, and wraps, while it does not.
+  Robot robot;
+  robot.firmware.count(16);
+  CHECK_FALSE(robot.firmware.due(3906));
+  robot.hear(type_run);
+  CHECK(robot.firmware.due(3906));
+  robot.firmware.has_sent();
+  robot.firmware.count(15);
+  CHECK_FALSE(robot.firmware.due(3906));
+  robot.firmware.count(1);
+  CHECK(robot.firmware.due(3906));
+  robot.firmware.count(257 - 16);  // 65535
+  CHECK(robot.firmware.due(3906));
+  robot.firmware.count(1);
+  CHECK_FALSE(robot.firmware.due(3906));
+}
+
+TEST_CASE("firmware: what it shows") {
+  // Its LED changes once with the state: the battery's colour, dark, or what the program or a command says.
+  for (const auto& [voltage, colour] : {std::pair{683, 0x0C}, {682, 0x30}, {648, 0x0F}, {614, 0x03}}) {
+    Robot robot;
+    robot.hear(type_voltage);
+    CHECK(robot.firmware.show(static_cast<std::int16_t>(voltage)) == colour);
+    CHECK_FALSE(robot.firmware.show(static_cast<std::int16_t>(voltage)));
+    robot.hear(type_charge);
+    CHECK(robot.firmware.show(700) == 0);
+    robot.hear(type_run);
+    CHECK_FALSE(robot.firmware.show(700));
+    robot.hear(type_wakeup);
+    CHECK(robot.firmware.show(700) == 0);
+    robot.hear(type_read_uid);
+    CHECK_FALSE(robot.firmware.show(700));
+  }
+}
+
+}  // namespace arkmesh::sim_ode
