@@ -58,8 +58,10 @@ class Firmware {
 
   // Its timer has ticked so often.
   void count(unsigned beats) { send_clock_ = static_cast<std::uint16_t>(send_clock_ + counts_per_tick * beats); }
+  // It may send: never before setup has returned.
+  bool talks() const { return runs() && has_setup_; }
   // Its send timer is due. `period` in timer counts.
-  bool due(std::uint16_t period) const { return send_clock_ > period && runs(); }
+  bool due(std::uint16_t period) const { return send_clock_ > period && talks(); }
   void has_sent() { send_clock_ = 0; }
 
   // What its LED is to show once loop has returned; nothing when that is the program's matter or shown already. Flashes
