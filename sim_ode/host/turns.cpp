@@ -313,7 +313,7 @@ void Turns::hear(const Message& command) {
 void Turns::leave() {
   const std::size_t i = index(robot_);
   Cell& cell = cells_[i];
-  if (!cell.context)
+  if (cell.firmware.shows_another() && !cell.context)
     if (const auto colour = cell.firmware.show(bodies_.voltage(robot_)))
       bodies_.show(robot_, *colour, std::min(cursor_us_, tick_us - 1));
   cell.firmware.count(beats_);
