@@ -102,7 +102,7 @@ std::uint8_t Firmware::wake(std::int64_t tick) {
 }
 
 std::optional<std::uint8_t> Firmware::show(std::int16_t voltage) {
-  if (shown_ == state_) return std::nullopt;
+  if (!shows_another()) return std::nullopt;
   shown_ = state_;
   if (state_ == State::running || state_ == State::moving) return std::nullopt;
   if (state_ != State::battery) return std::uint8_t{0};

@@ -58,10 +58,14 @@ class Firmware {
 
   // Its timer has ticked so often.
   void count(unsigned beats) { send_clock_ = static_cast<std::uint16_t>(send_clock_ + counts_per_tick * beats); }
+  // It may send: never before setup has returned.
+  bool talks() const { return runs() && has_setup_; }
   // Its send timer is due. `period` in timer counts.
-  bool due(std::uint16_t period) const { return send_clock_ > period && runs(); }
+  bool due(std::uint16_t period) const { return send_clock_ > period && talks(); }
   void has_sent() { send_clock_ = 0; }
 
+  // Its LED shows a state that it is no longer in.
+  bool shows_another() const { return shown_ != state_; }
   // What its LED is to show once loop has returned; nothing when that is the program's matter or shown already. Flashes
   // of a millisecond are nothing to a camera. `voltage` is its battery's reading, 0..1023.
   std::optional<std::uint8_t> show(std::int16_t voltage);

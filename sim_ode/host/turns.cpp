@@ -116,7 +116,7 @@ Fault Turns::walk(std::int64_t number, const Inbox& inbox) {
 }
 
 Fault Turns::send(const Outcome& outcome, Reply& reply) {
-  if (!cells_[index(outcome.robot)].firmware.runs()) return {};  // no longer, since it backed off
+  if (!cells_[index(outcome.robot)].firmware.talks()) return {};  // no longer, since it backed off
   outcome_ = outcome;
   reply_ = &reply;
   robot_ = outcome.robot;
@@ -130,7 +130,7 @@ Fault Turns::send(const Outcome& outcome, Reply& reply) {
 // As in the robot's timer interrupt: the message, then what the library does about the channel.
 void Turns::ask_for_message() {
   call_back([this] {
-    const void* const message = (*abi_.tx)();
+    const void* const message = *abi_.tx ? (*abi_.tx)() : nullptr;
     if (!message) return;
     std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
     if (!outcome_.free) {
@@ -313,7 +313,7 @@ void Turns::hear(const Message& command) {
 void Turns::leave() {
   const std::size_t i = index(robot_);
   Cell& cell = cells_[i];
-  if (!cell.context)
+  if (cell.firmware.shows_another() && !cell.context)
     if (const auto colour = cell.firmware.show(bodies_.voltage(robot_)))
       bodies_.show(robot_, *colour, std::min(cursor_us_, tick_us - 1));
   cell.firmware.count(beats_);

@@ -73,6 +73,7 @@ TEST_CASE("firmware: reset") {
   // After RESET nothing runs or sends any more until power-up.
   Robot robot;
   robot.hear(type_run);
+  robot.firmware.setup_is_done();
   robot.firmware.count(20);
   CHECK(robot.firmware.due(3906));
   CHECK(robot.hear(type_reset).outputs == Outputs::cut);
@@ -152,11 +153,13 @@ TEST_CASE("firmware: boot loader") {
 }
 
 TEST_CASE("firmware: send timer") {
-  // Due every 16 ticks while its program runs; counts on, and wraps, while it does not.
+  // Due every 16 ticks while its loop has turns; counts on, and wraps, while it has none.
   Robot robot;
   robot.firmware.count(16);
   CHECK_FALSE(robot.firmware.due(3906));
   robot.hear(type_run);
+  CHECK_FALSE(robot.firmware.due(3906));
+  robot.firmware.setup_is_done();
   CHECK(robot.firmware.due(3906));
   robot.firmware.has_sent();
   robot.firmware.count(15);

@@ -177,6 +177,32 @@ TEST_CASE("turns: sending") {
   CHECK(one.of(0, now.asked) == 2);
 }
 
+TEST_CASE("turns: silent since it backed off") {
+  // A program may take its callback away while it waits for a free channel: it then sends nothing.
+  Robots one(1);
+  one.command(type_run);
+  one.memory.write<void* (*)()>(0, &now.tx, nullptr);
+  Reply reply;
+  CHECK(one.turns.send({.robot = 0, .free = true}, reply).kind == Fault::Kind::none);
+  CHECK_FALSE(reply.message);
+}
+
+TEST_CASE("turns: nothing is sent before setup has returned") {
+  // As on a robot, which sends only once loop has its turns: also when setup waits for long.
+  Robots one(1);
+  one.memory.write<void (*)()>(0, &now.setup, [] {
+    simulator.wait_us(5'000'000);
+    ++now.setups;
+  });
+  one.command(type_run);
+  while (one.of(0, now.setups) == 0) {
+    CHECK(one.turns.offers().empty());
+    one.walk();
+  }
+  CHECK(one.tick > 150);
+  CHECK(one.turns.offers().size() == 1);
+}
+
 TEST_CASE("turns: faults") {
   // What goes wrong in a turn is told with robot and time, wherever program code runs.
   Robots three(3);
