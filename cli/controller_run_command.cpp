@@ -13,7 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/two_numbers.hpp"
-#include "sim_ode/host/controller_swarm.hpp"
+#include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/poses_file.hpp"
 #include "sim_ode/host/robot_text.hpp"
 #include "sim_ode/host/swarm_drawing.hpp"

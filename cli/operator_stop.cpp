@@ -27,8 +27,4 @@ bool OperatorStop::stopped() {
   return wished != 0;
 }
 
-bool operator_stops() {
-  return OperatorStop().stopped();
-}
-
 }  // namespace arkmesh::cli

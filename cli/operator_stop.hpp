@@ -13,7 +13,4 @@ class OperatorStop final : public hal::StopRequest {
   bool stopped() override;
 };
 
-// The same for whoever holds no OperatorStop; begins to listen at the first call.
-bool operator_stops();
-
 }  // namespace arkmesh::cli

@@ -36,10 +36,10 @@ void print_counters(const hal::Counters& counters) {
 }
 
 // As fast as it goes: each picture and row of the truth at its exact time.
-void run_offline(emulator::Room& room, emulator::RoomRecord& record, double seconds) {
+void run_offline(emulator::Room& room, emulator::RoomRecord& record, double seconds, hal::StopRequest& stop) {
   const hal::LabTime period = room.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
   int shown = 0;
-  for (std::int64_t frame = 0; frame * period <= end && !operator_stops(); ++frame) {
+  for (std::int64_t frame = 0; frame * period <= end && !stop.stopped(); ++frame) {
     room.advance_to(frame * period);
     record.add(room);
     if (const int tenth = static_cast<int>(10 * frame * period / std::max(end, period)); tenth > shown) {
@@ -49,7 +49,7 @@ void run_offline(emulator::Room& room, emulator::RoomRecord& record, double seco
   }
 }
 
-void run_live(emulator::Room& room, emulator::RoomRecord& record, double seconds) {
+void run_live(emulator::Room& room, emulator::RoomRecord& record, double seconds, hal::StopRequest& stop) {
   emulator::RoomServer server(room, record);
   for (std::size_t k = 0; k < room.cameras(); ++k)
     fmt::print("camera {}: {}\n", room.camera(k).settings().name, server.url(k));
@@ -60,7 +60,7 @@ void run_live(emulator::Room& room, emulator::RoomRecord& record, double seconds
   std::fflush(stdout);
   std::string terminal = server.terminal();
   const hal::LabTime end{static_cast<std::int64_t>(seconds * 1e6)};
-  while (!operator_stops() && (seconds == 0 || room.now() < end)) {
+  while (!stop.stopped() && (seconds == 0 || room.now() < end)) {
     std::this_thread::sleep_until(server.step());
     if (const std::string now = server.terminal(); now != terminal) {
       terminal = now;
@@ -73,7 +73,7 @@ void run_live(emulator::Room& room, emulator::RoomRecord& record, double seconds
 }
 
 void run(const RoomOptions& options) {
-  std::ignore = operator_stops();  // from now on
+  OperatorStop stop;
   const hal::Config config = hal::Config::from_file(options.file, options.sets);
   emulator::Room room(config.root());
   config.refuse_unknown();
@@ -85,9 +85,9 @@ void run(const RoomOptions& options) {
     return;
   }
   emulator::RoomRecord record(room, options.truth, options.video);
-  if (!options.offline) return run_live(room, record, options.seconds);
+  if (!options.offline) return run_live(room, record, options.seconds, stop);
   if (options.seconds <= 0) throw hal::ConfigError("--offline needs --seconds N: how long the room's time is to run");
-  run_offline(room, record, options.seconds);
+  run_offline(room, record, options.seconds, stop);
   print_counters(room.counters());
 }
 

@@ -16,7 +16,7 @@ const std::vector<std::int64_t>& field_of(const LabState& state, std::string_vie
 
 }  // namespace
 
-const Projection& Lab::projection(std::string_view lab) const {
+const hal::Projection& Lab::projection(std::string_view lab) const {
   if (const auto it = data_.projections.find(lab); it != data_.projections.end()) return it->second;
   throw std::out_of_range(fmt::format("the scenario asked for the projection of '{}', which is none of the labs {}",
                                       lab, fmt::join(data_.labs, ", ")));

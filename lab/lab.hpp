@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/projection.hpp"
 #include "hal/random.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
 #include "lab/lab_data.hpp"
 #include "lab/lab_state.hpp"
-#include "lab/projection.hpp"
 
 namespace arkmesh::lab {
 
@@ -31,9 +31,9 @@ class Lab {
   const std::string& owner() const { return data_.owner; }
   bool is_owner() const { return data_.name == data_.owner; }
   const ArenaFacts& arena() const { return data_.arena; }
-  const Projection& projection() const { return projection(data_.name); }
+  const hal::Projection& projection() const { return projection(data_.name); }
   // Throws std::out_of_range with one sentence for a lab that there is not.
-  const Projection& projection(std::string_view lab) const;
+  const hal::Projection& projection(std::string_view lab) const;
 
   // --- time ---
   hal::LabTime now() const { return data_.now; }         // of the frame, of what robots said, or of the boundary

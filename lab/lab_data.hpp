@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/projection.hpp"
 #include "hal/random.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
 #include "lab/lab_state.hpp"
-#include "lab/projection.hpp"
 #include "lab/run_config.hpp"
 #include "lab/state_rules.hpp"
 
@@ -29,7 +29,7 @@ struct LabData {
   std::string name, owner;
   std::vector<std::string> labs;  // ascending, own included
   ArenaFacts arena;
-  std::map<std::string, Projection, std::less<>> projections;  // one for each lab
+  std::map<std::string, hal::Projection, std::less<>> projections;  // one for each lab
   hal::LabTime period_length{0};
   std::uint64_t seed = 0;
 

@@ -10,7 +10,7 @@ void OwnState::add(const hal::PoseFrame& frame) {
 LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
   LabState own;
   own.period = period;
-  const Projection& projection = lab.projections.at(lab.name);
+  const hal::Projection& projection = lab.projections.at(lab.name);
   own.robots.reserve(frame_.robots.size());
   for (const hal::Sighting& s : frame_.robots) {
     hal::Pose shared = projection.to_shared(s.pose);

@@ -54,7 +54,7 @@ RunConfig read_run_config(const hal::Section& root) {
   for (const std::string& name : shared.names_below("projection")) {
     // A lab that does not take part may have a projection; it is checked all the same.
     const hal::Section p = projections.section(name);
-    Projection& projection = c.projections[name];
+    hal::Projection& projection = c.projections[name];
     projection.shift_x_m = p.number("shift_x_m", 0, {-1000, 1000});
     projection.shift_y_m = p.number("shift_y_m", 0, {-1000, 1000});
     projection.turn_rad = p.number("turn_rad", 0, {-7, 7});

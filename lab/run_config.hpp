@@ -8,21 +8,21 @@
 #include <vector>
 
 #include "hal/config.hpp"
+#include "hal/projection.hpp"
 #include "hal/types.hpp"
-#include "lab/projection.hpp"
 
 namespace arkmesh::lab {
 
 struct RunConfig {
-  std::string lab;                                             // lab.name, [a-z0-9_-]{1,15}
-  std::string scenario;                                        // run.scenario, a name of the catalogue
-  std::uint64_t seed = 1;                                      // run.seed, one for all labs
-  std::uint32_t last_period = 0;                               // K = run.duration_s / gate.period_s, a whole number
-  std::vector<std::string> labs;                               // shared.labs, ascending; default: this lab alone
-  std::string owner;                                           // shared.owner; default: the first lab
-  std::map<std::string, Projection, std::less<>> projections;  // shared.projection.<lab>, one for each lab
-  hal::LabTime period{2'000'000};                              // gate.period_s
-  std::uint32_t slack = 0;                                     // gate.slack, 0..8
+  std::string lab;                // lab.name, [a-z0-9_-]{1,15}
+  std::string scenario;           // run.scenario, a name of the catalogue
+  std::uint64_t seed = 1;         // run.seed, one for all labs
+  std::uint32_t last_period = 0;  // K = run.duration_s / gate.period_s, a whole number
+  std::vector<std::string> labs;  // shared.labs, ascending; default: this lab alone
+  std::string owner;              // shared.owner; default: the first lab
+  std::map<std::string, hal::Projection, std::less<>> projections;  // shared.projection.<lab>, one for each lab
+  hal::LabTime period{2'000'000};                                   // gate.period_s
+  std::uint32_t slack = 0;                                          // gate.slack, 0..8
   bool require_strict = false;  // gate.mode = "strict": refuse to run with an arena that cannot wait
   std::chrono::microseconds patience{600'000'000};  // gate.patience_s: how long a cut link is waited for
 };

@@ -4,7 +4,7 @@
 
 namespace arkmesh::lab {
 
-shared_view_t make_shared_view(std::uint32_t period, hal::LabTime stamp, const Projection& projection,
+shared_view_t make_shared_view(std::uint32_t period, hal::LabTime stamp, const hal::Projection& projection,
                                const std::vector<std::pair<std::string, const LabState*>>& merged) {
   shared_view_t view;
   view.stamp_us = stamp.count();

@@ -24,7 +24,7 @@ std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena) {
 }
 
 StateRules::StateRules(std::string owner, std::vector<FieldRule> fields,
-                       std::map<std::string, Projection, std::less<>> projections)
+                       std::map<std::string, hal::Projection, std::less<>> projections)
     : owner_(std::move(owner)), fields_(std::move(fields)), projections_(std::move(projections)) {}
 
 std::string_view StateRules::refused_field(std::string_view lab, const LabState& state) const {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "hal/arena.hpp"
+#include "hal/projection.hpp"
 #include "lab/lab_state.hpp"
-#include "lab/projection.hpp"
 
 namespace arkmesh::lab {
 
@@ -33,7 +33,7 @@ class StateRules {
  public:
   // `owner`: the lab that decides the shared things. `projections`: one for each lab.
   StateRules(std::string owner, std::vector<FieldRule> fields,
-             std::map<std::string, Projection, std::less<>> projections);
+             std::map<std::string, hal::Projection, std::less<>> projections);
 
   // Why `state` of `lab` cannot be true, given its state 0, in one word fit for a counter's name; empty when it can.
   std::string_view why_refused(std::string_view lab, const LabState& state, const LabState& initial) const;
@@ -43,7 +43,7 @@ class StateRules {
 
   std::string owner_;
   std::vector<FieldRule> fields_;
-  std::map<std::string, Projection, std::less<>> projections_;
+  std::map<std::string, hal::Projection, std::less<>> projections_;
 };
 
 }  // namespace arkmesh::lab

@@ -9,7 +9,7 @@
 
 #include "hal/types.hpp"
 #include "sim_ode/contact_solver.hpp"
-#include "sim_ode/motors.hpp"
+#include "sim_ode/host/motors.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 
 namespace arkmesh::sim_ode {

@@ -7,21 +7,16 @@
 
 #include "hal/config.hpp"
 #include "hal/types.hpp"
+#include "sim_ode/host/motors.hpp"
 
 namespace arkmesh::sim_ode {
 
-struct Settings {
+struct Settings : DriveSettings {
   std::filesystem::path controller;    // controller: a C file for kilolib
   bool start_in_centre = false;        // start = "uniform" | "centre80"
   std::vector<hal::Pose> start_poses;  // start_poses: x, y, heading of each robot in turn; wins over `start`
   bool blank_leds = false;             // arena.blank_leds: cameras see no colours
-  // body and drive
-  double friction = 0.3;                   // friction: between bodies and with walls
-  double speed_m_s = 0.01;                 // speed_m_per_s, both motors at their calibrated duty
-  double turn_rad_s = 0.7853981633974483;  // turn_deg_per_s, one motor at its calibrated duty
-  double speed_spread = 0.186;             // speed_spread: s.d. of each motor's speed as a share of speed_m_per_s
-  double duty_spread = 3;                  // duty_spread: s.d. of the calibrated duties, of 255
-  double motion_noise = 0;                 // motion_noise: s.d. of a factor on speed and turn rate, drawn each tick
+  double friction = 0.3;               // friction: between bodies and with walls
   // sensors
   std::vector<hal::Pose> lamps;  // lamp: x, y of each lamp; headings mean nothing
   double light_noise = 10;       // light_noise: a reading of ambient light is off by up to this much, of 1023

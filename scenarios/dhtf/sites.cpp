@@ -16,7 +16,7 @@ std::vector<int> draw(std::vector<int> pool, std::size_t n, hal::RandomStream& r
 
 }  // namespace
 
-hal::Pose cell_in_shared(int cell, double arena_width_m, double arena_height_m, const lab::Projection& owner) {
+hal::Pose cell_in_shared(int cell, double arena_width_m, double arena_height_m, const hal::Projection& owner) {
   const double column = cell % 4, row = cell / 4;
   return owner.to_shared({.x_m = (column - 1.5) / 4 * arena_width_m, .y_m = (1.5 - row) / 4 * arena_height_m});
 }

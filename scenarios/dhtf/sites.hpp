@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "lab/projection.hpp"
+#include "hal/projection.hpp"
 #include "scenarios/dhtf/settings.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
 // One of the 4x4 cells of the owner's arena: 0 is the north-west corner, numbered row by row, west to east.
 // The centre of the cell in the shared frame.
-hal::Pose cell_in_shared(int cell, double arena_width_m, double arena_height_m, const lab::Projection& owner);
+hal::Pose cell_in_shared(int cell, double arena_width_m, double arena_height_m, const hal::Projection& owner);
 
 // `settings.sites` cells, ascending.
 std::vector<int> draw_cells(const Settings& settings, hal::RandomStream& random);

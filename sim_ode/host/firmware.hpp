@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "sim_ode/host/boot_loader.hpp"
+#include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/reception.hpp"
-#include "sim_ode/motors.hpp"
 
 namespace arkmesh::sim_ode {
 

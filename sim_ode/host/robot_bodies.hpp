@@ -10,7 +10,7 @@
 #include "hal/random.hpp"
 #include "sim_ode/host/firmware.hpp"
 #include "sim_ode/host/led_lights.hpp"
-#include "sim_ode/motors.hpp"
+#include "sim_ode/host/motors.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -12,12 +12,12 @@
 #include "sim_ode/host/fault_guard.hpp"
 #include "sim_ode/host/inbox.hpp"
 #include "sim_ode/host/led_lights.hpp"
+#include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/robot_bodies.hpp"
 #include "sim_ode/host/robot_memory.hpp"
 #include "sim_ode/host/robot_program.hpp"
 #include "sim_ode/host/send_timer.hpp"
 #include "sim_ode/host/turns.hpp"
-#include "sim_ode/motors.hpp"
 
 namespace arkmesh::sim_ode {
 

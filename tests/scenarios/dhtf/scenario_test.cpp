@@ -142,7 +142,7 @@ TEST_CASE("dhtf: marks for people") {
   world.boundary();
   for (const char* name : {"roark", "shark"}) {
     const std::vector<hal::Mark> marks = world[name].marks();
-    const lab::Projection& projection = world[name].lab.projection();
+    const hal::Projection& projection = world[name].lab.projection();
     REQUIRE(marks.size() == static_cast<std::size_t>(s.sites));
     const hal::Pose expected = projection.to_arena(site_in_shared(world, 4));
     CHECK(marks[4].x_m == doctest::Approx(expected.x_m));

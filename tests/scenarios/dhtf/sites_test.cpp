@@ -12,7 +12,7 @@ using namespace arkmesh::scenarios::dhtf;
 
 TEST_CASE("dhtf sites: cells of the owner's arena in the shared frame") {
   // Cell 0 is the north-west corner, numbers go east and then south, and the owner's projection is applied.
-  const lab::Projection same;
+  const hal::Projection same;
   CHECK(cell_in_shared(0, 1, 1, same).x_m == doctest::Approx(-0.375));
   CHECK(cell_in_shared(0, 1, 1, same).y_m == doctest::Approx(0.375));
   CHECK(cell_in_shared(3, 1, 1, same).x_m == doctest::Approx(0.375));
@@ -20,7 +20,7 @@ TEST_CASE("dhtf sites: cells of the owner's arena in the shared frame") {
   CHECK(cell_in_shared(14, 1, 1, same).y_m == doctest::Approx(-0.375));
   CHECK(cell_in_shared(5, 2, 1, same).x_m == doctest::Approx(-0.25));
   // Half the arena at twice the scale is the same place; a shifted projection shifts it.
-  const lab::Projection doubled{.shift_x_m = 10, .scale = 2};
+  const hal::Projection doubled{.shift_x_m = 10, .scale = 2};
   CHECK(cell_in_shared(14, 0.5, 0.5, doubled).x_m == doctest::Approx(10.125));
   CHECK(cell_in_shared(14, 0.5, 0.5, doubled).y_m == doctest::Approx(-0.375));
 }

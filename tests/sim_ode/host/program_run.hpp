@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_ode/host/controller_swarm.hpp"
+#include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/swarm_report.hpp"
 
 namespace arkmesh::tests {

@@ -32,7 +32,7 @@ struct LabDouble {
 
   void set_up(const std::string& name, const std::vector<std::string>& labs, const std::string& owner,
               std::uint64_t seed, hal::LabTime period_length,
-              const std::map<std::string, Projection, std::less<>>& projections) {
+              const std::map<std::string, hal::Projection, std::less<>>& projections) {
     data.name = name;
     data.labs = labs;
     data.owner = owner;
@@ -97,13 +97,13 @@ class WorldDouble {
   struct Member {
     std::string name;
     double side_m = 1;
-    Projection projection{};
+    hal::Projection projection{};
   };
   WorldDouble(const std::vector<Member>& members, const std::string& owner, std::uint64_t seed = 1,
               std::uint32_t slack = 0, hal::LabTime period_length = hal::LabTime(2'000'000))
       : slack_(slack), period_length_(period_length), labs_(members.size()) {
     std::vector<std::string> names;
-    std::map<std::string, Projection, std::less<>> projections;
+    std::map<std::string, hal::Projection, std::less<>> projections;
     for (const Member& m : members) {
       names.push_back(m.name);
       projections[m.name] = m.projection;

@@ -1,6 +1,6 @@
 // Both motors: straight. One motor: a pivot about the rear leg on the side it turns to. Unequal motors: the common part
 // goes straight, the rest pivots; both parts are linear in the duty.
-#include "sim_ode/motors.hpp"
+#include "sim_ode/host/motors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,8 @@ std::uint8_t to_duty(double duty) {
 
 }  // namespace
 
-Motors::Motors(const Settings& settings, int robots, const std::string& lab, std::uint64_t seed) : settings_(settings) {
+Motors::Motors(const DriveSettings& settings, int robots, const std::string& lab, std::uint64_t seed)
+    : settings_(settings) {
   parts_.resize(index(robots));
   for (int i = 0; i < robots; ++i) {
     hal::RandomStream chance(seed, lab + "/ode/motors", static_cast<std::uint64_t>(i));

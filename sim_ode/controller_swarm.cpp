@@ -1,4 +1,4 @@
-#include "sim_ode/host/controller_swarm.hpp"
+#include "sim_ode/controller_swarm.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -8,7 +8,6 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/host/reception.hpp"
-#include "sim_ode/settings.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -25,9 +24,18 @@ struct Calibration {
   bool operator==(const Calibration&) const = default;
 };
 
+// How robots drive, by keys of [arena.ode].
+struct DriveSettings {
+  double speed_m_s = 0.01;                 // speed_m_per_s, both motors at their calibrated duty
+  double turn_rad_s = 0.7853981633974483;  // turn_deg_per_s, one motor at its calibrated duty
+  double speed_spread = 0.186;             // speed_spread: s.d. of each motor's speed as a share of speed_m_per_s
+  double duty_spread = 3;                  // duty_spread: s.d. of the calibrated duties, of 255
+  double motion_noise = 0;                 // motion_noise: s.d. of a factor on speed and turn rate, drawn each tick
+};
+
 class Motors {
  public:
-  Motors(const Settings& settings, int robots, const std::string& lab, std::uint64_t seed);
+  Motors(const DriveSettings& settings, int robots, const std::string& lab, std::uint64_t seed);
 
   Calibration& calibration(int robot) { return parts_[index(robot)].calibration; }
 
@@ -62,7 +70,7 @@ class Motors {
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   void update(int robot, std::int64_t us);
 
-  Settings settings_;
+  DriveSettings settings_;
   std::vector<Part> parts_;
   std::vector<int> changed_;  // in this tick
   std::vector<int> restless_,
