@@ -22,6 +22,7 @@
 #include "gateway/address.hpp"
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
+#include "gateway/links.hpp"
 #include "gateway/port_watch.hpp"
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
@@ -138,7 +139,8 @@ class GatewayProcess {
     node_ = std::make_unique<gateway::TcpNode>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<gateway::Link>> links;
-    for (const gateway::PeerConfig& peer : setup_.gateway.peers) links.push_back(node_->link(peer.lab, peer.connect));
+    for (const gateway::PeerConfig& peer : setup_.gateway.peers)
+      links.push_back(gateway::make_link({io_, *node_, setup_.lab, boot_id_, setup_.gateway}, peer));
     gateway_ = std::make_unique<gateway::Gateway>(bus_, setup_.lab, boot_id_, setup_.gateway.exports, std::move(links));
     begun_ = Clock::now();
 
