@@ -1,9 +1,11 @@
 #include "app/joint_run.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -12,41 +14,73 @@
 namespace arkmesh::app {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::chrono::microseconds step_time{1000};
 constexpr std::uint64_t deadlock_steps = 10'000;  // repetition and dead-peer rules have long had their say by then
+constexpr std::uint64_t show_steps = 64;
+
+std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) {
+  std::map<std::string, lab::Traffic> by_peer;
+  if (!gateway) return by_peer;
+  for (const auto& link : gateway->links()) {
+    const gateway::LinkStats stats = link->stats();
+    lab::Traffic& t = by_peer[link->peer()] = {stats.received_messages, stats.received_bytes, stats.counters.all()};
+    t.counters["sent_messages"] = stats.sent_messages;
+    t.counters["sent_bytes"] = stats.sent_bytes;
+  }
+  return by_peer;
+}
+
+// A row per period with every lab's hash, so that the first difference between two runs is found at once.
+void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::filesystem::path& directory) {
+  std::ofstream out(directory / "hash.csv");
+  std::vector<std::ifstream> in;
+  out << "period";
+  for (const ConfiguredLab* lab : labs) {
+    out << ',' << lab->name();
+    in.emplace_back(lab->folder().directory() / "hash.csv");
+    std::string header;
+    std::getline(in.back(), header);
+  }
+  out << '\n';
+  for (std::string row; !in.empty() && std::getline(in.front(), row);) {
+    for (std::size_t i = 1; i < in.size(); ++i)
+      if (std::string other; std::getline(in[i], other)) row += other.substr(other.find(','));
+    out << row << '\n';
+  }
+}
 
 }  // namespace
 
-JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory) : network_(1) {
+JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory)
+    : directory_(directory), network_(1) {
   for (hal::Config& config : configs) {
     const std::string name = config.root().section("lab").required_text("name");
     const std::string file = config.file().string();
-    if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->session->config().lab == name; }))
+    if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->lab.name() == name; }))
       throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
-    auto member = std::make_unique<Member>();
-    member->session = std::make_unique<LabSession>(std::move(config), directory / name);
-    member->public_bus = std::make_unique<hal::Bus>("memq://");
-    member->session->join(*member->public_bus);
+    auto member = std::make_unique<Member>(std::move(config), directory / name);
+    member->lab.join(member->public_bus);
     labs_.push_back(std::move(member));
   }
   for (const auto& member : labs_)
-    if (member->session->config().labs.size() != labs_.size())
-      throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given",
-                                         member->session->config().lab, member->session->config().labs.size(),
-                                         labs_.size()));
-  for (const auto& member : labs_) start_gateway(member->session->config().lab);
+    if (member->lab.config().labs.size() != labs_.size())
+      throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->lab.name(),
+                                         member->lab.config().labs.size(), labs_.size()));
+  for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 
 JointRun::~JointRun() = default;
 
 JointRun::Member& JointRun::member(const std::string& name) {
   for (const auto& m : labs_)
-    if (m->session->config().lab == name) return *m;
+    if (m->lab.name() == name) return *m;
   throw std::out_of_range("no lab " + name);
 }
 
-LabSession& JointRun::lab(const std::string& name) {
-  return *member(name).session;
+ConfiguredLab& JointRun::lab(const std::string& name) {
+  return member(name).lab;
 }
 
 void JointRun::kill_gateway(const std::string& lab) {
@@ -56,10 +90,10 @@ void JointRun::kill_gateway(const std::string& lab) {
 void JointRun::start_gateway(const std::string& lab) {
   Member& m = member(lab);
   std::vector<std::unique_ptr<gateway::Link>> links;
-  for (const std::string& peer : m.session->config().labs)
+  for (const std::string& peer : m.lab.config().labs)
     if (peer != lab) links.push_back(network_.end(lab, peer));
   m.gateway =
-      std::make_unique<gateway::Gateway>(*m.public_bus, lab, ++boots_, m.session->gateway().exports, std::move(links));
+      std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports, std::move(links));
 }
 
 bool JointRun::step() {
@@ -67,15 +101,15 @@ bool JointRun::step() {
   if (turn_ == 0) advanced_ = going_ = false;
   for (; turn_ < labs_.size(); ++turn_) {
     Member& m = *labs_[turn_];
-    const auto step = m.session->run().step(now);
-    // the others stand still meanwhile, so that the course does not depend on how long it takes
-    if (m.session->run().awaits_arena()) {
-      hal::wait_for_service(m.session->arena());
+    const auto step = m.lab.runner().step(now);
+    // The others stand still meanwhile, so that the course does not depend on how long it takes.
+    if (m.lab.runner().awaits_arena()) {
+      hal::wait_for_service(m.lab.arena());
       return true;
     }
-    advanced_ = advanced_ || step == lab::LabRun::Step::advanced;
-    going_ = going_ || step != lab::LabRun::Step::ended;
-    m.public_bus->drain();
+    advanced_ = advanced_ || step == lab::Runner::Step::advanced;
+    going_ = going_ || step != lab::Runner::Step::ended;
+    m.public_bus.drain();
     if (m.gateway) m.gateway->tick(now);
   }
   turn_ = 0;
@@ -84,7 +118,7 @@ bool JointRun::step() {
   // While a link is down waiting is right, however long.
   idle_steps_ = advanced_ || !links_up() ? 0 : idle_steps_ + 1;
   if (idle_steps_ > deadlock_steps)
-    for (const auto& m : labs_) m->session->run().stop("the labs wait for each other and no link is down");
+    for (const auto& m : labs_) m->lab.runner().stop("the labs wait for each other and no link is down");
   return going_;
 }
 
@@ -96,23 +130,44 @@ bool JointRun::links_up() const {
 }
 
 bool JointRun::finished() const {
-  return std::all_of(labs_.begin(), labs_.end(), [](const auto& m) { return m->session->run().finished(); });
+  return std::all_of(labs_.begin(), labs_.end(), [](const auto& m) { return m->lab.runner().finished(); });
 }
 
-std::vector<nlohmann::json> JointRun::results(double wall_s) const {
-  std::vector<nlohmann::json> results;
-  for (const auto& m : labs_) {
-    std::map<std::string, lab::Traffic> traffic;
-    if (m->gateway)
-      for (const auto& link : m->gateway->links()) {
-        const gateway::LinkStats stats = link->stats();
-        lab::Traffic& t = traffic[link->peer()] = {stats.received_messages, stats.received_bytes, stats.counters.all()};
-        t.counters["sent_messages"] = stats.sent_messages;
-        t.counters["sent_bytes"] = stats.sent_bytes;
-      }
-    results.push_back(lab::lab_result(m->session->run(), {.computing_s = wall_s, .waiting_s = 0}, traffic));
+std::string JointRun::names() const {
+  std::vector<std::string> names;
+  for (const auto& m : labs_) names.push_back(m->lab.name());
+  return fmt::format("{}", fmt::join(names, "+"));
+}
+
+nlohmann::json JointRun::run(hal::StopRequest& stop, hal::Progress* progress) {
+  const lab::Runner& first = lab(0).runner();
+  const double period_s = static_cast<double>(lab(0).config().period.count()) * 1e-6;
+  const auto begun = Clock::now();
+  while (step()) {
+    if (stop.stopped())
+      for (const auto& m : labs_) m->lab.runner().stop("stopped by the operator");
+    if (progress && (steps_ % show_steps == 0 || first.awaits_arena()))
+      progress->show(first.period(), first.last_period(), period_s,
+                     first.awaits_arena() ? first.state_text() : "running");
   }
-  return results;
+  if (progress) progress->done();
+  return save(std::chrono::duration<double>(Clock::now() - begun).count());
+}
+
+nlohmann::json JointRun::save(double wall_s) const {
+  std::vector<nlohmann::json> results;
+  std::vector<const ConfiguredLab*> labs;
+  for (const auto& m : labs_) {
+    results.push_back(
+        lab::lab_result(m->lab.runner(), {.computing_s = wall_s, .waiting_s = 0}, traffic_of(m->gateway.get())));
+    m->lab.folder().save_result(results.back());
+    labs.push_back(&m->lab);
+  }
+  nlohmann::json result = lab::joint_result(results);
+  result["wall"] = {{"total_s", wall_s}, {"speed", wall_s > 0 ? result.at("duration_s").get<double>() / wall_s : 0}};
+  join_hashes(labs, directory_);
+  lab::write_json(directory_ / "result.json", result);
+  return result;
 }
 
 }  // namespace arkmesh::app

@@ -5,16 +5,17 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "app/lab_session.hpp"
+#include "app/configured_lab.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/loopback.hpp"
 #include "hal/bus.hpp"
+#include "hal/progress.hpp"
+#include "hal/stop_request.hpp"
 
 namespace arkmesh::app {
 
@@ -30,28 +31,34 @@ class JointRun {
   bool step();
 
   std::size_t size() const { return labs_.size(); }
-  LabSession& lab(std::size_t i) { return *labs_[i]->session; }
-  const LabSession& lab(std::size_t i) const { return *labs_[i]->session; }
+  ConfiguredLab& lab(std::size_t i) { return labs_[i]->lab; }
+  const ConfiguredLab& lab(std::size_t i) const { return labs_[i]->lab; }
   // Throws std::out_of_range.
-  LabSession& lab(const std::string& name);
+  ConfiguredLab& lab(const std::string& name);
   gateway::LoopbackNetwork& network() { return network_; }
   // Takes a lab's gateway away, as if its process were killed; start_gateway brings another one with a new boot id.
   void kill_gateway(const std::string& lab);
   void start_gateway(const std::string& lab);
   std::uint64_t steps() const { return steps_; }
   bool finished() const;
-  // What each lab's result.json holds; `wall_s` is the wall time of all labs together.
-  std::vector<nlohmann::json> results(double wall_s) const;
+  // The labs' names as one: "roark+shark".
+  std::string names() const;
+  // Steps to the end, then writes each lab's result.json and, joined, hash.csv and result.json. Returns the joint
+  // result. `progress` may be null.
+  nlohmann::json run(hal::StopRequest& stop, hal::Progress* progress);
 
  private:
   struct Member {
-    std::unique_ptr<LabSession> session;
-    std::unique_ptr<hal::Bus> public_bus;
+    Member(hal::Config config, const std::filesystem::path& directory) : lab(std::move(config), directory) {}
+    hal::Bus public_bus{"memq://"};  // outlives the lab, which is joined to it
+    ConfiguredLab lab;
     std::unique_ptr<gateway::Gateway> gateway;
   };
   Member& member(const std::string& name);
   bool links_up() const;
+  nlohmann::json save(double wall_s) const;
 
+  std::filesystem::path directory_;
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;

@@ -1,45 +1,19 @@
-// Reads no more of these messages than who sent them; a foreign message may be of another version.
 #include "gateway/port_watch.hpp"
 
 #include <fmt/format.h>
 
-#include <boost/endian/conversion.hpp>
-#include <optional>
 #include <utility>
 
-#include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
 
-namespace {
-
-struct Sender {
-  std::string lab;
-  std::uint64_t number;  // the field behind it: boot id or nonce
-};
-
-// The first two fields of lab_status_t and of peers_t: fingerprint, text with its length, 64-bit number.
-std::optional<Sender> read_sender(std::span<const std::byte> bytes, std::int64_t fingerprint) {
-  const auto* at = reinterpret_cast<const unsigned char*>(bytes.data());
-  if (bytes.size() < 12 || boost::endian::load_big_s64(at) != fingerprint) return {};
-  const std::uint32_t length = boost::endian::load_big_u32(at + 8);  // counts the final zero
-  if (length < 2 || length > hal::max_lab_name + 1 || bytes.size() < 12 + length + 8) return {};
-  Sender sender{{reinterpret_cast<const char*>(at) + 12, length - 1}, boost::endian::load_big_u64(at + 12 + length)};
-  if (!hal::is_lab_name(sender.lab)) return {};
-  return sender;
-}
-
-}  // namespace
-
 PortWatch::PortWatch(hal::Bus& bus, std::string lab, std::uint64_t boot_id)
-    : bus_(bus), lab_(std::move(lab)), boot_id_(boot_id) {
-  subscriptions_.push_back(
-      bus.subscribe(hal::channel::status, [this](std::string_view, auto bytes) { hear_status(bytes); }));
-  subscriptions_.push_back(
-      bus.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { hear_peers(bytes); }));
-}
+    : bus_(bus),
+      lab_(std::move(lab)),
+      boot_id_(boot_id),
+      detector_(bus, [this](const hal::Talker& other) { hear(other); }) {}
 
 void PortWatch::ask() {
   peers_t message;
@@ -53,22 +27,24 @@ bool PortWatch::heard_other() {
   return std::exchange(heard_other_, false);
 }
 
-void PortWatch::hear_status(std::span<const std::byte> bytes) {
-  const auto sender = read_sender(bytes, lab_status_t::getHash());
-  if (!sender) return counters_.add("bus.ignored.status");
-  if (sender->lab != lab_) note_lab(sender->lab, true);
-}
-
-void PortWatch::hear_peers(std::span<const std::byte> bytes) {
-  const auto sender = read_sender(bytes, peers_t::getHash());
-  if (!sender) return counters_.add("bus.ignored.peers");
-  if (sender->lab == lab_ && sender->number == boot_id_) return;
+void PortWatch::hear(const hal::Talker& other) {
+  if (!other.is_gateway) {
+    if (other.lab != lab_) note_lab(other.lab, true);
+    return;
+  }
+  if (other.lab == lab_ && other.number == boot_id_) return;
   heard_other_ = true;
-  const bool was_here_before = sender->number < boot_id_;
-  if (sender->lab != lab_) return note_lab(sender->lab, was_here_before);
+  const bool was_here_before = other.number < boot_id_;
+  if (other.lab != lab_) return note_lab(other.lab, was_here_before);
   counters_.add("bus.second_gateway");
   if (was_here_before)
     earlier_ = fmt::format("bus {}: another gateway of lab {} runs already; stop it first", bus_.url(), lab_);
+}
+
+hal::Counters PortWatch::counters() const {
+  hal::Counters all = counters_;
+  all.merge(detector_.counters());
+  return all;
 }
 
 void PortWatch::note_lab(std::string_view other, bool was_here_before) {

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "hal/bus.hpp"
+#include "hal/counters.hpp"
+#include "hal/neighbour_detector.hpp"
 
 namespace arkmesh::gateway {
 
@@ -24,11 +24,10 @@ class PortWatch {
   // Another one was heard since the last call, earlier or later than us: make ourselves heard.
   bool heard_other();
   // How often somebody who does not belong here was heard.
-  const hal::Counters& counters() const { return counters_; }
+  hal::Counters counters() const;
 
  private:
-  void hear_status(std::span<const std::byte> bytes);
-  void hear_peers(std::span<const std::byte> bytes);
+  void hear(const hal::Talker& other);
   void note_lab(std::string_view other, bool was_here_before);
 
   hal::Bus& bus_;
@@ -37,7 +36,7 @@ class PortWatch {
   std::string earlier_;
   bool heard_other_ = false;
   hal::Counters counters_;
-  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
+  hal::NeighbourDetector detector_;
 };
 
 }  // namespace arkmesh::gateway

@@ -23,4 +23,10 @@ void BehaviourHash::add(const hal::PoseFrame& frame) {
   }
 }
 
+std::uint64_t joint_hash(const std::map<std::string, std::uint64_t>& by_lab) {
+  BehaviourHash all;
+  for (const auto& [lab, hash] : by_lab) all.add(hash);
+  return all.value();
+}
+
 }  // namespace arkmesh::lab

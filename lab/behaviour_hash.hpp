@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 
 #include "hal/random.hpp"
 #include "hal/types.hpp"
@@ -19,6 +21,9 @@ class BehaviourHash {
  private:
   std::uint64_t value_ = 0;
 };
+
+// The labs' hashes in name order as one.
+std::uint64_t joint_hash(const std::map<std::string, std::uint64_t>& by_lab);
 
 // Metres to whole micrometres, radians to whole microradians; out of int32 saturates.
 std::int32_t to_micro(double value);

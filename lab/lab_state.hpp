@@ -1,4 +1,4 @@
-// What one lab owns at the end of one period, and what others may believe of it.
+// What one lab owns at the end of one period.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +22,6 @@ struct LabState {
   std::vector<SharedRobot> robots;  // ascending id
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, std::string, std::less<>> settings;  // state 0 only
-};
-
-// A field that a scenario publishes, so that lies about it can be refused before they do harm.
-struct FieldRule {
-  std::string name;
-  std::size_t length = 0;  // exact number of values
-  std::int64_t low = 0;    // every value within low..high
-  std::int64_t high = 0;
-  bool owner_only = false;    // only the owner of the shared things may publish it
-  bool initial_only = false;  // part of state 0 only
 };
 
 }  // namespace arkmesh::lab

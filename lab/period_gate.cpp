@@ -75,9 +75,9 @@ std::string_view PeriodGate::why_refused(const Peer& peer, const WorldMessage& m
     if ((period == 0) == state.settings.empty()) return "settings";
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
       if (known->second.hash != state.hash || known->second.robots.size() != state.robots.size()) return "changed";
-    } else if (period > peer.received && options_.check) {
+    } else if (period > peer.received && rules_) {
       if (!initial) return "before_initial";
-      if (const std::string_view why = options_.check(message.lab, state, *initial); !why.empty()) return why;
+      if (const std::string_view why = rules_->why_refused(message.lab, state, *initial); !why.empty()) return why;
     }
   }
   return {};

@@ -5,8 +5,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +14,7 @@
 
 #include "hal/counters.hpp"
 #include "lab/lab_state.hpp"
+#include "lab/state_rules.hpp"
 #include "lab/world_message.hpp"
 
 namespace arkmesh::lab {
@@ -30,12 +31,12 @@ class PeriodGate {
     std::uint64_t nonce = 1;        // of this lab and run, never 0
     bool can_wait = true;
     std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
-    // Refuses a peer's state that cannot be true; empty when it can. Must not depend on anything but its arguments and
-    // state 0s.
-    std::function<std::string_view(std::string_view lab, const LabState&, const LabState& initial)> check = {};
   };
 
   explicit PeriodGate(Options options);
+
+  // Peers' states that cannot be true by these rules are refused from now on. Before own state 0 none counts anyway.
+  void judge_by(StateRules rules) { rules_ = std::move(rules); }
 
   // --- own side ---
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
@@ -107,6 +108,7 @@ class PeriodGate {
   std::size_t kept() const;
 
   Options options_;
+  std::optional<StateRules> rules_;
   std::vector<std::string> peer_names_;
   Mode mode_ = Mode::undecided;
   std::int64_t published_ = -1;

@@ -26,9 +26,8 @@ std::string hash_text(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
 
-nlohmann::json lab_result(const lab::LabRun& run, const WallTime& wall,
-                          const std::map<std::string, Traffic>& between_labs) {
-  const lab::RunConfig& config = run.config();
+nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::map<std::string, Traffic>& between_labs) {
+  const RunConfig& config = run.config();
   const double periods = std::max<double>(run.period(), 1), total_s = wall.computing_s + wall.waiting_s;
   const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
   nlohmann::json j;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/lab_run.hpp"
+#include "lab/runner.hpp"
 
 namespace arkmesh::lab {
 
@@ -23,8 +23,7 @@ struct Traffic {
   std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
 };
 
-nlohmann::json lab_result(const lab::LabRun& run, const WallTime& wall,
-                          const std::map<std::string, Traffic>& between_labs);
+nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::map<std::string, Traffic>& between_labs);
 // One result of labs that ran together: the shared part once, the rest by lab.
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs);
 // Throws std::runtime_error with one sentence when the file cannot be written.

@@ -5,7 +5,6 @@
 #include "lab/wire_check.hpp"
 
 namespace arkmesh::lab {
-namespace {
 
 std::vector<shared_robot_t> to_messages(const std::vector<SharedRobot>& robots) {
   std::vector<shared_robot_t> out(robots.size());
@@ -30,8 +29,6 @@ std::vector<field_t> to_messages(const std::map<std::string, std::vector<std::in
   }
   return out;
 }
-
-}  // namespace
 
 lab_state_t to_message(const LabState& state) {
   lab_state_t m;
@@ -62,18 +59,6 @@ LabState from_message(const lab_state_t& m) {
   for (const field_t& f : m.fields) state.fields.emplace(f.name, f.values);
   for (const setting_t& s : m.settings) state.settings.emplace(s.key, s.value);
   return state;
-}
-
-lab_view_t to_view(const std::string& lab, const LabState& state, std::uint32_t at_period) {
-  lab_view_t v;
-  v.lab = lab;
-  v.period = static_cast<std::int32_t>(state.period);
-  v.age_periods = static_cast<std::int32_t>(at_period) - v.period;
-  v.robots = to_messages(state.robots);
-  v.n_robots = static_cast<std::int32_t>(v.robots.size());
-  v.fields = to_messages(state.fields);
-  v.n_fields = static_cast<std::int32_t>(v.fields.size());
-  return v;
 }
 
 std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message) {

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "arkmesh/shared_view_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "lab/lab_state.hpp"
 
@@ -31,7 +30,8 @@ struct WorldMessage {
 
 lab_state_t to_message(const LabState& state);
 LabState from_message(const lab_state_t& message);
-lab_view_t to_view(const std::string& lab, const LabState& state, std::uint32_t at_period);
+std::vector<shared_robot_t> to_messages(const std::vector<SharedRobot>& robots);
+std::vector<field_t> to_messages(const std::map<std::string, std::vector<std::int64_t>, std::less<>>& fields);
 
 // Checks sizes, decodes. Returns an empty text, or the reason for refusing in one word; `message` is then unchanged.
 std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ class Dhtf final : public lab::Scenario {
   explicit Dhtf(Settings settings);
   void begin(lab::Lab& lab) override;
   void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override;
+  void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}  // Kilobots say nothing
   void on_period(lab::Lab& lab) override;
   bool finished(const lab::Lab& lab) const override;
 

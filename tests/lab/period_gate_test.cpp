@@ -111,22 +111,19 @@ TEST_CASE("a bound peer that answers with another nonce was restarted") {
 TEST_CASE("state 0 may come together with later states") {
   // Proves that a peer whose first message was lost is believed: what is checked against its state 0 finds it in the
   // same message.
-  std::vector<std::uint32_t> checked;
-  PeriodGate a({.lab = "a",
-                .labs = {"a", "b"},
-                .slack = 1,
-                .last_period = 100,
-                .nonce = 1,
-                .check = [&](std::string_view, const LabState& s, const LabState& initial) -> std::string_view {
-                  checked.push_back(s.period);
-                  return initial.period == 0 ? "" : "wrong_initial";
-                }});
+  PeriodGate a({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1});
+  a.judge_by({"a", {lab::arena_rule()}, {{"a", {}}, {"b", {}}}});
   a.publish(state(0));
-  CHECK(a.hear("b", from_b({state(1)})) == PeriodGate::Heard::refused);
+  LabState first = state(0), crowded = state(1), fits = state(1);
+  first.fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 0};  // one robot
+  fits.robots.resize(1);
+  crowded.robots.resize(2);
+  CHECK(a.hear("b", from_b({fits})) == PeriodGate::Heard::refused);
   CHECK(a.counters()["world.refused.before_initial"] == 1);
-  CHECK(checked.empty());
-  CHECK(a.hear("b", from_b({state(0), state(1)})) == PeriodGate::Heard::counted);
-  CHECK(checked == std::vector<std::uint32_t>{0, 1});
+  CHECK(a.hear("b", from_b({first, crowded})) == PeriodGate::Heard::refused);
+  CHECK(a.counters()["world.refused.robots"] == 1);
+  CHECK(a.received("b") == -1);
+  CHECK(a.hear("b", from_b({first, fits})) == PeriodGate::Heard::counted);
   CHECK(a.received("b") == 1);
 }
 

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 
 #include "app/scenarios.hpp"
 #include "lab/scenario.hpp"
@@ -37,6 +38,8 @@ class LightUp final : public lab::Scenario {
     }
     lab.publish("lit", {n_lit});
   }
+
+  void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}  // Kilobots say nothing
 
   void on_period(lab::Lab& lab) override {
     merged_ = true;

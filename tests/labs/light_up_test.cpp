@@ -66,7 +66,7 @@ TEST_CASE("light up: simulated labs") {
   configs.push_back(lab("a", 1.0));
   configs.push_back(lab("b", 0.5));
   app::JointRun run(std::move(configs), folder);
-  const lab::Lab& a = run.lab("a").run().lab();
+  const lab::Lab& a = run.lab("a").runner().lab();
   int near = 0, near_lit = 0, far = 0, far_lit = 0;
   std::uint32_t period = 0;
   while (run.step()) {

@@ -26,7 +26,7 @@ Outcome run_different(const std::string& roark_override) {
   }
   Outcome out;
   out.finished = run.finished();
-  for (std::size_t i = 0; i < run.size(); ++i) out.reason += run.lab(i).run().reason() + "\n";
+  for (std::size_t i = 0; i < run.size(); ++i) out.reason += run.lab(i).runner().reason() + "\n";
   return out;
 }
 

@@ -17,7 +17,7 @@ const Outcome& reference() {
 
 // Boundaries that lab 0 has passed.
 std::uint32_t period(app::JointRun& run) {
-  return run.lab(0).run().period();
+  return run.lab(0).runner().period();
 }
 
 }  // namespace

@@ -127,10 +127,10 @@ TEST_CASE("dhtf: rows of completed tasks") {
   world.boundary();
   const auto cell = world["shark"].lab.initial_field("shark", "site_cell")[5];
   for (LabDouble& lab : world.labs()) {
-    REQUIRE(lab.rows.size() == 1);
-    CHECK(lab.rows[0].table == "completed");
-    CHECK(lab.rows[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");
-    CHECK(lab.rows[0].values == fmt::format("2,4.000000,5,{},0.000000,0,0,1,3", cell));
+    REQUIRE(lab.rows().size() == 1);
+    CHECK(lab.rows()[0].table == "completed");
+    CHECK(lab.rows()[0].header == "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark");
+    CHECK(lab.rows()[0].values == fmt::format("2,4.000000,5,{},0.000000,0,0,1,3", cell));
   }
 }
 
@@ -307,6 +307,7 @@ TEST_CASE("dhtf: an owner that names no sites") {
   struct Mute final : lab::Scenario {
     void begin(lab::Lab&) override {}
     void on_poses(lab::Lab&, const hal::PoseFrame&) override {}
+    void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}
     void on_period(lab::Lab&) override {}
     bool finished(const lab::Lab&) const override { return false; }
   };

@@ -29,12 +29,12 @@ inline Outcome run_labs(const DhtfLabs& options, const std::function<void(app::J
   out.finished = run.finished();
   out.steps = run.steps();
   for (std::size_t i = 0; i < run.size(); ++i) {
-    const lab::LabRun& lab = run.lab(i).run();
+    const lab::Runner& lab = run.lab(i).runner();
     out.drops.merge(lab.drops());
     if (!lab.finished() && out.reason.empty()) out.reason = lab.reason();
   }
-  out.hash = run.lab(0).run().final_hash();
-  out.completed = run.lab(0).run().lab().counts()["completed"];
+  out.hash = run.lab(0).runner().final_hash();
+  out.completed = run.lab(0).runner().lab().counts()["completed"];
   return out;
 }
 

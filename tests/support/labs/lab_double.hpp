@@ -20,17 +20,11 @@
 
 namespace arkmesh::lab {
 
-struct LabRow {
-  std::string table, header, values;
-};
-
-// Named by Lab as a friend.
 struct LabDouble {
-  Lab lab;
-  hal::ArenaInfo arena;
+  LabData data;
+  Lab lab{data};
   std::unique_ptr<Scenario> scenario;
-  std::vector<hal::ToRobot> said;  // since the test last cleared it
-  std::vector<LabRow> rows;
+  std::vector<hal::ToRobot> said;   // since the test last cleared it
   std::vector<SharedRobot> robots;  // as in the newest frame
 
   LabDouble() = default;
@@ -39,28 +33,24 @@ struct LabDouble {
   void set_up(const std::string& name, const std::vector<std::string>& labs, const std::string& owner,
               std::uint64_t seed, hal::LabTime period_length,
               const std::map<std::string, Projection, std::less<>>& projections) {
-    arena.name = name;
-    lab.name_ = name;
-    lab.labs_ = labs;
-    lab.owner_ = owner;
-    lab.arena_ = &arena;
-    lab.projections_ = projections;
-    lab.period_length_ = period_length;
-    lab.seed_ = seed;
-    lab.rows_ = [this](std::string_view table, std::string_view header, std::string_view values) {
-      rows.push_back({std::string(table), std::string(header), std::string(values)});
-    };
+    data.name = name;
+    data.labs = labs;
+    data.owner = owner;
+    data.projections = projections;
+    data.period_length = period_length;
+    data.seed = seed;
   }
 
-  const std::vector<hal::Mark>& marks() const { return lab.marks_; }
+  const std::vector<Row>& rows() const { return data.rows; }
+  const std::vector<hal::Mark>& marks() const { return data.marks; }
 
   void take_said() {
-    said.insert(said.end(), lab.said_.begin(), lab.said_.end());
-    lab.said_.clear();
+    said.insert(said.end(), data.said.begin(), data.said.end());
+    data.said.clear();
   }
 
   void frame(const hal::PoseFrame& frame) {
-    lab.now_ = frame.stamp;
+    data.now = frame.stamp;
     robots.clear();
     for (const hal::Sighting& s : frame.robots) robots.push_back({s.robot, lab.projection().to_shared(s.pose), s.led});
     scenario->on_poses(lab, frame);
@@ -69,27 +59,27 @@ struct LabDouble {
 
   // The state that this lab publishes at a boundary.
   LabState build(std::uint32_t period) {
-    LabState state{.period = period, .robots = robots, .fields = lab.fields_};
+    LabState state{.period = period, .robots = robots, .fields = data.fields};
     for (const auto& [name, values] : state.fields) check(name, values);
     if (period == 0)
-      for (const FieldRule& rule : lab.rules_)
-        if (rule.initial_only) lab.fields_.erase(rule.name);
+      for (const FieldRule& rule : data.rules)
+        if (rule.initial_only) data.fields.erase(rule.name);
     return state;
   }
 
   void merge(std::uint32_t period, const std::map<std::string, LabState, std::less<>>& states) {
-    lab.period_ = period;
-    lab.now_ = period * lab.period_length_;
-    if (period == 0) lab.initial_states_ = states;
-    lab.states_ = states;
-    lab.marks_.clear();
+    data.period = period;
+    data.now = period * data.period_length;
+    if (period == 0) data.initial_states = states;
+    data.states = states;
+    data.marks.clear();
     scenario->on_period(lab);
     take_said();
   }
 
  private:
   void check(const std::string& name, const std::vector<std::int64_t>& values) const {
-    for (const FieldRule& rule : lab.rules_) {
+    for (const FieldRule& rule : data.rules) {
       if (rule.name != name) continue;
       INFO(name);
       CHECK(values.size() == rule.length);
@@ -119,7 +109,7 @@ class WorldDouble {
       projections[m.name] = m.projection;
     }
     for (std::size_t i = 0; i < members.size(); ++i) {
-      labs_[i].arena.width_m = labs_[i].arena.height_m = members[i].side_m;
+      labs_[i].data.arena.width_m = labs_[i].data.arena.height_m = members[i].side_m;
       labs_[i].set_up(names[i], names, owner, seed, period_length, projections);
     }
   }

@@ -1,5 +1,5 @@
-// One lab made from its configuration: arena, scenario, private bus, recorder and run, in the order in which they need
-// each other.
+// One lab made from its configuration: arena, scenario, private bus, run folder and runner, in the order in which they
+// need each other.
 #pragma once
 
 #include <filesystem>
@@ -8,35 +8,37 @@
 
 #include "gateway/config.hpp"
 #include "hal/config.hpp"
-#include "hal/recorder.hpp"
 #include "hal/tap.hpp"
-#include "lab/lab_run.hpp"
+#include "lab/run_folder.hpp"
+#include "lab/runner.hpp"
 
 namespace arkmesh::app {
 
-class LabSession {
+class ConfiguredLab {
  public:
   // Reads every key, refuses unknown ones, writes `directory`/config.toml (the effective configuration) and opens the
   // recording. Throws ConfigError, or std::runtime_error when the directory cannot be written.
-  LabSession(hal::Config config, const std::filesystem::path& directory);
-  ~LabSession();
+  ConfiguredLab(hal::Config config, const std::filesystem::path& directory);
+  ~ConfiguredLab();
 
-  // Copies the private bus to `public_bus` and lets in what a lab wants from others. The bus outlives the session.
+  // Copies the private bus to `public_bus` and lets in what a lab wants from others. The bus outlives the lab.
   void join(hal::Bus& public_bus);
 
-  lab::LabRun& run() { return *run_; }
-  const lab::LabRun& run() const { return *run_; }
+  const std::string& name() const { return run_config_.lab; }
+  lab::Runner& runner() { return *runner_; }
+  const lab::Runner& runner() const { return *runner_; }
   hal::Arena& arena() { return *arena_; }
   const lab::RunConfig& config() const { return run_config_; }
   const gateway::GatewayConfig& gateway() const { return gateway_config_; }
   const std::string& bus_url() const { return bus_url_; }
-  const std::filesystem::path& directory() const { return directory_; }
+  // The file that it was read from.
+  std::string file() const { return config_.file().string(); }
+  const lab::RunFolder& folder() const { return *folder_; }
   std::uint64_t nonce() const { return nonce_; }
   hal::Bus& bus() { return private_bus_; }
 
  private:
   hal::Config config_;
-  std::filesystem::path directory_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
   std::string bus_url_;
@@ -44,14 +46,9 @@ class LabSession {
   hal::Bus private_bus_;
   std::unique_ptr<hal::Arena> arena_;
   std::unique_ptr<lab::Scenario> scenario_;
-  std::unique_ptr<hal::Recorder> recorder_;
-  std::unique_ptr<lab::LabRun> run_;
+  std::unique_ptr<lab::RunFolder> folder_;
+  std::unique_ptr<lab::Runner> runner_;
   std::unique_ptr<hal::Tap> tap_;
 };
-
-// The default of --out: runs/DATE-TIME.
-std::filesystem::path default_run_directory();
-// 64 random bits, never 0.
-std::uint64_t random_nonce();
 
 }  // namespace arkmesh::app

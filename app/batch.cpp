@@ -1,0 +1,112 @@
+#include "app/batch.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "app/joint_run.hpp"
+
+namespace arkmesh::app {
+namespace {
+
+// One seed, in a process of its own. Returns the exit code.
+int run_seed(const LabFiles& labs, std::int64_t seed, const std::filesystem::path& directory,
+             hal::StopRequest& stop) try {
+  JointRun run(read_labs(labs, seed), directory);
+  const nlohmann::json result = run.run(stop, nullptr);
+  if (run.finished()) return 0;
+  fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), result.at("ended").get<std::string>());
+  return 1;
+} catch (const hal::ConfigError& e) {
+  fmt::print(stderr, "arkmesh: seed {}: {}\n", seed, e.what());
+  return 2;
+} catch (const std::exception& e) {
+  fmt::print(stderr, "arkmesh: seed {}: {}\n", seed, e.what());
+  return 1;
+}
+
+}  // namespace
+
+std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
+  std::vector<std::string> overrides = labs.sets;
+  if (seed >= 0) overrides.push_back(fmt::format("run.seed={}", seed));
+  if (std::none_of(overrides.begin(), overrides.end(),
+                   [](const std::string& s) { return s.starts_with("shared.labs="); })) {
+    std::vector<std::string> names;
+    for (const std::string& file : labs.files)
+      names.push_back(
+          fmt::format("\"{}\"", hal::Config::from_file(file, overrides).root().section("lab").required_text("name")));
+    overrides.push_back(fmt::format("shared.labs=[{}]", fmt::join(names, ",")));
+  }
+  std::vector<hal::Config> configs;
+  for (const std::string& file : labs.files) configs.push_back(hal::Config::from_file(file, overrides));
+  return configs;
+}
+
+Batch::Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory)
+    : labs_(std::move(labs)),
+      first_(first),
+      last_(last),
+      next_(first),
+      jobs_(static_cast<std::size_t>(jobs)),
+      directory_(directory) {
+  read_labs(labs_, first);
+}
+
+std::filesystem::path Batch::folder(std::int64_t seed) const {
+  return directory_ / fmt::format("seed-{}", seed);
+}
+
+void Batch::start(std::int64_t seed, hal::StopRequest& stop) {
+  const pid_t pid = ::fork();
+  if (pid < 0) throw std::runtime_error("cannot start another process for the next seed; use fewer --jobs");
+  if (pid == 0) {
+    const int code = run_seed(labs_, seed, folder(seed), stop);
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
+  running_[pid] = seed;
+}
+
+std::optional<Batch::Ended> Batch::next(hal::StopRequest& stop) {
+  for (;;) {
+    for (; next_ <= last_ && running_.size() < jobs_ && !stop.stopped(); ++next_) start(next_, stop);
+    if (running_.empty()) return {};
+    int status = 0;
+    const auto ended = running_.find(::wait(&status));
+    if (ended == running_.end()) continue;
+    const Ended result{ended->second, WIFEXITED(status) && WEXITSTATUS(status) == 0};
+    running_.erase(ended);
+    return result;
+  }
+}
+
+void Batch::save_table() const {
+  std::ofstream table(this->table());
+  std::string header;
+  for (std::int64_t seed = first_; seed <= last_; ++seed) {
+    std::ifstream in(folder(seed) / "result.json");
+    if (!in) continue;
+    const nlohmann::json result = nlohmann::json::parse(in, nullptr, false);
+    if (result.is_discarded()) continue;
+    if (header.empty()) {
+      header = "seed,ended,final_hash,speed";
+      for (const auto& [name, n] : result.at("counts").items()) header += "," + name;
+      table << header << '\n';
+    }
+    table << fmt::format("{},{},{},{:.1f}", seed, result.at("ended").get<std::string>(),
+                         result.at("final_hash").get<std::string>(), result.at("wall").at("speed").get<double>());
+    for (const auto& [name, n] : result.at("counts").items()) table << ',' << n.get<std::uint64_t>();
+    table << '\n';
+  }
+}
+
+}  // namespace arkmesh::app

@@ -1,0 +1,24 @@
+#include "app/traffic_monitor.hpp"
+
+#include "arkmesh/peers_t.hpp"
+#include "hal/messages.hpp"
+#include "lab/wire_check.hpp"
+
+namespace arkmesh::app {
+
+TrafficMonitor::TrafficMonitor(hal::Bus& private_bus)
+    : arrived_(private_bus.subscribe("[^/]+/.+",
+                                     [this](std::string_view channel, std::span<const std::byte> bytes) {
+                                       lab::Traffic& t = by_peer_[std::string(channel.substr(0, channel.find('/')))];
+                                       ++t.received_messages;
+                                       t.received_bytes += bytes.size();
+                                     })),
+      links_(private_bus.subscribe(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) {
+        peers_t message;
+        if (!lab::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
+        for (const peer_t& peer : message.peers)
+          for (const counter_t& c : peer.counters)
+            by_peer_[peer.lab].counters[c.name] = static_cast<std::uint64_t>(c.value);
+      })) {}
+
+}  // namespace arkmesh::app

@@ -1,0 +1,62 @@
+#include "lab/arena_port.hpp"
+
+#include "lab/wire_check.hpp"
+
+namespace arkmesh::lab {
+
+ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus)
+    : arena_(arena),
+      bus_(private_bus),
+      operator_(bus_.subscribe(operator_channel, [this](std::string_view, std::span<const std::byte> bytes) {
+        fleet_command_t message;
+        if (!check_fleet_command(bytes).empty() || !hal::decode(bytes, message))
+          return counters_.add("fleet_command.refused.undecodable");
+        if (obey(message)) counters_.add("operator.commands");
+      })) {}
+
+ArenaPort::News ArenaPort::take_news() {
+  News news{.heard = arena_.robots().heard(), .frame = arena_.poses().latest()};
+  if (!news.heard.empty()) bus_.publish(hal::channel::from_robots, hal::to_message(news.heard, arena_.clock().now()));
+  if (news.frame)
+    for (const pose_frame_t& part : hal::to_messages(*news.frame)) bus_.publish(hal::channel::poses, part);
+  return news;
+}
+
+void ArenaPort::publish_info() {
+  bus_.publish(hal::channel::arena, hal::to_message(arena_.info()));
+}
+
+void ArenaPort::say(std::span<const hal::ToRobot> messages, hal::LabTime now, std::uint32_t frame) {
+  if (messages.empty()) return;
+  bus_.publish(hal::channel::to_robots, hal::to_message(messages, now, frame));
+  arena_.robots().offer(messages);
+}
+
+void ArenaPort::command(const hal::FleetCommand& command, hal::LabTime now) {
+  const fleet_command_t message = hal::to_message(command, now);
+  bus_.publish(hal::channel::fleet_command, message);
+  obey(message);
+}
+
+bool ArenaPort::obey(const fleet_command_t& command) {
+  const auto known = hal::from_message(command);
+  if (known)
+    arena_.robots().command(*known);
+  else
+    counters_.add("fleet_command.refused.unknown");
+  return known.has_value();
+}
+
+hal::Counters ArenaPort::counters() const {
+  hal::Counters all = counters_;
+  all.merge(arena_.counters(), "arena.");
+  const hal::Airtime air = arena_.robots().airtime();
+  all.set("to_robots.offered", air.offered);
+  all.set("to_robots.sent", air.sent);
+  all.set("to_robots.replaced", air.replaced);
+  all.set("to_robots.refused", air.refused);
+  all.set("to_robots.not_sent", air.not_sent);
+  return all;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,52 @@
+// A lab's arena on the lab's private bus. A pose passes here once on its way out (arena -> bus, and to the caller), and
+// what is said to robots once on its way back (bus and arena). The bus has it for the recorder and the tap; nothing is
+// decoded again from it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/bus.hpp"
+#include "hal/counters.hpp"
+#include "hal/messages.hpp"
+#include "hal/types.hpp"
+
+namespace arkmesh::lab {
+
+class ArenaPort {
+ public:
+  // Both outlive the port.
+  ArenaPort(hal::Arena& arena, hal::Bus& private_bus);
+  ArenaPort(const ArenaPort&) = delete;
+
+  // What the arena has had to tell since the last call: published, and handed over.
+  struct News {
+    std::vector<hal::FromRobot> heard;
+    std::optional<hal::PoseFrame> frame;
+  };
+  News take_news();
+  void publish_info();
+  // What a scenario answers to frame `frame` at lab time `now`, as one batch each. Commands that no platform knows are
+  // refused and counted.
+  void say(std::span<const hal::ToRobot> messages, hal::LabTime now, std::uint32_t frame);
+  void command(const hal::FleetCommand& command, hal::LabTime now);
+
+  // Everything dropped, replaced or refused on the way, and inside the arena ("arena.").
+  hal::Counters counters() const;
+  // Commands of an operator on the lab's public bus (fleet_command_t). They are no part of a reproducible run.
+  static inline const std::string operator_channel = "operator_command";
+
+ private:
+  bool obey(const fleet_command_t& command);
+
+  hal::Arena& arena_;
+  hal::Bus& bus_;
+  hal::Counters counters_;
+  std::unique_ptr<hal::Bus::Subscription> operator_;
+};
+
+}  // namespace arkmesh::lab

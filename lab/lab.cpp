@@ -1,0 +1,56 @@
+#include "lab/lab.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <stdexcept>
+
+namespace arkmesh::lab {
+namespace {
+
+const std::vector<std::int64_t>& field_of(const LabState& state, std::string_view field) {
+  static const std::vector<std::int64_t> none;
+  const auto it = state.fields.find(field);
+  return it == state.fields.end() ? none : it->second;
+}
+
+}  // namespace
+
+const Projection& Lab::projection(std::string_view lab) const {
+  if (const auto it = data_.projections.find(lab); it != data_.projections.end()) return it->second;
+  throw std::out_of_range(fmt::format("the scenario asked for the projection of '{}', which is none of the labs {}",
+                                      lab, fmt::join(data_.labs, ", ")));
+}
+
+void Lab::declare(FieldRule rule) {
+  if (!data_.declaring)
+    throw std::logic_error(
+        fmt::format("the scenario declared field '{}' after begin(); declare all fields in begin()", rule.name));
+  data_.rules.push_back(std::move(rule));
+}
+
+const LabState& Lab::merged(const States& states, std::string_view lab) const {
+  if (const auto it = states.find(lab); it != states.end()) return it->second;
+  if (states.empty())
+    throw std::logic_error(fmt::format(
+        "the scenario asked for the state of '{}' before the first merge; states are there from on_period of period 0",
+        lab));
+  throw std::out_of_range(fmt::format("the scenario asked for the state of '{}', which is none of the labs {}", lab,
+                                      fmt::join(data_.labs, ", ")));
+}
+
+const std::vector<std::int64_t>& Lab::field(std::string_view lab, std::string_view field) const {
+  return field_of(state(lab), field);
+}
+
+const std::vector<std::int64_t>& Lab::initial_field(std::string_view lab, std::string_view field) const {
+  return field_of(merged(data_.initial_states, lab), field);
+}
+
+hal::RandomStream& Lab::random(std::string_view purpose) {
+  if (const auto it = data_.streams.find(purpose); it != data_.streams.end()) return it->second;
+  hal::RandomStream stream(data_.seed, fmt::format("{}/{}", data_.name, purpose));
+  return data_.streams.emplace(std::string(purpose), stream).first->second;
+}
+
+}  // namespace arkmesh::lab

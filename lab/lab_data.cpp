@@ -1,0 +1,34 @@
+#include "lab/lab_data.hpp"
+
+namespace arkmesh::lab {
+
+LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena) {
+  LabData data;
+  data.name = config.lab;
+  data.owner = config.owner;
+  data.labs = config.labs;
+  data.arena = facts_of(arena);
+  data.projections = config.projections;
+  data.period_length = config.period;
+  data.seed = config.seed;
+  return data;
+}
+
+void tell_merged(LabData& data, std::uint32_t period,
+                 const std::vector<std::pair<std::string, const LabState*>>& merged) {
+  data.period = period;
+  data.now = data.period_length * period;
+  data.marks.clear();
+  for (const auto& [lab, state] : merged) {
+    if (period == 0) data.initial_states.insert_or_assign(lab, *state);
+    data.states.insert_or_assign(lab, *state);
+  }
+}
+
+void forget_said(LabData& data) {
+  data.said.clear();
+  data.commands.clear();
+  data.rows.clear();
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,61 @@
+// What is behind the facade that a scenario sees: what its runner tells it, and what it asked of its runner. The runner
+// owns it and reads and writes it freely; a scenario reaches it through Lab only.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/counters.hpp"
+#include "hal/random.hpp"
+#include "hal/types.hpp"
+#include "lab/arena_facts.hpp"
+#include "lab/lab_state.hpp"
+#include "lab/projection.hpp"
+#include "lab/run_config.hpp"
+#include "lab/state_rules.hpp"
+
+namespace arkmesh::lab {
+
+// A row of TABLE.csv in the run folder.
+struct Row {
+  std::string table, header, values;
+};
+
+struct LabData {
+  // --- constant for the run ---
+  std::string name, owner;
+  std::vector<std::string> labs;  // ascending, own included
+  ArenaFacts arena;
+  std::map<std::string, Projection, std::less<>> projections;  // one for each lab
+  hal::LabTime period_length{0};
+  std::uint64_t seed = 0;
+
+  // --- what the runner tells ---
+  hal::LabTime now{0};
+  std::uint32_t period = 0;
+  bool declaring = true;                                                // until begin() has returned
+  std::map<std::string, LabState, std::less<>> states, initial_states;  // as merged; empty before the first merge
+
+  // --- what the scenario says ---
+  std::vector<FieldRule> rules;
+  std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
+  std::map<std::string, hal::RandomStream, std::less<>> streams;
+  std::vector<hal::ToRobot> said;
+  std::vector<hal::FleetCommand> commands;
+  std::vector<hal::Mark> marks;
+  std::vector<Row> rows;
+  hal::Counters counts;
+};
+
+// As it is before begin().
+LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
+// The states merged at boundary `period` are in force.
+void tell_merged(LabData& data, std::uint32_t period,
+                 const std::vector<std::pair<std::string, const LabState*>>& merged);
+// What the scenario said has gone out.
+void forget_said(LabData& data);
+
+}  // namespace arkmesh::lab

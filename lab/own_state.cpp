@@ -1,0 +1,35 @@
+#include "lab/own_state.hpp"
+
+namespace arkmesh::lab {
+
+void OwnState::add(const hal::PoseFrame& frame) {
+  frame_ = frame;
+  hash_.add(frame_);
+}
+
+LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
+  LabState own;
+  own.period = period;
+  const Projection& projection = lab.projections.at(lab.name);
+  own.robots.reserve(frame_.robots.size());
+  for (const hal::Sighting& s : frame_.robots) {
+    hal::Pose shared = projection.to_shared(s.pose);
+    // As others will decode it, so that all labs merge equal values.
+    shared = {to_micro(shared.x_m) * 1e-6, to_micro(shared.y_m) * 1e-6, to_micro(shared.heading_rad) * 1e-6};
+    own.robots.push_back({s.robot, shared, s.led});
+  }
+  for (const FieldRule& rule : lab.rules) {
+    const auto it = lab.fields.find(rule.name);
+    if (it == lab.fields.end() || (rule.initial_only && period > 0)) continue;
+    own.fields.emplace(rule.name, it->second);
+    // The owner's choices never enter the hash.
+    if (!rule.initial_only)
+      for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
+  }
+  for (const auto& [purpose, stream] : lab.streams) hash_.add(stream.count());
+  if (period == 0) own.settings = settings_;
+  own.hash = hash_.value();
+  return own;
+}
+
+}  // namespace arkmesh::lab

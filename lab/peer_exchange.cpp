@@ -1,0 +1,151 @@
+#include "lab/peer_exchange.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hal/messages.hpp"
+
+namespace arkmesh::lab {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr PeerExchange::Now repeat_world_after = 50ms;
+
+std::string_view origin_of(std::string_view channel) {
+  return channel.substr(0, channel.find('/'));
+}
+
+}  // namespace
+
+PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t nonce, hal::Bus& private_bus)
+    : lab_(config.lab),
+      period_length_(config.period),
+      patience_(config.patience),
+      bus_(private_bus),
+      gate_({.lab = config.lab,
+             .labs = config.labs,
+             .slack = config.slack,
+             .last_period = config.last_period,
+             .nonce = nonce,
+             .can_wait = can_wait}),
+      monitor_(config.lab, gate_.peers()) {
+  subscriptions_.push_back(bus_.subscribe(
+      "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
+  subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
+    const std::string_view peer = origin_of(channel);
+    monitor_.hear_status(peer, gate_.nonce(peer), bytes, now_);
+  }));
+  subscriptions_.push_back(
+      bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { monitor_.hear_peers(bytes, now_); }));
+}
+
+void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
+  WorldMessage message;
+  if (const std::string_view why = decode_world(bytes, message); !why.empty())
+    return counters_.add(fmt::format("world.refused.{}", why));
+  switch (gate_.hear(origin, message)) {
+    case PeriodGate::Heard::counted:
+      monitor_.hear_state(origin, now_);
+      if (!message.can_wait) last_news_ = now_;
+      break;
+    case PeriodGate::Heard::taught:
+      publish_world();  // so that the peer learns our nonce without waiting for a repetition
+      break;
+    case PeriodGate::Heard::refused:
+      break;
+    case PeriodGate::Heard::restarted:
+      if (gate_.mode() != PeriodGate::Mode::free && !complete_ && failure_.empty())
+        failure_ = fmt::format("{} was restarted at period {}", origin, period_);
+      break;
+    case PeriodGate::Heard::different:
+      if (failure_.empty()) failure_ = fmt::format("the labs' settings differ: {}", gate_.difference());
+      break;
+  }
+}
+
+void PeerExchange::publish(LabState own) {
+  gate_.publish(std::move(own));
+  boundary_ = now_;
+  publish_world();
+}
+
+std::vector<std::pair<std::string, const LabState*>> PeerExchange::merge(std::uint32_t k) {
+  period_ = k;
+  boundary_ = merged_ = now_;
+  return gate_.merge(k);
+}
+
+bool PeerExchange::may_begin_next_period() const {
+  if (period_ == 0 || gate_.may_begin(period_ + 1)) return true;
+  return now_ - last_news_ > 2 * period_length_ && now_ - merged_ >= period_length_;
+}
+
+void PeerExchange::publish_world() {
+  bus_.publish(hal::channel::world, to_message(gate_.message()));
+  world_due_ = now_ + repeat_world_after;
+}
+
+bool PeerExchange::repeat_world() {
+  if (now_ < world_due_) return false;
+  publish_world();
+  return true;
+}
+
+PeerWait PeerExchange::wait_for(std::uint32_t wanted) const {
+  const auto& peers = gate_.peers();
+  const auto missing = std::find_if(peers.begin(), peers.end(), [&](const std::string& peer) {
+    return gate_.received(peer) < static_cast<std::int64_t>(wanted);
+  });
+  if (missing == peers.end()) return {};
+  const bool bound = gate_.bound(*missing);
+  const std::string words = monitor_.words(*missing, bound, now_);
+  PeerWait wait{.text = fmt::format("waiting for {}: {}", *missing, words), .give_up = {}};
+  switch (monitor_.life(*missing, bound, now_)) {
+    case PeerMonitor::Life::failed:
+    case PeerMonitor::Life::dead:
+      wait.give_up = fmt::format("{} is gone at period {}: {}", *missing, period_, words);
+      break;
+    case PeerMonitor::Life::link_down:
+    case PeerMonitor::Life::gateway_silent:
+      if (now_ - boundary_ > patience_)
+        wait.give_up =
+            fmt::format("gave up waiting for {} after {} s: {}", *missing, patience_.count() / 1'000'000, words);
+      break;
+    case PeerMonitor::Life::unknown:
+    case PeerMonitor::Life::alive:
+      break;
+  }
+  return wait;
+}
+
+void PeerExchange::linger_after_last_period() {
+  complete_ = true;
+  lingering_.begin_after_last_period(now_);
+  publish_world();
+}
+
+bool PeerExchange::may_leave(std::uint32_t last) {
+  if (!lingering_.over(gate_, monitor_, last, now_)) return false;
+  if (lingering_.gave_up()) counters_.add("gate.linger_gave_up");
+  return true;
+}
+
+std::map<std::string, std::uint64_t> PeerExchange::hash_by_lab(std::uint64_t own) const {
+  std::map<std::string, std::uint64_t> hashes{{lab_, own}};
+  for (const std::string& peer : gate_.peers()) {
+    const LabState* newest = gate_.newest(peer);
+    hashes[peer] = newest ? newest->hash : 0;
+  }
+  return hashes;
+}
+
+hal::Counters PeerExchange::counters() const {
+  hal::Counters all = counters_;
+  all.merge(gate_.counters());
+  all.merge(monitor_.counters());
+  return all;
+}
+
+}  // namespace arkmesh::lab

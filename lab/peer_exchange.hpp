@@ -1,0 +1,86 @@
+// What a lab and its peers tell each other: hears worlds, statuses and links from the private bus, repeats the own
+// world, and knows for whom the lab waits and whether that still makes sense. The caller owns time.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "hal/bus.hpp"
+#include "hal/counters.hpp"
+#include "lab/lingering.hpp"
+#include "lab/peer_monitor.hpp"
+#include "lab/period_gate.hpp"
+#include "lab/run_config.hpp"
+
+namespace arkmesh::lab {
+
+// For whom a lab waits.
+struct PeerWait {
+  std::string text;     // "waiting for roark: link down"; empty when nobody is waited for
+  std::string give_up;  // why nothing will come any more; empty when it still makes sense to wait
+};
+
+class PeerExchange {
+ public:
+  using Now = PeerMonitor::Now;
+
+  // The bus outlives the exchange. `can_wait`: the own arena can. `nonce`: of this run, never 0.
+  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t nonce, hal::Bus& private_bus);
+  PeerExchange(const PeerExchange&) = delete;
+
+  // Time of the current step: to be set before the bus is drained.
+  void set_now(Now now) { now_ = now; }
+  // What was heard that ends the run, in one sentence; empty when nothing was.
+  const std::string& failure() const { return failure_; }
+
+  PeriodGate& gate() { return gate_; }
+  const PeriodGate& gate() const { return gate_; }
+  bool strict() const { return gate_.mode() == PeriodGate::Mode::strict; }
+
+  // Publishes the own state of the next boundary.
+  void publish(LabState own);
+  // As PeriodGate::merge; from now on the lab has passed boundary `k`.
+  std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
+  // Free mode, arena that can wait: not ahead of the real-time arenas; without news of any of them for two periods, at
+  // real time by the own clock.
+  bool may_begin_next_period() const;
+  void publish_world();
+  bool repeat_world();  // when it is due; says whether it was
+  // `wanted`: the period of the peers' states that the lab waits for since its last boundary.
+  PeerWait wait_for(std::uint32_t wanted) const;
+
+  // --- ending ---
+  void linger_after_failure() { lingering_.begin_after_failure(now_); }
+  void linger_after_last_period();
+  // No peer needs this lab any more. `last`: the last period.
+  bool may_leave(std::uint32_t last);
+
+  // Hash of each lab in its newest state, `own` the own one. A lab never heard has 0.
+  std::map<std::string, std::uint64_t> hash_by_lab(std::uint64_t own) const;
+  // Everything refused, late or missing.
+  hal::Counters counters() const;
+
+ private:
+  void hear_world(std::string_view origin, std::span<const std::byte> bytes);
+
+  const std::string lab_;
+  const std::chrono::microseconds period_length_, patience_;
+  hal::Bus& bus_;
+  PeriodGate gate_;
+  PeerMonitor monitor_;
+  Lingering lingering_;
+  bool complete_ = false;     // lingers after the last period
+  std::uint32_t period_ = 0;  // the boundary passed last
+  std::string failure_;
+  Now now_{0}, world_due_{0}, boundary_{0}, merged_{0}, last_news_{0};
+  hal::Counters counters_;
+  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
+};
+
+}  // namespace arkmesh::lab

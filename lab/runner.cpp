@@ -1,0 +1,249 @@
+#include "lab/runner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "hal/messages.hpp"
+#include "lab/shared_view.hpp"
+#include "lab/status.hpp"
+
+namespace arkmesh::lab {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Runner::Now repeat_status = 1s;
+constexpr hal::LabTime repeat_info = 60s;
+
+}  // namespace
+
+Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
+               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
+    : config_(std::move(config)),
+      arena_(arena),
+      scenario_(scenario),
+      bus_(private_bus),
+      recorder_(recorder),
+      nonce_(nonce),
+      recording_(bus_.subscribe(".*",
+                                [this](std::string_view channel, std::span<const std::byte> bytes) {
+                                  recorder_.record(arena_.clock().now(), channel, bytes);
+                                })),
+      port_(arena, private_bus),
+      peers_(config_, arena.info().can_wait, nonce, private_bus),
+      own_(std::move(settings)),
+      data_(make_lab_data(config_, arena.info())) {}
+
+// ---------------------------------------------------------------- one step
+
+Runner::Step Runner::step(Now now) {
+  if (phase_ == Phase::ended) return Step::ended;
+  now_ = now;
+  peers_.set_now(now);
+  arena_.serve();
+  bus_.drain();
+  if (!peers_.failure().empty()) fail(peers_.failure());
+  if (now_ >= status_due_) publish_status();
+  return go_on();
+}
+
+Runner::Step Runner::go_on() {
+  switch (phase_) {
+    case Phase::starting:
+      return start();
+    case Phase::running:
+      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().room_period(data_.period + 1));
+      return next_event();
+    case Phase::at_boundary:
+      if (!peers_.gate().may_merge(boundary_))
+        return wait_for_peers(boundary_ > config_.slack ? boundary_ - config_.slack : 0);
+      merge_period();
+      return Step::advanced;
+    case Phase::completing:
+      if (strict() && !peers_.gate().received_from_all(boundary_)) return wait_for_peers(boundary_);
+      finish();
+      return Step::advanced;
+    case Phase::lingering:
+    case Phase::failing:
+      return linger();
+    case Phase::ended:
+      break;
+  }
+  return Step::ended;
+}
+
+Runner::Step Runner::start() {
+  if (!std::exchange(begun_, true)) {
+    port_.publish_info();
+    lab_.declare(arena_rule());
+    lab_.publish(arena_rule().name, arena_values(arena_.info()));
+    scenario_.begin(lab_);
+    data_.declaring = false;
+    peers_.gate().judge_by({config_.owner, data_.rules, config_.projections});
+  }
+  if (!advance_to(hal::LabTime{0})) return wait_for_arena();
+  close_period();
+  return Step::advanced;
+}
+
+// The next frame or boundary, whichever is first; the calls of advance_to depend on our own configuration only.
+Runner::Step Runner::next_event() {
+  const hal::LabTime boundary = config_.period * (data_.period + 1);
+  const hal::LabTime frame = arena_.info().frame_period * next_frame_;
+  if (!advance_to(std::min(frame, boundary))) return wait_for_arena();
+  if (frame >= boundary) {
+    if (!moved_) moved_ = now_;
+    close_period();
+  }
+  return Step::advanced;
+}
+
+// False: the arena is not there yet.
+bool Runner::advance_to(hal::LabTime t) {
+  if (!arena_.advance_to(t)) return false;
+  if (std::exchange(awaits_arena_, false)) state_text_ = phase_ == Phase::starting ? "starting" : "running";
+  const ArenaPort::News news = port_.take_news();
+  if (news.frame || !news.heard.empty()) {
+    bus_.drain();
+    if (news.frame) {
+      own_.add(*news.frame);
+      data_.now = news.frame->stamp;
+      scenario_.on_poses(lab_, *news.frame);
+    }
+    if (!news.heard.empty()) {
+      data_.now = t;
+      scenario_.on_heard(lab_, news.heard);
+    }
+    deliver();
+    bus_.drain();
+  }
+  if (arena_.info().frame_period * next_frame_ <= t) ++next_frame_;
+  return true;
+}
+
+// What the scenario said: to robots as one batch, and to people.
+void Runner::deliver() {
+  port_.say(data_.said, data_.now, own_.frame().number);
+  for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
+  for (const Row& row : data_.rows) recorder_.row(row.table, row.header, row.values);
+  forget_said(data_);
+}
+
+// ---------------------------------------------------------------- boundaries
+
+// Builds and publishes the own state of the boundary that lab time has reached.
+void Runner::close_period() {
+  boundary_ = static_cast<std::uint32_t>(peers_.gate().published() + 1);
+  LabState own = own_.at_boundary(boundary_, data_);
+  recorder_.row("hash", "period,hash", fmt::format("{},{:016x}", boundary_, own.hash));
+  peers_.publish(std::move(own));
+  enter(Phase::at_boundary);
+}
+
+void Runner::merge_period() {
+  const std::uint32_t k = boundary_;
+  if (k == 0 && config_.require_strict && !strict())
+    return fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
+  const auto merged = peers_.merge(k);
+  tell_merged(data_, k, merged);
+  const shared_view_t view = make_shared_view(k, data_.now, lab_.projection(), merged);
+  scenario_.on_period(lab_);
+  if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
+  deliver();
+  bus_.publish(hal::channel::shared, view);
+  if (!data_.marks.empty()) bus_.publish(hal::channel::marks, hal::to_message(data_.marks, data_.now));
+  if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
+  bus_.drain();
+  recorder_.flush();
+  state_text_ = "running";
+  PeriodGate& gate = peers_.gate();
+  if (scenario_.finished(lab_)) gate.finish_at(k);
+  // In free mode the owner's end is everybody's.
+  if (!strict() && config_.lab != config_.owner && gate.done(config_.owner)) gate.finish_at(k);
+  if (k < gate.last_period()) return enter(Phase::running);
+  peers_.publish_world();  // now with `done`
+  enter(Phase::completing);
+}
+
+// ---------------------------------------------------------------- waiting and ending
+
+void Runner::publish_status() {
+  bus_.publish(hal::channel::status, to_message({.lab = config_.lab,
+                                                 .nonce = nonce_,
+                                                 .state = state_text_,
+                                                 .stamp = arena_.clock().now(),
+                                                 .period = data_.period,
+                                                 .last_period = last_period(),
+                                                 .moving = moved_ ? now_ - *moved_ : Now{0},
+                                                 .can_wait = arena_.info().can_wait,
+                                                 .drops = drops(),
+                                                 .counts = data_.counts}));
+  status_due_ = now_ + repeat_status;
+}
+
+// An arena that computes its own time goes on with the next call; others say when.
+Runner::Step Runner::wait_for_arena() {
+  awaits_arena_ = true;
+  if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_text_ = "waiting for " + wanted;
+  return arena_.next_service() > hal::machine_time().now() ? Step::waiting : Step::advanced;
+}
+
+// `wanted`: the period of the peers' states that is waited for.
+Runner::Step Runner::wait_for_peers(std::uint32_t wanted) {
+  peers_.repeat_world();
+  const PeerWait wait = peers_.wait_for(wanted);
+  if (!wait.text.empty()) state_text_ = wait.text;
+  if (wait.give_up.empty()) return Step::waiting;
+  fail(wait.give_up);
+  return Step::advanced;
+}
+
+// A failure is never overridden.
+void Runner::enter(Phase phase) {
+  if (!failed_) phase_ = phase;
+}
+
+void Runner::stop(std::string_view why) {
+  fail(hal::stopped(why, arena_));
+}
+
+void Runner::fail(std::string_view why) {
+  if (failed_ || phase_ == Phase::ended) return;
+  awaits_arena_ = false;
+  reason_ = why;
+  state_text_ = "failed: " + reason_;
+  enter(Phase::failing);
+  failed_ = true;
+  peers_.linger_after_failure();
+  publish_status();
+  recorder_.flush();
+}
+
+void Runner::finish() {
+  state_text_ = "finished";
+  enter(Phase::lingering);
+  peers_.linger_after_last_period();
+  publish_status();
+  bus_.drain();
+  recorder_.flush();
+}
+
+// Repeats the last state until every peer has it, or is gone; a failed run repeats its status for a moment.
+Runner::Step Runner::linger() {
+  if (peers_.repeat_world()) bus_.drain();
+  if (!peers_.may_leave(boundary_)) return Step::waiting;
+  phase_ = Phase::ended;
+  return Step::ended;
+}
+
+hal::Counters Runner::drops() const {
+  hal::Counters all = peers_.counters();
+  all.merge(port_.counters());
+  all.merge(recorder_.counters());
+  all.merge(bus_.counters(), "bus.");
+  return all;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,106 @@
+// Runs one lab: joins arena, scenario and period gate over the lab's private bus, as a resumable step. The caller owns
+// time: a lab process passes monotonic wall time, `arkmesh run` passes step time; neither reaches a result. Nothing
+// here blocks: the caller waits, in one place, for messages and for the arena. Single-threaded.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/bus.hpp"
+#include "hal/recorder.hpp"
+#include "lab/arena_port.hpp"
+#include "lab/lab_data.hpp"
+#include "lab/own_state.hpp"
+#include "lab/peer_exchange.hpp"
+#include "lab/run_config.hpp"
+#include "lab/scenario.hpp"
+
+namespace arkmesh::lab {
+
+class Runner {
+ public:
+  using Now = std::chrono::microseconds;  // monotonic, any origin
+
+  enum class Step {
+    advanced,  // did something; call again
+    waiting,   // can do nothing before a message comes, a timer is due or the arena wants service:
+               // serve the buses for a while, then call again
+    ended,     // over; see finished() and reason()
+  };
+
+  // The references outlive the runner. `settings` is what all labs must have alike (shared_settings).
+  Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
+         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce);
+
+  // Handles what is on the private bus, then at most one frame or one boundary. Throws what arena or scenario throw.
+  Step step(Now now);
+  // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
+  void stop(std::string_view why);
+  // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the
+  // latest.
+  bool awaits_arena() const { return awaits_arena_; }
+
+  // It reached the last boundary and has the final hash.
+  bool finished() const { return phase_ == Phase::ended && !failed_; }
+  const std::string& reason() const { return reason_; }          // why it failed
+  const std::string& state_text() const { return state_text_; }  // what it is doing, for progress and `status`
+  std::uint32_t period() const { return data_.period; }
+  std::uint32_t last_period() const { return peers_.gate().last_period(); }
+  const RunConfig& config() const { return config_; }
+  const Lab& lab() const { return lab_; }
+  bool strict() const { return peers_.strict(); }
+  // Hash of each lab at the last boundary, and all of them in name order as one. A lab never heard has 0.
+  std::map<std::string, std::uint64_t> hash_by_lab() const { return peers_.hash_by_lab(own_.hash()); }
+  std::uint64_t final_hash() const { return joint_hash(hash_by_lab()); }
+  // Everything dropped, replaced, late or refused in this lab, by reason.
+  hal::Counters drops() const;
+
+ private:
+  enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
+
+  Step go_on();
+  Step start();
+  Step next_event();
+  bool advance_to(hal::LabTime t);
+  void deliver();
+  void close_period();
+  void merge_period();
+  void publish_status();
+  Step wait_for_arena();
+  Step wait_for_peers(std::uint32_t wanted);
+  void fail(std::string_view why);
+  void finish();
+  Step linger();
+  void enter(Phase phase);
+
+  const RunConfig config_;
+  hal::Arena& arena_;
+  Scenario& scenario_;
+  hal::Bus& bus_;
+  hal::Recorder& recorder_;
+  const std::uint64_t nonce_;
+  std::unique_ptr<hal::Bus::Subscription>
+      recording_;  // the first of all, so that nothing happens before it is recorded
+  ArenaPort port_;
+  PeerExchange peers_;
+  OwnState own_;
+  LabData data_;
+  Lab lab_{data_};
+  Phase phase_ = Phase::starting;
+  bool begun_ = false, failed_ = false, awaits_arena_ = false;
+  std::string reason_, state_text_ = "starting";
+  std::uint32_t next_frame_ = 0;  // number of the next frame to come
+  std::uint32_t boundary_ = 0;    // the one whose own state was published last
+  Now now_{0};                    // of the current step
+  Now status_due_{0};
+  std::optional<Now> moved_;  // when the first period was over
+};
+
+}  // namespace arkmesh::lab

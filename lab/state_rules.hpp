@@ -1,0 +1,49 @@
+// What a peer's state can be: every field as the scenario declared it, every robot within its lab's arena. A value, and
+// pure, so that lies are refused before they do harm.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "lab/lab_state.hpp"
+#include "lab/projection.hpp"
+
+namespace arkmesh::lab {
+
+// A field that a scenario publishes.
+struct FieldRule {
+  std::string name;
+  std::size_t length = 0;  // exact number of values
+  std::int64_t low = 0;    // every value within low..high
+  std::int64_t high = 0;
+  bool owner_only = false;    // only the owner of the shared things may publish it
+  bool initial_only = false;  // part of state 0 only
+};
+
+// The field of state 0 that tells others of a lab's arena and bounds what its robots can claim:
+// [width_um, height_um, robots, largest id].
+FieldRule arena_rule();
+std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena);
+
+class StateRules {
+ public:
+  // `owner`: the lab that decides the shared things. `projections`: one for each lab.
+  StateRules(std::string owner, std::vector<FieldRule> fields,
+             std::map<std::string, Projection, std::less<>> projections);
+
+  // Why `state` of `lab` cannot be true, given its state 0, in one word fit for a counter's name; empty when it can.
+  std::string_view why_refused(std::string_view lab, const LabState& state, const LabState& initial) const;
+
+ private:
+  std::string_view refused_field(std::string_view lab, const LabState& state) const;
+
+  std::string owner_;
+  std::vector<FieldRule> fields_;
+  std::map<std::string, Projection, std::less<>> projections_;
+};
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,97 @@
+// What a scenario may ask of its lab, and what it is answered when it asks too early or for what there is not.
+#include <doctest/doctest.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "lab/lab.hpp"
+
+using namespace arkmesh;
+
+namespace {
+
+struct Asked {
+  lab::LabData data;
+  lab::Lab lab{data};
+
+  Asked() {
+    data.name = data.owner = "a";
+    data.labs = {"a", "b"};
+    data.projections = {{"a", {}}, {"b", {.scale = 2}}};
+    data.seed = 7;
+    data.period_length = hal::LabTime(2'000'000);
+  }
+  void merge(std::uint32_t period) {
+    lab::LabState own, other;
+    own.fields["team"] = {1, 2};
+    other.period = own.period = period;
+    lab::tell_merged(data, period, {{"a", &own}, {"b", &other}});
+  }
+};
+
+template <class Ask>
+std::string sentence(Ask ask) {
+  try {
+    ask();
+  } catch (const std::logic_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("before the first merge there are no states, and a sentence says so") {
+  // A scenario that looks at states in begin() or at frame 0 is told when they are there.
+  Asked asked;
+  const std::string early =
+      "the scenario asked for the state of 'b' before the first merge; states are there from on_period of period 0";
+  CHECK(sentence([&] { asked.lab.state("b"); }) == early);
+  CHECK(sentence([&] { asked.lab.field("b", "team"); }) == early);
+  CHECK(sentence([&] { asked.lab.initial_field("b", "team"); }) == early);
+  CHECK(asked.lab.projection("b").scale == 2);
+}
+
+TEST_CASE("a lab that there is not has neither state nor projection") {
+  Asked asked;
+  asked.merge(0);
+  CHECK(asked.lab.state("b").period == 0);
+  CHECK_THROWS_AS(asked.lab.state("c"), std::out_of_range);
+  CHECK_THROWS_AS(asked.lab.initial_field("c", "team"), std::out_of_range);
+  CHECK(sentence([&] { asked.lab.field("c", "team"); }) ==
+        "the scenario asked for the state of 'c', which is none of the labs a, b");
+  CHECK(sentence([&] { asked.lab.projection("c"); }) ==
+        "the scenario asked for the projection of 'c', which is none of the labs a, b");
+}
+
+TEST_CASE("a field that a state does not hold is empty") {
+  Asked asked;
+  asked.merge(0);
+  CHECK(asked.lab.field("a", "team") == std::vector<std::int64_t>{1, 2});
+  CHECK(asked.lab.field("b", "team").empty());
+  asked.merge(3);
+  asked.data.states["a"].fields.clear();
+  CHECK(asked.lab.field("a", "team").empty());
+  CHECK(asked.lab.initial_field("a", "team").size() == 2);
+  CHECK(asked.lab.now() == hal::LabTime(6'000'000));
+}
+
+TEST_CASE("fields are declared in begin() only") {
+  // Rules are the gate's from then on: a later declaration would do nothing and so must not pass.
+  Asked asked;
+  asked.lab.declare({.name = "team"});
+  asked.data.declaring = false;
+  CHECK(sentence([&] { asked.lab.declare({.name = "late"}); }) ==
+        "the scenario declared field 'late' after begin(); declare all fields in begin()");
+  CHECK(asked.data.rules.size() == 1);
+}
+
+TEST_CASE("a random stream is named lab/purpose and stays where it is") {
+  Asked asked;
+  hal::RandomStream expected(7, "a/sites");
+  hal::RandomStream& stream = asked.lab.random("sites");
+  CHECK(stream.next() == expected.next());
+  for (int i = 0; i < 100; ++i) asked.lab.random(std::to_string(i));
+  CHECK(&asked.lab.random("sites") == &stream);
+  CHECK(stream.count() == 1);
+}

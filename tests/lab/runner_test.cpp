@@ -1,0 +1,262 @@
+// The runner's phases, with an arena and a scenario that only note what they are asked.
+#include "lab/runner.hpp"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <bit>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/messages.hpp"
+#include "hal/newest_frame.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using lab::Runner;
+
+namespace {
+
+class NotingLink final : public hal::RobotLink {
+ public:
+  void offer(std::span<const hal::ToRobot> newest) override {
+    offered.insert(offered.end(), newest.begin(), newest.end());
+  }
+  hal::Airtime airtime() const override { return {.offered = offered.size()}; }
+  void command(const hal::FleetCommand& command) override { commands.push_back(command.kind); }
+  std::vector<hal::FromRobot> heard() override { return std::exchange(to_hear, {}); }
+  std::vector<hal::ToRobot> offered;
+  std::vector<hal::FleetCommand::Kind> commands;
+  std::vector<hal::FromRobot> to_hear;
+};
+
+// A frame each 100 ms with odd numbers in it; not there yet for the next `late` calls.
+class SlowArena final : public hal::Arena {
+ public:
+  SlowArena() { info_.robots = {1}, info_.max_robot = 9; }
+  const hal::ArenaInfo& info() const override { return info_; }
+  const hal::Clock& clock() const override { return clock_; }
+  hal::PoseSource& poses() override { return frames_; }
+  NotingLink& robots() override { return link_; }
+  bool advance_to(hal::LabTime t) override {
+    if (late > 0) return --late, false;
+    clock_.set(t);
+    asked.push_back(t);
+    if (t % info_.frame_period == hal::LabTime{0})
+      frames_.put({.stamp = t,
+                   .number = static_cast<std::uint32_t>(t / info_.frame_period),
+                   .robots = {{.robot = 1, .pose = {0.1 / 3, -1e-300, 3.14159}, .confidence = 0.3f}}});
+    return true;
+  }
+  void serve() override { ++served; }
+  hal::TimePoint next_service() const override { return late > 0 ? hal::TimePoint::max() : hal::TimePoint::min(); }
+  std::string waiting_for() const override { return late > 0 && says ? "two robots" : ""; }
+  bool end() override { return true; }
+  const hal::Counters& counters() const override { return counters_; }
+
+  int late = 0, served = 0;
+  bool says = false;
+  std::vector<hal::LabTime> asked;
+
+ private:
+  hal::Counters counters_;
+  hal::ArenaInfo info_;
+  hal::OwnedClock clock_;
+  hal::NewestFrame frames_{counters_};
+  NotingLink link_;
+};
+
+// Notes each call, says something in each, and writes rows.
+class NotingScenario final : public lab::Scenario {
+ public:
+  void begin(lab::Lab& lab) override {
+    calls.push_back("begin");
+    lab.row("table", "what", "begin");
+  }
+  void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override {
+    calls.push_back(fmt::format("poses {}", frame.number));
+    newest = frame;
+    lab.say({.robot = 1, .kind = 1});
+    lab.row("table", "what", fmt::format("poses {}", frame.number));
+  }
+  void on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) override {
+    calls.push_back(fmt::format("heard {} of {}", messages.size(), messages[0].robot));
+    lab.say({.robot = 1, .kind = 2});
+  }
+  void on_period(lab::Lab& lab) override { calls.push_back(fmt::format("period {}", lab.period())); }
+  bool finished(const lab::Lab& lab) const override { return lab.period() == end_at; }
+  std::vector<std::string> calls;
+  hal::PoseFrame newest;
+  std::uint32_t end_at = 1000;
+};
+
+lab::RunConfig config() {
+  lab::RunConfig c;
+  c.lab = c.owner = "a";
+  c.labs = {"a"};
+  c.projections["a"];
+  c.period = 250ms;
+  c.last_period = 2;
+  return c;
+}
+
+struct Bench {
+  tests::TemporaryDirectory folder;
+  SlowArena arena;
+  NotingScenario scenario;
+  hal::Bus bus{"memq://"};
+  hal::Recorder recorder{folder.path(), 0, {.log = false}};
+  std::vector<std::string> channels;
+  Runner runner{config(), {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5};
+  std::unique_ptr<hal::Bus::Subscription> all = bus.subscribe(".*", [this](std::string_view channel, auto) {
+    if (channel != "status" && channel != "world" && channel != "shared") channels.emplace_back(channel);
+  });
+  std::chrono::microseconds now{0};
+
+  Runner::Step step() { return runner.step(now += 1ms); }
+  void run() {
+    while (step() != Runner::Step::ended) REQUIRE(now < 10s);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a lab alone passes through its phases, frames and boundaries in time order") {
+  Bench bench;
+  bench.run();
+  CHECK(bench.runner.finished());
+  CHECK(bench.runner.state_text() == "finished");
+  CHECK(bench.arena.asked == std::vector<hal::LabTime>{0ms, 100ms, 200ms, 250ms, 300ms, 400ms, 500ms});
+  CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0", "period 0", "poses 1", "poses 2",
+                                                         "period 1", "poses 3", "poses 4", "poses 5", "period 2"});
+  CHECK(bench.arena.robots().commands == std::vector<hal::FleetCommand::Kind>{hal::FleetCommand::Kind::run});
+  CHECK(bench.step() == Runner::Step::ended);
+}
+
+TEST_CASE("a scenario may finish early") {
+  Bench bench;
+  bench.scenario.end_at = 1;
+  bench.run();
+  CHECK(bench.runner.finished());
+  CHECK(bench.runner.period() == 1);
+}
+
+TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {
+  // The same calls reach arena and scenario as from one that is there at once, and each step serves it.
+  Bench quick, slow;
+  quick.run();
+  slow.arena.late = 3;
+  for (int i = 0; i < 3; ++i) {
+    CHECK(slow.step() == (i < 2 ? Runner::Step::waiting : Runner::Step::advanced));
+    CHECK(slow.runner.awaits_arena());
+    CHECK(slow.arena.served == i + 1);
+  }
+  CHECK(slow.scenario.calls == std::vector<std::string>{"begin"});
+  CHECK(slow.step() == Runner::Step::advanced);
+  CHECK_FALSE(slow.runner.awaits_arena());
+  slow.arena.late = 2;
+  slow.run();
+  CHECK(slow.arena.asked == quick.arena.asked);
+  CHECK(slow.scenario.calls == quick.scenario.calls);
+  CHECK(slow.channels == quick.channels);
+  CHECK(slow.runner.final_hash() == quick.runner.final_hash());
+}
+
+TEST_CASE("what an arena waits for is said, also when the operator stops the lab") {
+  Bench bench;
+  bench.arena.late = 100;
+  bench.arena.says = true;
+  CHECK(bench.step() == Runner::Step::waiting);
+  CHECK(bench.runner.state_text() == "waiting for two robots");
+  bench.runner.stop("stopped by the operator");
+  CHECK_FALSE(bench.runner.awaits_arena());
+  bench.run();
+  CHECK_FALSE(bench.runner.finished());
+  CHECK(bench.runner.reason() == "stopped by the operator; waited for two robots");
+}
+
+TEST_CASE("a wait for the arena is forgotten when it is over") {
+  Bench bench;
+  bench.arena.late = 2;
+  bench.arena.says = true;
+  bench.step();
+  bench.arena.late = 0;
+  bench.step();
+  CHECK(bench.runner.state_text() == "starting");
+}
+
+TEST_CASE("what robots said comes after the frame, and both answers go out as one batch") {
+  Bench bench;
+  bench.step();  // frame 0
+  bench.step();  // boundary 0
+  bench.channels.clear();
+  bench.scenario.calls.clear();
+  bench.arena.robots().offered.clear();
+  bench.arena.robots().to_hear = {{.robot = 7, .kind = 1, .value = 2}};
+  bench.step();
+  CHECK(bench.scenario.calls == std::vector<std::string>{"poses 1", "heard 1 of 7"});
+  CHECK(bench.channels == std::vector<std::string>{"from_robots", "poses", "to_robots"});
+  REQUIRE(bench.arena.robots().offered.size() == 2);
+  CHECK(bench.arena.robots().offered[0].kind == 1);
+  CHECK(bench.arena.robots().offered[1].kind == 2);
+}
+
+TEST_CASE("a pose on the bus has the bits of the one that the scenario sees") {
+  // So it makes no difference that nothing is decoded from the own bus.
+  Bench bench;
+  std::optional<hal::PoseFrame> heard;
+  const auto poses = bench.bus.subscribe("poses", [&](std::string_view, auto bytes) {
+    pose_frame_t message;
+    REQUIRE(hal::decode(bytes, message));
+    heard = hal::from_message(message);
+  });
+  bench.step();
+  bench.step();
+  REQUIRE(heard);
+  const hal::PoseFrame& seen = bench.scenario.newest;
+  CHECK(heard->stamp == seen.stamp);
+  CHECK(heard->number == seen.number);
+  REQUIRE(heard->robots.size() == 1);
+  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+  CHECK(bits(heard->robots[0].pose.x_m) == bits(seen.robots[0].pose.x_m));
+  CHECK(bits(heard->robots[0].pose.y_m) == bits(seen.robots[0].pose.y_m));
+  CHECK(bits(heard->robots[0].pose.heading_rad) == bits(seen.robots[0].pose.heading_rad));
+  CHECK(heard->robots[0].confidence == seen.robots[0].confidence);
+  CHECK(heard->robots[0].led == seen.robots[0].led);
+}
+
+TEST_CASE("an operator's command reaches the robots; what is none is counted") {
+  Bench bench;
+  bench.bus.publish("operator_command",
+                    hal::to_message(hal::FleetCommand{.kind = hal::FleetCommand::Kind::pause}, 0ms));
+  bench.bus.publish("operator_command", hal::to_message(hal::FleetCommand{.type = 200}, 0ms));
+  bench.bus.publish("operator_command", std::as_bytes(std::span("junk")));
+  bench.step();
+  CHECK(bench.arena.robots().commands == std::vector<hal::FleetCommand::Kind>{hal::FleetCommand::Kind::pause});
+  CHECK(bench.runner.drops()["operator.commands"] == 1);
+  CHECK(bench.runner.drops()["fleet_command.refused.unknown"] == 1);
+  CHECK(bench.runner.drops()["fleet_command.refused.undecodable"] == 1);
+}
+
+TEST_CASE("a peer that never speaks is waited for by name") {
+  tests::TemporaryDirectory folder;
+  SlowArena arena;
+  NotingScenario scenario;
+  hal::Bus bus("memq://");
+  hal::Recorder recorder(folder.path(), 0, {.log = false});
+  lab::RunConfig two = config();
+  two.labs = {"a", "b"};
+  two.projections["b"];
+  two.patience = 2s;
+  Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
+  std::chrono::microseconds now{0};
+  CHECK(runner.step(now) == Runner::Step::advanced);
+  CHECK(runner.step(now += 1ms) == Runner::Step::waiting);
+  CHECK(runner.state_text() == "waiting for b: the gateway of a is silent; start it with: arkmesh gateway");
+  CHECK_FALSE(runner.awaits_arena());
+  while (runner.step(now += 10ms) != Runner::Step::ended) REQUIRE(now < 10s);
+  CHECK(runner.reason().starts_with("gave up waiting for b after 2 s"));
+  CHECK(scenario.calls == std::vector<std::string>{"begin", "poses 0"});
+}
