@@ -15,8 +15,8 @@
 
 namespace arkmesh::app {
 
-std::span<const hal::ArenaRow> arena_rows() {
-  static const std::vector<hal::ArenaRow> table = {
+std::vector<hal::ArenaRow>& arena_rows() {
+  static std::vector<hal::ArenaRow> table = {
     sim_ode::ode_arena_row(),
 #if ARKMESH_CAMERAS
     testbed::kilobot_arena_row(),
@@ -33,7 +33,7 @@ std::span<const hal::ArenaRow> arena_rows() {
 }
 
 const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
-  const std::span<const hal::ArenaRow> rows = arena_rows();
+  const std::vector<hal::ArenaRow>& rows = arena_rows();
   std::vector<std::string> names;
   for (const hal::ArenaRow& row : rows) names.push_back(row.name);
   const std::string use = arena.choice("use", "ode", names);

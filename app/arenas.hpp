@@ -3,7 +3,7 @@
 
 #include <filesystem>
 #include <memory>
-#include <span>
+#include <vector>
 
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
@@ -12,8 +12,8 @@
 
 namespace arkmesh::app {
 
-// The arenas that this program was built with.
-std::span<const hal::ArenaRow> arena_rows();
+// All arenas that this program was built with. A program of your own may add its own before it makes labs.
+std::vector<hal::ArenaRow>& arena_rows();
 
 // The row that arena.use names. Keys of arenas that are not in use stay in the file, so that one key swaps them. Throws
 // ConfigError.

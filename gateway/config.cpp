@@ -8,6 +8,7 @@
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
 #include "gateway/hello.hpp"
+#include "gateway/links.hpp"
 #include "gateway/outbox.hpp"
 #include "hal/messages.hpp"
 
@@ -31,11 +32,11 @@ void read_rules(const hal::Section& gateway, std::string_view key, Delivery deli
     gateway.refuse(key, fmt::format("at most {} channels can be exported", most_hello_channels));
 }
 
-// An address of this machine, or empty.
-std::string read_address(const hal::Section& section, std::string_view key) {
+// An address with which nothing is wrong, or empty.
+std::string read_address(const hal::Section& section, std::string_view key, std::string (*why_not)(std::string_view)) {
   const std::string address = section.text(key, "");
   if (address.empty()) return address;
-  if (const std::string why = why_not_loopback(address); !why.empty()) section.refuse(key, why);
+  if (const std::string why = why_not(address); !why.empty()) section.refuse(key, why);
   return address;
 }
 
@@ -44,7 +45,7 @@ std::string read_address(const hal::Section& section, std::string_view key) {
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,
                                   const std::vector<std::string>& labs) {
   GatewayConfig config;
-  config.listen = read_address(gateway, "listen");
+  config.listen = read_address(gateway, "listen", why_not_loopback);
   read_rules(gateway, "exports", Delivery::latest, {hal::channel::world, hal::channel::status}, config.exports);
   read_rules(gateway, "ordered", Delivery::ordered, {}, config.exports);
   config.max_message_bytes =
@@ -60,7 +61,7 @@ GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string
   std::vector<std::string> seen;
   bool listens = false;
   for (const hal::Section& section : gateway.sections("peers")) {
-    PeerConfig peer{section.required_text("lab"), read_address(section, "connect")};
+    PeerConfig peer{section.required_text("lab"), read_address(section, "connect", why_not_connectable)};
     if (!hal::is_lab_name(peer.lab))
       section.refuse("lab", fmt::format("is no lab name; use 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
     if (peer.lab == lab) section.refuse("lab", "is this lab itself; list its peers only");

@@ -11,8 +11,9 @@
 namespace arkmesh::gateway {
 
 struct PeerConfig {
-  std::string lab;      // gateway.peers.lab
-  std::string connect;  // gateway.peers.connect: where that lab's gateway listens; empty: it connects to us
+  std::string lab;  // gateway.peers.lab
+  // gateway.peers.connect: [SCHEME://]ADDRESS, where that lab's gateway listens (links.hpp); empty: it connects to us.
+  std::string connect;
 };
 
 struct GatewayConfig {

@@ -21,6 +21,7 @@
 #include "gateway/address.hpp"
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
+#include "gateway/links.hpp"
 #include "gateway/port_watch.hpp"
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
@@ -142,7 +143,8 @@ class GatewayProcess {
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<Link>> links;
-    for (const PeerConfig& peer : config_.gateway.peers) links.push_back(node_->link(peer.lab, peer.connect));
+    for (const PeerConfig& peer : config_.gateway.peers)
+      links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
     gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, std::move(links));
 
     for (const std::string& lab : config_.gateway.ignored)

@@ -16,6 +16,7 @@
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
+#include "tests/examples/rover/rover_arena.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 #include "tests/support/kilobot/fake_watch.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
@@ -80,10 +81,10 @@ std::string virtual_table() {
          "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" + calibration.string() + "\"\n";
 }
 
-const std::vector<ArenaRow>& rows() {
+const std::vector<tests::ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
   static const std::string kilobots = virtual_table();
-  static const std::vector<ArenaRow> table{
+  static const std::vector<tests::ArenaRow> table{
       {"null", [] { return make_null_arena(arena_section(""), "lab", kilobot::model); }},
       {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab", kilobot::model); }},
       {"null of plain robots", [] { return make_null_arena(arena_section(""), "lab", plain_robot); }},
@@ -97,12 +98,15 @@ const std::vector<ArenaRow>& rows() {
       {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, false, true,
        [](Arena& arena) { return emulator::room_of(arena).now(); }},
       {"kilobot", kilobot_table, false, false},
+      {"rover",
+       [] { return examples::rover::rover_arena_row().make(arena_section("rover.damage = 0.001"), {.lab = "lab"}); },
+       false, false},
   };
   return table;
 }
 
-void for_each_arena(void (*check)(const ArenaRow&)) {
-  for (const ArenaRow& row : rows()) {
+void for_each_arena(void (*check)(const tests::ArenaRow&)) {
+  for (const tests::ArenaRow& row : rows()) {
     CAPTURE(row.name);
     check(row);
   }

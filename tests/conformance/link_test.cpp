@@ -1,6 +1,7 @@
 // Every link runs the same checks. A new transport adds its line to rows().
 #include <doctest/doctest.h>
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -8,8 +9,10 @@
 #include "gateway/loopback.hpp"
 #include "gateway/tcp_node.hpp"
 #include "tests/conformance/link_conformance.hpp"
+#include "tests/examples/folder_link.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/tcp_bench.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;
@@ -64,6 +67,37 @@ class TcpWorld final : public LinkWorld {
   std::unique_ptr<ImpairmentProxy> proxy_;
 };
 
+// Both look into one folder, which is gone while the line is cut.
+class FolderWorld final : public LinkWorld {
+ public:
+  FolderWorld() { std::filesystem::create_directory(folder_); }
+  std::unique_ptr<Link> end(const std::string& lab) override {
+    return std::make_unique<examples::FolderLink>(io_, examples::FolderLinkSettings{
+                                                           .lab = lab,
+                                                           .peer = other(lab),
+                                                           .boot_id = ++boot_id_,
+                                                           .folder = folder_,
+                                                           .look_period = std::chrono::milliseconds(5),
+                                                           .beat_period = std::chrono::milliseconds(20),
+                                                       });
+  }
+  void cut(bool is_cut) override {
+    const std::filesystem::path away = parent_.path() / "away";
+    std::filesystem::rename(is_cut ? folder_ : away, is_cut ? away : folder_);
+  }
+  void step() override {
+    io_.restart();
+    io_.run_one_for(std::chrono::milliseconds(5));
+    io_.poll();
+  }
+
+ private:
+  TemporaryDirectory parent_;
+  std::filesystem::path folder_ = parent_.path() / "shared";
+  std::uint64_t boot_id_ = 0;
+  boost::asio::io_context io_;
+};
+
 const std::vector<LinkRow>& rows() {
   using std::chrono::microseconds;
   static const std::vector<LinkRow> table{
@@ -76,6 +110,7 @@ const std::vector<LinkRow>& rows() {
          return std::make_unique<TcpWorld>(Impairment{.delay = microseconds(20'000), .jitter = microseconds(10'000)});
        }},
       {"tcp, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}); }},
+      {"folder", [] { return std::make_unique<FolderWorld>(); }},
   };
   return table;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gateway/address.hpp"
+#include "gateway/links.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -64,6 +65,19 @@ TEST_CASE("every key is read") {
   CHECK(config.ignored == std::vector<std::string>{"mole"});
 }
 
+TEST_CASE("a peer's address may say that it is TCP's") {
+  // With and without its scheme the address is the same.
+  for (const char* connect : {"127.0.0.1:7801", "tcp://127.0.0.1:7801"}) {
+    CAPTURE(connect);
+    const GatewayConfig config = read("[[gateway.peers]]\nlab = \"roark\"\nconnect = \"" + std::string(connect) + "\"");
+    REQUIRE(config.peers.size() == 1);
+    CHECK(config.peers[0].connect == connect);
+    boost::asio::io_context io;
+    TcpNode node(io, {.lab = "shark", .boot_id = 1});
+    CHECK(make_link({io, node, "shark", 1, config}, config.peers[0])->peer() == "roark");
+  }
+}
+
 TEST_CASE("it listens only when somebody is to be accepted") {
   // The address is checked in any case, and used when a peer that takes part does not listen itself.
   const std::string listen = "[gateway]\nlisten = \"127.0.0.1:7802\"\n";
@@ -95,6 +109,12 @@ TEST_CASE("what a file may not say") {
       {peer + "connect = \"127.0.0.1:7801\"", "gateway.peers[0].lab is missing"},
       {peer + "lab = \"roark\"\nconnect = \"10.0.0.2:7801\"",
        "shark.toml:3: gateway.peers[0].connect = \"10.0.0.2:7801\": is not on this machine"},
+      {peer + "lab = \"roark\"\nconnect = \"tcp://10.0.0.2:7801\"",
+       "gateway.peers[0].connect = \"tcp://10.0.0.2:7801\": is not on this machine"},
+      {peer + "lab = \"roark\"\nconnect = \"nats://127.0.0.1:4222\"",
+       "shark.toml:3: gateway.peers[0].connect = \"nats://127.0.0.1:4222\": begins with 'nats://', which is no kind of "
+       "link; there is: tcp://"},
+      {"gateway.listen = \"tcp://127.0.0.1:7801\"", "is not on this machine"},
       {peer + "lab = \"lynx\"\nport = 7801", "unknown key 'gateway.peers[0].port'"},
   };
   for (const auto& [text, sentence] : table) {
