@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "hal/random.hpp"
 #include "hal/projection.hpp"
+#include "hal/random.hpp"
 #include "scenarios/dhtf/settings.hpp"
 
 namespace arkmesh::scenarios::dhtf {

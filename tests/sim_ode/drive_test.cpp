@@ -62,7 +62,7 @@ TEST_CASE("straight, left, right") {
 
 TEST_CASE("spread between robots") {
   // With spread, robots told the same go at different speeds; its size is the setting's.
-  Settings settings;
+  DriveSettings settings;
   settings.duty_spread = 0;
   Motors motors(settings, 2000, "shark", 1);
   double sum = 0, sum2 = 0;
@@ -80,7 +80,7 @@ TEST_CASE("spread between robots") {
 
 TEST_CASE("duty") {
   // Speed is linear in the duty around the calibrated one; nothing below 10 %.
-  Settings settings;
+  DriveSettings settings;
   settings.speed_spread = settings.duty_spread = 0;
   const Motors motors(settings, 1, "shark", 1);
   CHECK(motors.velocity(0, 52, 52).ahead_m_s == doctest::Approx(0.008));

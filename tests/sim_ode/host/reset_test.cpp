@@ -46,7 +46,7 @@ TEST_CASE("reset robots are not asked for messages") {
 
 TEST_CASE("reset gives back stacks") {
   // Whatever moment RESET comes at, no stack stays with a robot that is reset.
-  const Settings settings;
+  const DriveSettings settings;
   Motors motors(settings, 5, "shark", 1);
   LedLights leds(5);
   RobotHost host(RobotProgram::load(controller("waits_at_times.c")), 5, motors, leds, {}, "shark", 1);

@@ -101,7 +101,7 @@ struct Robots {
   }
 
   std::array<std::byte, sizeof(Variables)> first{};
-  Settings settings;
+  DriveSettings settings;
   Motors motors;
   LedLights leds;
   RobotBodies bodies;

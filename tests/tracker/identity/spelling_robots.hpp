@@ -10,6 +10,7 @@
 
 #include "hal/random.hpp"
 #include "tracker/identity/id_code.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tracker {

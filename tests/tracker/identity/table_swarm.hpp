@@ -17,6 +17,7 @@
 #include "hal/config.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/table.hpp"
+#include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
 namespace arkmesh::tests {
