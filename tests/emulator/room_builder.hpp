@@ -18,7 +18,7 @@ inline constexpr hal::LabTime ms(std::int64_t n) {
 }
 
 struct TestRoom {
-  std::string controller = "tests/room/controllers/shows.c";
+  std::string controller = "tests/emulator/controllers/shows.c";
   std::string poses = "-0.1, 0.0, 0.0, 0.1, 0.0, 1.5";  // two robots
   int robots = 2;
   std::string room = "ids = \"in_order\"";  // further lines of [room]
