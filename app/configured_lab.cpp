@@ -53,7 +53,14 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
                                           folder_->recorder(), nonce_);
 }
 
-ConfiguredLab::~ConfiguredLab() = default;
+// Robots do not go on when a run ends by an exception.
+ConfiguredLab::~ConfiguredLab() {
+  try {
+    hal::end(*arena_);
+  } catch (const std::exception&) {
+    // the arena is lost
+  }
+}
 
 void ConfiguredLab::join(hal::Bus& public_bus) {
   tap_ = std::make_unique<hal::Tap>(

@@ -32,7 +32,9 @@ void LabProcess::refuse_neighbours() {
 
 // Serves the public bus, at most for `time` and not beyond the moment at which the arena wants service.
 void LabProcess::serve_bus(std::chrono::milliseconds time) {
-  const auto now = Clock::now(), until = std::clamp(lab_.arena().next_service(), now, now + time);
+  // An arena that nobody asks to go on may still want it: it is served every millisecond then, not without a pause.
+  const auto least = lab_.runner().awaits_arena() ? 0ms : std::min(time, 1ms);
+  const auto now = Clock::now(), until = std::clamp(lab_.arena().next_service(), now + least, now + time);
   public_bus_.drain(std::chrono::floor<std::chrono::milliseconds>(until - now));
   if (until - now < 1ms) hal::machine_time().wait_until(until);
 }
@@ -63,7 +65,10 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   progress.done();
   public_bus_.drain();
   lab_.folder().save_result(lab::lab_result(runner, wall_, traffic_.by_peer()));
-  while (!lab_.arena().end()) serve_bus(20ms);
+  while (!lab_.arena().end()) {
+    serve_bus(20ms);
+    lab_.arena().serve();
+  }
 }
 
 }  // namespace arkmesh::app

@@ -33,6 +33,7 @@ int assign(const AssignOptions& options) {
   ProgressLine progress("assign-ids");
   const testbed::AssignIdsReport report = testbed::assign_ids(arena, settings, stop, progress);
 
+  SetUpOptions::say_whose_robots(report.simulated);
   if (!report.robots.empty()) fmt::print("{:>6} {:>9} {:>9}  {}\n", "robot", "x_m", "y_m", "result");
   for (const tracker::IdAssigner::Robot& robot : report.robots)
     fmt::print("{:>6} {:>9.4f} {:>9.4f}  {}\n", robot.given ? std::to_string(*robot.given) : "-", robot.in_arena.x_m,

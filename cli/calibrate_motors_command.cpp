@@ -57,6 +57,7 @@ int calibrate(const CalibrateOptions& options) {
   options.common.say_program(arena);
   ProgressLine progress("calibrate-motors");
   const testbed::CalibrateMotorsReport report = testbed::calibrate_motors(arena, settings, stop, progress);
+  SetUpOptions::say_whose_robots(report.simulated);
   print(report, settings.ids.size());
   return report.stored == settings.ids.size() ? 0 : 1;
 }

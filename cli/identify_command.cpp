@@ -55,6 +55,7 @@ int identify(const IdentifyOptions& options) {
   std::ranges::sort(settings.expected);
   ProgressLine progress("identify");
   const testbed::IdentifyReport report = testbed::identify(arena, settings, stop, progress);
+  SetUpOptions::say_whose_robots(report.simulated);
   print(report);
   return report.complete ? 0 : 1;
 }

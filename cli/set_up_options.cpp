@@ -33,4 +33,8 @@ void SetUpOptions::say_program(const testbed::SetUpArena& arena) const {
                program);
 }
 
+void SetUpOptions::say_whose_robots(bool simulated) {
+  if (simulated) fmt::print(stderr, "The robots are simulated: this says nothing of real ones.\n");
+}
+
 }  // namespace arkmesh::cli

@@ -26,6 +26,8 @@ struct SetUpOptions {
   std::vector<hal::RobotId> listed_ids(hal::RobotId largest) const;
   // To people at an arena whose robots are real.
   void say_program(const testbed::SetUpArena& arena) const;
+  // To standard error, of a report: whether it is of simulated robots.
+  static void say_whose_robots(bool simulated);
 };
 
 }  // namespace arkmesh::cli

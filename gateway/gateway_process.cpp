@@ -35,9 +35,11 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 100ms;
-// How long others on our LCM port have to answer before we connect to peers or say anything on the bus, and how long
-// after that one who was here before ends us.
+// How long others on our LCM port have to answer before we connect to peers, and how long after that one who was here
+// before ends us. Peers may connect to us meanwhile.
 constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
+// How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
+constexpr std::chrono::milliseconds port_time{900};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int most_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
@@ -98,30 +100,45 @@ class GatewayProcess {
     serve_bus();
     watch_.ask();
     // Who is first does not wait for an answer that never comes: peers may connect at once. A port that is taken may be
-    // that of somebody who has yet to answer.
-    std::exception_ptr failure;
-    try {
-      begin();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    timer_.expires_after(answer_time);
-    timer_.async_wait([this, failure](auto error) {
-      if (error) return;
-      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
-      refuse_if_not_alone();
-      if (failure) std::rethrow_exception(failure);
-      begun_ = Clock::now();
-      for (const PeerConfig& peer : config_.gateway.peers)
-        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
-      tick();
-    });
+    // that of somebody who has yet to answer, or of a later one who is about to give way to us.
+    try_to_begin();
+    begun_ = Clock::now();
+    look_around();
     io_.run();
     gateway_.reset();
     say("stopped");
   }
 
  private:
+  // After each answer time: gives way to an earlier gateway, tries again while the port is taken, goes on once it is
+  // ours.
+  void look_around() {
+    timer_.expires_after(answer_time);
+    timer_.async_wait([this](auto error) {
+      if (error) return;
+      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
+      refuse_if_not_alone();
+      if (failure_) try_to_begin();
+      if (failure_ && Clock::now() - begun_ >= port_time) std::rethrow_exception(failure_);
+      if (failure_) return look_around();
+      begun_ = Clock::now();
+      for (const PeerConfig& peer : config_.gateway.peers)
+        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
+      tick();
+    });
+  }
+
+  void try_to_begin() {
+    failure_ = nullptr;
+    try {
+      begin();
+    } catch (const hal::ConfigError&) {
+      throw;
+    } catch (const std::runtime_error&) {
+      failure_ = std::current_exception();
+    }
+  }
+
   void serve_bus() {
     readable_.async_wait(asio::posix::stream_descriptor::wait_read, [this](auto error) {
       if (error) return;
@@ -203,6 +220,7 @@ class GatewayProcess {
   }
 
   ProcessConfig config_;
+  std::exception_ptr failure_;  // why it could not begin yet
   std::uint64_t boot_id_;
   asio::io_context io_{1};
   hal::Bus bus_;

@@ -19,11 +19,11 @@ std::string stopped(std::string_view why, const Arena& arena) {
   return wanted.empty() ? std::string(why) : fmt::format("{}; waited for {}", why, wanted);
 }
 
-void advance(Arena& arena, LabTime t, const std::function<bool()>& stop, WallTime& wall) {
+void advance(Arena& arena, LabTime t, StopRequest& stop, WallTime& wall) {
   constexpr std::chrono::seconds say_again_after{5};
   TimePoint say_at = wall.now() + say_again_after;
   while (!arena.advance_to(t)) {
-    if (stop && stop()) throw std::runtime_error(stopped("stopped by the operator", arena));
+    if (stop.stopped()) throw std::runtime_error(stopped("stopped by the operator", arena));
     if (const std::string wanted = arena.waiting_for(); !wanted.empty() && wall.now() >= say_at) {
       say_at = wall.now() + say_again_after;
       spdlog::info("waiting for {}", wanted);

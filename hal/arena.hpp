@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "hal/clock.hpp"
 #include "hal/counters.hpp"
+#include "hal/stop_request.hpp"
 #include "hal/types.hpp"
 #include "hal/wall_time.hpp"
 
@@ -96,9 +96,9 @@ class Arena {
 };
 
 // Waits until the arena is at lab time t, for those who have nothing else to do meanwhile: set-up procedures, tools and
-// tests. Says in the log every five seconds what is waited for. `stop` is asked every few milliseconds; true throws
+// tests. Says in the log every five seconds what is waited for. `stop` is asked every few milliseconds; a wish throws
 // std::runtime_error. `wall` is the arena's.
-void advance(Arena& arena, LabTime t, const std::function<bool()>& stop = {}, WallTime& wall = machine_time());
+void advance(Arena& arena, LabTime t, StopRequest& stop = nobody_stops(), WallTime& wall = machine_time());
 // The same for Arena::end.
 void end(Arena& arena, WallTime& wall = machine_time());
 // Until the arena's next_service(), but for 20 ms at most, because somebody may want to stop.

@@ -31,7 +31,7 @@ struct ArenaRow {
   std::string name;                                            // what arena.use calls it
   std::vector<std::string> sections;                           // the [arena.NAME]s that it reads
   Robots robots;
-  // Throws ConfigError.
+  // Throws ConfigError. Null: known by name only, because the program was linked without it.
   std::unique_ptr<Arena> (*make)(const Section& arena, const ArenaRequest& request);
 };
 

@@ -46,7 +46,12 @@ Runner::Step Runner::step(Now now) {
   bus_.drain();
   if (!peers_.failure().empty()) fail(peers_.failure());
   if (now_ >= status_due_) publish_status();
-  return go_on();
+  try {
+    return go_on();
+  } catch (...) {
+    write_rows();  // what a scenario wrote before it, or the arena, failed is not lost
+    throw;
+  }
 }
 
 Runner::Step Runner::go_on() {
@@ -127,8 +132,13 @@ bool Runner::advance_to(hal::LabTime t) {
 void Runner::deliver() {
   port_.say(data_.said, data_.now, own_.frame().number);
   for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
-  for (const Row& row : data_.rows) recorder_.row(row.table, row.header, row.values);
+  write_rows();
   forget_said(data_);
+}
+
+void Runner::write_rows() {
+  for (const Row& row : data_.rows) recorder_.row(row.table, row.header, row.values);
+  data_.rows.clear();
 }
 
 // ---------------------------------------------------------------- boundaries

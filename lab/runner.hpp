@@ -70,6 +70,7 @@ class Runner {
   Step next_event();
   bool advance_to(hal::LabTime t);
   void deliver();
+  void write_rows();
   void close_period();
   void merge_period();
   void publish_status();

@@ -23,7 +23,7 @@ AssignIdsReport assign_ids(SetUpArena& arena, const AssignIdsSettings& settings,
   }
   progress.done();
 
-  AssignIdsReport report{.finished = assigner.finished(), .took_s = arena.seconds()};
+  AssignIdsReport report{.finished = assigner.finished(), .took_s = arena.seconds(), .simulated = arena.is_simulated()};
   for (const auto& [number, robot] : assigner.robots()) {
     report.robots.push_back(robot);
     report.confirmed += robot.outcome == IdAssigner::Outcome::confirmed;

@@ -22,6 +22,7 @@ struct AssignIdsReport {
   std::size_t confirmed = 0;                       // robots with an id of their own
   bool finished = false;                           // not stopped before the end
   double took_s = 0;
+  bool simulated = false;  // the arena is no real one
 };
 
 AssignIdsReport assign_ids(SetUpArena& arena, const AssignIdsSettings& settings, hal::StopRequest& stop,

@@ -78,7 +78,7 @@ CalibrateMotorsReport calibrate_motors(SetUpArena& arena, const CalibrateMotorsS
   }
   progress.done();
 
-  CalibrateMotorsReport report{.took_s = arena.seconds()};
+  CalibrateMotorsReport report{.took_s = arena.seconds(), .simulated = arena.is_simulated()};
   std::ranges::set_difference(ids, present, std::back_inserter(report.missing));
   if (calibrator) report.robots = calibrator->robots();
   report.stored = static_cast<std::size_t>(std::ranges::count_if(report.robots, [](const auto& each) {

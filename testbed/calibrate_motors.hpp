@@ -25,6 +25,7 @@ struct CalibrateMotorsReport {
   std::vector<hal::RobotId> missing;
   std::size_t stored = 0;  // robots that show that they have stored good duties
   double took_s = 0;
+  bool simulated = false;  // the arena is no real one
 };
 
 CalibrateMotorsReport calibrate_motors(SetUpArena& arena, const CalibrateMotorsSettings& settings,

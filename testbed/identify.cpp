@@ -74,6 +74,7 @@ class Identification {
       if (!found_.contains(robot)) report_.missing.push_back(robot);
     const bool anybody = settings_.expected.empty();
     report_.looked_for = anybody ? found_.size() + tracks_.size() : settings_.expected.size();
+    report_.simulated = arena_.is_simulated();
     report_.complete = report_.missing.empty() && !found_.empty() && (!anybody || tracks_.empty());
     return std::move(report_);
   }

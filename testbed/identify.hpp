@@ -32,6 +32,7 @@ struct IdentifyReport {
   std::size_t looked_for = 0;            // robots
   double took_s = 0;                     // until the last name
   bool complete = false;                 // everybody looked for was found
+  bool simulated = false;                // the arena is no real one
 };
 
 IdentifyReport identify(SetUpArena& arena, const IdentifySettings& settings, hal::StopRequest& stop,

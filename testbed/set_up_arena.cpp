@@ -27,7 +27,7 @@ SetUpArena::SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::u
     hal::RandomStream chance(seed, info().name + "/chores");
     for (std::size_t i = numbers_.size(); i > 1; --i) std::swap(numbers_[i - 1], numbers_[chance.below(i)]);
   }
-  hal::advance(*arena_, now_, [&stop] { return stop.stopped(); });
+  hal::advance(*arena_, now_, stop);
 }
 
 void SetUpArena::run() {

@@ -5,7 +5,7 @@ namespace {
 
 class TracksArena final : public hal::Arena {
  public:
-  TracksArena(std::unique_ptr<hal::Arena> arena, Tracks& tracks) : tracks(tracks), arena_(std::move(arena)) {}
+  TracksArena(std::unique_ptr<hal::Arena> arena, Tracks& tracks) : arena_(std::move(arena)), tracks_(tracks) {}
   const hal::ArenaInfo& info() const override { return arena_->info(); }
   const hal::Clock& clock() const override { return arena_->clock(); }
   hal::PoseSource& poses() override { return arena_->poses(); }
@@ -17,10 +17,11 @@ class TracksArena final : public hal::Arena {
   bool end() override { return arena_->end(); }
   const hal::Counters& counters() const override { return arena_->counters(); }
 
-  Tracks& tracks;
+  Tracks& tracks() const { return tracks_; }
 
  private:
   std::unique_ptr<hal::Arena> arena_;
+  Tracks& tracks_;
 };
 
 }  // namespace
@@ -31,7 +32,7 @@ std::unique_ptr<hal::Arena> with_tracks(std::unique_ptr<hal::Arena> arena, Track
 
 Tracks* tracks_of(hal::Arena& arena) {
   auto* const own = dynamic_cast<TracksArena*>(&arena);
-  return own ? &own->tracks : nullptr;
+  return own ? &own->tracks() : nullptr;
 }
 
 }  // namespace arkmesh::testbed

@@ -123,6 +123,123 @@ bool waits_for_memory(const std::string& preprocessed, const fs::path& kilolib) 
   return false;
 }
 
+// Makes a shared object of a program and our library, in a folder of its own.
+class ObjectBuild {
+ public:
+  // `source` is the program's file, `text` what it says. Throws ProgramError.
+  ObjectBuild(const fs::path& source, const std::string& text, const fs::path& work)
+      : text_(text),
+        work_(work),
+        folder_(fs::absolute(source).parent_path()),
+        kilolib_(kilolib_folder()),
+        copy_(work / (source.extension() == ".c" ? source.filename() : fs::path("program.c"))),
+        object_(work / "program.so") {
+    if (!(std::ofstream(copy_, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
+      throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy_.string()));
+  }
+
+  // The object's file. Throws ProgramError with the compiler's first error.
+  const fs::path& run() {
+    try {
+      const fs::path expanded = work_ / "expanded.i";
+      compile({"-E", copy_.string(), "-o", expanded.string()});
+      if (waits_for_memory(read_text(expanded), kilolib_))
+        build_counted();
+      else
+        link(copy_);
+    } catch (const ProgramError&) {
+      // Perhaps because our kilo_ticks is a macro: as a field's name, or declared anew. A variable is as good when its
+      // readings are counted.
+      if (text_.find("kilo_ticks") == std::string::npos || !builds_with_plain_clock()) throw;
+    }
+    return object_;
+  }
+
+ private:
+  // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
+  // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
+  // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
+  // fault's line is the one that called.
+  std::vector<std::string> language() const {
+    return {"cc",
+            "-std=gnu11",
+            "-fgnu89-inline",
+            "-O2",
+            "-g",
+            "-w",
+            "-fPIC",
+            "-fvisibility=hidden",
+            "-fcommon",
+            "-funsigned-char",
+            "-funsigned-bitfields",
+            "-fshort-enums",
+            "-fpack-struct",
+            "-fwrapv",
+            "-fno-strict-aliasing",
+            "-fno-builtin-printf",
+            "-fno-optimize-sibling-calls",
+            "-ffp-contract=off",
+            "-fno-diagnostics-show-caret",
+            "-fno-stack-protector",
+            "-fstack-clash-protection",
+            "-D__NO_INLINE__",
+            "-D__STRICT_ANSI__",
+            "-DF_CPU=8000000UL",
+            "-iquote",
+            kilolib_.string(),
+            "-iquote",
+            folder_.string(),
+            "-I",
+            kilolib_.string(),
+            "-I",
+            folder_.string(),
+            "-include",
+            (kilolib_ / "kilolib.h").string()};
+  }
+
+  void compile(const std::vector<std::string>& more) const {
+    std::vector<std::string> command = language();
+    command.insert(command.end(), more.begin(), more.end());
+    if (plain_clock_) command.push_back("-DARKMESH_PLAIN_CLOCK");
+    const Finished done = run_to_end(command);
+    if (done.status == 127 || (done.status == -1 && done.output.empty()))
+      throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+    if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_, kilolib_));
+  }
+
+  void link(const fs::path& part) const {
+    compile({"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib_ / "robot.ld").string(),
+             part.string(), (kilolib_ / "robot.c").string(), (kilolib_ / "avr_libc.c").string(), "-lm", "-o",
+             object_.string()});
+  }
+
+  // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting
+  // takes time.
+  void build_counted() const {
+    const fs::path part = work_ / "program.o";
+    compile({"-fsanitize=thread", "--param", "tsan-distinguish-volatile=1", "--param",
+             "tsan-instrument-func-entry-exit=0", "-c", copy_.string(), "-o", part.string()});
+    link(part);
+  }
+
+  bool builds_with_plain_clock() {
+    plain_clock_ = true;
+    try {
+      build_counted();
+      return true;
+    } catch (const ProgramError&) {
+      return false;
+    }
+  }
+
+  const std::string& text_;
+  const fs::path work_, folder_, kilolib_;
+  const fs::path
+      copy_;  // in an empty folder: a quoted include then finds our headers before old ones beside the program
+  const fs::path object_;
+  bool plain_clock_ = false;
+};
+
 std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
   static std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>> programs;
   return programs;
@@ -143,118 +260,32 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
 
   std::shared_ptr<RobotProgram> program(new RobotProgram);
   program->source_ = source;
-  const fs::path folder = fs::absolute(source).parent_path();
-  const fs::path kilolib = kilolib_folder();
-
-  // A copy in an empty folder: a quoted include then finds our headers before old ones beside the program.
   const TemporaryDirectory work;
-  const fs::path copy = work.path() / (source.extension() == ".c" ? source.filename() : fs::path("program.c")),
-                 object = work.path() / "program.so";
-  if (!(std::ofstream(copy, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
-    throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy.string()));
+  program->load_object(ObjectBuild(source, text, work.path()).run());
+  loaded_programs()[key] = program;
+  return program;
+}
 
-  // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
-  // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
-  // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
-  // fault's line is the one that called.
-  const std::vector<std::string> language = {"cc",
-                                             "-std=gnu11",
-                                             "-fgnu89-inline",
-                                             "-O2",
-                                             "-g",
-                                             "-w",
-                                             "-fPIC",
-                                             "-fvisibility=hidden",
-                                             "-fcommon",
-                                             "-funsigned-char",
-                                             "-funsigned-bitfields",
-                                             "-fshort-enums",
-                                             "-fpack-struct",
-                                             "-fwrapv",
-                                             "-fno-strict-aliasing",
-                                             "-fno-builtin-printf",
-                                             "-fno-optimize-sibling-calls",
-                                             "-ffp-contract=off",
-                                             "-fno-diagnostics-show-caret",
-                                             "-fno-stack-protector",
-                                             "-fstack-clash-protection",
-                                             "-D__NO_INLINE__",
-                                             "-D__STRICT_ANSI__",
-                                             "-DF_CPU=8000000UL",
-                                             "-iquote",
-                                             kilolib.string(),
-                                             "-iquote",
-                                             folder.string(),
-                                             "-I",
-                                             kilolib.string(),
-                                             "-I",
-                                             folder.string(),
-                                             "-include",
-                                             (kilolib / "kilolib.h").string()};
-  bool plain_clock = false;
-  const auto compile = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), language.begin(), language.end());
-    if (plain_clock) more.push_back("-DARKMESH_PLAIN_CLOCK");
-    Finished done = run_to_end(more);
-    if (done.status == 127 || (done.status == -1 && done.output.empty()))
-      throw ProgramError("the C compiler `cc` cannot be started; install gcc");
-    if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work.path(), kilolib));
-  };
-  const auto link = [&](const fs::path& part) {
-    compile({"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib / "robot.ld").string(),
-             part.string(), (kilolib / "robot.c").string(), (kilolib / "avr_libc.c").string(), "-lm", "-o",
-             object.string()});
-  };
-  // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting
-  // takes time.
-  const auto build_counted = [&] {
-    const fs::path part = work.path() / "program.o";
-    compile({"-fsanitize=thread", "--param", "tsan-distinguish-volatile=1", "--param",
-             "tsan-instrument-func-entry-exit=0", "-c", copy.string(), "-o", part.string()});
-    link(part);
-  };
-  try {
-    const fs::path expanded = work.path() / "expanded.i";
-    compile({"-E", copy.string(), "-o", expanded.string()});
-    if (waits_for_memory(read_text(expanded), kilolib))
-      build_counted();
-    else
-      link(copy);
-  } catch (const ProgramError&) {
-    // Perhaps because our kilo_ticks is a macro: as a field's name, or declared anew. A variable is as good when its
-    // readings are counted.
-    if (text.find("kilo_ticks") == std::string::npos) throw;
-    bool built = true;
-    plain_clock = true;
-    try {
-      build_counted();
-    } catch (const ProgramError&) {
-      built = false;
-    }
-    if (!built) throw;
-  }
-
-  program->file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
-  program->handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!program->handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));
-  program->abi_ = static_cast<const arkmesh_program*>(dlsym(program->handle_, "arkmesh_program"));
-  if (!program->abi_) throw ProgramError("does not load: it lacks the simulator's part");
+void RobotProgram::load_object(const fs::path& object) {
+  file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
+  handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));
+  abi_ = static_cast<const arkmesh_program*>(dlsym(handle_, "arkmesh_program"));
+  if (!abi_) throw ProgramError("does not load: it lacks the simulator's part");
 
   // behind a robot's memory: a page to read, then one to be caught at
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  char* const end = program->abi_->end;
+  char* const end = abi_->end;
   if (reinterpret_cast<std::uintptr_t>(end) % page != 0 || mprotect(end, page, PROT_READ) != 0 ||
       mprotect(end + page, page, PROT_NONE) != 0)
     throw ProgramError("does not load: its memory cannot be fenced");
 
-  if (const auto bytes = static_cast<std::size_t>(end - program->abi_->begin); bytes > most_memory_bytes)
+  if (const auto bytes = static_cast<std::size_t>(end - abi_->begin); bytes > most_memory_bytes)
     throw ProgramError(
         fmt::format("its variables take {} bytes; a robot has 2048, and the simulator gives it at most {}", bytes,
                     most_memory_bytes));
-  const auto* begin = reinterpret_cast<const std::byte*>(program->abi_->begin);
-  program->first_.assign(begin, begin + (end - program->abi_->begin));
-  loaded_programs()[key] = program;
-  return program;
+  const auto* begin = reinterpret_cast<const std::byte*>(abi_->begin);
+  first_.assign(begin, begin + (end - abi_->begin));
 }
 
 void RobotProgram::listen() const {

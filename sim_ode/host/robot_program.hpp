@@ -48,6 +48,8 @@ class RobotProgram {
 
  private:
   RobotProgram() = default;
+  // Throws ProgramError.
+  void load_object(const std::filesystem::path& object);
   std::filesystem::path source_;
   void* handle_ = nullptr;
   int file_ = -1;  // keeps the deleted object's file for place_of(), and its inode from being used again

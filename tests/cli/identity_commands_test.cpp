@@ -71,6 +71,7 @@ TEST_CASE("identify tells who is who") {
     CHECK(ended.code == 0);
     CHECK(rows(ended) == 12);
     CHECK(says(ended, "12 of 12 robots named"));
+    CHECK(says(ended, "The robots are simulated"));
   }
 }
 

@@ -16,6 +16,7 @@
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
+#include "tests/conformance/arena_repeats.hpp"
 #include "tests/examples/rover/rover_arena.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 #include "tests/support/kilobot/fake_watch.hpp"

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,6 +82,7 @@ class NotingScenario final : public lab::Scenario {
     newest = frame;
     lab.say({.robot = 1, .kind = 1});
     lab.row("table", "what", fmt::format("poses {}", frame.number));
+    if (frame.number == fail_at) throw std::runtime_error("the scenario fails");
   }
   void on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) override {
     calls.push_back(fmt::format("heard {} of {}", messages.size(), messages[0].robot));
@@ -89,7 +92,7 @@ class NotingScenario final : public lab::Scenario {
   bool finished(const lab::Lab& lab) const override { return lab.period() == end_at; }
   std::vector<std::string> calls;
   hal::PoseFrame newest;
-  std::uint32_t end_at = 1000;
+  std::uint32_t end_at = 1000, fail_at = 1000;  // a period, and a frame
 };
 
 lab::RunConfig config() {
@@ -141,6 +144,16 @@ TEST_CASE("a scenario may finish early") {
   bench.run();
   CHECK(bench.runner.finished());
   CHECK(bench.runner.period() == 1);
+}
+
+TEST_CASE("what a scenario wrote before it failed is kept") {
+  Bench bench;
+  bench.scenario.fail_at = 2;
+  CHECK_THROWS_WITH(bench.run(), "the scenario fails");
+  bench.recorder.flush();
+  std::ifstream table(bench.folder.path() / "table.csv");
+  std::string text((std::istreambuf_iterator<char>(table)), {});
+  CHECK(text == "what\nbegin\nposes 0\nposes 1\nposes 2\n");
 }
 
 TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {

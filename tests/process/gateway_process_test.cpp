@@ -119,6 +119,21 @@ TEST_CASE("a second gateway of a lab gives way") {
   CHECK(shark.output().find("not connected") == std::string::npos);
 }
 
+TEST_CASE("of two gateways of a lab started together one stays") {
+  // Whoever is later gives way, also when it has taken the TCP port first: the lab is never left without a gateway.
+  const Files files;
+  for (int turn = 0; turn < 5; ++turn) {
+    CAPTURE(turn);
+    Process one = files.start(files.shark, fmt::format("one{}", turn));
+    Process other = files.start(files.shark, fmt::format("other{}", turn));
+    CHECK(eventually(20s, [&] { return one.running() != other.running(); }));
+    Process& last = one.running() ? one : other;
+    CHECK(says(last, "listening"));
+    CHECK((one.running() ? other : one).wait(10s) == 2);
+    CHECK(last.running());
+  }
+}
+
 TEST_CASE("a gateway listens at once") {
   // Asking whether another one is here keeps it from connecting to its peers for 300 ms, not from being connected to.
   // Of some starts, because a busy machine may look too late.

@@ -40,7 +40,7 @@ struct Bench {
   }
   // The next frame that is due at that time.
   hal::PoseFrame frame(LabTime t) {
-    hal::advance(*arena, t, {}, wall);
+    hal::advance(*arena, t, hal::nobody_stops(), wall);
     auto frame = arena->poses().latest();
     REQUIRE(frame);
     return *frame;
@@ -136,7 +136,7 @@ TEST_CASE("rovers: an arena whose rovers do not answer says which") {
   Bench bench(1, "[arena.rover]\nnames_within_s = 0.5\n");
   CHECK_FALSE(bench.arena->advance_to(LabTime{0}));
   CHECK(bench.arena->waiting_for().find("6 of 6 have not shown their light (0, 1, 2, 3, 4, 5)") != std::string::npos);
-  CHECK_THROWS_WITH(hal::advance(*bench.arena, LabTime{0}, {}, bench.wall),
+  CHECK_THROWS_WITH(hal::advance(*bench.arena, LabTime{0}, hal::nobody_stops(), bench.wall),
                     "gave up waiting for the rovers: 6 of 6 have not shown their light (0, 1, 2, 3, 4, 5); are they "
                     "switched on and in sight?");
 }
