@@ -98,7 +98,7 @@ class RoomFaults(unittest.TestCase):
         self.control = where[3], int(where[4])
         (self.folder / "lab.toml").write_text(LAB.format(root=ROOT, camera=where[1], ohc=where[2], folder=self.folder))
         self.start("lab", "lab", self.folder / "lab.toml", "--set", "run.duration_s=10000", "--out", self.folder / "run")
-        self.until(150, lambda: "period" in self.said("lab"), "the naming of everybody")
+        self.until(150, lambda: re.search(r"period [1-9]", self.said("lab")), "the naming of everybody")
 
         def sees_again(times):
             return lambda: self.said("lab").count("the cameras see the table again") >= times
