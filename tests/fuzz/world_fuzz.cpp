@@ -9,7 +9,7 @@
 #include "lab/world_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace arkmesh::scenarios;
+  using namespace arkmesh::lab;
   const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
   (void)check_status(bytes);
   (void)check_peers(bytes);
