@@ -11,7 +11,7 @@ constexpr CommandRow rows[] = {
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
     {"doctor", "Says what is wrong with this machine, and the command that mends it", light_program},
     {"controller", "Runs or checks a robot's program by itself", lab_program},
-    {"room", "A virtual room: simulated Kilobots behind cameras and an overhead controller", testbed_program},
+    {"emulator", "An emulated testbed: simulated Kilobots behind cameras and an overhead controller", testbed_program},
     {"ohc", "Drives an overhead controller by hand", light_program},
     {"track", "Finds the robots on pictures; follows them in videos and before cameras", testbed_program},
     {"calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners",
@@ -34,7 +34,7 @@ const CommandRow* find_command(std::string_view name) {
 }
 
 bool needs_cameras(std::string_view arena) {
-  return arena == "kilobot" || arena == "room";
+  return arena == "kilobot" || arena == "emulated";
 }
 
 }  // namespace arkmesh::cli

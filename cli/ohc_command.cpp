@@ -91,7 +91,7 @@ void add_ohc_command(CLI::App& app) {
   const auto options = std::make_shared<OhcOptions>();
   CLI::App* ohc = add_command(app, "ohc");
   ohc->add_option("PORT", options->port,
-                  "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh room)")
+                  "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
   ohc->add_option("--seconds", options->seconds, "Repeat the command for so long (usually 1, wake 10)")
       ->check(CLI::Range(0.04, 86400.0));

@@ -22,7 +22,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"ohc", add_ohc_command},
 #if ARKMESH_CAMERAS
     {"doctor", [](CLI::App& app) { add_doctor_command(app, testbed::table_of); }},
-    {"room", add_room_command},
+    {"emulator", add_emulator_command},
     {"track", add_track_command},
     {"calibrate", add_calibrate_command},
     {"identify", add_identify_command},

@@ -48,13 +48,13 @@ PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt
   if (std::filesystem::exists(status) && !std::filesystem::is_symlink(status)) {
     const std::string there = std::exchange(link_, {});
     throw std::runtime_error(
-        fmt::format("room.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
+        fmt::format("emulator.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
   }
   std::filesystem::remove(link_, error);
   std::filesystem::create_symlink(path_, link_, error);
   if (error)
     throw std::runtime_error(
-        fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
+        fmt::format("cannot make the link emulator.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {

@@ -18,7 +18,7 @@ constexpr int wait_ms = 20;
 LineReader::LineReader(const std::string& address, std::uint16_t port, const std::string& link)
     : link_(link),
       terminal_(std::make_unique<PseudoTerminal>(link)),
-      tcp_(address, port, "the overhead controller (room.ohc_port)") {
+      tcp_(address, port, "the overhead controller (emulator.ohc_port)") {
   tcp_port_ = tcp_.port();
   thread_ = std::thread([this] { run(); });
 }

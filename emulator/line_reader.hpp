@@ -1,6 +1,6 @@
-// Reads what hosts write to the room's overhead controller, and notes when it came. A thread of its own: the room's
-// pictures take tens of milliseconds, but on a serial line milliseconds count (packets 55 ms apart would otherwise come
-// in one piece).
+// Reads what hosts write to the emulator's overhead controller, and notes when it came. A thread of its own: the
+// emulator's pictures take tens of milliseconds, but on a serial line milliseconds count (packets 55 ms apart would
+// otherwise come in one piece).
 #pragma once
 
 #include <chrono>

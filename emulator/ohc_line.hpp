@@ -1,5 +1,5 @@
-// The serial line to the room's overhead controller: bytes written at once arrive one after the other at 38400 baud,
-// and may be spoilt on the way.
+// The serial line to the emulator's overhead controller: bytes written at once arrive one after the other at 38400
+// baud, and may be spoilt on the way.
 #pragma once
 
 #include <cstdint>

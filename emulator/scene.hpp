@@ -1,5 +1,5 @@
-// What a room looks like apart from its robots: table, walls, light, and things that lie about. Drawn once for each
-// camera.
+// What an emulator looks like apart from its robots: table, walls, light, and things that lie about. Drawn once for
+// each camera.
 #pragma once
 
 #include <cstdint>

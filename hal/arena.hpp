@@ -34,7 +34,7 @@ struct ArenaInfo : RobotModel {
   double width_m = 1;             // along x
   double height_m = 1;            // along y
   std::vector<RobotId> robots;    // ids that are expected, ascending
-  bool can_wait = true;           // false: lab time passes by itself, as in a room
+  bool can_wait = true;           // false: lab time passes by itself, as on a testbed
   LabTime frame_period{100'000};  // frames are stamped n * frame_period, n = 0, 1, ...
 };
 

@@ -1,6 +1,6 @@
-// The time that rooms and devices live by. Usually the machine's monotonic clock; a virtual room that is computed
-// faster than life brings its own, so that the same code runs in it. None of it reaches a result of an arena that can
-// wait.
+// The time that emulators and devices live by. Usually the machine's monotonic clock; an emulated testbed that is
+// computed faster than life brings its own, so that the same code runs in it. None of it reaches a result of an arena
+// that can wait.
 #pragma once
 
 #include <chrono>

@@ -17,8 +17,8 @@ PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
     }
 }
 
-// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A room runs ahead by as
-// much as its clock began earlier; 256 periods of it are kept.
+// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A real-time arena runs
+// ahead by as much as its clock began earlier; 256 periods of it are kept.
 std::size_t PeriodGate::kept() const {
   return mode_ == Mode::free ? 256 : 2 * options_.slack + 2;
 }
@@ -172,7 +172,7 @@ std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint
     Peer& peer = peers_.find(lab)->second;
     // The newest at or before; in strict mode exactly `want`. What is older is needed no more.
     auto newest = peer.states.upper_bound(want);
-    if (newest == peer.states.begin()) {  // a room ran so far ahead that what it said for this boundary is gone
+    if (newest == peer.states.begin()) {  // a real-time arena ran so far ahead that its state for this boundary is gone
       counters_.add("gate.missing." + lab);
     } else {
       newest = peer.states.erase(peer.states.begin(), std::prev(newest));
@@ -190,7 +190,7 @@ std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint
 bool PeriodGate::may_begin(std::uint32_t k) const {
   if (mode_ != Mode::free || !options_.can_wait) return true;
   return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(room_period(k));
+    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(awaited_period(k));
   });
 }
 

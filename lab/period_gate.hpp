@@ -66,10 +66,10 @@ class PeriodGate {
   // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const
   // member. Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
   std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
-  // Free mode, for a lab that can wait: every room has told state k - slack - 1, so that period k may begin.
+  // Free mode, for a lab that can wait: every real-time arena has sent state k - slack - 1, so that period k may begin.
   bool may_begin(std::uint32_t k) const;
-  // The period of the rooms' states that may_begin(k) waits for.
-  std::uint32_t room_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
+  // The period of the real-time arenas' states that may_begin(k) waits for.
+  std::uint32_t awaited_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
   // States `period` of every peer have been received (strict: and all before).
   bool received_from_all(std::uint32_t period) const;
   // Every peer has told that it has received our state `period`.

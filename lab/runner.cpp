@@ -59,7 +59,7 @@ Runner::Step Runner::go_on() {
     case Phase::starting:
       return start();
     case Phase::running:
-      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().room_period(data_.period + 1));
+      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().awaited_period(data_.period + 1));
       return next_event();
     case Phase::at_boundary:
       if (!peers_.gate().may_merge(boundary_))

@@ -1,4 +1,4 @@
-"""Figures of the physical side, taken in the virtual room: how well and how fast robots are tracked, and whether an experiment notices the difference."""
+"""Figures of the physical side, taken on the emulated testbed: how well and how fast robots are tracked, and whether an experiment notices the difference."""
 import json
 import re
 import statistics
@@ -18,7 +18,7 @@ def lines_of(command):
 
 def table_accuracy(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080, ten minutes: tracked, against the truth."""
-    text = lines_of([bench.built("track_in_room"), ROOT / "experiments/room/hundred.toml", str(20 if bench.short else 600)])
+    text = lines_of([bench.built("track_emulated"), ROOT / "experiments/emulator/hundred.toml", str(20 if bench.short else 600)])
     print("\n".join("  " + line.strip() for line in text.splitlines()))
 
     def value(name):
@@ -66,13 +66,13 @@ def table_naming(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080: how long after everything was switched on each has its name, by both protocols."""
     if bench.short:
         return None  # a test has the deadline
-    room, seconds, wrong = ROOT / "experiments/room/hundred.toml", {}, 0
+    emulator, seconds, wrong = ROOT / "experiments/emulator/hundred.toml", {}, 0
     for protocol, seeds in (("spelled", [1, 2, 3, 4, 5]), ("ark", [1])):
         for seed in seeds:
             # ends with 3 when somebody has no name, which is a figure too
-            done = subprocess.run([bench.built("name_in_room"), room, protocol, str(seed)], capture_output=True, text=True)
+            done = subprocess.run([bench.built("name_emulated"), emulator, protocol, str(seed)], capture_output=True, text=True)
             if done.returncode not in (0, 3):
-                raise Failed(f"name_in_room ended with {done.returncode}: {done.stderr.strip()[-200:]}")
+                raise Failed(f"name_emulated ended with {done.returncode}: {done.stderr.strip()[-200:]}")
             after = float(re.search(r"all named after\s+(-?[\d.]+)", done.stdout)[1])
             seconds.setdefault(protocol, []).append(after if after >= 0 else float("inf"))
             wrong += int(re.search(r"wrong names\s+(\d+)", done.stdout)[1])
@@ -83,27 +83,27 @@ def table_naming(bench):
 
 
 def table_dhtf(bench):
-    """DHTF, all easy, with roark on a table in the virtual room and with roark in ODE: completed tasks."""
+    """DHTF, all easy, with roark on a table on the emulated testbed and with roark in ODE: completed tasks."""
     seconds, seeds = (30, [1]) if bench.short else (600, [1, 2, 3])
     completed = {}
-    for kind, file in (("room", "roark_room.toml"), ("ode", "roark.toml")):
+    for kind, file in (("emulator", "roark_emulated.toml"), ("ode", "roark.toml")):
         for seed in seeds:
             out = bench.folder()
             lines_of([PROGRAM, "run", DHTF / "shark.toml", DHTF / file, "--set", f"run.duration_s={seconds}", "--set", "scenario.dhtf.types=easy",
                       "--set", "arena.kilobot.window=false", "--seed", str(seed), "--out", out])
             completed.setdefault(kind, []).append(json.loads((out / "result.json").read_text())["counts"]["completed"])
-    room, ode = (statistics.mean(completed[kind]) for kind in ("room", "ode"))
-    off = 100 * (room / ode - 1) if ode else float("nan")
+    emulator, ode = (statistics.mean(completed[kind]) for kind in ("emulator", "ode"))
+    off = 100 * (emulator / ode - 1) if ode else float("nan")
     spread = {kind: f" sd {statistics.stdev(values):.1f}" if len(values) > 1 else "" for kind, values in completed.items()}
-    value = f"room {room:.1f}{spread['room']}, ODE {ode:.1f}{spread['ode']}: {off:+.0f} %"
-    return (room > 0 if bench.short else abs(off) <= 25), value, "tasks" if bench.short else "within 25 %"
+    value = f"emulator {emulator:.1f}{spread['emulator']}, ODE {ode:.1f}{spread['ode']}: {off:+.0f} %"
+    return (emulator > 0 if bench.short else abs(off) <= 25), value, "tasks" if bench.short else "within 25 %"
 
 
 def table_swap(bench):
     """Two robots swapped by hand on a table of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
     seeds, held_s = 1 if bench.short else 5, 1.5
     rows = re.findall(r"right after ([-\d.]+) s, wrong frames (\d+), blind messages (\d+)",
-                      lines_of([bench.built("mishaps_in_room"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
+                      lines_of([bench.built("faults_emulated"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
     seconds = [float(row[0]) - held_s for row in rows]
     wrong, blind = (sum(int(row[k]) for row in rows) for k in (1, 2))
     print("  right after", ", ".join(f"{each:.1f}" for each in seconds), "s")

@@ -60,7 +60,7 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
   const std::vector<hal::Section> sections = kilobot.sections("cameras");
   if (emulated_cameras) {
     if (sections.size() != *emulated_cameras)
-      kilobot.refuse("cameras", fmt::format("must be as many as the room's, which has {}", *emulated_cameras));
+      kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
     kilobot.leave_alone("port");
   }
   out.tracking.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;

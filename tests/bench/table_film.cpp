@@ -15,16 +15,16 @@ constexpr double led_off_heading_rad = -44 * std::numbers::pi / 180;
 
 }  // namespace
 
-TableFilm::TableFilm(const hal::Config& room, Robots robots) : room_(room.root()) {
+TableFilm::TableFilm(const hal::Config& emulator, Robots robots) : emulator_(emulator.root()) {
   // The overhead controller needs two seconds to start.
-  room_.advance_to(hal::LabTime{3'000'000});
-  room_.command("say run");
-  begun_ = room_.now();
-  pictures_.resize(room_.cameras());
+  emulator_.advance_to(hal::LabTime{3'000'000});
+  emulator_.command("say run");
+  begun_ = emulator_.now();
+  pictures_.resize(emulator_.cameras());
   if (robots == Robots::drawn) return;
-  for (std::size_t k = 0; k < room_.cameras(); ++k) {
-    const auto& camera = room_.camera(k);
-    empty_.push_back(draw_scene(room_.config().scene, camera.model(), camera.settings().vignetting));
+  for (std::size_t k = 0; k < emulator_.cameras(); ++k) {
+    const auto& camera = emulator_.camera(k);
+    empty_.push_back(draw_scene(emulator_.config().scene, camera.model(), camera.settings().vignetting));
     if (camera.settings().blur_px > 0) cv::GaussianBlur(empty_.back(), empty_.back(), {}, camera.settings().blur_px);
   }
   for (const tests::Scene& scene : tests::real_scenes())
@@ -46,17 +46,17 @@ TableFilm::TableFilm(const hal::Config& room, Robots robots) : room_(room.root()
 }
 
 double TableFilm::robot_radius_px(std::size_t camera) const {
-  const auto& pose = room_.camera(camera).pose();
-  const auto at =
-      room_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m, room_.config().scene.robot_height_m);
+  const auto& pose = emulator_.camera(camera).pose();
+  const auto at = emulator_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m,
+                                                                emulator_.config().scene.robot_height_m);
   return hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
 }
 
 void TableFilm::next() {
-  room_.advance_to(begun_ + ++frame_ * room_.config().frame_period);
+  emulator_.advance_to(begun_ + ++frame_ * emulator_.config().frame_period);
   for (std::size_t k = 0; k < pictures_.size(); ++k) {
     if (empty_.empty())
-      room_.picture(k, pictures_[k]);
+      emulator_.picture(k, pictures_[k]);
     else
       photograph(k, pictures_[k]);
   }
@@ -64,16 +64,16 @@ void TableFilm::next() {
 
 void TableFilm::photograph(std::size_t camera, cv::Mat& out) const {
   empty_[camera].copyTo(out);
-  const auto truth = room_.truth();
+  const auto truth = emulator_.truth();
   for (std::size_t i = 0; i < truth.size(); ++i)
     if (truth[i].seen.on_table)
-      paste(cut_outs_[i * 7 % cut_outs_.size()], truth[i].seen, room_.camera(camera).model(), out);
-  room_.camera(camera).add_noise(static_cast<std::uint64_t>(room_.now().count()), out);
+      paste(cut_outs_[i * 7 % cut_outs_.size()], truth[i].seen, emulator_.camera(camera).model(), out);
+  emulator_.camera(camera).add_noise(static_cast<std::uint64_t>(emulator_.now().count()), out);
 }
 
 void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
                       cv::Mat& out) const {
-  const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, room_.config().scene.robot_height_m);
+  const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, emulator_.config().scene.robot_height_m);
   if (!at) return;
   const double r_px = hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
   const int reach = static_cast<int>(1.3 * r_px) + 1, left = static_cast<int>(at->x_px) - reach,

@@ -1,13 +1,13 @@
 // A film of Kilobots that walk on a virtual table, frame by frame, with the truth. The table, its cameras and the
-// robots' ways are those of a room; the robots may be cut from real pictures, turned and put where the room's are,
-// because drawn ones are smoother than real ones.
+// robots' ways are those of an emulator; the robots may be cut from real pictures, turned and put where the emulator's
+// are, because drawn ones are smoother than real ones.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-#include "emulator/room.hpp"
+#include "emulator/emulator.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::bench {
@@ -16,14 +16,14 @@ enum class Robots { drawn, photographed };
 
 class TableFilm {
  public:
-  // `room` is a room's file, or its text. Robots walk from the first frame.
-  TableFilm(const hal::Config& room, Robots robots);
+  // `emulator` is an emulator's file, or its text. Robots walk from the first frame.
+  TableFilm(const hal::Config& emulator, Robots robots);
 
   // The next frame: time passes, every camera takes a picture.
   void next();
   const std::vector<cv::Mat>& pictures() const { return pictures_; }
-  hal::LabTime now() const { return room_.now(); }
-  const emulator::Room& room() const { return room_; }
+  hal::LabTime now() const { return emulator_.now(); }
+  const emulator::Emulator& emulator() const { return emulator_; }
   // In the middle of that camera's view, pixels.
   double robot_radius_px(std::size_t camera) const;
 
@@ -36,7 +36,7 @@ class TableFilm {
   void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
              cv::Mat& out) const;
 
-  emulator::Room room_;
+  emulator::Emulator emulator_;
   hal::LabTime begun_{0};
   std::int64_t frame_ = 0;
   std::vector<cv::Mat> pictures_, empty_;  // of each camera

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/room_arena.hpp"
-#include "emulator/room_record.hpp"
+#include "emulator/emulated_arena.hpp"
+#include "emulator/emulator_record.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
@@ -68,17 +68,17 @@ std::unique_ptr<Arena> kilobot_table() {
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 
-// A small table in a virtual room: its file and its cameras' calibration.
+// A small table on an emulated testbed: its file and its cameras' calibration.
 std::string virtual_table() {
   static const TemporaryDirectory directory;
-  const auto room_file = directory.path() / "room.toml", calibration = directory.path() / "table.yaml";
-  std::ofstream(room_file)
+  const auto emulator_file = directory.path() / "emulator.toml", calibration = directory.path() / "table.yaml";
+  std::ofstream(emulator_file)
       << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n"
       << walkers
-      << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
-  const Config config = Config::from_file(room_file);
-  emulator::write_calibration(emulator::Room(config.root()), calibration);
-  return "height_m = 0.4\nroom.file = \"" + room_file.string() +
+      << "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
+  const Config config = Config::from_file(emulator_file);
+  emulator::write_calibration(emulator::Emulator(config.root()), calibration);
+  return "height_m = 0.4\nemulated.file = \"" + emulator_file.string() +
          "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" + calibration.string() + "\"\n";
 }
 
@@ -96,8 +96,8 @@ const std::vector<tests::ArenaRow>& rows() {
          return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", kilobot::model,
                                LabTime{2'000'000});
        }},
-      {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, false, true,
-       [](Arena& arena) { return emulator::room_of(arena).now(); }},
+      {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
+       true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},
       {"kilobot", kilobot_table, false, false},
       {"rover",
        [] { return examples::rover::rover_arena_row().make(arena_section("rover.damage = 0.001"), {.lab = "lab"}); },

@@ -231,13 +231,13 @@ TEST_CASE("a free lab merges the newest at or before and counts what is late or 
   CHECK(a.counters()["gate.late.b"] == 2);
 }
 
-TEST_CASE("a lab that can wait follows a room") {
-  // Proves that a simulator beside a room begins no period before the room's state k - slack - 1.
+TEST_CASE("a lab that can wait follows a real-time arena") {
+  // Proves that a simulator beside a real-time arena begins no period before that arena's state k - slack - 1.
   PeriodGate a = gate(0);
   a.publish(state(0));
-  WorldMessage room = from_b({state(0)});
-  room.can_wait = false;
-  REQUIRE(a.hear("b", room) == PeriodGate::Heard::counted);
+  WorldMessage real_time = from_b({state(0)});
+  real_time.can_wait = false;
+  REQUIRE(a.hear("b", real_time) == PeriodGate::Heard::counted);
   CHECK(a.may_begin(1));
   CHECK_FALSE(a.may_begin(2));
   WorldMessage next = from_b({state(0), state(1)});

@@ -1,5 +1,5 @@
-// The chores before an experiment in a virtual room, with the truth beside: cameras, controller and robots' programs
-// are those of a real table.
+// The chores before an experiment on an emulated testbed, with the truth beside: cameras, controller and robots'
+// programs are those of a real table.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "app/set_up.hpp"
-#include "emulator/room_record.hpp"
+#include "emulator/emulator_record.hpp"
 #include "testbed/assign_ids.hpp"
 #include "tests/support/processes/process.hpp"
 
@@ -21,19 +21,20 @@ using namespace arkmesh;
 
 namespace {
 
-// A lab whose table is a room with so many robots, files and all.
-class RoomLab {
+// A lab whose table is an emulated one with so many robots, files and all.
+class EmulatedLab {
  public:
-  explicit RoomLab(int robots, const std::string& ids = "shuffled", double side_m = 0.5) {
-    const auto room = folder_.path() / "room.toml", calibration = folder_.path() / "table.yaml";
+  explicit EmulatedLab(int robots, const std::string& ids = "shuffled", double side_m = 0.5) {
+    const auto emulator = folder_.path() / "emulator.toml", calibration = folder_.path() / "table.yaml";
     const std::string arena =
         fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n", robots, side_m, side_m);
-    std::ofstream(room)
-        << fmt::format("[room]\nids = \"{}\"\n{}[arena.ode]\ncontroller = \"{}/scenarios/dhtf/controller/dhtf.c\"\n",
-                       ids, arena, ARKMESH_SOURCE_DIR)
-        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
-    const hal::Config config = hal::Config::from_file(room, {"room.seed=1"});
-    const emulator::Room first(config.root());
+    std::ofstream(emulator)
+        << fmt::format(
+               "[emulator]\nids = \"{}\"\n{}[arena.ode]\ncontroller = \"{}/scenarios/dhtf/controller/dhtf.c\"\n", ids,
+               arena, ARKMESH_SOURCE_DIR)
+        << "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
+    const hal::Config config = hal::Config::from_file(emulator, {"emulator.seed=1"});
+    const emulator::Emulator first(config.root());
     emulator::write_calibration(first, calibration.string());
     truth_ = first.truth();
     std::ofstream(file())
@@ -42,17 +43,18 @@ class RoomLab {
                "[\"roark\"]\n{}",
                arena)
         << fmt::format(
-               "use = \"room\"\nroom.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
-               room.string(), calibration.string());
+               "use = \"emulated\"\nemulated.file = \"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = "
+               "\"{}\"\n",
+               emulator.string(), calibration.string());
   }
   std::filesystem::path file() const { return folder_.path() / "lab.toml"; }
-  // Where robots stand when the room begins, with their ids.
-  const std::vector<emulator::Room::Truth>& truth() const { return truth_; }
+  // Where robots stand when the emulator begins, with their ids.
+  const std::vector<emulator::Emulator::Truth>& truth() const { return truth_; }
   const std::filesystem::path& folder() const { return folder_.path(); }
 
  private:
   tests::TemporaryFolder folder_;
-  std::vector<emulator::Room::Truth> truth_;
+  std::vector<emulator::Emulator::Truth> truth_;
 };
 
 class SilentProgress final : public hal::Progress {
@@ -61,7 +63,7 @@ class SilentProgress final : public hal::Progress {
   void done() override {}
 };
 
-bool is_there(const std::vector<emulator::Room::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {
+bool is_there(const std::vector<emulator::Emulator::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {
   return std::ranges::any_of(truth, [&](const auto& each) {
     return each.id == robot && std::hypot(each.seen.pose.x_m - x_m, each.seen.pose.y_m - y_m) < 0.01;
   });
@@ -69,9 +71,9 @@ bool is_there(const std::vector<emulator::Room::Truth>& truth, hal::RobotId robo
 
 }  // namespace
 
-TEST_CASE("table: identify in a room") {
-  // The program's table has every robot where the room knows it to stand.
-  const RoomLab lab(8);
+TEST_CASE("table: identify on an emulated testbed") {
+  // The program's table has every robot where the emulator knows it to stand.
+  const EmulatedLab lab(8);
   tests::Process process(ARKMESH_PROGRAM, {"identify", lab.file().string()}, lab.folder() / "output.txt");
   CHECK(process.wait(std::chrono::seconds(120)) == 0);
   CAPTURE(process.output());
@@ -86,9 +88,9 @@ TEST_CASE("table: identify in a room") {
   CHECK(right == 8);
 }
 
-TEST_CASE("table: assign-ids in a room") {
+TEST_CASE("table: assign-ids on an emulated testbed") {
   // Robots without any id get those wanted, each one of its own, and spell them.
-  const RoomLab lab(8, "unassigned");
+  const EmulatedLab lab(8, "unassigned");
   testbed::SetUpArena table = app::make_set_up_arena(lab.file().string(), {}, "assign_ids.c", hal::nobody_stops());
   CHECK(table.is_simulated());
   std::vector<hal::RobotId> ids(8);
@@ -113,9 +115,9 @@ TEST_CASE("table: assign-ids in a room") {
   CHECK(told.size() == 8);
 }
 
-TEST_CASE("table: calibrate-motors in a room") {
+TEST_CASE("table: calibrate-motors on an emulated testbed") {
   // Through cameras and controller each robot finds duties and shows that it has stored them.
-  const RoomLab lab(2);
+  const EmulatedLab lab(2);
   tests::Process process(ARKMESH_PROGRAM, {"calibrate-motors", lab.file().string()}, lab.folder() / "output.txt");
   CHECK(process.wait(std::chrono::seconds(400)) == 0);
   CAPTURE(process.output());

@@ -104,7 +104,7 @@ TEST_CASE("table: a robot is taken away and put elsewhere") {
   table.start();
   REQUIRE(everybody_soon(table, 2));
 
-  const auto id_of = [&](int number) { return table.room().truth()[static_cast<std::size_t>(number)].id; };
+  const auto id_of = [&](int number) { return table.emulator().truth()[static_cast<std::size_t>(number)].id; };
   table.happen("robot 3 take");
   CHECK(soon(table, 10, [&] {
     return table.frame &&
@@ -124,7 +124,7 @@ TEST_CASE("table: two robots swapped by hand") {
     table.start();
     REQUIRE(everybody_soon(table, 2));
     table.steps(3);
-    const std::vector<hal::RobotId> swapped{table.room().truth()[1].id, table.room().truth()[5].id};
+    const std::vector<hal::RobotId> swapped{table.emulator().truth()[1].id, table.emulator().truth()[5].id};
     table.happen("swap 1 5 1.5");
     table.steps(1.5, [&] { CHECK(table.wrong() == 0); });
     const hal::LabTime down = table.now();
@@ -186,7 +186,7 @@ TEST_CASE("table: a robot dies and comes back, while the line to the controller 
   VirtualTable table;
   table.start();
   REQUIRE(everybody_soon(table, 2));
-  const hal::RobotId id = table.room().truth()[2].id;
+  const hal::RobotId id = table.emulator().truth()[2].id;
   const auto led = [&] {
     for (const hal::Sighting& seen : table.frame ? table.frame->robots : std::vector<hal::Sighting>{})
       if (seen.robot == id) return seen.led;
@@ -205,5 +205,5 @@ TEST_CASE("table: a robot dies and comes back, while the line to the controller 
     return table.right(id) && led() != hal::Led::off && std::hypot(at->x_m - lay->x_m, at->y_m - lay->y_m) > 0.01;
   }));
   CHECK(everybody_soon(table, 20));
-  CHECK(table.room().counters()["line.bytes_spoilt"] > 0);
+  CHECK(table.emulator().counters()["line.bytes_spoilt"] > 0);
 }

@@ -1,4 +1,4 @@
-// The whole way from pictures to named robots: a real clip, several cameras, and a watch over a virtual room.
+// The whole way from pictures to named robots: a real clip, several cameras, and a watch over an emulated testbed.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/room.hpp"
+#include "emulator/emulator.hpp"
 #include "hal/config.hpp"
 #include "testbed/kilobot_row.hpp"
 #include "testbed/table_watch.hpp"
@@ -82,21 +82,21 @@ Detection detection_at(const Calibration& camera, Point place, double offset_m =
           .led_y_px = led->y};
 }
 
-// A virtual room as the table: its camera is what the watch sees, and what the watch asks is said by its overhead
+// An emulated testbed as the table: its camera is what the watch sees, and what the watch asks is said by its overhead
 // controller.
-class RoomTable {
+class EmulatedTestbed {
  public:
-  explicit RoomTable(const std::string& text)
-      : config_(hal::Config::from_text(text, "room.toml")), room_(config_.root()) {
-    room_.advance_to(hal::LabTime(2'500'000));
+  explicit EmulatedTestbed(const std::string& text)
+      : config_(hal::Config::from_text(text, "emulator.toml")), emulator_(config_.root()) {
+    emulator_.advance_to(hal::LabTime(2'500'000));
   }
 
-  emulator::Room& room() { return room_; }
+  emulator::Emulator& emulator() { return emulator_; }
 
   std::unique_ptr<hal::kilobot::RobotWatch> watch(const std::string& lab, const std::filesystem::path& calibration) {
     std::vector<NamedCamera> cameras;
-    for (std::size_t k = 0; k < room_.cameras(); ++k) {
-      const auto& model = room_.camera(k).model_at_first();
+    for (std::size_t k = 0; k < emulator_.cameras(); ++k) {
+      const auto& model = emulator_.camera(k).model_at_first();
       CameraData data;
       data.lens.width_px = model.width_px();
       data.lens.height_px = model.height_px();
@@ -104,7 +104,7 @@ class RoomTable {
         data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
       data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
       for (int i = 0; i < 3; ++i) data.translation_m[i] = model.translation()[i];
-      cameras.push_back({room_.camera(k).settings().name, data});
+      cameras.push_back({emulator_.camera(k).settings().name, data});
     }
     write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
@@ -120,18 +120,18 @@ class RoomTable {
       asked_ = question;
       say(question);
     }
-    room_.advance_to(room_.now() + hal::LabTime(100'000));
-    watch.look(room_.now());
+    emulator_.advance_to(emulator_.now() + hal::LabTime(100'000));
+    watch.look(emulator_.now());
   }
 
-  // Robots seen in this very frame whose id is another's, judged by what only the room knows.
+  // Robots seen in this very frame whose id is another's, judged by what only the emulator knows.
   int wrong_ids(hal::kilobot::RobotWatch& watch, int* named = nullptr) {
     const auto frame = watch.latest();
     if (!frame) return 0;
     int wrong = 0;
     for (const hal::Sighting& seen : frame->robots) {
       if (seen.age.count() > 0) continue;
-      const auto truth = room_.truth();
+      const auto truth = emulator_.truth();
       const auto robot =
           std::find_if(truth.begin(), truth.end(), [&](const auto& one) { return one.id == seen.robot; });
       if (robot == truth.end() ||
@@ -145,17 +145,17 @@ class RoomTable {
  private:
   class Feed final : public CameraFeed {
    public:
-    Feed(RoomTable& table, std::size_t camera) : table_(table), camera_(camera) {}
+    Feed(EmulatedTestbed& table, std::size_t camera) : table_(table), camera_(camera) {}
     cv::Mat newest() override {
       cv::Mat picture;
-      if (!table_.room_.picture(camera_, picture)) return {};
+      if (!table_.emulator_.picture(camera_, picture)) return {};
       return picture.clone();
     }
     std::string trouble() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
    private:
-    RoomTable& table_;
+    EmulatedTestbed& table_;
     std::size_t camera_;
   };
 
@@ -168,18 +168,18 @@ class RoomTable {
       packet[11] = message->type;
     }
     for (std::size_t i = 0; i < 131; ++i) packet[131] ^= packet[i];
-    room_.write_serial(packet);
+    emulator_.write_serial(packet);
   }
 
   hal::Config config_;
-  emulator::Room room_;
+  emulator::Emulator emulator_;
   std::optional<hal::kilobot::Message> asked_;
 };
 
-std::string room_text(const std::string& more = "") {
+std::string emulator_text(const std::string& more = "") {
   return fmt::format(
-      "[room]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
-      "[[room.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
+      "[emulator]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
+      "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
       "distortion = [-0.09, 0.02, 0.0006, -0.0004, 0.0]\n{}\n"
       "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.ode]\n"
       "controller = \"{}/tests/sim_ode/controllers/answers.c\"\n",
@@ -278,11 +278,11 @@ TEST_CASE("a picture of another size than the calibration's is refused and count
   CHECK(table.counters()["camera.refused.size"] == 1);
 }
 
-TEST_CASE("a watch names the robots of a room, and again those that were exchanged by hand") {
+TEST_CASE("a watch names the robots of an emulator, and again those that were exchanged by hand") {
   // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are
   // exchanged under cover, and both are right again within 20 s.
   const arkmesh::tests::TemporaryDirectory folder;
-  RoomTable table(room_text());
+  EmulatedTestbed table(emulator_text());
   const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
   int looks = 0;
   for (; looks < 200 && !watch->everybody_named(); ++looks) {
@@ -297,9 +297,9 @@ TEST_CASE("a watch names the robots of a room, and again those that were exchang
   CHECK(named == 8);
   CHECK(watch->doubtful().empty());
 
-  const auto truth = table.room().truth();
+  const auto truth = table.emulator().truth();
   const hal::RobotId one = truth[1].id, other = truth[4].id;
-  REQUIRE(table.room().command("swap 1 4 1.5") == "ok");
+  REQUIRE(table.emulator().command("swap 1 4 1.5") == "ok");
   bool both_doubted = false;
   int doubted_for = 0;
   for (looks = 0; looks < 215; ++looks) {
@@ -321,13 +321,13 @@ TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
   // Proves that nothing is invented: looks without news and pictures that do not show the table make no frame, and all
   // of it is counted.
   const arkmesh::tests::TemporaryDirectory folder;
-  RoomTable table(room_text());
+  EmulatedTestbed table(emulator_text());
   const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
   for (int i = 0; i < 200 && !watch->everybody_named(); ++i) table.next(*watch);
   REQUIRE(watch->everybody_named());
   watch->latest();
 
-  REQUIRE(table.room().command("camera camera0 frozen") == "ok");
+  REQUIRE(table.emulator().command("camera camera0 frozen") == "ok");
   table.next(*watch);
   watch->latest();
   for (int i = 0; i < 5; ++i) {
@@ -336,13 +336,13 @@ TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
   }
   CHECK(watch->counters()["camera.frozen"] == 5);
 
-  table.room().command("camera camera0 gone");
+  table.emulator().command("camera camera0 gone");
   table.next(*watch);
   CHECK_FALSE(watch->latest().has_value());
   CHECK(watch->counters()["frame.no_picture"] == 6);
 
-  table.room().command("camera camera0 ok");
-  table.room().command("camera camera0 dark");
+  table.emulator().command("camera camera0 ok");
+  table.emulator().command("camera camera0 dark");
   for (int i = 0; i < 15; ++i) {
     table.next(*watch);
     CHECK_FALSE(watch->latest().has_value());
@@ -351,7 +351,7 @@ TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
   CHECK(watch->counters()["camera.unrecognised"] == 1);
   CHECK(watch->counters()["camera.refused.unrecognised"] == 15);
 
-  table.room().command("camera camera0 ok");
+  table.emulator().command("camera camera0 ok");
   for (int i = 0; i < 250 && !watch->everybody_named(); ++i) {
     table.next(*watch);
     CHECK(table.wrong_ids(*watch) == 0);
@@ -376,7 +376,7 @@ TEST_CASE("a table's controller that is not there is refused with file, key and 
   const auto config = hal::Config::from_text(
       "[arena]\nrobots = 2\n[arena.kilobot]\nwindow = false\nport = \"/dev/ttyNONE7\"\n"
       "[[arena.kilobot.cameras]]\nsource = \"/dev/video97\"\ncalibration = \"" ARKMESH_SOURCE_DIR
-      "/experiments/room/roark_table.yaml\"\n",
+      "/experiments/emulator/roark_calibration.yaml\"\n",
       "lab.toml");
   std::string said;
   try {

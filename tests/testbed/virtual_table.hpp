@@ -1,4 +1,4 @@
-// A small table of Kilobots in a virtual room, seen and spoken to by the physical arena, with the truth beside it.
+// A small table of Kilobots on an emulated testbed, seen and spoken to by the physical arena, with the truth beside it.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/room_arena.hpp"
-#include "emulator/room_record.hpp"
+#include "emulator/emulated_arena.hpp"
+#include "emulator/emulator_record.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::tests {
@@ -24,33 +24,33 @@ class VirtualTable {
  public:
   static constexpr int robots = 8;
 
-  // `events` are [[room.event]]s; their times count from when the cameras were switched on.
+  // `events` are [[emulator.event]]s; their times count from when the cameras were switched on.
   explicit VirtualTable(const std::string& events = "", std::uint64_t seed = 1, int count = robots) {
-    const auto room_file = directory_.path() / "room.toml", calibration = directory_.path() / "table.yaml";
-    std::ofstream(room_file)
+    const auto emulator_file = directory_.path() / "emulator.toml", calibration = directory_.path() / "table.yaml";
+    std::ofstream(emulator_file)
         << "[arena]\nrobots = " << count << "\nwidth_m = 0.5\nheight_m = 0.5\n"
         << "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n"
-        << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n"
+        << "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n"
         << events;
-    const hal::Config room = hal::Config::from_file(room_file);
-    emulator::write_calibration(emulator::Room(room.root()), calibration);
+    const hal::Config emulator = hal::Config::from_file(emulator_file);
+    emulator::write_calibration(emulator::Emulator(emulator.root()), calibration);
     const hal::Config config =
-        hal::Config::from_text(fmt::format("[arena]\nrobots = {}\nwidth_m = 0.5\nheight_m = 0.5\nroom.file = "
+        hal::Config::from_text(fmt::format("[arena]\nrobots = {}\nwidth_m = 0.5\nheight_m = 0.5\nemulated.file = "
                                            "\"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
-                                           count, room_file.string(), calibration.string()),
+                                           count, emulator_file.string(), calibration.string()),
                                "table.toml");
-    arena = emulator::make_room_arena(config.root().section("arena"), "lab", seed, {});
-    this->room().listen([this](const sim_ode::Transmission& sent) { hear(sent); });
+    arena = emulator::make_emulated_arena(config.root().section("arena"), "lab", seed, {});
+    this->emulator().listen([this](const sim_ode::Transmission& sent) { hear(sent); });
   }
 
   // Its last words are nobody's business.
-  ~VirtualTable() { room().listen({}); }
+  ~VirtualTable() { emulator().listen({}); }
   VirtualTable(const VirtualTable&) = delete;
   VirtualTable& operator=(const VirtualTable&) = delete;
 
-  emulator::Room& room() { return emulator::room_of(*arena); }
+  emulator::Emulator& emulator() { return emulator::emulator_of(*arena); }
   void happen(const std::string& command) {
-    const std::string answer = room().command(command);
+    const std::string answer = emulator().command(command);
     if (answer != "ok") throw std::runtime_error(fmt::format("{}: {}", command, answer));
   }
 
@@ -80,7 +80,7 @@ class VirtualTable {
   // Messages on the air to robots that no frame had named for longer than the controller needs to hear of it and to end
   // what it is saying.
   int said_blindly() const { return said_blindly_; }
-  // The last message on the air to that robot began then, in the room's time.
+  // The last message on the air to that robot began then, in the emulated testbed's time.
   hal::LabTime last_said(hal::RobotId id) const {
     return last_said_.contains(id) ? last_said_.at(id) : hal::LabTime{-1};
   }
@@ -88,7 +88,7 @@ class VirtualTable {
 
   // Where the robot with that id is in truth; nothing while it is off the table.
   std::optional<hal::Pose> truth(hal::RobotId id) {
-    for (const auto& each : room().truth())
+    for (const auto& each : emulator().truth())
       if (each.id == id && each.seen.on_table) return each.seen.pose;
     return {};
   }
@@ -133,10 +133,10 @@ class VirtualTable {
       if (named)
         nameless_since_.erase(id);
       else
-        nameless_since_.try_emplace(id, room().now());
+        nameless_since_.try_emplace(id, emulator().now());
     }
   }
-  // The room's time runs ahead of what it tells of.
+  // The emulator's time runs ahead of what it tells of.
   void hear(const sim_ode::Transmission& sent) {
     if (sent.message.type != 0) return;
     for (std::size_t at = 0; at < sent.message.data.size(); at += 3) {

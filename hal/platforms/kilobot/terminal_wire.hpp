@@ -1,4 +1,4 @@
-// A pseudo-terminal (socat, arkmesh room) in place of a serial device: libserialport 0.1.1 opens none, because they
+// A pseudo-terminal (socat, arkmesh emulator) in place of a serial device: libserialport 0.1.1 opens none, because they
 // have no modem lines.
 #pragma once
 

@@ -25,7 +25,7 @@ class VirtualTime final : public hal::WallTime {
   Moment now_ = Moment(std::chrono::hours(1));
 };
 
-// A room of rovers, and the arena around it.
+// A testbed with rovers, and the arena around it.
 struct Bench {
   VirtualTime wall;
   std::shared_ptr<SimulatedRovers> rovers;

@@ -161,7 +161,7 @@ TEST_CASE("serial device: for one program alone") {
 }
 
 TEST_CASE("serial device: a pseudo-terminal by its own name") {
-  // What socat or a virtual room offers is opened although libserialport knows no such terminals; bytes, unplugging and
+  // What socat or an emulated testbed offers is opened although libserialport knows no such terminals; bytes, unplugging and
   // plugging in work alike.
   PseudoTerminal terminal;
   hal::Counters counters;
