@@ -59,7 +59,7 @@ class CameraModel {
   cv::Matx33d matrix_ = cv::Matx33d::eye(), rotation_ = cv::Matx33d::eye();
   cv::Vec3d translation_;
   std::array<double, 5> distortion_{};
-  double most_radius2_ = 0;  // of ideal directions: beyond it the distortion folds the picture over
+  double max_radius2_ = 0;  // of ideal directions: beyond it the distortion folds the picture over
 };
 
 }  // namespace arkmesh::emulator

@@ -77,7 +77,7 @@ class EmulatedWire final : public Wire {
     emulator_.write_serial(bytes.first(fits));
     return fits;
   }
-  std::size_t waiting_bytes() override { return emulator::OhcLine::most_waiting - emulator_.line_free(); }
+  std::size_t waiting_bytes() override { return emulator::OhcLine::max_waiting - emulator_.line_free(); }
   const std::string& trouble() const override { return trouble_; }
 
  private:

@@ -11,7 +11,7 @@ namespace arkmesh::emulator {
 namespace {
 
 constexpr std::uint16_t no_id = 65'535;
-constexpr std::size_t most_refused_noted = 100;
+constexpr std::size_t max_refused_noted = 100;
 
 std::vector<std::uint16_t> make_ids(EmulatorConfig::Ids ids, int robots, std::uint64_t seed) {
   std::vector<std::uint16_t> out;
@@ -55,7 +55,7 @@ void Emulator::advance_to(hal::LabTime t) {
       const EmulatorConfig::Event& event = config_.events[next_event_++];
       const std::string answer = command(event.what);
       if (answer.starts_with("error")) {
-        if (counters_["emulator.events_refused"] < most_refused_noted)
+        if (counters_["emulator.events_refused"] < max_refused_noted)
           fmt::print(stderr, "arkmesh: event at {:.3f} s: {}\n", static_cast<double>(event.at.count()) * 1e-6, answer);
         counters_.add("emulator.events_refused");
       }

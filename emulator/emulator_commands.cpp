@@ -112,8 +112,8 @@ std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
   } else if (words[1] == "plug") {
     line_.plug_in(now_us);
   } else if (words[1] == "garbage") {
-    const auto bytes = whole(words.size() > 2 ? words[2] : "", OhcLine::most_waiting + 1);
-    if (!bytes) return fmt::format("error: `ohc garbage` wants a number of bytes, at most {}", OhcLine::most_waiting);
+    const auto bytes = whole(words.size() > 2 ? words[2] : "", OhcLine::max_waiting + 1);
+    if (!bytes) return fmt::format("error: `ohc garbage` wants a number of bytes, at most {}", OhcLine::max_waiting);
     line_.garbage(static_cast<std::size_t>(*bytes), now_us);
   } else if (words[1] == "noise") {
     const auto share = number(words.size() > 2 ? words[2] : "");

@@ -86,13 +86,13 @@ EmulatorConfig read_emulator_config(const hal::Section& root) {
   out.jpeg_quality = static_cast<int>(emulator.integer("jpeg_quality", out.jpeg_quality, 10, 100));
   out.scene = read_scene(emulator.section("scene"), root.section("arena"), out.seed);
 
-  constexpr std::size_t most_cameras = 16;
+  constexpr std::size_t max_cameras = 16;
   for (const hal::Section& camera : emulator.sections("camera")) {
     out.cameras.push_back(read_camera(camera, out.cameras.size()));
     for (std::size_t k = 0; k + 1 < out.cameras.size(); ++k)
       if (out.cameras[k].name == out.cameras.back().name) camera.refuse("name", "is that of another camera too");
-    if (out.cameras.size() > most_cameras)
-      camera.refuse("name", fmt::format("is one camera more than the {} of an emulator", most_cameras));
+    if (out.cameras.size() > max_cameras)
+      camera.refuse("name", fmt::format("is one camera more than the {} of an emulator", max_cameras));
     // tells now, not when the first picture is drawn
     try {
       CameraSettings small = out.cameras.back();

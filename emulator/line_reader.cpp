@@ -10,7 +10,7 @@ namespace arkmesh::emulator {
 namespace {
 
 // Enough for what a line takes in a second; what is more stays with the writer, as at a real port.
-constexpr std::size_t most_held_bytes = 4096;
+constexpr std::size_t max_held_bytes = 4096;
 constexpr int wait_ms = 20;
 
 }  // namespace
@@ -38,7 +38,7 @@ void LineReader::run() {
     {
       const std::lock_guard lock(mutex_);
       if (ends_) return;
-      full = held_bytes_ >= most_held_bytes;
+      full = held_bytes_ >= max_held_bytes;
       wanted[0] = {terminal_ && !full ? terminal_->handle() : -1, POLLIN, 0};
       wanted[1] = {full ? -1 : tcp_.client(), POLLIN, 0};
       wanted[2] = {tcp_.listener(), POLLIN, 0};
@@ -54,7 +54,7 @@ void LineReader::run() {
     }
     const Moment now = std::chrono::steady_clock::now();
     for (const bool from_terminal : {true, false}) {
-      const std::size_t room = most_held_bytes - std::min(most_held_bytes, held_bytes_);
+      const std::size_t room = max_held_bytes - std::min(max_held_bytes, held_bytes_);
       std::vector<std::uint8_t> bytes = from_terminal ? terminal_->read(room) : tcp_.read(room);
       if (bytes.empty()) continue;
       held_bytes_ += bytes.size();

@@ -16,14 +16,14 @@ namespace arkmesh::emulator {
 class OhcLine final : public sim_ode::OverheadSource {
  public:
   // As much as a serial port's driver would hold; what comes on top must wait outside, as a writer to a real port does.
-  static constexpr std::size_t most_waiting = 4096;
+  static constexpr std::size_t max_waiting = 4096;
 
   explicit OhcLine(std::uint64_t seed) : chance_(seed, "room/line") {}
 
   // Bytes that a host writes at `now_us`, which never decreases. Takes at most free() of them; the rest is lost and
   // counted.
   void write(std::span<const std::uint8_t> bytes, std::int64_t now_us);
-  std::size_t free() const { return most_waiting - waiting_.size(); }
+  std::size_t free() const { return max_waiting - waiting_.size(); }
 
   // Faults. While unplugged, what is written is lost.
   void unplug(std::int64_t now_us);

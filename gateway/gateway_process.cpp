@@ -41,7 +41,7 @@ constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
 constexpr std::chrono::milliseconds port_time{900};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
-constexpr int most_per_turn = 100;
+constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
@@ -116,7 +116,7 @@ class GatewayProcess {
     timer_.expires_after(answer_time);
     timer_.async_wait([this](auto error) {
       if (error) return;
-      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
+      bus_.drain(0ms, max_per_turn);  // a busy machine may have kept us from an answer that is here
       refuse_if_not_alone();
       if (failure_) try_to_begin();
       if (failure_ && Clock::now() - begun_ >= port_time) std::rethrow_exception(failure_);
@@ -142,7 +142,7 @@ class GatewayProcess {
   void serve_bus() {
     readable_.async_wait(asio::posix::stream_descriptor::wait_read, [this](auto error) {
       if (error) return;
-      bus_.drain(0ms, most_per_turn);
+      bus_.drain(0ms, max_per_turn);
       serve_bus();
     });
   }

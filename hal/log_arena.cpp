@@ -26,7 +26,7 @@ namespace arkmesh::hal {
 
 namespace {
 
-constexpr std::size_t most_robots = 100'000;
+constexpr std::size_t max_robots = 100'000;
 
 // Whether the bytes are as long as the robots that they claim to hold: the generated decoder would ask for memory
 // first.
@@ -97,7 +97,7 @@ class FrameReader {
     } else {
       building_.robots.insert(building_.robots.end(), part.robots.begin(), part.robots.end());
     }
-    if (building_.robots.size() > most_robots) {
+    if (building_.robots.size() > max_robots) {
       building_ = {};
       next_part_ = -1;
       return refuse("replay.refused.damaged");

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double known_heading_rad = 1.0;  // an arrow is drawn when the heading is surer than that
 constexpr int shift = 4;                   // lines to a sixteenth of a pixel
-constexpr double most_px = 1e5;            // beyond it nothing is drawn
+constexpr double max_px = 1e5;             // beyond it nothing is drawn
 
 cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
   const int bits = static_cast<int>(led);
@@ -23,7 +23,7 @@ cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
 }
 
 std::optional<cv::Point> fine(const std::optional<Point>& at) {
-  if (!at || !(std::abs(at->x) < most_px && std::abs(at->y) < most_px)) return {};
+  if (!at || !(std::abs(at->x) < max_px && std::abs(at->y) < max_px)) return {};
   return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))),
                    static_cast<int>(std::lround(at->y * (1 << shift))));
 }

@@ -99,14 +99,14 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     const std::int32_t holder = other.column < row_of.size() ? row_of[other.column] : alone;
     if (holder == alone) {
       // Two sightings that could be this robot.
-      if (column_of[other.row] != alone && mine - other.gain < settings_.least_certainty) suspect(lives_[other.row]);
+      if (column_of[other.row] != alone && mine - other.gain < settings_.min_certainty) suspect(lives_[other.row]);
       continue;
     }
     const auto exchanged = gain_of(static_cast<std::uint32_t>(holder), column_of[other.row]);
     if (!exchanged) continue;
     const double theirs =
         gain_of(static_cast<std::uint32_t>(holder), static_cast<std::int32_t>(other.column)).value_or(0);
-    if (mine + theirs - other.gain - *exchanged >= settings_.least_certainty) continue;
+    if (mine + theirs - other.gain - *exchanged >= settings_.min_certainty) continue;
     suspect(lives_[other.row]);
     suspect(lives_[holder]);
   }
@@ -156,7 +156,7 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
   std::vector<bool> taken(seen.size());
   for (const std::int32_t column : column_of)
     if (column != alone) taken[column] = true;
-  const double least_m = 0.7 * settings_.diameter_m;
+  const double min_m = 0.7 * settings_.diameter_m;
   std::vector<std::pair<double, double>> occupied;
   for (const Life& life : lives_)
     if (life.last_seen == now) occupied.emplace_back(life.motion.pose().x_m, life.motion.pose().y_m);
@@ -164,10 +164,10 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (taken[i]) continue;
     const auto close = [&](const auto& place) {
-      return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < least_m;
+      return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < min_m;
     };
-    const auto begin = std::lower_bound(occupied.begin(), occupied.end(), std::pair(seen[i].x_m - least_m, -1e9));
-    const auto end = std::upper_bound(begin, occupied.end(), std::pair(seen[i].x_m + least_m, 1e9));
+    const auto begin = std::lower_bound(occupied.begin(), occupied.end(), std::pair(seen[i].x_m - min_m, -1e9));
+    const auto end = std::upper_bound(begin, occupied.end(), std::pair(seen[i].x_m + min_m, 1e9));
     if (std::any_of(begin, end, close)) {
       counters_.add("seen.too_close");
       continue;

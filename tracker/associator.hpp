@@ -25,7 +25,7 @@ struct AssociatorSettings {
       800'000};  // unseen for this long: it may be another one when it is seen again, and must be named anew
   hal::LabTime show_for{1'000'000};      // unseen for this long: no longer reported
   hal::LabTime forget_after{5'000'000};  // unseen for this long: gone; what appears there later is a new track
-  double least_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
+  double min_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
   MotionSettings motion;
 };
 

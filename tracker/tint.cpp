@@ -9,7 +9,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr std::size_t most_robots = 60;
+constexpr std::size_t max_robots = 60;
 constexpr double usual =
     0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
 
@@ -49,7 +49,7 @@ double shared(double one, double other) {
 
 Light untinting(const cv::Mat& bgr, std::span<const Circle> boards) {
   Ratios coins, table;
-  const std::size_t every = boards.size() / most_robots + 1;
+  const std::size_t every = boards.size() / max_robots + 1;
   for (std::size_t i = 0; i < boards.size(); i += every) {
     coins.look(bgr, boards[i], 0.35);
     table.look(bgr, boards[i], 1.25);

@@ -79,7 +79,7 @@ void print(const tests::TableScore& score) {
              score.strangers, score.twice);
   fmt::print("  named                 {} times\n", score.namings);
   fmt::print("  centre RMS            {:.3f} mm (mean {:.3f}, {:.3f}; worst {:.2f})\n", score.centre_rms_mm(),
-             1000 * score.sum_x_m / seen, 1000 * score.sum_y_m / seen, 1000 * score.most_m);
+             1000 * score.sum_x_m / seen, 1000 * score.sum_y_m / seen, 1000 * score.max_m);
   fmt::print("  heading RMS, LED on   {:.2f} degrees ({} looks)\n", score.heading_rms_deg(), score.headings);
   fmt::print("  LED colour right      {:.2f} % of those seen\n", score.led_right_percent());
   constexpr std::string_view names[] = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};

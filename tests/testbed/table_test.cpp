@@ -224,11 +224,11 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
     std::set<TrackNumber> used;
     for (const auto& [id, robot] : truth.at(picture->number)) {
       const Track* nearest = nullptr;
-      double least_px = robot.r_px / 2;
+      double min_px = robot.r_px / 2;
       for (const Track& track : tracks) {
         const auto at = table.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, board_height_m);
         const double off_px = std::hypot(at->x - robot.x_px, at->y - robot.y_px);
-        if (off_px < least_px) least_px = off_px, nearest = &track;
+        if (off_px < min_px) min_px = off_px, nearest = &track;
       }
       if (!nearest) {
         ++missing;

@@ -6,7 +6,7 @@
 namespace arkmesh::hal::kilobot {
 namespace {
 
-constexpr std::size_t most_commands = 256;  // waiting; a flood is refused, not stored
+constexpr std::size_t max_commands = 256;  // waiting; a flood is refused, not stored
 constexpr std::uint32_t nobody = 1023;
 
 Message with_crc(Message message) {
@@ -71,7 +71,7 @@ const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand&
 
 void MessageBoard::command(const hal::FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
-  if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
+  if (commands_.size() >= max_commands) return counters_.add("fleet_command.refused.too_many");
   commands_.push_back(fleet_message(command));
 }
 

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds first_pause = 100ms, longest_pause = 2000ms;
 // A network path may hold some packets on their way; what waits longer than these is not current any more.
-constexpr std::size_t most_waiting_bytes = 4 * packet_bytes;
+constexpr std::size_t max_waiting_bytes = 4 * packet_bytes;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void SerialLine::tend(Moment now) {
 }
 
 bool SerialLine::is_free() const {
-  return state_ == Wire::State::open && left_ == 0 && wire_->waiting_bytes() <= most_waiting_bytes;
+  return state_ == Wire::State::open && left_ == 0 && wire_->waiting_bytes() <= max_waiting_bytes;
 }
 
 void SerialLine::send(const Packet& packet, Moment now) {

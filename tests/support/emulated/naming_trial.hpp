@@ -20,7 +20,7 @@ struct NamingTrial {
   std::vector<std::string> lab;      // the lab's: "arena.kilobot.led_offset_deg=44"
   std::string identity = "spelled";  // or "ark"
   std::uint64_t seed = 1;
-  double within_s = 30;  // most_s in all until everybody is named, the controller's start-up included
+  double within_s = 30;  // max_s in all until everybody is named, the controller's start-up included
   double then_s = 0;     // how long robots run afterwards
   // For people who want to know more; the truth is that of the moment after the picture.
   std::function<void(const testbed::Look&, const std::vector<emulator::Emulator::Truth>&)> onlooker;

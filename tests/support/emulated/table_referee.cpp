@@ -14,7 +14,7 @@ using Truth = emulator::Emulator::Truth;
 
 constexpr double body_m = 0.0165;  // a track nearer than this lies on the robot
 constexpr hal::LabTime settling{1'000'000}, rename_after{2'000'000};
-constexpr std::size_t most_lapses = 400;
+constexpr std::size_t max_lapses = 400;
 
 double apart_m(const hal::Pose& a, const hal::Pose& b) {
   return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
@@ -51,7 +51,7 @@ double TableScore::led_right_percent() const {
 }
 
 void TableReferee::note(hal::LabTime now, std::string what) {
-  if (lapses_.size() < most_lapses)
+  if (lapses_.size() < max_lapses)
     lapses_.push_back(fmt::format("{:8.3f} s  {}", static_cast<double>(now.count()) * 1e-6, what));
 }
 
@@ -104,7 +104,7 @@ void TableReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker
           const double off_x_m = track.in_arena.x_m - pose.x_m, off_y_m = track.in_arena.y_m - pose.y_m;
           ++score_.seen;
           score_.square_m += off_x_m * off_x_m + off_y_m * off_y_m;
-          score_.most_m = std::max(score_.most_m, std::hypot(off_x_m, off_y_m));
+          score_.max_m = std::max(score_.max_m, std::hypot(off_x_m, off_y_m));
           score_.sum_x_m += off_x_m;
           score_.sum_y_m += off_y_m;
           if (track.led_seen) ++score_.led[static_cast<std::size_t>(named.led)][static_cast<std::size_t>(track.led)];

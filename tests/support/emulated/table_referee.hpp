@@ -28,8 +28,8 @@ struct TableScore {
   std::uint64_t strangers = 0;      // a track seen in this frame where no robot is
   std::uint64_t twice = 0;          // a second track on one robot, both seen in this frame
   std::uint64_t namings = 0;
-  std::uint64_t headings = 0;                                 // of robots seen with their LED on
-  double square_m = 0, sum_x_m = 0, sum_y_m = 0, most_m = 0;  // of the centres of those seen
+  std::uint64_t headings = 0;                                // of robots seen with their LED on
+  double square_m = 0, sum_x_m = 0, sum_y_m = 0, max_m = 0;  // of the centres of those seen
   double square_rad = 0;
   std::array<std::array<std::uint64_t, 8>, 8> led{};  // [true][seen], of LEDs that were seen
 
