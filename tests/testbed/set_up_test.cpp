@@ -1,5 +1,7 @@
-// The chores before an experiment on an emulated testbed, with the truth beside: cameras, controller and robots'
-// programs are those of a real table.
+// The set-up procedures before an experiment on an emulated testbed, with the truth beside: cameras, controller and
+// robots' programs are those of a real table.
+#include "app/set_up.hpp"
+
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -12,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "app/set_up.hpp"
 #include "emulator/emulator_record.hpp"
 #include "testbed/assign_ids.hpp"
 #include "tests/support/processes/process.hpp"
