@@ -22,7 +22,7 @@ std::unique_ptr<hal::Arena> make_emulated_arena(const hal::Section& arena, const
 hal::ArenaRow emulated_arena_row();
 
 // The emulator of an arena that make_emulated_arena made, for tests and measurements that need its truth or its
-// mishaps.
+// faults.
 emulator::Emulator& emulator_of(hal::Arena& arena);
 
 }  // namespace arkmesh::emulator

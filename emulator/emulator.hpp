@@ -1,5 +1,5 @@
 // The emulated testbed: a table of simulated robots, cameras over it, an overhead controller at the end of a serial
-// line, hands and mishaps. Steps as its caller says, without wall time: equal calls give equal pictures.
+// line, hands and faults. Steps as its caller says, without wall time: equal calls give equal pictures.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Runs an emulator in real time and offers it to the outside as hardware would be: cameras as motion JPEG over HTTP,
-// the overhead controller as a pseudo-terminal and over TCP, a control port for mishaps.
+// the overhead controller as a pseudo-terminal and over TCP, a control port for faults.
 #pragma once
 
 #include <chrono>

@@ -1,9 +1,9 @@
-// A campaign of mishaps on a virtual table: the same ones with many seeds. Prints for each seed how long it took until
+// A campaign of faults on a virtual table: the same ones with many seeds. Prints for each seed how long it took until
 // all robots were where frames say, frames that said something wrong, and messages to robots that nobody had named.
 //
 //   faults_emulated FIRST_SEED SEEDS ROBOTS SECONDS "AT_S COMMAND" ...
 //
-// Mishaps are commands of an emulator (`arkmesh emulator --help`), at their seconds since the robots began to walk.
+// Faults are commands of an emulator (`arkmesh emulator --help`), at their seconds since the robots began to walk.
 // After the last one the run goes on for SECONDS, or until everybody has been right for 2 s.
 #include <fmt/format.h>
 
@@ -18,18 +18,18 @@ using namespace arkmesh::tests;
 
 namespace {
 
-struct Mishap {
+struct Fault {
   double at_s;
   std::string command;
 };
 
 struct Score {
-  double right_after_s = -1;  // the last mishap
+  double right_after_s = -1;  // the last fault
   int wrong = 0, blind = 0;
   double named_s = 0, off_m = 0;  // until everybody was named; the farthest that a fresh sighting was off
 };
 
-Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mishap>& mishaps, bool verbose) {
+Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Fault>& faults, bool verbose) {
   VirtualTable table("", seed, robots);
   const auto before = table.emulator().now();
   table.start();
@@ -37,10 +37,10 @@ Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mish
   score.named_s = static_cast<double>((table.emulator().now() - before).count()) * 1e-6;
   std::size_t next = 0;
   int calm = 0;
-  const double last_s = mishaps.empty() ? 0 : mishaps.back().at_s;
+  const double last_s = faults.empty() ? 0 : faults.back().at_s;
   for (int n = 1;; ++n) {
     const double now_s = 0.1 * n;
-    for (; next < mishaps.size() && mishaps[next].at_s <= now_s; ++next) table.happen(mishaps[next].command);
+    for (; next < faults.size() && faults[next].at_s <= now_s; ++next) table.happen(faults[next].command);
     table.step();
     if (table.frame)
       for (const auto& seen : table.frame->robots)
@@ -55,7 +55,7 @@ Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Mish
           fmt::print("  {:.1f} s: robot {} said at {:.3f} {:.3f}, is at {:.3f} {:.3f}\n", now_s, id, seen.pose.x_m,
                      seen.pose.y_m, at ? at->x_m : 9, at ? at->y_m : 9);
     }
-    if (next < mishaps.size()) continue;
+    if (next < faults.size()) continue;
     int expected = 0;
     for (const auto& truth : table.emulator().truth()) expected += truth.seen.on_table;
     const int right = table.frame ? table.right() : 0;
@@ -80,20 +80,20 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: faults_emulated FIRST_SEED SEEDS ROBOTS SECONDS \"AT_S COMMAND\" ...\n");
     return 2;
   }
-  std::vector<Mishap> mishaps;
+  std::vector<Fault> faults;
   for (int k = 5; k < argc; ++k) {
     char* end = nullptr;
     const double at_s = std::strtod(argv[k], &end);
     while (*end == ' ') ++end;
-    mishaps.push_back({at_s, end});
+    faults.push_back({at_s, end});
   }
-  std::ranges::stable_sort(mishaps, {}, &Mishap::at_s);
+  std::ranges::stable_sort(faults, {}, &Fault::at_s);
   const int first = std::atoi(argv[1]), seeds = std::atoi(argv[2]);
   const bool verbose = std::getenv("VERBOSE") != nullptr;
   int late = 0, wrong = 0, blind = 0;
   double longest_s = 0;
   for (int seed = first; seed < first + seeds; ++seed) {
-    const Score score = run(static_cast<std::uint64_t>(seed), std::atoi(argv[3]), std::atof(argv[4]), mishaps, verbose);
+    const Score score = run(static_cast<std::uint64_t>(seed), std::atoi(argv[3]), std::atof(argv[4]), faults, verbose);
     fmt::print(
         "seed {}: named at first {:.1f} s, right after {:.1f} s, wrong frames {}, blind messages {}, at most {:.1f} mm "
         "off\n",

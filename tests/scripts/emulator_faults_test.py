@@ -1,4 +1,4 @@
-"""A lab on a table on an emulated testbed, both processes of their own: mishaps given over the emulator's command port are noticed by the lab, which comes
+"""A lab on a table on an emulated testbed, both processes of their own: faults given over the emulator's command port are noticed by the lab, which comes
 through them, and are in its counters afterwards."""
 import json
 import pathlib
@@ -91,7 +91,7 @@ class EmulatorFaults(unittest.TestCase):
             port.sendall(line.encode() + b"\n")
             self.assertEqual(port.makefile().readline().strip(), "ok", line)
 
-    def test_mishaps(self):
+    def test_faults(self):
         (self.folder / "emulator.toml").write_text(EMULATOR.format(root=ROOT))
         self.start("emulator", "emulator", self.folder / "emulator.toml", "--calibration", self.folder / "table.yaml")
         where = self.until(60, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)[^\n]*\ncommands: ([\d.]+):(\d+)", self.said("emulator")), "the emulator's start")

@@ -1,4 +1,4 @@
-// Mishaps on a table of Kilobots while an experiment runs: it degrades, says so, recovers, and never invents a pose.
+// Faults on a table of Kilobots while an experiment runs: it degrades, says so, recovers, and never invents a pose.
 #include <doctest/doctest.h>
 
 #include "tests/testbed/virtual_table.hpp"
@@ -169,10 +169,10 @@ TEST_CASE("table: swapped while nobody can see or hear it") {
     REQUIRE(everybody_soon(table, 2));
     table.steps(2);
     double now_s = 0;
-    for (const auto& [at_s, mishap] : story) {
+    for (const auto& [at_s, fault] : story) {
       table.steps(at_s - now_s, [&] { CHECK(table.wrong() == 0); });
       now_s = at_s;
-      table.happen(mishap);
+      table.happen(fault);
     }
     table.steps(1.5, [&] { CHECK(table.wrong() == 0); });
     CHECK(everybody_soon(table, 20));
