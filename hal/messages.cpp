@@ -134,23 +134,23 @@ arena_info_t to_message(const ArenaInfo& info) {
   return out;
 }
 
-marks_t to_message(std::span<const Mark> marks, LabTime stamp) {
-  marks_t out;
+overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp) {
+  overlay_t out;
   out.stamp_us = stamp.count();
-  for (const Mark& mark : marks) {
-    mark_t& m = out.marks.emplace_back();
-    m.x_m = mark.x_m, m.y_m = mark.y_m, m.radius_m = mark.radius_m;
-    m.colour = static_cast<std::uint8_t>(mark.colour);
-    m.dashed = mark.dashed;
-    m.text = mark.text;
+  for (const OverlayCircle& circle : circles) {
+    overlay_circle_t& m = out.circles.emplace_back();
+    m.x_m = circle.x_m, m.y_m = circle.y_m, m.radius_m = circle.radius_m;
+    m.colour = static_cast<std::uint8_t>(circle.colour);
+    m.dashed = circle.dashed;
+    m.text = circle.text;
   }
-  out.n_marks = static_cast<std::int32_t>(out.marks.size());
+  out.n_circles = static_cast<std::int32_t>(out.circles.size());
   return out;
 }
 
-std::vector<Mark> from_message(const marks_t& message) {
-  std::vector<Mark> out;
-  for (const mark_t& m : message.marks)
+std::vector<OverlayCircle> from_message(const overlay_t& message) {
+  std::vector<OverlayCircle> out;
+  for (const overlay_circle_t& m : message.circles)
     out.push_back({m.x_m, m.y_m, m.radius_m, static_cast<Led>(m.colour & 7), m.dashed != 0, m.text});
   return out;
 }

@@ -49,7 +49,7 @@ struct ToRobot {
 };
 
 // A circle of the virtual environment as people may see it drawn on the table. Robots see nothing of it.
-struct Mark {
+struct OverlayCircle {
   double x_m = 0, y_m = 0;  // arena frame
   double radius_m = 0;
   Led colour = Led::off;  // off is drawn grey

@@ -69,7 +69,7 @@ class Lab {
     data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
   }
   // Something virtual to draw on the arena until the next boundary; called in on_period.
-  void mark(hal::Mark mark) { data_.marks.push_back(std::move(mark)); }
+  void draw(hal::OverlayCircle circle) { data_.overlay.push_back(std::move(circle)); }
   // A total of the result (result.json "counts") and of the status message.
   hal::Counters& counts() { return data_.counts; }
   const hal::Counters& counts() const { return data_.counts; }

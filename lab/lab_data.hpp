@@ -45,7 +45,7 @@ struct LabData {
   std::map<std::string, hal::RandomStream, std::less<>> streams;
   std::vector<hal::ToRobot> said;
   std::vector<hal::FleetCommand> commands;
-  std::vector<hal::Mark> marks;
+  std::vector<hal::OverlayCircle> overlay;
   std::vector<Row> rows;
   hal::Counters counts;
 };

@@ -163,7 +163,7 @@ void Runner::merge_period() {
   if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
   deliver();
   bus_.publish(hal::channel::shared, view);
-  if (!data_.marks.empty()) bus_.publish(hal::channel::marks, hal::to_message(data_.marks, data_.now));
+  if (!data_.overlay.empty()) bus_.publish(hal::channel::overlay, hal::to_message(data_.overlay, data_.now));
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
   recorder_.flush();

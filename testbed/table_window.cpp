@@ -41,8 +41,8 @@ TableWindow::TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::fi
     spdlog::info("the table is to be seen at http://127.0.0.1:{}/", server_->port());
   }
   subscriptions_.push_back(
-      bus.subscribe(hal::channel::marks, [this](std::string_view, std::span<const std::byte> bytes) {
-        if (marks_t message; hal::decode(bytes, message)) marks_ = hal::from_message(message);
+      bus.subscribe(hal::channel::overlay, [this](std::string_view, std::span<const std::byte> bytes) {
+        if (overlay_t message; hal::decode(bytes, message)) overlay_ = hal::from_message(message);
       }));
   subscriptions_.push_back(bus.subscribe(
       hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
@@ -89,8 +89,8 @@ cv::Mat TableWindow::draw(const cv::Mat& picture, std::size_t camera, const trac
   cv::Mat drawn = picture.clone();
   if (const tracker::Calibration* seen_by = tracker.calibration(camera)) {
     tracker::draw_border(drawn, *seen_by);
-    tracker::draw_marks(drawn, *seen_by, marks_);
-    tracker::draw_marks(drawn, *seen_by, ghosts_);
+    tracker::draw_overlay(drawn, *seen_by, overlay_);
+    tracker::draw_overlay(drawn, *seen_by, ghosts_);
     tracker::draw_tracks(drawn, *seen_by, tracker.tracks());
   }
   return drawn;

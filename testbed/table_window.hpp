@@ -49,8 +49,9 @@ class TableWindow {
     cv::Mat picture;
     hal::LabTime at{0}, said{0};  // when it came; when it was last shown as one that is all there is
   };
-  std::map<std::size_t, Last> last_;       // of each camera
-  std::vector<hal::Mark> marks_, ghosts_;  // the scenario's; robots of other labs, where they are in this arena
+  std::map<std::size_t, Last> last_;  // of each camera
+  std::vector<hal::OverlayCircle> overlay_,
+      ghosts_;  // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };
 

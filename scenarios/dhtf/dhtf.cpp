@@ -177,7 +177,7 @@ void Dhtf::draw_sites(lab::Lab& lab) const {
       teams += fmt::format("{}{}", teams.empty() ? "" : "+", i < team.size() ? team[i] : 0);
     }
     const hal::Pose centre = lab.projection().to_arena(site.in_shared);
-    lab.mark({.x_m = centre.x_m,
+    lab.draw({.x_m = centre.x_m,
               .y_m = centre.y_m,
               .radius_m = settings_.site_radius_m / lab.projection().scale,
               .colour = site.hard[own] ? hal::Led::red : hal::Led::blue,

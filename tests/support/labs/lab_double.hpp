@@ -42,7 +42,7 @@ struct LabDouble {
   }
 
   const std::vector<Row>& rows() const { return data.rows; }
-  const std::vector<hal::Mark>& marks() const { return data.marks; }
+  const std::vector<hal::OverlayCircle>& overlay() const { return data.overlay; }
 
   void take_said() {
     said.insert(said.end(), data.said.begin(), data.said.end());
@@ -72,7 +72,7 @@ struct LabDouble {
     data.now = period * data.period_length;
     if (period == 0) data.initial_states = states;
     data.states = states;
-    data.marks.clear();
+    data.overlay.clear();
     scenario->on_period(lab);
     take_said();
   }
