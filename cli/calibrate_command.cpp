@@ -94,14 +94,14 @@ void calibrate(const CalibrateOptions& options) {
       "{:.3f} px)\n",
       fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
       lens.pictures, fisheye ? "pinhole" : "fisheye", lens.other_error_px);
-  const std::vector<tracker::Mark> marks = options.given_marks();
+  const std::vector<tracker::Mark> landmarks = options.given_landmarks();
   const tracker::CameraData data =
-      marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
-                    : tracker::place_camera(lens.lens, marks, width_m, height_m);
+      landmarks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
+                        : tracker::place_camera(lens.lens, landmarks, width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
   fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
-             place[0], place[1], marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
+             place[0], place[1], landmarks.empty() ? "corners" : "landmarks", data.error_px, data.error_mm);
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
   const std::size_t cameras = testbed::put_into(options.out, options.name, data);

@@ -41,7 +41,7 @@ void CalibrateOptions::add_to(CLI::App& command) {
                   "one being north-west")
       ->check(CLI::ExistingFile);
   command
-      .add_option("--mark", marks,
+      .add_option("--landmark", landmarks,
                   "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
                   "east, y north of the "
                   "arena's middle); "
@@ -93,9 +93,9 @@ std::vector<tracker::Point> CalibrateOptions::given_corners() const {
 }
 
 // "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
-std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
+std::vector<tracker::Mark> CalibrateOptions::given_landmarks() const {
   std::vector<tracker::Mark> found;
-  for (const std::string& text : marks) {
+  for (const std::string& text : landmarks) {
     tracker::Mark mark;
     char rest = 0;
     const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
@@ -104,7 +104,8 @@ std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
     if (read != 4 ||
         !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
       throw CLI::ValidationError(
-          "--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+          "--landmark",
+          fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
     found.push_back(mark);
   }
   return found;
