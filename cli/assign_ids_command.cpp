@@ -1,4 +1,4 @@
-// `arkmesh assign-ids`: gives each robot on the table an id of its own.
+// `arkmesh assign-ids`: gives each robot in the arena an id of its own.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

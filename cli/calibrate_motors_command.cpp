@@ -1,4 +1,4 @@
-// `arkmesh calibrate-motors`: duties at which each robot on the table turns and goes straight as it should.
+// `arkmesh calibrate-motors`: duties at which each robot in the arena turns and goes straight as it should.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -16,8 +16,8 @@ constexpr CommandRow rows[] = {
     {"track", "Finds the robots on pictures; follows them in videos and before cameras", testbed_program},
     {"calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners",
      testbed_program},
-    {"identify", "Find out which robot on a lab's table is which", testbed_program},
-    {"assign-ids", "Give each robot on a lab's table an id of its own", testbed_program},
+    {"identify", "Find out which robot in a lab's arena is which", testbed_program},
+    {"assign-ids", "Give each robot in a lab's arena an id of its own", testbed_program},
     {"calibrate-motors", "Find and store the duties at which each robot turns and goes straight as it should",
      testbed_program},
 };

@@ -1,4 +1,4 @@
-// `arkmesh emulator`: a table of simulated Kilobots behind cameras and an overhead controller, for everything that
+// `arkmesh emulator`: a testbed of simulated Kilobots behind cameras and an overhead controller, for everything that
 // wants hardware.
 #include <fmt/format.h>
 

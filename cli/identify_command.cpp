@@ -1,4 +1,4 @@
-// `arkmesh identify`: which robot on the table is which.
+// `arkmesh identify`: which robot in the arena is which.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -9,7 +9,7 @@ namespace {
 
 cv::Matx33d rotation_of(const CameraPose& pose) {
   const cv::Vec3d sight(pose.look_x_m - pose.x_m, pose.look_y_m - pose.y_m, -pose.z_m);
-  if (pose.z_m <= 0) throw std::invalid_argument("must hang above the table");
+  if (pose.z_m <= 0) throw std::invalid_argument("must hang above the arena");
   const cv::Vec3d ahead = sight / cv::norm(sight), north(0, 1, 0);
   cv::Vec3d right = ahead.cross(north);
   if (cv::norm(right) < 1e-6) throw std::invalid_argument("looks along the arena's north; let it look down");

@@ -10,8 +10,8 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
 #include "sim_ode/host/robot_program.hpp"
+#include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
-#include "testbed/table_window.hpp"
 #include "testbed/tracks.hpp"
 
 namespace arkmesh::emulator {
@@ -125,7 +125,7 @@ class EmulatedArena final : public hal::Arena {
       return std::make_unique<EmulatedFeed>(eyes_, camera, emulator_.camera(camera).settings().name);
     };
     arena_ = hal::kilobot::make_kilobot_arena(
-        settings.arena, testbed::make_table_watch(settings, std::move(onlooker), open, std::move(names)),
+        settings.arena, testbed::make_arena_monitor(settings, std::move(onlooker), open, std::move(names)),
         std::make_unique<EmulatedWire>(emulator_), time_);
   }
 

@@ -10,7 +10,7 @@
 #include "hal/arena.hpp"
 #include "hal/arena_row.hpp"
 #include "hal/config.hpp"
-#include "testbed/table_watch.hpp"
+#include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::emulator {
 

@@ -28,8 +28,8 @@ std::vector<std::uint16_t> make_ids(EmulatorConfig::Ids ids, int robots, std::ui
 Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root)), line_(config_.seed) {
   const hal::Section arena = root.section("arena");
   const auto robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
-  table_ = sim_ode::make_table(arena, "room", config_.seed,
-                               {.overhead = &line_, .ids = make_ids(config_.ids, robots, config_.seed)});
+  arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed,
+                                         {.overhead = &line_, .ids = make_ids(config_.ids, robots, config_.seed)});
   for (const CameraSettings& settings : config_.cameras) {
     try {
       eyes_.push_back({.camera = std::make_unique<Camera>(settings, config_.scene)});
@@ -41,7 +41,7 @@ Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root
   for (const EmulatorConfig::Event& event : config_.events)
     if (event.what.empty() || event.what.find('\n') != std::string::npos)
       root.section("emulator").refuse("event", "`do` must be one command");
-  table_->advance_to(hal::LabTime{0});
+  arena_->advance_to(hal::LabTime{0});
 }
 
 void Emulator::advance_to(hal::LabTime t) {
@@ -49,7 +49,7 @@ void Emulator::advance_to(hal::LabTime t) {
     hal::LabTime next = t;
     if (next_event_ < config_.events.size()) next = std::min(next, std::max(now(), config_.events[next_event_].at));
     for (const Lifted& lifted : lifted_) next = std::min(next, std::max(now(), lifted.until));
-    table_->advance_to(next);
+    arena_->advance_to(next);
     put_down();
     while (next_event_ < config_.events.size() && config_.events[next_event_].at <= now()) {
       const EmulatorConfig::Event& event = config_.events[next_event_++];
@@ -73,7 +73,7 @@ void Emulator::put_down() {
     bool stands = false;
     for (int k = 0; k < places && !stands; ++k) {
       const double far_m = 0.003 * k, angle = 2.4 * k;
-      stands = table_
+      stands = arena_
                    ->put(lifted.robot, {lifted.to.x_m + far_m * std::cos(angle),
                                         lifted.to.y_m + far_m * std::sin(angle), lifted.to.heading_rad})
                    .empty();
@@ -89,8 +89,8 @@ bool Emulator::is_lifted(int robot) const {
   return std::ranges::any_of(lifted_, [robot](const Lifted& lifted) { return lifted.robot == robot; });
 }
 
-const std::vector<sim_ode::Table::Seen>& Emulator::look() const {
-  if (seen_at_ != now()) table_->look(config_.exposure, seen_);
+const std::vector<sim_ode::SimulatedArena::Seen>& Emulator::look() const {
+  if (seen_at_ != now()) arena_->look(config_.exposure, seen_);
   seen_at_ = now();
   return seen_;
 }
@@ -116,10 +116,10 @@ bool Emulator::picture(std::size_t number, cv::Mat& out) {
 
 std::vector<Emulator::Truth> Emulator::truth() const {
   std::vector<Truth> out;
-  for (const sim_ode::Table::Seen& seen : look()) {
+  for (const sim_ode::SimulatedArena::Seen& seen : look()) {
     Truth& truth = out.emplace_back();
     truth.robot = static_cast<int>(out.size()) - 1;
-    truth.id = table_->id_of(truth.robot);
+    truth.id = arena_->id_of(truth.robot);
     // what shines for half of the exposure counts
     const float bright = 0.5F * std::max({seen.red, seen.green, seen.blue});
     const auto on = [bright](float part) { return part > 0.16F && part >= bright ? 1 : 0; };
@@ -131,11 +131,11 @@ std::vector<Emulator::Truth> Emulator::truth() const {
 
 hal::Counters Emulator::counters() const {
   hal::Counters out = counters_;
-  for (const hal::Counters* part : {&line_.counters(), &line_.device().counters(), &table_->counters()})
+  for (const hal::Counters* part : {&line_.counters(), &line_.device().counters(), &arena_->counters()})
     for (const auto& [name, total] : part->all())
       if (!name.starts_with("poses.")) out.add(name, total);
   std::uint64_t pages = 0;
-  for (int i = 0; i < robots(); ++i) pages += table_->pages_written(i);
+  for (int i = 0; i < robots(); ++i) pages += arena_->pages_written(i);
   out.set("robots.pages_written", pages);
   return out;
 }

@@ -1,4 +1,4 @@
-// The emulated testbed: a table of simulated robots, cameras over it, an overhead controller at the end of a serial
+// The emulated testbed: an arena of simulated robots, cameras over it, an overhead controller at the end of a serial
 // line, hands and faults. Steps as its caller says, without wall time: equal calls give equal pictures.
 #pragma once
 
@@ -16,7 +16,7 @@
 #include "emulator/emulator_config.hpp"
 #include "emulator/ohc_line.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 
 namespace arkmesh::emulator {
 
@@ -26,7 +26,7 @@ class Emulator {
   explicit Emulator(const hal::Section& root);
 
   const EmulatorConfig& config() const { return config_; }
-  hal::LabTime now() const { return table_->clock().now(); }
+  hal::LabTime now() const { return arena_->clock().now(); }
   // Lets time pass; events of the file happen on the way. Never decreases. Throws std::runtime_error when a robot's
   // program fails.
   void advance_to(hal::LabTime t);
@@ -53,10 +53,10 @@ class Emulator {
     int robot = 0;         // its number in the simulation
     std::uint16_t id = 0;  // kilo_uid
     hal::Led led = hal::Led::off;
-    sim_ode::Table::Seen seen;
+    sim_ode::SimulatedArena::Seen seen;
   };
   std::vector<Truth> truth() const;
-  int robots() const { return static_cast<int>(table_->info().robots.size()); }
+  int robots() const { return static_cast<int>(arena_->info().robots.size()); }
   // Everything that was lost, refused or spoilt.
   hal::Counters counters() const;
 
@@ -86,16 +86,16 @@ class Emulator {
   std::string status() const;
   bool is_lifted(int robot) const;
   void put_down();
-  const std::vector<sim_ode::Table::Seen>& look() const;
+  const std::vector<sim_ode::SimulatedArena::Seen>& look() const;
 
   EmulatorConfig config_;
   OhcLine line_;
-  std::unique_ptr<sim_ode::Table> table_;
+  std::unique_ptr<sim_ode::SimulatedArena> arena_;
   std::vector<Eye> eyes_;
   std::size_t next_event_ = 0;
   std::vector<Lifted> lifted_;
   std::vector<Covering> coverings_;
-  mutable std::vector<sim_ode::Table::Seen> seen_;
+  mutable std::vector<sim_ode::SimulatedArena::Seen> seen_;
   mutable hal::LabTime seen_at_{-1};
   hal::Counters counters_;
 };

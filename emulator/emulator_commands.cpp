@@ -132,13 +132,13 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
   if (words[2] == "take" || words[2] == "put") {
     if (is_lifted(*robot)) return fmt::format("error: somebody has robot {} in the hand", *robot);
     if (words[2] == "take") {
-      table_->take_off(*robot);
+      arena_->take_off(*robot);
       return "ok";
     }
     const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""),
                heading = number(words.size() > 5 ? words[5] : "");
     if (!x || !y || !heading) return "error: `robot N put` wants x and y in metres and a heading in degrees";
-    const std::string trouble = table_->put(*robot, {*x, *y, std::remainder(*heading * degree, 2 * std::numbers::pi)});
+    const std::string trouble = arena_->put(*robot, {*x, *y, std::remainder(*heading * degree, 2 * std::numbers::pi)});
     return trouble.empty() ? "ok" : "error: " + trouble;
   }
   if (words[2] == "cover") {
@@ -149,7 +149,7 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
     return "ok";
   }
   if (words[2] != "kill" && words[2] != "revive") return unknown(words[2]);
-  table_->set_power(*robot, words[2] == "revive");
+  arena_->set_power(*robot, words[2] == "revive");
   return "ok";
 }
 
@@ -161,12 +161,13 @@ std::string Emulator::swap(const std::vector<std::string_view>& words) {
   if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600)
     return "error: `swap` wants two robots and seconds, at most 3600";
   if (is_lifted(*a) || is_lifted(*b)) return "error: somebody has one of them in the hand";
-  const std::vector<sim_ode::Table::Seen> seen = look();
-  const sim_ode::Table::Seen &first = seen[static_cast<std::size_t>(*a)], &second = seen[static_cast<std::size_t>(*b)];
-  if (!first.on_table || !second.on_table) return "error: one of them is not on the table";
+  const std::vector<sim_ode::SimulatedArena::Seen> seen = look();
+  const sim_ode::SimulatedArena::Seen &first = seen[static_cast<std::size_t>(*a)],
+                                      &second = seen[static_cast<std::size_t>(*b)];
+  if (!first.in_arena || !second.in_arena) return "error: one of them is not in the arena";
   const hal::LabTime until = now() + hal::LabTime{static_cast<std::int64_t>(*seconds * 1e6)};
   for (const auto& [robot, from, to] : {std::tuple{*a, first.pose, second.pose}, {*b, second.pose, first.pose}}) {
-    table_->take_off(robot);
+    arena_->take_off(robot);
     lifted_.push_back({.robot = robot, .to = to, .until = until});
     coverings_.push_back({{from.x_m, from.y_m}, until});
   }

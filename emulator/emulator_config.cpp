@@ -54,7 +54,7 @@ Scene read_scene(const hal::Section& scene, const hal::Section& arena, std::uint
   out.width_m = hal::read_side(arena, "width_m");
   out.height_m = hal::read_side(arena, "height_m");
   out.seed = seed;
-  out.table_grey = scene.number("table_grey", out.table_grey, {30, 250});
+  out.arena_grey = scene.number("arena_grey", out.arena_grey, {30, 250});
   out.texture = scene.number("texture", out.texture, {0, 0.5});
   out.wall_m = scene.number("wall_m", out.wall_m, {0, 0.2});
   out.wall_grey = scene.number("wall_grey", out.wall_grey, {0, 250});

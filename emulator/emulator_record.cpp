@@ -29,7 +29,7 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
     : truth_name_(truth) {
   if (!truth.empty()) {
     truth_.open(truth);
-    truth_ << "time_s,robot,id,x_m,y_m,heading_rad,led,on_table\n";
+    truth_ << "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena\n";
     if (!truth_.flush())
       throw std::runtime_error(
           fmt::format("cannot write the truth to {}; is the folder there, and is there emulator?", truth));
@@ -64,7 +64,7 @@ void EmulatorRecord::add_truth(const Emulator& emulator) {
   for (const Emulator::Truth& robot : emulator.truth())
     rows += fmt::format("{:.6f},{},{},{:.6f},{:.6f},{:.5f},{},{}\n", time_s, robot.robot, robot.id, robot.seen.pose.x_m,
                         robot.seen.pose.y_m, robot.seen.pose.heading_rad,
-                        led_names[static_cast<std::size_t>(robot.led)], robot.seen.on_table ? 1 : 0);
+                        led_names[static_cast<std::size_t>(robot.led)], robot.seen.in_arena ? 1 : 0);
   if (!(truth_ << rows).flush())
     throw std::runtime_error(fmt::format("cannot write on to {}: is the disk full?", truth_name_));
 }

@@ -48,7 +48,7 @@ struct ToRobot {
   std::uint16_t value = 0;
 };
 
-// A circle of the virtual environment as people may see it drawn on the table. Robots see nothing of it.
+// A circle of the virtual environment as people may see it drawn in the arena. Robots see nothing of it.
 struct OverlayCircle {
   double x_m = 0, y_m = 0;  // arena frame
   double radius_m = 0;

@@ -68,7 +68,7 @@ class Lab {
   void row(std::string_view table, std::string_view header, std::string_view values) {
     data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
   }
-  // Something virtual to draw on the arena until the next boundary; called in on_period.
+  // Something virtual to draw in the arena until the next boundary; called in on_period.
   void draw(hal::OverlayCircle circle) { data_.overlay.push_back(std::move(circle)); }
   // A total of the result (result.json "counts") and of the status message.
   hal::Counters& counts() { return data_.counts; }

@@ -1,5 +1,5 @@
 """What scripts/behaviour runs: whole labs, robots' programs by themselves, and commands with right and wrong arguments. None needs a network,
-a real table or a screen."""
+a real testbed or a screen."""
 import dataclasses
 
 
@@ -113,7 +113,7 @@ def lab_commands():
     yield Command("identify-in-emulator", [["identify", ROARK_EMULATED]], short=False)
     yield Command("identify-unknown-protocol", [["identify", ROARK, "--protocol", "morse"]])
     yield Command("identify-bad-ids", [["identify", ROARK, "--ids", "7-3"]])
-    yield Command("identify-no-table", [["identify", ROARK, "--set", "arena.use=null"]])
+    yield Command("identify-no-testbed", [["identify", ROARK, "--set", "arena.use=null"]])
     yield Command("assign-ids-bad-ids", [["assign-ids", ROARK, "--ids", "some"]])
     yield Command("assign-ids-large-id", [["assign-ids", ROARK, "--ids", "0-5000"]])
     yield Command("calibrate-motors", [["calibrate-motors", ROARK]])
@@ -128,18 +128,18 @@ def emulator_and_ohc_commands():
     yield Command("emulator-unknown-key", [["emulator", EMULATOR, "--set", "emulator.nonsense=1"]], short=False)
     yield Command("emulator-bad-value", [["emulator", EMULATOR, "--set", "emulator.frames_per_s=0"]])
     yield Command("emulator-offline-without-seconds", [["emulator", EMULATOR, "--offline"]], short=False)
-    yield Command("emulator-offline", [["emulator", EMULATOR, "--offline", "--seconds", "2", "--truth", "truth.csv", "--calibration", "table.yaml",
+    yield Command("emulator-offline", [["emulator", EMULATOR, "--offline", "--seconds", "2", "--truth", "truth.csv", "--calibration", "testbed.yaml",
                                     "--video", "emulator.avi"]])
     board = [f"FOLDER/board/camera0-0{i}.png" for i in range(4)]
     yield Command("emulator-chessboard-and-calibrate",
                   [["emulator", EMULATOR, "--chessboard", "4", "FOLDER/board"],
                    ["calibrate", *board, "--board", "9x6", "--corner", "250,80", "--corner", "1000,80", "--corner", "1000,880", "--corner",
-                    "250,880", "--arena", "0.5x0.5", "--out", "table.yaml"]], short=False)
+                    "250,880", "--arena", "0.5x0.5", "--out", "testbed.yaml"]], short=False)
     yield Command("calibrate-nothing", [["calibrate"]])
-    yield Command("calibrate-no-pictures", [["calibrate", "--out", "table.yaml"]])
-    yield Command("calibrate-no-chessboard", [["calibrate", PICTURES + "table_6robots.png", "--out", "table.yaml"]])
-    yield Command("calibrate-bad-arena", [["calibrate", PICTURES + "table_6robots.png", "--arena", "wide", "--out", "table.yaml"]])
-    yield Command("calibrate-missing-ark", [["calibrate", "--import-ark", "/nowhere.xml", "--out", "table.yaml"]])
+    yield Command("calibrate-no-pictures", [["calibrate", "--out", "testbed.yaml"]])
+    yield Command("calibrate-no-chessboard", [["calibrate", PICTURES + "table_6robots.png", "--out", "testbed.yaml"]])
+    yield Command("calibrate-bad-arena", [["calibrate", PICTURES + "table_6robots.png", "--arena", "wide", "--out", "testbed.yaml"]])
+    yield Command("calibrate-missing-ark", [["calibrate", "--import-ark", "/nowhere.xml", "--out", "testbed.yaml"]])
     yield Command("ohc-nothing", [["ohc"]])
     yield Command("ohc-no-command", [["ohc", "tcp://127.0.0.1:1"]])
     yield Command("ohc-unknown-command", [["ohc", "tcp://127.0.0.1:1", "dance"]])

@@ -14,7 +14,7 @@ import time
 from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
-# With --emulated roark is a table of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
+# With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
 EMULATOR = ROOT / "experiments/emulator/roark.toml"
 EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
 
@@ -116,14 +116,14 @@ def run(arguments, files=LABS, program=PROGRAM):
     if drawn.returncode != 0:
         raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
     print("\n" + summary(joint, out))
-    for video in sorted(out.glob("*/table-*.mp4")):
+    for video in sorted(out.glob("*/arena-*.mp4")):
         print(f"annotated video      {video}")
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/demo")
     parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated 120")
-    parser.add_argument("--emulated", action="store_true", help="roark is a table on an emulated testbed, seen by a camera, in real time")
+    parser.add_argument("--emulated", action="store_true", help="roark is an emulated testbed, seen by a camera, in real time")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()

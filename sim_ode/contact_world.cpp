@@ -45,7 +45,7 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
   before_ = now_;
   for (std::vector<double>* zeros : {&ahead_, &left_, &turn_, &turn_sin_}) zeros->assign(n, 0);
   turn_cos_.assign(n, 1);
-  on_table_.assign(n, 1);
+  in_arena_.assign(n, 1);
   body_of_.assign(n, -1);
 }
 
@@ -72,13 +72,13 @@ void ContactWorld::place(int robot, const hal::Pose& pose) {
     places->cos[i] = std::cos(pose.heading_rad);
     places->sin[i] = std::sin(pose.heading_rad);
   }
-  on_table_[i] = 1;
+  in_arena_[i] = 1;
 }
 
 void ContactWorld::take_off(int robot) {
   // beyond anybody's reach, each on a shelf of its own
   place(robot, {10 * width_m_ + 10 + robot, 10 * height_m_ + 10, now_.heading[index(robot)]});
-  on_table_[index(robot)] = 0;
+  in_arena_[index(robot)] = 0;
 }
 
 void ContactWorld::step() {
@@ -123,7 +123,7 @@ void ContactWorld::find_pairs() {
   grid_.visit_pairs(2 * radius_m + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
   for (int i = 0; i < robots(); ++i) {
     const double x = now_.x[index(i)], y = now_.y[index(i)];
-    if (!on_table_[index(i)]) continue;
+    if (!in_arena_[index(i)]) continue;
     if (width_m_ / 2 - radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
     if (height_m_ / 2 - radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
   }

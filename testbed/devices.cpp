@@ -77,7 +77,7 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
 
 }  // namespace
 
-std::vector<hal::Finding> table_of(const hal::Section& arena) {
+std::vector<hal::Finding> find_devices(const hal::Section& arena) {
   const hal::Section kilobot = arena.section("kilobot");
   std::vector<Finding> findings{controller(kilobot.required_text("port"))};
   const std::vector<CameraSettings> all = read_cameras(kilobot);

@@ -1,9 +1,9 @@
 #include "testbed/kilobot_row.hpp"
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "testbed/arena_monitor.hpp"
+#include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
-#include "testbed/table_watch.hpp"
-#include "testbed/table_window.hpp"
 #include "testbed/tracks.hpp"
 
 namespace arkmesh::testbed {
@@ -15,7 +15,7 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes =
-      make_table_watch(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
+      make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
   std::unique_ptr<hal::kilobot::Wire> wire;
   try {
     wire = hal::kilobot::open_wire(settings.arena.port);

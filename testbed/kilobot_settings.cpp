@@ -44,7 +44,7 @@ std::vector<CameraSettings> read_cameras(const hal::Section& kilobot) {
 
 tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all) {
   const std::vector<tracker::NamedCamera> cameras = tracker::read_calibrations(camera.calibration);
-  // A file of the whole table holds its cameras in the order of the configuration, unless they are named.
+  // A file of the whole arena holds its cameras in the order of the configuration, unless they are named.
   if (camera.name.empty() && cameras.size() > 1 && cameras.size() == all) return cameras[number].data;
   return tracker::read_calibration(camera.calibration, camera.name);
 }

@@ -79,7 +79,7 @@ void refuse_other_size(const StreamOptions& options, const std::optional<tracker
 bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const auto recording = tracker::open_recording(options.source);
-  tracker::TableTracker table = make_tracker(options, calibration);
+  tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
   const Moment begun = Clock::now();
@@ -94,8 +94,8 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
       continue;
     }
     refuse_other_size(options, calibration, picture->bgr);
-    table.look(picture->stamp, std::span(&picture->bgr, 1));
-    outputs.add(*picture, table);
+    tracker.look(picture->stamp, std::span(&picture->bgr, 1));
+    outputs.add(*picture, tracker);
     // Somebody who watches sees it at life speed.
     outputs.serve_until(outputs.serving() ? begun + picture->stamp : begun);
     if (all && picture->number % 10 == 9) progress.show(picture->number + 1, *all, 1 / recording->pictures_per_s());
@@ -103,7 +103,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
   progress.done();
   if (outputs.pictures() == 0)
     throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
-  outputs.finish(table);
+  outputs.finish(tracker);
   return damaged == 0;
 }
 
@@ -111,7 +111,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
   const auto calibration = calibration_of(options);
   const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
   const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
-  tracker::TableTracker table = make_tracker(options, calibration);
+  tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);
   const Moment begun = Clock::now();
@@ -131,15 +131,15 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     refuse_other_size(options, calibration, bgr);
     const tracker::Picture picture{
         .bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
-    table.look(picture.stamp, std::span(&picture.bgr, 1));
-    outputs.add(picture, table);
+    tracker.look(picture.stamp, std::span(&picture.bgr, 1));
+    outputs.add(picture, tracker);
     const double since_s = static_cast<double>(since.count()) * 1e-6;
     progress.show(
         fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
   }
   progress.done();
   if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());
-  outputs.finish(table);
+  outputs.finish(tracker);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// A campaign of faults on a virtual table: the same ones with many seeds. Prints for each seed how long it took until
-// all robots were where frames say, frames that said something wrong, and messages to robots that nobody had named.
+// A campaign of faults on an emulated testbed: the same ones with many seeds. Prints for each seed how long it took
+// until all robots were where frames say, frames that said something wrong, and messages to robots that nobody had
+// named.
 //
 //   faults_emulated FIRST_SEED SEEDS ROBOTS SECONDS "AT_S COMMAND" ...
 //
@@ -11,7 +12,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "tests/testbed/virtual_table.hpp"
+#include "tests/testbed/observed_testbed.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;
@@ -30,45 +31,45 @@ struct Score {
 };
 
 Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Fault>& faults, bool verbose) {
-  VirtualTable table("", seed, robots);
-  const auto before = table.emulator().now();
-  table.start();
+  ObservedTestbed testbed("", seed, robots);
+  const auto before = testbed.emulator().now();
+  testbed.start();
   Score score;
-  score.named_s = static_cast<double>((table.emulator().now() - before).count()) * 1e-6;
+  score.named_s = static_cast<double>((testbed.emulator().now() - before).count()) * 1e-6;
   std::size_t next = 0;
   int calm = 0;
   const double last_s = faults.empty() ? 0 : faults.back().at_s;
   for (int n = 1;; ++n) {
     const double now_s = 0.1 * n;
-    for (; next < faults.size() && faults[next].at_s <= now_s; ++next) table.happen(faults[next].command);
-    table.step();
-    if (table.frame)
-      for (const auto& seen : table.frame->robots)
-        if (const auto at = table.truth(seen.robot); at && seen.age == hal::LabTime{0})
+    for (; next < faults.size() && faults[next].at_s <= now_s; ++next) testbed.happen(faults[next].command);
+    testbed.step();
+    if (testbed.frame)
+      for (const auto& seen : testbed.frame->robots)
+        if (const auto at = testbed.truth(seen.robot); at && seen.age == hal::LabTime{0})
           score.off_m = std::max(score.off_m, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
-    for (const hal::RobotId id : table.arena->info().robots) {
-      if (!table.wrong(id)) continue;
+    for (const hal::RobotId id : testbed.arena->info().robots) {
+      if (!testbed.wrong(id)) continue;
       ++score.wrong;
-      const auto at = table.truth(id);
-      for (const auto& seen : table.frame->robots)
+      const auto at = testbed.truth(id);
+      for (const auto& seen : testbed.frame->robots)
         if (seen.robot == id && verbose)
           fmt::print("  {:.1f} s: robot {} said at {:.3f} {:.3f}, is at {:.3f} {:.3f}\n", now_s, id, seen.pose.x_m,
                      seen.pose.y_m, at ? at->x_m : 9, at ? at->y_m : 9);
     }
     if (next < faults.size()) continue;
     int expected = 0;
-    for (const auto& truth : table.emulator().truth()) expected += truth.seen.on_table;
-    const int right = table.frame ? table.right() : 0;
+    for (const auto& truth : testbed.emulator().truth()) expected += truth.seen.in_arena;
+    const int right = testbed.frame ? testbed.right() : 0;
     calm = right >= expected ? calm + 1 : 0;
     if (calm == 1 && score.right_after_s < 0) score.right_after_s = now_s - last_s;
     if (calm == 0) score.right_after_s = -1;
     if (calm >= 20 || now_s > last_s + seconds) break;
   }
-  score.blind = table.said_blindly();
+  score.blind = testbed.said_blindly();
   if (verbose) {
-    for (const hal::RobotId id : table.arena->info().robots)
-      if (!table.right(id)) fmt::print("  robot {} is not right in the end\n", id);
-    for (const auto& [name, total] : table.arena->counters().all()) fmt::print("  {} = {}\n", name, total);
+    for (const hal::RobotId id : testbed.arena->info().robots)
+      if (!testbed.right(id)) fmt::print("  robot {} is not right in the end\n", id);
+    for (const auto& [name, total] : testbed.arena->counters().all()) fmt::print("  {} = {}\n", name, total);
   }
   return score;
 }

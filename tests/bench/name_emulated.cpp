@@ -1,4 +1,4 @@
-// How long a whole table needs until every robot has its name. name_emulated EMULATOR.toml [spelled|ark] [SEED]
+// How long a whole arena needs until every robot has its name. name_emulated EMULATOR.toml [spelled|ark] [SEED]
 // [SECONDS THAT ROBOTS RUN AFTERWARDS] [KEY=VALUE ...]
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // How well robots are followed: renders an emulated testbed frame by frame, tracks it as a lab would, and compares with
 // the truth. track_emulated EMULATOR.toml [SECONDS] [--lapses] [--calibration FILE] [--jpeg QUALITY] Who is who is
-// taken from the truth, as tests/support/emulated/table_referee.hpp says.
+// taken from the truth, as tests/support/emulated/tracking_referee.hpp says.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -14,7 +14,7 @@
 #include "emulator/emulator.hpp"
 #include "hal/config.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
-#include "tests/support/emulated/table_referee.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/table_tracker.hpp"
 
@@ -65,7 +65,7 @@ void through_jpeg(cv::Mat& picture, int quality) {
   picture = cv::imdecode(bytes, cv::IMREAD_COLOR);
 }
 
-void print(const tests::TableScore& score) {
+void print(const tests::TrackingScore& score) {
   const auto percent = [&](std::uint64_t part) {
     return 100 * static_cast<double>(part) / static_cast<double>(score.robot_frames);
   };
@@ -98,7 +98,7 @@ int measure(const Options& options) {
   settings.expected_robots = static_cast<std::size_t>(emulator.robots());
   tracker::TableTracker table(calibrations_of(emulator, options), settings);
 
-  tests::TableReferee referee;
+  tests::TrackingReferee referee;
   std::vector<cv::Mat> pictures(emulator.cameras());
   double tracking_s = 0;
   const double begun_s = cpu_s();

@@ -8,9 +8,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/config.hpp"
-#include "tests/bench/table_film.hpp"
+#include "tests/bench/arena_film.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
-#include "tests/support/emulated/table_referee.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 #include "tests/support/pictures/collage.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/table_tracker.hpp"
@@ -139,11 +139,11 @@ hal::Config square_metre() {
 // how many times as long HoughCircles takes.
 void whole_way(benchmark::State& state, bench::Robots robots) {
   cv::setNumThreads(1);
-  bench::TableFilm film(square_metre(), robots);
+  bench::ArenaFilm film(square_metre(), robots);
   tracker::TableSettings settings;
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
   tracker::TableTracker table({tests::true_calibration(film.emulator().camera(0).model(), 1, 1)}, settings);
-  tests::TableReferee referee;
+  tests::TrackingReferee referee;
   const double r_px = film.robot_radius_px(0);
   double ours_s = 0, hough_s = 0;
   const auto look = [&] {
@@ -178,7 +178,7 @@ void whole_way(benchmark::State& state, bench::Robots robots) {
 // The time is that of the tracking, of one processor, for a set of four; at 10 sets/s two cores have 200 ms for each.
 void whole_table(benchmark::State& state, int sets_before) {
   cv::setNumThreads(1);
-  bench::TableFilm film(hal::Config::from_file(ARKMESH_SOURCE_DIR "/experiments/emulator/thousand.toml"),
+  bench::ArenaFilm film(hal::Config::from_file(ARKMESH_SOURCE_DIR "/experiments/emulator/thousand.toml"),
                         bench::Robots::drawn);
   const auto& scene = film.emulator().config().scene;
   std::vector<tracker::Calibration> cameras;
@@ -187,7 +187,7 @@ void whole_table(benchmark::State& state, int sets_before) {
   tracker::TableSettings settings;
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
   tracker::TableTracker table(std::move(cameras), settings);
-  tests::TableReferee referee;
+  tests::TrackingReferee referee;
   const auto look = [&] {
     film.next();
     const double before_s = cpu_s();
@@ -213,7 +213,7 @@ void whole_table(benchmark::State& state, int sets_before) {
   }
   const double sets = static_cast<double>(state.iterations()), tracking_ms = 1000 * ours_s / sets,
                reading_ms = 1000 * jpeg_s / sets;
-  const tests::TableScore& score = referee.score();
+  const tests::TrackingScore& score = referee.score();
   state.counters["longest_ms"] = 1000 * max_s;
   state.counters["read_jpegs_ms"] = reading_ms;
   state.counters["free_percent"] = 100 * (1 - (tracking_ms + reading_ms) / 200);

@@ -59,19 +59,19 @@ const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/
 const RobotModel plain_robot{
     .body_radius_m = 0.05, .max_robot = 9, .kinds = 2, .values = 8, .commands = {FleetCommand::Kind::run}};
 
-// A table whose eyes see six robots at once and whose overhead controller takes everything.
-std::unique_ptr<Arena> kilobot_table() {
-  auto table = std::make_shared<FakeTable>();
+// A testbed whose eyes see six robots at once and whose overhead controller takes everything.
+std::unique_ptr<Arena> kilobot_testbed() {
+  auto table = std::make_shared<FakeTestbed>();
   table->robots = {0, 1, 2, 3, 4, 5};
   return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
                                      std::make_unique<FakeWatch>(table),
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 
-// A small table on an emulated testbed: its file and its cameras' calibration.
-std::string virtual_table() {
+// A small testbed on an emulated testbed: its file and its cameras' calibration.
+std::string observed_testbed() {
   static const TemporaryDirectory directory;
-  const auto emulator_file = directory.path() / "emulator.toml", calibration = directory.path() / "table.yaml";
+  const auto emulator_file = directory.path() / "emulator.toml", calibration = directory.path() / "testbed.yaml";
   std::ofstream(emulator_file)
       << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n"
       << walkers
@@ -84,7 +84,7 @@ std::string virtual_table() {
 
 const std::vector<tests::ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
-  static const std::string kilobots = virtual_table();
+  static const std::string kilobots = observed_testbed();
   static const std::vector<tests::ArenaRow> table{
       {"null", [] { return make_null_arena(arena_section(""), "lab", kilobot::model); }},
       {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab", kilobot::model); }},
@@ -98,7 +98,7 @@ const std::vector<tests::ArenaRow>& rows() {
        }},
       {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
        true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},
-      {"kilobot", kilobot_table, false, false},
+      {"kilobot", kilobot_testbed, false, false},
       {"rover",
        [] { return examples::rover::rover_arena_row().make(arena_section("rover.damage = 0.001"), {.lab = "lab"}); },
        false, false},

@@ -102,7 +102,7 @@ TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplu
   std::ifstream truth(folder.path() / "truth.csv");
   std::string header, row;
   std::getline(truth, header);
-  CHECK(header == "time_s,robot,id,x_m,y_m,heading_rad,led,on_table");
+  CHECK(header == "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena");
   int rows = 0;
   while (std::getline(truth, row)) ++rows;
   CHECK(rows >= 2 * 15 * 2);

@@ -105,11 +105,11 @@ TEST_CASE("robots are taken, put, killed and revived by hand") {
   emulator.advance_to(ms(2'100));
   say(emulator, make_packet(2, {}, 0x88), ms(300));
   CHECK(emulator.command("robot 1 take") == "ok");
-  CHECK_FALSE(emulator.truth()[1].seen.on_table);
+  CHECK_FALSE(emulator.truth()[1].seen.in_arena);
   say(emulator, make_packet(2, {1}, 7), ms(300));
   CHECK(led_of(emulator, 1) == hal::Led::red);  // heard nothing
   CHECK(emulator.command("robot 1 put 0.2 0.1 90") == "ok");
-  CHECK(emulator.truth()[1].seen.on_table);
+  CHECK(emulator.truth()[1].seen.in_arena);
   CHECK(emulator.truth()[1].seen.pose.x_m == 0.2);
   CHECK(emulator.truth()[1].seen.pose.heading_rad == doctest::Approx(1.5708));
   CHECK(emulator.command("robot 0 put 0.2 0.1 0").find("robot 1 stands there") != std::string::npos);
@@ -125,7 +125,7 @@ TEST_CASE("robots are taken, put, killed and revived by hand") {
 }
 
 TEST_CASE("two robots are swapped by hands, seen while they do it") {
-  // Each ends where the other was, with its own id; meanwhile both are off the table under hands.
+  // Each ends where the other was, with its own id; meanwhile both are off the arena under hands.
   Emulator emulator = TestEmulator{.robots = 2}.make();
   emulator.advance_to(ms(1'000));
   cv::Mat before, during;
@@ -134,14 +134,14 @@ TEST_CASE("two robots are swapped by hands, seen while they do it") {
   CHECK(emulator.command("swap 0 1 1.5") == "ok");
   CHECK(emulator.command("swap 0 1 1.5").starts_with("error"));
   emulator.advance_to(ms(2'400));
-  CHECK_FALSE(emulator.truth()[0].seen.on_table);
+  CHECK_FALSE(emulator.truth()[0].seen.in_arena);
   REQUIRE(emulator.picture(0, during));
   CHECK(mean_difference(before, during) > 3);
   emulator.advance_to(ms(2'600));
   const auto second = emulator.truth();
   for (int k : {0, 1}) {
     const auto i = static_cast<std::size_t>(k), other = 1 - i;
-    CHECK(second[i].seen.on_table);
+    CHECK(second[i].seen.in_arena);
     CHECK(second[i].id == first[i].id);
     CHECK(second[i].seen.pose.x_m == doctest::Approx(first[other].seen.pose.x_m));
     CHECK(second[i].seen.pose.heading_rad == doctest::Approx(first[other].seen.pose.heading_rad));

@@ -1,4 +1,4 @@
-"""A lab on a table on an emulated testbed, both processes of their own: faults given over the emulator's command port are noticed by the lab, which comes
+"""A lab on an emulated testbed, both processes of their own: faults given over the emulator's command port are noticed by the lab, which comes
 through them, and are in its counters afterwards."""
 import json
 import pathlib
@@ -49,7 +49,7 @@ port = "tcp://{ohc}"
 window = false
 [[arena.kilobot.cameras]]
 source = "{camera}"
-calibration = "{folder}/table.yaml"
+calibration = "{folder}/testbed.yaml"
 """
 
 
@@ -93,7 +93,7 @@ class EmulatorFaults(unittest.TestCase):
 
     def test_faults(self):
         (self.folder / "emulator.toml").write_text(EMULATOR.format(root=ROOT))
-        self.start("emulator", "emulator", self.folder / "emulator.toml", "--calibration", self.folder / "table.yaml")
+        self.start("emulator", "emulator", self.folder / "emulator.toml", "--calibration", self.folder / "testbed.yaml")
         where = self.until(60, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)[^\n]*\ncommands: ([\d.]+):(\d+)", self.said("emulator")), "the emulator's start")
         self.control = where[3], int(where[4])
         (self.folder / "lab.toml").write_text(LAB.format(root=ROOT, camera=where[1], ohc=where[2], folder=self.folder))
@@ -101,7 +101,7 @@ class EmulatorFaults(unittest.TestCase):
         self.until(150, lambda: re.search(r"period [1-9]", self.said("lab")), "the naming of everybody")
 
         def sees_again(times):
-            return lambda: self.said("lab").count("the cameras see the table again") >= times
+            return lambda: self.said("lab").count("the cameras see the testbed again") >= times
         self.command("camera camera0 gone")
         self.until(30, lambda: "the cameras have given no picture" in self.said("lab"), "a camera that is gone")
         self.command("camera camera0 ok")

@@ -4,7 +4,7 @@
 
 #include "hal/config.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
-#include "tests/support/emulated/table_referee.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 
 using namespace arkmesh;
 
@@ -38,8 +38,8 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
     cameras.push_back(tests::true_calibration(emulator.camera(k).model(), 0.9, 0.5));
   tracker::TableSettings settings;
   settings.expected_robots = 20;
-  tracker::TableTracker table(std::move(cameras), settings);
-  tests::TableReferee referee;
+  tracker::TableTracker tracker(std::move(cameras), settings);
+  tests::TrackingReferee referee;
   emulator.advance_to(hal::LabTime{3'000'000});
   emulator.command("say run");
   std::vector<cv::Mat> pictures(2);
@@ -48,8 +48,8 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
       emulator.advance_to(emulator.now() + emulator.config().frame_period);
       for (std::size_t k = 0; k < pictures.size(); ++k)
         if (!emulator.picture(k, pictures[k])) pictures[k].release();
-      table.look(emulator.now(), pictures);
-      referee.judge(emulator.now(), emulator.truth(), table);
+      tracker.look(emulator.now(), pictures);
+      referee.judge(emulator.now(), emulator.truth(), tracker);
     }
   };
   watch(80);
@@ -62,12 +62,12 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
 
   REQUIRE(emulator.command("camera west gone") == "ok");
   watch(15);
-  const std::size_t left = table.tracks().size();
+  const std::size_t left = tracker.tracks().size();
   CHECK(left > 4);
   CHECK(left < 20);
   REQUIRE(emulator.command("camera west ok") == "ok");
   watch(30);
-  CHECK(table.tracks().size() == 20);
+  CHECK(tracker.tracks().size() == 20);
   CHECK(referee.score().wrong == 0);
   CHECK(referee.score().strangers == 0);
 }

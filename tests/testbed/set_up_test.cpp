@@ -1,5 +1,5 @@
 // The set-up procedures before an experiment on an emulated testbed, with the truth beside: cameras, controller and
-// robots' programs are those of a real table.
+// robots' programs are those of a real testbed.
 #include "app/set_up.hpp"
 
 #include <doctest/doctest.h>
@@ -22,11 +22,11 @@ using namespace arkmesh;
 
 namespace {
 
-// A lab whose table is an emulated one with so many robots, files and all.
+// A lab whose testbed is an emulated one with so many robots, files and all.
 class EmulatedLab {
  public:
   explicit EmulatedLab(int robots, const std::string& ids = "shuffled", double side_m = 0.5) {
-    const auto emulator = folder_.path() / "emulator.toml", calibration = folder_.path() / "table.yaml";
+    const auto emulator = folder_.path() / "emulator.toml", calibration = folder_.path() / "testbed.yaml";
     const std::string arena =
         fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n", robots, side_m, side_m);
     std::ofstream(emulator)
@@ -72,8 +72,8 @@ bool is_there(const std::vector<emulator::Emulator::Truth>& truth, hal::RobotId 
 
 }  // namespace
 
-TEST_CASE("table: identify on an emulated testbed") {
-  // The program's table has every robot where the emulator knows it to stand.
+TEST_CASE("testbed: identify on an emulated testbed") {
+  // The program's testbed has every robot where the emulator knows it to stand.
   const EmulatedLab lab(8);
   tests::Process process(ARKMESH_PROGRAM, {"identify", lab.file().string()}, lab.folder() / "output.txt");
   CHECK(process.wait(std::chrono::seconds(120)) == 0);
@@ -89,16 +89,16 @@ TEST_CASE("table: identify on an emulated testbed") {
   CHECK(right == 8);
 }
 
-TEST_CASE("table: assign-ids on an emulated testbed") {
+TEST_CASE("testbed: assign-ids on an emulated testbed") {
   // Robots without any id get those wanted, each one of its own, and spell them.
   const EmulatedLab lab(8, "unassigned");
-  testbed::SetUpArena table = app::make_set_up_arena(lab.file().string(), {}, "assign_ids.c", hal::nobody_stops());
-  CHECK(table.is_simulated());
+  testbed::SetUpArena testbed = app::make_set_up_arena(lab.file().string(), {}, "assign_ids.c", hal::nobody_stops());
+  CHECK(testbed.is_simulated());
   std::vector<hal::RobotId> ids(8);
   std::iota(ids.begin(), ids.end(), hal::RobotId{200});
   SilentProgress progress;
   const testbed::AssignIdsReport report =
-      testbed::assign_ids(table, {.ids = ids, .session = 7}, hal::nobody_stops(), progress);
+      testbed::assign_ids(testbed, {.ids = ids, .session = 7}, hal::nobody_stops(), progress);
   CHECK(report.finished);
   CHECK(report.confirmed == 8);
   REQUIRE(report.robots.size() == 8);
@@ -116,7 +116,7 @@ TEST_CASE("table: assign-ids on an emulated testbed") {
   CHECK(told.size() == 8);
 }
 
-TEST_CASE("table: calibrate-motors on an emulated testbed") {
+TEST_CASE("testbed: calibrate-motors on an emulated testbed") {
   // Through cameras and controller each robot finds duties and shows that it has stored them.
   const EmulatedLab lab(2);
   tests::Process process(ARKMESH_PROGRAM, {"calibrate-motors", lab.file().string()}, lab.folder() / "output.txt");

@@ -52,7 +52,7 @@ class KilobotArena final : public Arena {
 
   // The controller repeats what it heard last for ever, so its last word must be a stop, also when an exception took
   // whoever would have called end().
-  // Nobody may have ended it: robots stop all the same. A table that is lost already cannot be told anything.
+  // Nobody may have ended it: robots stop all the same. A testbed that is lost already cannot be told anything.
   ~KilobotArena() override {
     try {
       hal::end(*this, wall_);
@@ -98,7 +98,7 @@ class KilobotArena final : public Arena {
   TimePoint next_service() const override { return std::min(wanted_at_, serve_at_); }
 
   std::string waiting_for() const override {
-    return begun_at_ && phase_ == Phase::beginning ? "the table: " + missing() : std::string();
+    return begun_at_ && phase_ == Phase::beginning ? "the testbed: " + missing() : std::string();
   }
 
   bool end() override {
@@ -146,7 +146,7 @@ class KilobotArena final : public Arena {
     const bool complete = sees && eyes_->everybody_named();
     if (!complete && at - *begun_at_ > patience_.names_within) {
       if (!sees || !may_begin_without(unnamed()))
-        throw std::runtime_error(fmt::format("the table was not ready within {} s: {}",
+        throw std::runtime_error(fmt::format("the testbed was not ready within {} s: {}",
                                              patience_.names_within.count() / 1'000'000, missing()));
       begin_without(unnamed());
     } else if (!complete) {
@@ -186,7 +186,7 @@ class KilobotArena final : public Arena {
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
-        "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, "
+        "{} of {} robots have not been seen and named ({}); are they in the arena, in the cameras' sight, switched on, "
         "and is "
         "that their id? arena.kilobot.may_miss lets the lab begin without some",
         robots.size(), info_.robots.size(), in_words(robots));
@@ -213,7 +213,7 @@ class KilobotArena final : public Arena {
 
   void make_frame(LabTime stamp) {
     if (auto frame = look()) {
-      if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the table again");
+      if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the testbed again");
       return put(std::move(*frame), stamp);
     }
     // a gap in the numbers tells those who listen
@@ -227,7 +227,7 @@ class KilobotArena final : public Arena {
     seen_at_ = stamp;
     frame.stamp = stamp;
     frame.number = static_cast<std::uint32_t>(frames_++);
-    // a robot at the wall may be measured a little beyond it; farther out it is not on the table
+    // a robot at the wall may be measured a little beyond it; farther out it is not in the arena
     const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
     std::erase_if(frame.robots, [&](Sighting& seen) {
       const char* refused = nullptr;

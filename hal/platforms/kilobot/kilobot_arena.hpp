@@ -1,4 +1,4 @@
-// A table of real Kilobots as an arena: cameras see them, an overhead controller talks to them. Cannot wait: lab time
+// A testbed of real Kilobots as an arena: cameras see them, an overhead controller talks to them. Cannot wait: lab time
 // is real time.
 #pragma once
 
@@ -27,7 +27,7 @@ struct ArenaSettings {
 // comments above and `ids` (see robot_ids.hpp); `port` is required, or not read when there is none. Throws ConfigError.
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port = true);
 
-// The device named: one that is not there now is a mistake in the file or on the table, later it is a fault that heals.
+// The device named: one that is not there now is a mistake in the file or in the arena, later it is a fault that heals.
 // Throws PortError.
 std::unique_ptr<Wire> open_wire(const std::string& port);
 

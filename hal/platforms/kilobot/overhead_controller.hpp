@@ -1,4 +1,4 @@
-// The way to a table of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
+// The way to a testbed of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
 // standing question and the registers of single robots in turn, and silence when there is nothing to say, because
 // robots talk to each other on the same channel. What matters goes over the line more than once, because nobody says
 // whether it came through. Time is the caller's; nothing here blocks.

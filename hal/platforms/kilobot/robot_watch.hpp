@@ -1,4 +1,4 @@
-// Eyes on a table of real Kilobots. To find out which robot is which it has to ask them, over the overhead controller
+// Eyes on a testbed of real Kilobots. To find out which robot is which it has to ask them, over the overhead controller
 // that the arena owns: so it tells the arena what to ask.
 #pragma once
 

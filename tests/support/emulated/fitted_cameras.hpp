@@ -1,5 +1,5 @@
-// Cameras of an emulated testbed calibrated as a lab calibrates its own: with pictures of a chessboard, and marks on
-// the table clicked by hand.
+// Cameras of an emulated testbed calibrated as a lab calibrates its own: with pictures of a chessboard, and marks in
+// the arena clicked by hand.
 #pragma once
 
 #include <string>

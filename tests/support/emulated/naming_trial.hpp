@@ -1,4 +1,4 @@
-// How long it takes on a table on an emulated testbed until every robot has its name, and whether any name was ever
+// How long it takes on an emulated testbed until every robot has its name, and whether any name was ever
 // wrong. For tests and measurements.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/counters.hpp"
-#include "testbed/table_watch.hpp"
+#include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::tests {
 

@@ -12,7 +12,7 @@
 namespace arkmesh::tests {
 
 // What the eyes see, in the test's hand. Shared with the eyes, which may live in an arena.
-struct FakeTable {
+struct FakeTestbed {
   std::vector<hal::RobotId> robots;
   std::vector<hal::RobotId> in_doubt;
   std::optional<hal::kilobot::Message> question;
@@ -25,27 +25,27 @@ struct FakeTable {
 
 class FakeWatch final : public hal::kilobot::RobotWatch {
  public:
-  explicit FakeWatch(std::shared_ptr<FakeTable> table) : table_(std::move(table)) {}
+  explicit FakeWatch(std::shared_ptr<FakeTestbed> testbed) : testbed_(std::move(testbed)) {}
   void look(hal::LabTime now) override {
-    ++table_->looks;
-    table_->looked_at.push_back(now);
-    if (table_->covered) return counters_.add("camera.gone");
+    ++testbed_->looks;
+    testbed_->looked_at.push_back(now);
+    if (testbed_->covered) return counters_.add("camera.gone");
     frame_.emplace();
     frame_->stamp = now;
-    frame_->number = static_cast<std::uint32_t>(table_->looks);
-    for (const hal::RobotId robot : table_->robots)
-      frame_->robots.push_back({robot, {table_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
+    frame_->number = static_cast<std::uint32_t>(testbed_->looks);
+    for (const hal::RobotId robot : testbed_->robots)
+      frame_->robots.push_back({robot, {testbed_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
   }
   std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }
-  std::optional<hal::kilobot::Message> question() const override { return table_->question; }
-  std::span<const hal::RobotId> doubtful() const override { return table_->in_doubt; }
+  std::optional<hal::kilobot::Message> question() const override { return testbed_->question; }
+  std::span<const hal::RobotId> doubtful() const override { return testbed_->in_doubt; }
   bool everybody_named() const override {
-    return table_->in_doubt.empty() && table_->looks >= table_->named_after_looks;
+    return testbed_->in_doubt.empty() && testbed_->looks >= testbed_->named_after_looks;
   }
   const hal::Counters& counters() const override { return counters_; }
 
  private:
-  std::shared_ptr<FakeTable> table_;
+  std::shared_ptr<FakeTestbed> testbed_;
   std::optional<hal::PoseFrame> frame_;
   hal::Counters counters_;
 };

@@ -16,7 +16,7 @@
 
 #include "hal/config.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 #include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
@@ -47,7 +47,7 @@ class TableSwarm {
     if (ids.empty()) ids = shuffled<std::uint16_t>(0);
     track_of = shuffled<tracker::TrackNumber>(1000);
     hidden_since_.resize(track_of.size());
-    table_ = sim_ode::make_table(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
+    table_ = sim_ode::make_simulated_arena(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
     table_->advance_to(now);
     keep_picture();
   }
@@ -109,7 +109,7 @@ class TableSwarm {
   std::size_t robot_with(std::uint16_t id) const {
     return static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
   }
-  sim_ode::Table& table() { return *table_; }
+  sim_ode::SimulatedArena& table() { return *table_; }
 
   std::vector<std::uint16_t> ids;              // by robot, at the beginning
   std::vector<tracker::TrackNumber> track_of;  // by robot
@@ -130,7 +130,7 @@ class TableSwarm {
   TableSettings settings_;
   hal::Config config_;
   hal::RandomStream chance_;
-  std::unique_ptr<sim_ode::Table> table_;
+  std::unique_ptr<sim_ode::SimulatedArena> table_;
   hal::LabTime next_copy_{0};
   std::deque<hal::PoseFrame> pictures_;
   std::vector<std::optional<hal::LabTime>> hidden_since_;

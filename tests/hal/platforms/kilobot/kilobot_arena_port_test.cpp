@@ -33,7 +33,7 @@ TEST_CASE("kilobot arena: through a serial device") {
   // ends.
   PseudoTerminal terminal;
   const std::string keys = "kilobot.settle_s = 0\nkilobot.port = \"" + terminal.port() + "\"";
-  auto eyes_see = std::make_shared<FakeTable>();
+  auto eyes_see = std::make_shared<FakeTestbed>();
   eyes_see->robots = {0, 1, 2, 3};
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
@@ -65,7 +65,7 @@ TEST_CASE("kilobot arena: configuration") {
   const auto complaint = [](const std::string& keys) -> std::string {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTable>()),
+      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTestbed>()),
                          open_wire(settings.port));
     } catch (const std::runtime_error& error) {
       return error.what();

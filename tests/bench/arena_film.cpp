@@ -1,4 +1,4 @@
-#include "tests/bench/table_film.hpp"
+#include "tests/bench/arena_film.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ constexpr double led_off_heading_rad = -44 * std::numbers::pi / 180;
 
 }  // namespace
 
-TableFilm::TableFilm(const hal::Config& emulator, Robots robots) : emulator_(emulator.root()) {
+ArenaFilm::ArenaFilm(const hal::Config& emulator, Robots robots) : emulator_(emulator.root()) {
   // The overhead controller needs two seconds to start.
   emulator_.advance_to(hal::LabTime{3'000'000});
   emulator_.command("say run");
@@ -45,14 +45,14 @@ TableFilm::TableFilm(const hal::Config& emulator, Robots robots) : emulator_(emu
     }
 }
 
-double TableFilm::robot_radius_px(std::size_t camera) const {
+double ArenaFilm::robot_radius_px(std::size_t camera) const {
   const auto& pose = emulator_.camera(camera).pose();
   const auto at = emulator_.camera(camera).model().project_near(pose.look_x_m, pose.look_y_m,
                                                                 emulator_.config().scene.robot_height_m);
   return hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
 }
 
-void TableFilm::next() {
+void ArenaFilm::next() {
   emulator_.advance_to(begun_ + ++frame_ * emulator_.config().frame_period);
   for (std::size_t k = 0; k < pictures_.size(); ++k) {
     if (empty_.empty())
@@ -62,17 +62,17 @@ void TableFilm::next() {
   }
 }
 
-void TableFilm::photograph(std::size_t camera, cv::Mat& out) const {
+void ArenaFilm::photograph(std::size_t camera, cv::Mat& out) const {
   empty_[camera].copyTo(out);
   const auto truth = emulator_.truth();
   for (std::size_t i = 0; i < truth.size(); ++i)
-    if (truth[i].seen.on_table)
+    if (truth[i].seen.in_arena)
       paste(cut_outs_[i * 7 % cut_outs_.size()], truth[i].seen, emulator_.camera(camera).model(), out);
   emulator_.camera(camera).add_noise(static_cast<std::uint64_t>(emulator_.now().count()), out);
 }
 
-void TableFilm::paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
-                      cv::Mat& out) const {
+void ArenaFilm::paste(const CutOut& cut_out, const sim_ode::SimulatedArena::Seen& robot,
+                      const emulator::CameraModel& model, cv::Mat& out) const {
   const auto at = model.project_near(robot.pose.x_m, robot.pose.y_m, emulator_.config().scene.robot_height_m);
   if (!at) return;
   const double r_px = hal::kilobot::body_radius_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));

@@ -1,4 +1,4 @@
-// A window on a table of real Kilobots: camera pictures with what the lab knows drawn over them, live for any browser
+// A window on a testbed of real Kilobots: camera pictures with what the lab knows drawn over them, live for any browser
 // on this machine and, on request, as videos beside the other results.
 #pragma once
 
@@ -12,15 +12,15 @@
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
 #include "hal/mjpeg_server.hpp"
-#include "testbed/table_watch.hpp"
+#include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::testbed {
 
-class TableWindow {
+class ArenaView {
  public:
   // Live pictures are at http://127.0.0.1:PORT/, which the log says; videos come into `directory`. Virtual things to
   // draw come over `bus`, which outlives the window. Throws std::runtime_error when the port is taken.
-  TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory);
+  ArenaView(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory);
 
   // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
   void look(const testbed::Look& look);

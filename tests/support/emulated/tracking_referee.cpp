@@ -1,4 +1,4 @@
-#include "tests/support/emulated/table_referee.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ struct Nearest {
 Nearest nearest_to(const hal::Pose& pose, std::span<const Truth> truth) {
   Nearest best;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (!truth[i].seen.on_table) continue;
+    if (!truth[i].seen.in_arena) continue;
     if (const double off_m = apart_m(truth[i].seen.pose, pose); off_m < best.off_m) best = {i, off_m};
   }
   return best;
@@ -36,13 +36,13 @@ Nearest nearest_to(const hal::Pose& pose, std::span<const Truth> truth) {
 
 }  // namespace
 
-double TableScore::centre_rms_mm() const {
+double TrackingScore::centre_rms_mm() const {
   return 1000 * std::sqrt(square_m / static_cast<double>(seen));
 }
-double TableScore::heading_rms_deg() const {
+double TrackingScore::heading_rms_deg() const {
   return std::sqrt(square_rad / static_cast<double>(headings)) * 180 / std::numbers::pi;
 }
-double TableScore::led_right_percent() const {
+double TrackingScore::led_right_percent() const {
   std::uint64_t right = 0, all = 0;
   for (std::size_t is = 0; is < led.size(); ++is)
     for (std::size_t seems = 0; seems < led.size(); ++seems)
@@ -50,12 +50,12 @@ double TableScore::led_right_percent() const {
   return 100.0 * static_cast<double>(right) / static_cast<double>(all);
 }
 
-void TableReferee::note(hal::LabTime now, std::string what) {
+void TrackingReferee::note(hal::LabTime now, std::string what) {
   if (lapses_.size() < max_lapses)
     lapses_.push_back(fmt::format("{:8.3f} s  {}", static_cast<double>(now.count()) * 1e-6, what));
 }
 
-void TableReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker::TableTracker& table) {
+void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker::TableTracker& table) {
   const std::vector<tracker::Track> tracks = table.tracks();
   if (!begun_) {
     begun_ = now;
@@ -90,7 +90,7 @@ void TableReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker
       ++score_.twice, note(now, fmt::format("twice: {} on robot {}", describe(), at.robot));
     if (track.robot) {
       const Truth& named = truth[*track.robot];
-      if (!named.seen.on_table || apart_m(named.seen.pose, track.in_arena) > body_m) {
+      if (!named.seen.in_arena || apart_m(named.seen.pose, track.in_arena) > body_m) {
         ++(track.doubtful ? score_.wrong_doubted : score_.wrong);
         wrong[track.number] = *track.robot;
         if (!wrong_.contains(track.number) && (!track.doubtful || on_robot))
@@ -129,13 +129,13 @@ void TableReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker
   wrong_ = std::move(wrong);
 
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (!truth[i].seen.on_table) continue;
+    if (!truth[i].seen.in_arena) continue;
     ++score_.robot_frames;
     const bool lost = !tracked[i];
     if (lost && !lost_[i]) {
       double neighbour_m = 1;
       for (std::size_t j = 0; j < truth.size(); ++j)
-        if (j != i && truth[j].seen.on_table)
+        if (j != i && truth[j].seen.in_arena)
           neighbour_m = std::min(neighbour_m, apart_m(truth[i].seen.pose, truth[j].seen.pose));
       note(now, fmt::format("lost: robot {} at {:.4f},{:.4f}, nearest neighbour {:.1f} mm", i, truth[i].seen.pose.x_m,
                             truth[i].seen.pose.y_m, 1000 * neighbour_m));

@@ -1,4 +1,4 @@
-// A film of Kilobots that walk on a virtual table, frame by frame, with the truth. The table, its cameras and the
+// A film of Kilobots that walk on an emulated testbed, frame by frame, with the truth. The testbed, its cameras and the
 // robots' ways are those of an emulator; the robots may be cut from real pictures, turned and put where the emulator's
 // are, because drawn ones are smoother than real ones.
 #pragma once
@@ -14,10 +14,10 @@ namespace arkmesh::bench {
 
 enum class Robots { drawn, photographed };
 
-class TableFilm {
+class ArenaFilm {
  public:
   // `emulator` is an emulator's file, or its text. Robots walk from the first frame.
-  TableFilm(const hal::Config& emulator, Robots robots);
+  ArenaFilm(const hal::Config& emulator, Robots robots);
 
   // The next frame: time passes, every camera takes a picture.
   void next();
@@ -33,7 +33,7 @@ class TableFilm {
     double x_px, y_px, r_px, led_rad;  // within it; the direction of the LED as the picture shows it, y down
   };
   void photograph(std::size_t camera, cv::Mat& out) const;
-  void paste(const CutOut& cut_out, const sim_ode::Table::Seen& robot, const emulator::CameraModel& model,
+  void paste(const CutOut& cut_out, const sim_ode::SimulatedArena::Seen& robot, const emulator::CameraModel& model,
              cv::Mat& out) const;
 
   emulator::Emulator emulator_;

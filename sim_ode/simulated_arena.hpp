@@ -31,22 +31,22 @@ class OverheadSource {
   virtual bool on_air(std::int64_t from_us, std::int64_t to_us) const = 0;
 };
 
-class Table : public hal::Arena {
+class SimulatedArena : public hal::Arena {
  public:
   // Robots are named by their number 0..robots-1 here, whatever ids they believe to have.
   struct Seen {
     hal::Pose pose;
     float red = 0, green = 0, blue = 0;  // of the LED, 0..1, mean over the exposure
-    bool on_table = true;
+    bool in_arena = true;
     bool powered = true;
   };
   // What is true now, seen by an eye that was open for the last `exposure`. One entry per robot.
   virtual void look(hal::LabTime exposure, std::vector<Seen>& out) const = 0;
 
-  // Hands. A robot off the table hears nobody and touches nothing; its program runs on.
+  // Hands. A robot off the arena hears nobody and touches nothing; its program runs on.
   virtual void take_off(int robot) = 0;
   // Empty when the robot can stand there, else why not, as the end of a sentence. Also puts down robots that are off
-  // the table.
+  // the arena.
   virtual std::string put(int robot, const hal::Pose& pose) = 0;
   // Dead: dark, deaf and still. Switched on again it begins as after power-up.
   virtual void set_power(int robot, bool on) = 0;
@@ -56,13 +56,13 @@ class Table : public hal::Arena {
   virtual std::uint64_t pages_written(int robot) const = 0;
 };
 
-struct TableOptions {
-  OverheadSource* overhead = nullptr;  // outlives the table; none: the arena's own composites
+struct SimulatedArenaOptions {
+  OverheadSource* overhead = nullptr;  // outlives the arena; none: the arena's own composites
   std::vector<std::uint16_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
 };
 
 // As make_ode_arena (same keys, same streams), with the hardware's side open. arena.pace must be 0.
-std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                  const TableOptions& options);
+std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,
+                                                     std::uint64_t seed, const SimulatedArenaOptions& options);
 
 }  // namespace arkmesh::sim_ode

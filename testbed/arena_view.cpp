@@ -1,4 +1,4 @@
-#include "testbed/table_window.hpp"
+#include "testbed/arena_view.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -30,7 +30,7 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
 
 }  // namespace
 
-TableWindow::TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory)
+ArenaView::ArenaView(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory)
     : lab_(settings.arena.info.name),
       frame_period_(settings.arena.info.frame_period),
       directory_(std::move(directory)),
@@ -38,7 +38,7 @@ TableWindow::TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::fi
   if (settings.window.open) {
     server_ = std::make_unique<hal::MjpegServer>("127.0.0.1", settings.window.port);
     for (std::size_t k = 0; k < settings.cameras.size(); ++k) server_->announce(stream(k));
-    spdlog::info("the table is to be seen at http://127.0.0.1:{}/", server_->port());
+    spdlog::info("the testbed is to be seen at http://127.0.0.1:{}/", server_->port());
   }
   subscriptions_.push_back(
       bus.subscribe(hal::channel::overlay, [this](std::string_view, std::span<const std::byte> bytes) {
@@ -49,7 +49,7 @@ TableWindow::TableWindow(const KilobotSettings& settings, hal::Bus& bus, std::fi
 }
 
 // Robots of other labs as they would stand here.
-void TableWindow::hear_shared(std::span<const std::byte> bytes) {
+void ArenaView::hear_shared(std::span<const std::byte> bytes) {
   shared_view_t view;
   if (!hal::decode(bytes, view)) return;
   const hal::Projection projection{view.shift_x_m, view.shift_y_m, view.turn_rad, view.scale};
@@ -66,7 +66,7 @@ void TableWindow::hear_shared(std::span<const std::byte> bytes) {
   }
 }
 
-void TableWindow::look(const testbed::Look& look) {
+void ArenaView::look(const testbed::Look& look) {
   if (server_) server_->serve();
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];
@@ -85,7 +85,7 @@ void TableWindow::look(const testbed::Look& look) {
   if (server_) server_->serve();
 }
 
-cv::Mat TableWindow::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
+cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
   cv::Mat drawn = picture.clone();
   if (const tracker::Calibration* seen_by = tracker.calibration(camera)) {
     tracker::draw_border(drawn, *seen_by);
@@ -96,8 +96,8 @@ cv::Mat TableWindow::draw(const cv::Mat& picture, std::size_t camera, const trac
   return drawn;
 }
 
-// Nobody takes a picture that stands still for the table.
-void TableWindow::show_outage(std::size_t camera, hal::LabTime now) {
+// Nobody takes a picture that stands still for the testbed.
+void ArenaView::show_outage(std::size_t camera, hal::LabTime now) {
   const auto last = last_.find(camera);
   if (last == last_.end() || now - last->second.at < outage_after || now - last->second.said < outage_every ||
       !watched(camera))
@@ -110,17 +110,17 @@ void TableWindow::show_outage(std::size_t camera, hal::LabTime now) {
   show(camera, drawn);
 }
 
-void TableWindow::show(std::size_t camera, const cv::Mat& drawn) {
+void ArenaView::show(std::size_t camera, const cv::Mat& drawn) {
   std::vector<unsigned char> jpeg;
   if (cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality}))
     server_->show(stream(camera), std::as_bytes(std::span(jpeg)));
 }
 
-void TableWindow::store(std::size_t camera, const cv::Mat& drawn) {
+void ArenaView::store(std::size_t camera, const cv::Mat& drawn) {
   Video& video = videos_[camera];
   if (video.failed) return;
   if (!video.writer.isOpened()) {
-    const auto file = (directory_ / fmt::format("table-{}.mp4", stream(camera))).string();
+    const auto file = (directory_ / fmt::format("arena-{}.mp4", stream(camera))).string();
     const double per_s = 1e6 / static_cast<double>(frame_period_.count());
     try {
       video.writer.open(file, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), per_s, drawn.size());
@@ -139,7 +139,7 @@ void TableWindow::store(std::size_t camera, const cv::Mat& drawn) {
 Onlooker make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request) {
   if (!request.bus) return {};
   try {
-    const auto window = std::make_shared<TableWindow>(settings, *request.bus, request.directory);
+    const auto window = std::make_shared<ArenaView>(settings, *request.bus, request.directory);
     return [window](const Look& look) { window->look(look); };
   } catch (const std::runtime_error& wrong) {
     kilobot.refuse("window_port", wrong.what());

@@ -1,4 +1,4 @@
-#include "testbed/table_watch.hpp"
+#include "testbed/arena_monitor.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -37,11 +37,11 @@ bool same_picture(const cv::Mat& a, const cv::Mat& b) {
   return true;
 }
 
-class TableWatch final : public hal::kilobot::RobotWatch {
+class ArenaMonitor final : public hal::kilobot::RobotWatch {
  public:
-  TableWatch(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
-             const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
-             std::vector<hal::RobotId> expected, Onlooker onlooker)
+  ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
+               const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
+               std::vector<hal::RobotId> expected, Onlooker onlooker)
       : eyes_(std::move(eyes)),
         tracker_(std::move(calibrations), settings),
         names_(std::move(names)),
@@ -123,14 +123,14 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     const Verdict verdict = eye.guard.look(picture, *calibration);
     if (verdict == Verdict::in_place) {
       eye.moved = false;
-      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the table as it should", eye.source);
+      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the testbed as it should", eye.source);
       return true;
     }
     no_use_ = true;
     own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
     if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
       own_counters_.add("camera.unrecognised");
-      spdlog::warn("the camera {} does not show the table: dark, covered, or turned away? Its pictures are not used",
+      spdlog::warn("the camera {} does not show the testbed: dark, covered, or turned away? Its pictures are not used",
                    eye.source);
     }
     auto now = eye.guard.realigned();
@@ -160,7 +160,7 @@ class TableWatch final : public hal::kilobot::RobotWatch {
     for (const tracker::Detection& robot : tracker_.detections(camera))
       robots.push_back({robot.x_px, robot.y_px, robot.r_px});
     eye.guard.learn(picture, robots, *calibration);
-    spdlog::debug("the camera {} is watched by {} marks on the table", eye.source, eye.guard.marks());
+    spdlog::debug("the camera {} is watched by {} marks in the arena", eye.source, eye.guard.marks());
   }
 
   // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not
@@ -212,9 +212,9 @@ class TableWatch final : public hal::kilobot::RobotWatch {
 
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const KilobotSettings& settings, Onlooker onlooker,
-                                                           const tracker::OpenCamera& open,
-                                                           std::unique_ptr<tracker::NameKeeper> names) {
+std::unique_ptr<hal::kilobot::RobotWatch> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker,
+                                                             const tracker::OpenCamera& open,
+                                                             std::unique_ptr<tracker::NameKeeper> names) {
   std::vector<Eye> eyes;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string& source = settings.cameras[i].source;
@@ -227,8 +227,8 @@ std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const KilobotSettings
   }
   const std::vector<hal::RobotId>& expected = settings.arena.info.robots;
   if (!names) names = settings.known_to_ark ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
-  return std::make_unique<TableWatch>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
-                                      expected, std::move(onlooker));
+  return std::make_unique<ArenaMonitor>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
+                                        expected, std::move(onlooker));
 }
 
 }  // namespace arkmesh::testbed

@@ -1,5 +1,5 @@
-// The eyes of a table of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and identity
-// together.
+// The eyes of a testbed of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and
+// identity together.
 #pragma once
 
 #include <functional>
@@ -30,10 +30,10 @@ using Onlooker = std::function<void(const Look&)>;
 //
 // Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again),
 // frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
-// camera.unrecognised (times that a picture did not show the table as the first one did), camera.refused.moved and
+// camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
 // .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
-std::unique_ptr<hal::kilobot::RobotWatch> make_table_watch(const KilobotSettings& settings, Onlooker onlooker = {},
-                                                           const tracker::OpenCamera& open = tracker::open_camera,
-                                                           std::unique_ptr<tracker::NameKeeper> names = nullptr);
+std::unique_ptr<hal::kilobot::RobotWatch> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker = {},
+                                                             const tracker::OpenCamera& open = tracker::open_camera,
+                                                             std::unique_ptr<tracker::NameKeeper> names = nullptr);
 
 }  // namespace arkmesh::testbed

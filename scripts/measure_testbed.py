@@ -16,7 +16,7 @@ def lines_of(command):
     return done.stdout
 
 
-def table_accuracy(bench):
+def testbed_accuracy(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080, ten minutes: tracked, against the truth."""
     text = lines_of([bench.built("track_emulated"), ROOT / "experiments/emulator/hundred.toml", str(20 if bench.short else 600)])
     print("\n".join("  " + line.strip() for line in text.splitlines()))
@@ -36,7 +36,7 @@ def tracker_rows(bench, names):
     return {row["name"].split("/iterations")[0].removesuffix("_short"): row for row in rows}
 
 
-def table_speed(bench):
+def testbed_speed(bench):
     """From a decoded picture of 2048 x 1536 with 100 walking robots to poses, one core, beside OpenCV's HoughCircles on the same pictures, by turns."""
     rows = tracker_rows(bench, ["search/100", "follow/100", "read_jpeg/100",
                                *(f"whole_way/{robots}{'_short' if bench.short else ''}/" for robots in ("photographed", "drawn"))])
@@ -51,7 +51,7 @@ def table_speed(bench):
     return met, f"{ours:.1f} ms a picture, {ratio:.1f}x HoughCircles", "12 ms, 8x"
 
 
-def table_thousand(bench):
+def testbed_thousand(bench):
     """1000 walking robots under four cameras of 2048 x 1536 at 10 sets of pictures a second: processor time of a set, of two cores' 200 ms."""
     (row,) = tracker_rows(bench, [f"whole_table/{'short' if bench.short else 'long'}/"]).values()
     print(f"  to poses {row['real_time']:.1f} ms a set (longest {row['longest_ms']:.1f} ms), reading four JPEGs {row['read_jpegs_ms']:.1f} ms, "
@@ -62,7 +62,7 @@ def table_thousand(bench):
     return met, value, "200 ms, 99.9 %"
 
 
-def table_naming(bench):
+def testbed_naming(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080: how long after everything was switched on each has its name, by both protocols."""
     if bench.short:
         return None  # a test has the deadline
@@ -82,8 +82,8 @@ def table_naming(bench):
     return met, f"all named in {slowest:.1f} s, {max(seconds['ark']):.0f} s with ARK's messages, {wrong} wrong names", "15 s, 0"
 
 
-def table_dhtf(bench):
-    """DHTF, all easy, with roark on a table on the emulated testbed and with roark in ODE: completed tasks."""
+def testbed_dhtf(bench):
+    """DHTF, all easy, with roark on the emulated testbed and with roark in ODE: completed tasks."""
     seconds, seeds = (30, [1]) if bench.short else (600, [1, 2, 3])
     completed = {}
     for kind, file in (("emulator", "roark_emulated.toml"), ("ode", "roark.toml")):
@@ -99,8 +99,8 @@ def table_dhtf(bench):
     return (emulator > 0 if bench.short else abs(off) <= 25), value, "tasks" if bench.short else "within 25 %"
 
 
-def table_swap(bench):
-    """Two robots swapped by hand on a table of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
+def testbed_swap(bench):
+    """Two robots swapped by hand in an arena of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
     seeds, held_s = 1 if bench.short else 5, 1.5
     rows = re.findall(r"right after ([-\d.]+) s, wrong frames (\d+), blind messages (\d+)",
                       lines_of([bench.built("faults_emulated"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
@@ -111,5 +111,5 @@ def table_swap(bench):
     return met, f"at most {max(seconds):.1f} s, {wrong} wrong frames, {blind} messages meanwhile", "20 s, 0, 0"
 
 
-TABLE = [table_accuracy, table_naming, table_speed, table_thousand, table_dhtf, table_swap]
-NOT_JUDGED_SHORT = {table_speed, table_thousand}
+TESTBED = [testbed_accuracy, testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap]
+NOT_JUDGED_SHORT = {testbed_speed, testbed_thousand}

@@ -1,4 +1,5 @@
-// A small table of Kilobots on an emulated testbed, seen and spoken to by the physical arena, with the truth beside it.
+// A small testbed of Kilobots on an emulated testbed, seen and spoken to by the physical arena, with the truth beside
+// it.
 #pragma once
 
 #include <fmt/format.h>
@@ -20,13 +21,13 @@
 
 namespace arkmesh::tests {
 
-class VirtualTable {
+class ObservedTestbed {
  public:
   static constexpr int robots = 8;
 
   // `events` are [[emulator.event]]s; their times count from when the cameras were switched on.
-  explicit VirtualTable(const std::string& events = "", std::uint64_t seed = 1, int count = robots) {
-    const auto emulator_file = directory_.path() / "emulator.toml", calibration = directory_.path() / "table.yaml";
+  explicit ObservedTestbed(const std::string& events = "", std::uint64_t seed = 1, int count = robots) {
+    const auto emulator_file = directory_.path() / "emulator.toml", calibration = directory_.path() / "testbed.yaml";
     std::ofstream(emulator_file)
         << "[arena]\nrobots = " << count << "\nwidth_m = 0.5\nheight_m = 0.5\n"
         << "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n"
@@ -38,15 +39,15 @@ class VirtualTable {
         hal::Config::from_text(fmt::format("[arena]\nrobots = {}\nwidth_m = 0.5\nheight_m = 0.5\nemulated.file = "
                                            "\"{}\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
                                            count, emulator_file.string(), calibration.string()),
-                               "table.toml");
+                               "testbed.toml");
     arena = emulator::make_emulated_arena(config.root().section("arena"), "lab", seed, {});
     this->emulator().listen([this](const sim_ode::Transmission& sent) { hear(sent); });
   }
 
   // Its last words are nobody's business.
-  ~VirtualTable() { emulator().listen({}); }
-  VirtualTable(const VirtualTable&) = delete;
-  VirtualTable& operator=(const VirtualTable&) = delete;
+  ~ObservedTestbed() { emulator().listen({}); }
+  ObservedTestbed(const ObservedTestbed&) = delete;
+  ObservedTestbed& operator=(const ObservedTestbed&) = delete;
 
   emulator::Emulator& emulator() { return emulator::emulator_of(*arena); }
   void happen(const std::string& command) {
@@ -86,10 +87,10 @@ class VirtualTable {
   }
   std::uint64_t counted(std::string_view name) const { return arena->counters()[name]; }
 
-  // Where the robot with that id is in truth; nothing while it is off the table.
+  // Where the robot with that id is in truth; nothing while it is off the arena.
   std::optional<hal::Pose> truth(hal::RobotId id) {
     for (const auto& each : emulator().truth())
-      if (each.id == id && each.seen.on_table) return each.seen.pose;
+      if (each.id == id && each.seen.in_arena) return each.seen.pose;
     return {};
   }
   // Whether the frame says where that robot is, and that is where it is; and whether it says something that is wrong.

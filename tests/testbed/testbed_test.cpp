@@ -15,8 +15,8 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/config.hpp"
+#include "testbed/arena_monitor.hpp"
 #include "testbed/kilobot_row.hpp"
-#include "testbed/table_watch.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/source.hpp"
@@ -27,7 +27,7 @@ using namespace arkmesh::tracker;
 
 namespace {
 
-// As a lab reads them, at a table whose controller is the test's.
+// As a lab reads them, at a testbed whose controller is the test's.
 testbed::KilobotSettings settings(const hal::Config& config) {
   const hal::Section arena = config.root().section("arena");
   return testbed::read_kilobot_settings(arena, "lab", arena.section("kilobot").sections("cameras").size());
@@ -82,8 +82,8 @@ Detection detection_at(const Calibration& camera, Point place, double offset_m =
           .led_y_px = led->y};
 }
 
-// An emulated testbed as the table: its camera is what the watch sees, and what the watch asks is said by its overhead
-// controller.
+// An emulated testbed as the testbed: its camera is what the watch sees, and what the watch asks is said by its
+// overhead controller.
 class EmulatedTestbed {
  public:
   explicit EmulatedTestbed(const std::string& text)
@@ -108,7 +108,7 @@ class EmulatedTestbed {
     }
     write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
-    return testbed::make_table_watch(settings(config), {}, [this](const std::string& source, int, int) {
+    return testbed::make_arena_monitor(settings(config), {}, [this](const std::string& source, int, int) {
       return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
     });
   }
@@ -145,17 +145,17 @@ class EmulatedTestbed {
  private:
   class Feed final : public CameraFeed {
    public:
-    Feed(EmulatedTestbed& table, std::size_t camera) : table_(table), camera_(camera) {}
+    Feed(EmulatedTestbed& testbed, std::size_t camera) : testbed_(testbed), camera_(camera) {}
     cv::Mat newest() override {
       cv::Mat picture;
-      if (!table_.emulator_.picture(camera_, picture)) return {};
+      if (!testbed_.emulator_.picture(camera_, picture)) return {};
       return picture.clone();
     }
     std::string trouble() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
    private:
-    EmulatedTestbed& table_;
+    EmulatedTestbed& testbed_;
     std::size_t camera_;
   };
 
@@ -196,7 +196,7 @@ std::string lab_text(const std::filesystem::path& calibration, const std::string
 std::string refusal(const std::string& text) {
   try {
     const auto config = hal::Config::from_text(text, "lab.toml");
-    testbed::make_table_watch(settings(config));
+    testbed::make_arena_monitor(settings(config));
   } catch (const hal::ConfigError& error) {
     return error.what();
   }
@@ -215,18 +215,18 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
   const auto truth = true_tracks();
   REQUIRE(truth.size() == 242);
   const auto clip = open_recording(pictures_folder + "bodyguard_clip.mp4");
-  TableTracker table{TableSettings{}};
+  TableTracker tracker{TableSettings{}};
   std::map<int, std::set<TrackNumber>> tracks_of;
   std::size_t missing = 0, strangers = 0, doubtful = 0, frames = 0;
   while (const auto picture = clip->next()) {
-    const auto& tracks = table.look(picture->stamp, std::span(&picture->bgr, 1));
+    const auto& tracks = tracker.look(picture->stamp, std::span(&picture->bgr, 1));
     ++frames;
     std::set<TrackNumber> used;
     for (const auto& [id, robot] : truth.at(picture->number)) {
       const Track* nearest = nullptr;
       double min_px = robot.r_px / 2;
       for (const Track& track : tracks) {
-        const auto at = table.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, board_height_m);
+        const auto at = tracker.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, board_height_m);
         const double off_px = std::hypot(at->x - robot.x_px, at->y - robot.y_px);
         if (off_px < min_px) min_px = off_px, nearest = &track;
       }
@@ -272,39 +272,39 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
 
 TEST_CASE("a picture of another size than the calibration's is refused and counted") {
   // Proves that a camera that was switched to another resolution gives no wrong places.
-  TableTracker table({Calibration(camera_at(0))}, {});
+  TableTracker tracker({Calibration(camera_at(0))}, {});
   const cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(128));
-  CHECK(table.look(hal::LabTime(0), std::span(&picture, 1)).empty());
-  CHECK(table.counters()["camera.refused.size"] == 1);
+  CHECK(tracker.look(hal::LabTime(0), std::span(&picture, 1)).empty());
+  CHECK(tracker.counters()["camera.refused.size"] == 1);
 }
 
 TEST_CASE("a watch names the robots of an emulator, and again those that were exchanged by hand") {
   // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are
   // exchanged under cover, and both are right again within 20 s.
   const arkmesh::tests::TemporaryDirectory folder;
-  EmulatedTestbed table(emulator_text());
-  const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
+  EmulatedTestbed testbed(emulator_text());
+  const auto watch = testbed.watch(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
   int looks = 0;
   for (; looks < 200 && !watch->everybody_named(); ++looks) {
-    table.next(*watch);
-    CHECK(table.wrong_ids(*watch) == 0);
+    testbed.next(*watch);
+    CHECK(testbed.wrong_ids(*watch) == 0);
   }
   REQUIRE(watch->everybody_named());
   MESSAGE("8 robots named after ", looks / 10.0, " s");
   int named = 0;
-  table.next(*watch);
-  CHECK(table.wrong_ids(*watch, &named) == 0);
+  testbed.next(*watch);
+  CHECK(testbed.wrong_ids(*watch, &named) == 0);
   CHECK(named == 8);
   CHECK(watch->doubtful().empty());
 
-  const auto truth = table.emulator().truth();
+  const auto truth = testbed.emulator().truth();
   const hal::RobotId one = truth[1].id, other = truth[4].id;
-  REQUIRE(table.emulator().command("swap 1 4 1.5") == "ok");
+  REQUIRE(testbed.emulator().command("swap 1 4 1.5") == "ok");
   bool both_doubted = false;
   int doubted_for = 0;
   for (looks = 0; looks < 215; ++looks) {
-    table.next(*watch);
-    CHECK(table.wrong_ids(*watch) == 0);
+    testbed.next(*watch);
+    CHECK(testbed.wrong_ids(*watch) == 0);
     const auto doubtful = watch->doubtful();
     const auto doubted = [&](hal::RobotId id) { return std::binary_search(doubtful.begin(), doubtful.end(), id); };
     both_doubted = both_doubted || (doubted(one) && doubted(other));
@@ -318,49 +318,49 @@ TEST_CASE("a watch names the robots of an emulator, and again those that were ex
 }
 
 TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
-  // Proves that nothing is invented: looks without news and pictures that do not show the table make no frame, and all
-  // of it is counted.
+  // Proves that nothing is invented: looks without news and pictures that do not show the testbed make no frame, and
+  // all of it is counted.
   const arkmesh::tests::TemporaryDirectory folder;
-  EmulatedTestbed table(emulator_text());
-  const auto watch = table.watch(lab_text(folder.path() / "table.yaml"), folder.path() / "table.yaml");
-  for (int i = 0; i < 200 && !watch->everybody_named(); ++i) table.next(*watch);
+  EmulatedTestbed testbed(emulator_text());
+  const auto watch = testbed.watch(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !watch->everybody_named(); ++i) testbed.next(*watch);
   REQUIRE(watch->everybody_named());
   watch->latest();
 
-  REQUIRE(table.emulator().command("camera camera0 frozen") == "ok");
-  table.next(*watch);
+  REQUIRE(testbed.emulator().command("camera camera0 frozen") == "ok");
+  testbed.next(*watch);
   watch->latest();
   for (int i = 0; i < 5; ++i) {
-    table.next(*watch);
+    testbed.next(*watch);
     CHECK_FALSE(watch->latest().has_value());
   }
   CHECK(watch->counters()["camera.frozen"] == 5);
 
-  table.emulator().command("camera camera0 gone");
-  table.next(*watch);
+  testbed.emulator().command("camera camera0 gone");
+  testbed.next(*watch);
   CHECK_FALSE(watch->latest().has_value());
   CHECK(watch->counters()["frame.no_picture"] == 6);
 
-  table.emulator().command("camera camera0 ok");
-  table.emulator().command("camera camera0 dark");
+  testbed.emulator().command("camera camera0 ok");
+  testbed.emulator().command("camera camera0 dark");
   for (int i = 0; i < 15; ++i) {
-    table.next(*watch);
+    testbed.next(*watch);
     CHECK_FALSE(watch->latest().has_value());
   }
   CHECK(watch->doubtful().size() == 8);
   CHECK(watch->counters()["camera.unrecognised"] == 1);
   CHECK(watch->counters()["camera.refused.unrecognised"] == 15);
 
-  table.emulator().command("camera camera0 ok");
+  testbed.emulator().command("camera camera0 ok");
   for (int i = 0; i < 250 && !watch->everybody_named(); ++i) {
-    table.next(*watch);
-    CHECK(table.wrong_ids(*watch) == 0);
+    testbed.next(*watch);
+    CHECK(testbed.wrong_ids(*watch) == 0);
   }
   CHECK(watch->everybody_named());
 }
 
 TEST_CASE("a watch's configuration is refused with file, key and reason") {
-  // Proves one sentence for each wrong camera table.
+  // Proves one sentence for each wrong camera testbed.
   const std::string head = "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 2\n";
   CHECK(contains(refusal(head), "cameras"));
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\n"), "calibration"));
@@ -371,7 +371,7 @@ TEST_CASE("a watch's configuration is refused with file, key and reason") {
   CHECK(contains(refusal(head + "[arena.kilobot]\nidentity = \"guess\"\n"), "identity"));
 }
 
-TEST_CASE("a table's controller that is not there is refused with file, key and reason") {
+TEST_CASE("a testbed's controller that is not there is refused with file, key and reason") {
   // Proves that a port that cannot be opened is told with the line that names it, cameras or not.
   const auto config = hal::Config::from_text(
       "[arena]\nrobots = 2\n[arena.kilobot]\nwindow = false\nport = \"/dev/ttyNONE7\"\n"

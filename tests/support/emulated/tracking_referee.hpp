@@ -1,4 +1,4 @@
-// Judges how well a table is tracked, frame by frame, against the truth of an emulated testbed. Names tracks from the
+// Judges how well a testbed is tracked, frame by frame, against the truth of an emulated testbed. Names tracks from the
 // truth, as an identifier would: at once in the first second, which is not judged; later ones and doubtful ones after
 // two seconds in which they stayed so.
 #pragma once
@@ -18,8 +18,8 @@
 namespace arkmesh::tests {
 
 // What was true and what is judged: robots and tracks, frame by frame.
-struct TableScore {
-  std::uint64_t robot_frames = 0;   // of robots on the table
+struct TrackingScore {
+  std::uint64_t robot_frames = 0;   // of robots in the arena
   std::uint64_t tracked = 0;        // a track of the robot's own name is on it
   std::uint64_t sure = 0;           // ... and free of doubt: messages go to it
   std::uint64_t seen = 0;           // ... and was seen in this very frame
@@ -39,19 +39,19 @@ struct TableScore {
   double led_right_percent() const;
 };
 
-class TableReferee {
+class TrackingReferee {
  public:
   // Call after each look; `truth` is that of the moment of the pictures. Names tracks.
   void judge(hal::LabTime now, std::span<const emulator::Emulator::Truth> truth, tracker::TableTracker& table);
 
-  const TableScore& score() const { return score_; }
+  const TrackingScore& score() const { return score_; }
   // What went wrong, a line each, the first few hundred: robots that were lost, names that were wrong, strangers.
   const std::vector<std::string>& lapses() const { return lapses_; }
 
  private:
   void note(hal::LabTime now, std::string what);
 
-  TableScore score_;
+  TrackingScore score_;
   std::optional<hal::LabTime> begun_;
   std::map<tracker::TrackNumber, hal::LabTime> nameless_since_, strange_since_;
   std::vector<bool> lost_;
