@@ -37,7 +37,7 @@ bool same_picture(const cv::Mat& a, const cv::Mat& b) {
   return true;
 }
 
-class ArenaMonitor final : public hal::kilobot::RobotWatch {
+class ArenaMonitor final : public hal::kilobot::RobotMonitor {
  public:
   ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
                const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
@@ -212,9 +212,9 @@ class ArenaMonitor final : public hal::kilobot::RobotWatch {
 
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotWatch> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker,
-                                                             const tracker::OpenCamera& open,
-                                                             std::unique_ptr<tracker::NameKeeper> names) {
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker,
+                                                               const tracker::OpenCamera& open,
+                                                               std::unique_ptr<tracker::NameKeeper> names) {
   std::vector<Eye> eyes;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string& source = settings.cameras[i].source;

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/platforms/kilobot/robot_watch.hpp"
+#include "hal/platforms/kilobot/robot_monitor.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
 #include "tracker/name_keeper.hpp"
@@ -32,8 +32,8 @@ using Onlooker = std::function<void(const Look&)>;
 // frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
 // camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
 // .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
-std::unique_ptr<hal::kilobot::RobotWatch> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker = {},
-                                                             const tracker::OpenCamera& open = tracker::open_camera,
-                                                             std::unique_ptr<tracker::NameKeeper> names = nullptr);
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker = {},
+                                                               const tracker::OpenCamera& open = tracker::open_camera,
+                                                               std::unique_ptr<tracker::NameKeeper> names = nullptr);
 
 }  // namespace arkmesh::testbed

@@ -19,7 +19,7 @@
 #include "tests/conformance/arena_repeats.hpp"
 #include "tests/examples/rover/rover_arena.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
-#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
@@ -64,7 +64,7 @@ std::unique_ptr<Arena> kilobot_testbed() {
   auto table = std::make_shared<FakeTestbed>();
   table->robots = {0, 1, 2, 3, 4, 5};
   return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
-                                     std::make_unique<FakeWatch>(table),
+                                     std::make_unique<FakeMonitor>(table),
                                      std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
 }
 

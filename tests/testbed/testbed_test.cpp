@@ -1,4 +1,4 @@
-// The whole way from pictures to named robots: a real clip, several cameras, and a watch over an emulated testbed.
+// The whole way from pictures to named robots: a real clip, several cameras, and a monitor over an emulated testbed.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -82,7 +82,7 @@ Detection detection_at(const Calibration& camera, Point place, double offset_m =
           .led_y_px = led->y};
 }
 
-// An emulated testbed as the testbed: its camera is what the watch sees, and what the watch asks is said by its
+// An emulated testbed as the testbed: its camera is what the monitor sees, and what the monitor asks is said by its
 // overhead controller.
 class EmulatedTestbed {
  public:
@@ -93,7 +93,8 @@ class EmulatedTestbed {
 
   emulator::Emulator& emulator() { return emulator_; }
 
-  std::unique_ptr<hal::kilobot::RobotWatch> watch(const std::string& lab, const std::filesystem::path& calibration) {
+  std::unique_ptr<hal::kilobot::RobotMonitor> monitor(const std::string& lab,
+                                                      const std::filesystem::path& calibration) {
     std::vector<NamedCamera> cameras;
     for (std::size_t k = 0; k < emulator_.cameras(); ++k) {
       const auto& model = emulator_.camera(k).model_at_first();
@@ -113,20 +114,20 @@ class EmulatedTestbed {
     });
   }
 
-  // The next picture, a tenth of a second later; meanwhile the controller says what the watch asks.
-  void next(hal::kilobot::RobotWatch& watch) {
-    const auto question = watch.question();
+  // The next picture, a tenth of a second later; meanwhile the controller says what the monitor asks.
+  void next(hal::kilobot::RobotMonitor& monitor) {
+    const auto question = monitor.question();
     if (question != asked_) {
       asked_ = question;
       say(question);
     }
     emulator_.advance_to(emulator_.now() + hal::LabTime(100'000));
-    watch.look(emulator_.now());
+    monitor.look(emulator_.now());
   }
 
   // Robots seen in this very frame whose id is another's, judged by what only the emulator knows.
-  int wrong_ids(hal::kilobot::RobotWatch& watch, int* named = nullptr) {
-    const auto frame = watch.latest();
+  int wrong_ids(hal::kilobot::RobotMonitor& monitor, int* named = nullptr) {
+    const auto frame = monitor.latest();
     if (!frame) return 0;
     int wrong = 0;
     for (const hal::Sighting& seen : frame->robots) {
@@ -278,24 +279,24 @@ TEST_CASE("a picture of another size than the calibration's is refused and count
   CHECK(tracker.counters()["camera.refused.size"] == 1);
 }
 
-TEST_CASE("a watch names the robots of an emulator, and again those that were exchanged by hand") {
+TEST_CASE("a monitor names the robots of an emulator, and again those that were exchanged by hand") {
   // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are
   // exchanged under cover, and both are right again within 20 s.
   const arkmesh::tests::TemporaryDirectory folder;
   EmulatedTestbed testbed(emulator_text());
-  const auto watch = testbed.watch(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
   int looks = 0;
-  for (; looks < 200 && !watch->everybody_named(); ++looks) {
-    testbed.next(*watch);
-    CHECK(testbed.wrong_ids(*watch) == 0);
+  for (; looks < 200 && !monitor->everybody_named(); ++looks) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
   }
-  REQUIRE(watch->everybody_named());
+  REQUIRE(monitor->everybody_named());
   MESSAGE("8 robots named after ", looks / 10.0, " s");
   int named = 0;
-  testbed.next(*watch);
-  CHECK(testbed.wrong_ids(*watch, &named) == 0);
+  testbed.next(*monitor);
+  CHECK(testbed.wrong_ids(*monitor, &named) == 0);
   CHECK(named == 8);
-  CHECK(watch->doubtful().empty());
+  CHECK(monitor->doubtful().empty());
 
   const auto truth = testbed.emulator().truth();
   const hal::RobotId one = truth[1].id, other = truth[4].id;
@@ -303,9 +304,9 @@ TEST_CASE("a watch names the robots of an emulator, and again those that were ex
   bool both_doubted = false;
   int doubted_for = 0;
   for (looks = 0; looks < 215; ++looks) {
-    testbed.next(*watch);
-    CHECK(testbed.wrong_ids(*watch) == 0);
-    const auto doubtful = watch->doubtful();
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
+    const auto doubtful = monitor->doubtful();
     const auto doubted = [&](hal::RobotId id) { return std::binary_search(doubtful.begin(), doubtful.end(), id); };
     both_doubted = both_doubted || (doubted(one) && doubted(other));
     if (!doubtful.empty()) doubted_for = looks;
@@ -313,7 +314,7 @@ TEST_CASE("a watch names the robots of an emulator, and again those that were ex
     for (const hal::RobotId id : doubtful) CHECK((id == one || id == other));
   }
   CHECK(both_doubted);
-  CHECK(watch->everybody_named());
+  CHECK(monitor->everybody_named());
   MESSAGE("both named again ", doubted_for / 10.0 - 1.5, " s after they were uncovered");
 }
 
@@ -322,44 +323,44 @@ TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
   // all of it is counted.
   const arkmesh::tests::TemporaryDirectory folder;
   EmulatedTestbed testbed(emulator_text());
-  const auto watch = testbed.watch(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
-  for (int i = 0; i < 200 && !watch->everybody_named(); ++i) testbed.next(*watch);
-  REQUIRE(watch->everybody_named());
-  watch->latest();
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  monitor->latest();
 
   REQUIRE(testbed.emulator().command("camera camera0 frozen") == "ok");
-  testbed.next(*watch);
-  watch->latest();
+  testbed.next(*monitor);
+  monitor->latest();
   for (int i = 0; i < 5; ++i) {
-    testbed.next(*watch);
-    CHECK_FALSE(watch->latest().has_value());
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
   }
-  CHECK(watch->counters()["camera.frozen"] == 5);
+  CHECK(monitor->counters()["camera.frozen"] == 5);
 
   testbed.emulator().command("camera camera0 gone");
-  testbed.next(*watch);
-  CHECK_FALSE(watch->latest().has_value());
-  CHECK(watch->counters()["frame.no_picture"] == 6);
+  testbed.next(*monitor);
+  CHECK_FALSE(monitor->latest().has_value());
+  CHECK(monitor->counters()["frame.no_picture"] == 6);
 
   testbed.emulator().command("camera camera0 ok");
   testbed.emulator().command("camera camera0 dark");
   for (int i = 0; i < 15; ++i) {
-    testbed.next(*watch);
-    CHECK_FALSE(watch->latest().has_value());
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
   }
-  CHECK(watch->doubtful().size() == 8);
-  CHECK(watch->counters()["camera.unrecognised"] == 1);
-  CHECK(watch->counters()["camera.refused.unrecognised"] == 15);
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.unrecognised"] == 1);
+  CHECK(monitor->counters()["camera.refused.unrecognised"] == 15);
 
   testbed.emulator().command("camera camera0 ok");
-  for (int i = 0; i < 250 && !watch->everybody_named(); ++i) {
-    testbed.next(*watch);
-    CHECK(testbed.wrong_ids(*watch) == 0);
+  for (int i = 0; i < 250 && !monitor->everybody_named(); ++i) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
   }
-  CHECK(watch->everybody_named());
+  CHECK(monitor->everybody_named());
 }
 
-TEST_CASE("a watch's configuration is refused with file, key and reason") {
+TEST_CASE("a monitor's configuration is refused with file, key and reason") {
   // Proves one sentence for each wrong camera testbed.
   const std::string head = "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 2\n";
   CHECK(contains(refusal(head), "cameras"));

@@ -38,7 +38,7 @@ class KilobotArena final : public Arena {
   };
 
   KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<Wire> wire,
-               std::unique_ptr<RobotWatch> eyes, WallTime& wall)
+               std::unique_ptr<RobotMonitor> eyes, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
         patience_(patience),
@@ -247,7 +247,7 @@ class KilobotArena final : public Arena {
   WallTime& wall_;
   ArenaInfo info_;
   Patience patience_;
-  std::unique_ptr<RobotWatch> eyes_;
+  std::unique_ptr<RobotMonitor> eyes_;
   Counters own_counters_;
   mutable Counters counters_;  // with those of the eyes, brought up to date when somebody looks
   OwnedClock clock_;
@@ -295,7 +295,7 @@ std::unique_ptr<Wire> open_wire(const std::string& port) {
   return wire;
 }
 
-std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
+std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
                                           std::unique_ptr<Wire> wire, WallTime& wall) {
   const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
   return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(wire),

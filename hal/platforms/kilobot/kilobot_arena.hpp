@@ -9,7 +9,7 @@
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
-#include "hal/platforms/kilobot/robot_watch.hpp"
+#include "hal/platforms/kilobot/robot_monitor.hpp"
 #include "hal/platforms/kilobot/wire.hpp"
 #include "hal/wall_time.hpp"
 
@@ -37,7 +37,7 @@ std::unique_ptr<Wire> open_wire(const std::string& port);
 // controller that is gone costs frames or messages, which are counted, until it is back. Destroying it before end() was
 // true waits until it is. Counts `poses.lost.no_picture`, `poses.refused.unknown_robot`, `poses.refused.outside`, what
 // OverheadController counts, and what `eyes` counts. `wall`, when it is not the machine's, outlives the arena.
-std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
+std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
                                           std::unique_ptr<Wire> wire, WallTime& wall = machine_time());
 
 }  // namespace arkmesh::hal::kilobot

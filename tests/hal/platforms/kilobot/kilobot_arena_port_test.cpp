@@ -8,7 +8,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
-#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/pseudo_terminal.hpp"
 
 using namespace arkmesh;
@@ -38,7 +38,7 @@ TEST_CASE("kilobot arena: through a serial device") {
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
   const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-  arena = make_kilobot_arena(settings, std::make_unique<FakeWatch>(eyes_see), open_wire(settings.port));
+  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_wire(settings.port));
   hal::advance(*arena, 0us);
   for (int n = 1; n <= 4; ++n) {
     std::vector<hal::ToRobot> messages;
@@ -65,7 +65,7 @@ TEST_CASE("kilobot arena: configuration") {
   const auto complaint = [](const std::string& keys) -> std::string {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTestbed>()),
+      make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
                          open_wire(settings.port));
     } catch (const std::runtime_error& error) {
       return error.what();

@@ -12,7 +12,7 @@
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
-#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_monitor.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal::kilobot;
@@ -54,8 +54,8 @@ struct Operator final : hal::StopRequest {
 struct Testbed {
   explicit Testbed(const std::string& keys = "") : eyes_see(std::make_shared<FakeTestbed>()) {
     eyes_see->robots = read_robot_ids(section(keys));
-    arena = make_kilobot_arena(settings(keys), std::make_unique<FakeWatch>(eyes_see), std::make_unique<FakeWire>(cable),
-                               wall);
+    arena = make_kilobot_arena(settings(keys), std::make_unique<FakeMonitor>(eyes_see),
+                               std::make_unique<FakeWire>(cable), wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};

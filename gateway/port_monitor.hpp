@@ -12,10 +12,10 @@
 
 namespace arkmesh::gateway {
 
-class PortWatch {
+class PortMonitor {
  public:
   // Listens to `status` and `peers` on the lab's bus. The bus outlives the watch.
-  PortWatch(hal::Bus& bus, std::string lab, std::uint64_t boot_id);
+  PortMonitor(hal::Bus& bus, std::string lab, std::uint64_t boot_id);
 
   // Asks gateways on this port to make themselves heard: they answer a foreign `peers` with theirs (see heard_other()).
   void ask();

@@ -12,7 +12,7 @@
 namespace arkmesh::hal::kilobot {
 
 // A pose source that may need to ask the robots who they are. Same thread as the arena.
-class RobotWatch : public PoseSource {
+class RobotMonitor : public PoseSource {
  public:
   // Takes the newest pictures, as far as they have come, and stamps them `now`. Never blocks longer than one picture
   // takes to look at. `now` is monotonic time since the arena was made, never decreasing: it passes while robots are

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/platforms/kilobot/robot_watch.hpp"
+#include "hal/platforms/kilobot/robot_monitor.hpp"
 
 namespace arkmesh::tests {
 
@@ -23,9 +23,9 @@ struct FakeTestbed {
   double x_m = 0;  // of all robots
 };
 
-class FakeWatch final : public hal::kilobot::RobotWatch {
+class FakeMonitor final : public hal::kilobot::RobotMonitor {
  public:
-  explicit FakeWatch(std::shared_ptr<FakeTestbed> testbed) : testbed_(std::move(testbed)) {}
+  explicit FakeMonitor(std::shared_ptr<FakeTestbed> testbed) : testbed_(std::move(testbed)) {}
   void look(hal::LabTime now) override {
     ++testbed_->looks;
     testbed_->looked_at.push_back(now);

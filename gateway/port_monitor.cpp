@@ -1,4 +1,4 @@
-#include "gateway/port_watch.hpp"
+#include "gateway/port_monitor.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 
 namespace arkmesh::gateway {
 
-PortWatch::PortWatch(hal::Bus& bus, std::string lab, std::uint64_t boot_id)
+PortMonitor::PortMonitor(hal::Bus& bus, std::string lab, std::uint64_t boot_id)
     : bus_(bus),
       lab_(std::move(lab)),
       boot_id_(boot_id),
       detector_(bus, [this](const hal::Talker& other) { hear(other); }) {}
 
-void PortWatch::ask() {
+void PortMonitor::ask() {
   peers_t message;
   message.lab = lab_;
   message.boot_id = static_cast<std::int64_t>(boot_id_);
@@ -23,11 +23,11 @@ void PortWatch::ask() {
   bus_.publish(hal::channel::peers, message);
 }
 
-bool PortWatch::heard_other() {
+bool PortMonitor::heard_other() {
   return std::exchange(heard_other_, false);
 }
 
-void PortWatch::hear(const hal::Talker& other) {
+void PortMonitor::hear(const hal::Talker& other) {
   if (!other.is_gateway) {
     if (other.lab != lab_) note_lab(other.lab, true);
     return;
@@ -41,13 +41,13 @@ void PortWatch::hear(const hal::Talker& other) {
     earlier_ = fmt::format("bus {}: another gateway of lab {} runs already; stop it first", bus_.url(), lab_);
 }
 
-hal::Counters PortWatch::counters() const {
+hal::Counters PortMonitor::counters() const {
   hal::Counters all = counters_;
   all.merge(detector_.counters());
   return all;
 }
 
-void PortWatch::note_lab(std::string_view other, bool was_here_before) {
+void PortMonitor::note_lab(std::string_view other, bool was_here_before) {
   counters_.add(fmt::format("bus.other_lab.{}", other));
   if (was_here_before)
     earlier_ = fmt::format("bus {}: lab {} uses this LCM port, too; give each lab a port of its own in bus.url",

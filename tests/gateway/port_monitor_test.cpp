@@ -1,5 +1,5 @@
 // Who else is on our LCM port, and who was there first.
-#include "gateway/port_watch.hpp"
+#include "gateway/port_monitor.hpp"
 
 #include <doctest/doctest.h>
 
@@ -29,7 +29,7 @@ lab_status_t status_of(const std::string& lab) {
 
 struct Watched {
   hal::Bus bus{"memq://"};
-  PortWatch watch{bus, "shark", 100};
+  PortMonitor watch{bus, "shark", 100};
   template <class Message>
   void hear(const std::string& channel, const Message& message) {
     bus.publish(channel, message);
