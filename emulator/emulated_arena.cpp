@@ -91,8 +91,8 @@ class EmulatedWire final : public Wire {
 class EmulatedTime final : public hal::WallTime {
  public:
   EmulatedTime(Emulator& emulator, EmulatedCameras& eyes) : emulator_(emulator), eyes_(eyes) {}
-  Moment now() override { return Moment{} + emulator_.now(); }
-  void wait_until(Moment then) override {
+  hal::TimePoint now() override { return hal::TimePoint{} + emulator_.now(); }
+  void wait_until(hal::TimePoint then) override {
     // Devices wait for moments finer than the emulator's microseconds: never less than asked, and never nothing.
     const auto end = std::chrono::ceil<hal::LabTime>(then.time_since_epoch());
     const hal::LabTime period = emulator_.config().frame_period, last = period * (end / period);

@@ -44,8 +44,8 @@ std::chrono::steady_clock::time_point EmulatorServer::step() {
   }
   take_pictures();
   pictures_.serve();
-  const Moment frame_at = start_ + frame_ * emulator_.config().frame_period;
-  return std::min<Moment>(frame_at, std::chrono::steady_clock::now() + step_every);
+  const TimePoint frame_at = start_ + frame_ * emulator_.config().frame_period;
+  return std::min<TimePoint>(frame_at, std::chrono::steady_clock::now() + step_every);
 }
 
 // The emulator advances from chunk to chunk, so that each arrives at its own time, and then to now.

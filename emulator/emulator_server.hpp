@@ -33,8 +33,8 @@ class EmulatorServer {
   hal::Counters counters() const;
 
  private:
-  using Moment = std::chrono::steady_clock::time_point;
-  hal::LabTime since_start(Moment moment) const { return std::chrono::duration_cast<hal::LabTime>(moment - start_); }
+  using TimePoint = std::chrono::steady_clock::time_point;
+  hal::LabTime since_start(TimePoint moment) const { return std::chrono::duration_cast<hal::LabTime>(moment - start_); }
   void take_bytes();
   void take_pictures();
 
@@ -44,7 +44,7 @@ class EmulatorServer {
   LineReader reader_;
   LinePort control_;
   bool started_ = false, plugged_ = true;
-  Moment start_{}, known_until_{};
+  TimePoint start_{}, known_until_{};
   std::deque<LineReader::Chunk> chunks_;
   std::int64_t frame_ = 0;  // the next one's number
   hal::Counters counters_;

@@ -52,7 +52,7 @@ void LineReader::run() {
       tcp_.send_away();
       continue;
     }
-    const Moment now = std::chrono::steady_clock::now();
+    const TimePoint now = std::chrono::steady_clock::now();
     for (const bool from_terminal : {true, false}) {
       const std::size_t room = max_held_bytes - std::min(max_held_bytes, held_bytes_);
       std::vector<std::uint8_t> bytes = from_terminal ? terminal_->read(room) : tcp_.read(room);
@@ -63,7 +63,7 @@ void LineReader::run() {
   }
 }
 
-std::deque<LineReader::Chunk> LineReader::take(Moment& until) {
+std::deque<LineReader::Chunk> LineReader::take(TimePoint& until) {
   const std::lock_guard lock(mutex_);
   until = std::chrono::steady_clock::now();
   held_bytes_ = 0;

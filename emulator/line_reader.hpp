@@ -18,9 +18,9 @@ namespace arkmesh::emulator {
 
 class LineReader {
  public:
-  using Moment = std::chrono::steady_clock::time_point;
+  using TimePoint = std::chrono::steady_clock::time_point;
   struct Chunk {
-    Moment at;
+    TimePoint at;
     std::vector<std::uint8_t> bytes;
   };
 
@@ -32,7 +32,7 @@ class LineReader {
   LineReader& operator=(const LineReader&) = delete;
 
   // What has come since the last call; nothing that comes later bears an earlier time than `until`.
-  std::deque<Chunk> take(Moment& until);
+  std::deque<Chunk> take(TimePoint& until);
   // Unplugged, the pseudo-terminal is gone and TCP clients are sent away; plugged in again there is a new
   // pseudo-terminal.
   void set_plugged(bool plugged);

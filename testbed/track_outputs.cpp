@@ -18,7 +18,7 @@
 namespace arkmesh::testbed {
 namespace {
 
-using Moment = std::chrono::steady_clock::time_point;
+using TimePoint = std::chrono::steady_clock::time_point;
 
 constexpr std::chrono::milliseconds serve_every{3};
 constexpr double longest_still_s = 1;  // a camera that gave nothing for longer leaves a jump in the video
@@ -92,10 +92,10 @@ void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTrac
   if (watched) show(drawn, picture.stamp);
 }
 
-void TrackOutputs::serve_until(Moment then) {
+void TrackOutputs::serve_until(TimePoint then) {
   do {
     if (server_) server_->serve();
-    const Moment now = std::chrono::steady_clock::now();
+    const TimePoint now = std::chrono::steady_clock::now();
     if (now >= then || stop_.stopped()) return;
     std::this_thread::sleep_until(std::min(then, now + serve_every));
   } while (true);

@@ -23,7 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using Moment = Clock::time_point;
+using TimePoint = Clock::time_point;
 
 constexpr std::chrono::milliseconds first_picture_within = 10s;
 constexpr std::chrono::milliseconds look_every = 3ms;
@@ -33,7 +33,7 @@ constexpr double live_pictures_per_s = 15;  // of a camera's video
 class OutageReport {
  public:
   explicit OutageReport(hal::Progress& progress) : progress_(progress) {}
-  void watch(const std::string& trouble, Moment now) {
+  void watch(const std::string& trouble, TimePoint now) {
     if (!trouble.empty()) last_trouble_ = now;
     if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
                         : trouble == said_ || (!said_.empty() && now - said_at_ < 10s))
@@ -47,7 +47,7 @@ class OutageReport {
  private:
   hal::Progress& progress_;
   std::string said_;
-  Moment said_at_{}, last_trouble_{};
+  TimePoint said_at_{}, last_trouble_{};
 };
 
 std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) {
@@ -82,7 +82,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
-  const Moment begun = Clock::now();
+  const TimePoint begun = Clock::now();
   std::size_t damaged = 0;
   while (!stop.stopped()) {
     const auto picture = recording->next();
@@ -114,10 +114,10 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);
-  const Moment begun = Clock::now();
+  const TimePoint begun = Clock::now();
   while (!stop.stopped()) {
     outputs.serve_until(Clock::now() + look_every);
-    const Moment now = Clock::now();
+    const TimePoint now = Clock::now();
     const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
     if (options.seconds > 0 && since.count() > options.seconds * 1e6) break;
     const cv::Mat bgr = camera->newest();

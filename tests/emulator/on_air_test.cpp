@@ -76,7 +76,7 @@ struct AirBench {
   }
   template <class Each>
   void run(std::chrono::milliseconds time, Each each_ms) {
-    for (const Moment end = now + time; now < end; now += 1ms) {
+    for (const TimePoint end = now + time; now < end; now += 1ms) {
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
       each_ms();
       controller.tend(now);
@@ -87,7 +87,7 @@ struct AirBench {
   hal::ArenaInfo info{hal::kilobot::model};
   SerialLine line{std::make_unique<AirWire>(air), counters};
   OverheadController controller;
-  Moment now{};
+  TimePoint now{};
 };
 
 }  // namespace
@@ -229,9 +229,9 @@ TEST_CASE("on air: upload") {
     SerialLine line(std::make_unique<AirWire>(air), counters);
     PacketSender sender(line, 2500ms, counters);
     FirmwareUpload upload(Firmware(program), 1, {.boot_for = 200ms, .spacing = spacing});
-    Moment now{};
+    TimePoint now{};
     for (; !upload.is_finished() || !sender.is_ready(now); now += 1ms) {
-      REQUIRE(now < Moment{} + 60s);
+      REQUIRE(now < TimePoint{} + 60s);
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
       upload.tend(sender, now);
     }

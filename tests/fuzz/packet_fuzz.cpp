@@ -85,7 +85,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   SerialLine line(std::make_unique<tests::FakeWire>(cable), counters);
   PacketSender sender(line, 0us, counters);
   cable->bytes_a_write = 1 + input.byte();
-  Moment now{};
+  TimePoint now{};
   std::vector<Packet> meant;
   std::optional<Packet> wanted, last;
   for (int ms = 0; ms < 100'000 && (wanted || !input.empty()); ++ms, now += 1ms) {

@@ -87,7 +87,7 @@ TEST_CASE("threads: a serial line that is written to, unplugged and plugged in")
         REQUIRE(::write(host, bytes, 2) == 2);
         written += 2;
       }
-      emulator::LineReader::Moment until;
+      emulator::LineReader::TimePoint until;
       for (const auto& chunk : line.take(until))
         for (const std::uint8_t byte : chunk.bytes) {
           REQUIRE(byte == expected++);

@@ -16,7 +16,7 @@ Message with_crc(Message message) {
 
 }  // namespace
 
-void FirmwareUpload::tend(PacketSender& sender, Moment now) {
+void FirmwareUpload::tend(PacketSender& sender, TimePoint now) {
   sender.tend(now);
   if (is_finished() || !sender.is_ready(now)) return;
   if (!called_) {

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds opening_takes_at_most = 6s;
 
-Moment now() {
+TimePoint now() {
   return machine_time().now();
 }
 double seconds(std::chrono::nanoseconds time) {
@@ -27,7 +27,7 @@ double seconds(std::chrono::nanoseconds time) {
 
 OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
     : line_(make_wire(port), counters_), sender_(line_, settle, counters_), stop_(stop), status_(progress) {
-  const Moment begun = now();
+  const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
     sender_.tend(now());
     if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
@@ -42,7 +42,7 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
 
 OhcSession::~OhcSession() {
   sender_.cut_short(now());
-  for (const Moment end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
+  for (const TimePoint end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
     sender_.tend(now());
     if (!sender_.is_ready(now())) continue;
     // on the air already, or now; what may have to go between is a stop as well
@@ -57,10 +57,10 @@ void OhcSession::wait() {
 
 OhcSaid OhcSession::say(const OhcSaying& saying) {
   const double all_s = seconds(saying.each) * static_cast<double>(saying.packets.size());
-  std::optional<Moment> begun;  // of the first packet
+  std::optional<TimePoint> begun;  // of the first packet
   const auto said_s = [&] { return begun ? std::min(all_s, seconds(now() - *begun)) : 0.0; };
   for (std::size_t next = 0; !stop_.stopped(); wait()) {
-    const Moment present = now();
+    const TimePoint present = now();
     sender_.tend(present);
     if (!line_.is_open())
       throw std::runtime_error(
@@ -80,9 +80,9 @@ OhcSaid OhcSession::say(const OhcSaying& saying) {
 }
 
 void OhcSession::upload(FirmwareUpload& upload) {
-  const Moment begun = now();
+  const TimePoint begun = now();
   for (; !stop_.stopped(); wait()) {
-    const Moment present = now();
+    const TimePoint present = now();
     upload.tend(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())

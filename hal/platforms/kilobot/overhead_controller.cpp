@@ -78,7 +78,7 @@ void OverheadController::command(const FleetCommand& command) {
   if (!broadcast) asleep_ = command.kind == Kind::sleep;
 }
 
-void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
+void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
   withheld_.assign(robots.begin(), robots.end());
   for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", board_.drop(robot));
   if (composite_)
@@ -87,7 +87,7 @@ void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
     sender_.cut_short(now);
 }
 
-void OverheadController::tend(Moment now) {
+void OverheadController::tend(TimePoint now) {
   sender_.tend(now);
   note_loss();
   if (!held_) {
@@ -107,7 +107,7 @@ void OverheadController::tend(Moment now) {
 }
 
 // A stop that the line spoils would leave the last words on the air for ever.
-void OverheadController::send_stop(Moment now) {
+void OverheadController::send_stop(TimePoint now) {
   if (sender_.is_repeating())
     stops_left_ = says_again() ? stops_for_sure : 1;
   else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after)
@@ -132,7 +132,7 @@ void OverheadController::note_loss() {
   counters_.add("fleet_command.repeated_after_loss");
 }
 
-void OverheadController::expire(Moment now) {
+void OverheadController::expire(TimePoint now) {
   if (sender_.is_up()) return down_since_.reset();
   if (!down_since_) down_since_ = now;
   while (!commands_.empty() && now - std::max(*commands_.front().since, *down_since_) > settings_.expire_after) {
@@ -145,7 +145,7 @@ void OverheadController::expire(Moment now) {
   composite_.reset();
 }
 
-bool OverheadController::send_command(Moment now) {
+bool OverheadController::send_command(TimePoint now) {
   if (commands_.empty()) return false;
   Command& command = commands_.front();
   const microseconds first = says_again() ? std::min(command.repeat_for, settings_.again_after) : command.repeat_for;
@@ -161,7 +161,7 @@ bool OverheadController::send_command(Moment now) {
 }
 
 // By turns a stop and the command, until it has been on the air for as long as it should.
-bool OverheadController::repeat_command(Moment now) {
+bool OverheadController::repeat_command(TimePoint now) {
   if (!on_air_command_) return false;
   microseconds& left = on_air_command_->left;
   if (left < stop_spacing + usual_spacing && sender_.is_repeating()) return false;
@@ -177,7 +177,7 @@ bool OverheadController::repeat_command(Moment now) {
   return true;
 }
 
-bool OverheadController::send_question(Moment now) {
+bool OverheadController::send_question(TimePoint now) {
   if (asked_ == question_) {
     if (!says_again() || now - asked_at_ < settings_.again_after) return true;  // the controller repeats it
     sender_.part(now);
@@ -193,7 +193,7 @@ bool OverheadController::send_question(Moment now) {
   return true;
 }
 
-bool OverheadController::send_composite(Moment now) {
+bool OverheadController::send_composite(TimePoint now) {
   if (!composite_) composite_ = board_.next();
   if (!composite_) return false;
   const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
@@ -212,14 +212,14 @@ void OverheadController::finish() {
   question_.reset();
 }
 
-void OverheadController::fall_silent(Moment now) {
+void OverheadController::fall_silent(TimePoint now) {
   finish();
   counters_.add("fleet_command.expired", commands_.size());
   commands_.clear();
   sender_.cut_short(now);
 }
 
-bool OverheadController::is_silent(Moment now) const {
+bool OverheadController::is_silent(TimePoint now) const {
   return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() &&
                               !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
 }

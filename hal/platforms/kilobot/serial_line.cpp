@@ -15,7 +15,7 @@ constexpr std::size_t max_waiting_bytes = 4 * packet_bytes;
 
 }  // namespace
 
-void SerialLine::tend(Moment now) {
+void SerialLine::tend(TimePoint now) {
   if (state_ == Wire::State::closed) {
     if (now < try_at_) return;
     pause_ = std::clamp(2 * pause_, first_pause, longest_pause);
@@ -43,14 +43,14 @@ bool SerialLine::is_free() const {
   return state_ == Wire::State::open && left_ == 0 && wire_->waiting_bytes() <= max_waiting_bytes;
 }
 
-void SerialLine::send(const Packet& packet, Moment now) {
+void SerialLine::send(const Packet& packet, TimePoint now) {
   assert(left_ == 0 && "one packet at a time");
   packet_ = packet;
   left_ = packet.size();
   pump(now);
 }
 
-void SerialLine::pump(Moment now) {
+void SerialLine::pump(TimePoint now) {
   if (left_ == 0) return;
   left_ -= wire_->write(std::span<const std::uint8_t>(packet_).last(left_));
   if (left_ == 0) handed_over_ = now;

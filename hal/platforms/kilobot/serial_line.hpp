@@ -16,7 +16,7 @@
 namespace arkmesh::hal::kilobot {
 
 // Monotonic time, as callers pass it in.
-using Moment = WallTime::Moment;
+using hal::TimePoint;
 
 class SerialLine {
  public:
@@ -25,32 +25,32 @@ class SerialLine {
   SerialLine(std::unique_ptr<Wire> wire, Counters& counters) : wire_(std::move(wire)), counters_(counters) {}
 
   // Opens or reopens the wire when that is due, and writes what is left of a packet. Call it often. Never blocks.
-  void tend(Moment now);
+  void tend(TimePoint now);
   bool is_open() const { return state_ == Wire::State::open; }
   // Open, the last packet handed over, and few bytes waiting in the system's buffers: they would come out in a burst
   // later.
   bool is_free() const;
   // Takes the packet; some of it may be written by later calls of tend(). Call it only when free.
-  void send(const Packet& packet, Moment now);
+  void send(const Packet& packet, TimePoint now);
   // When the last byte of the last packet was handed over; meaningful when free.
-  Moment handed_over() const { return handed_over_; }
+  TimePoint handed_over() const { return handed_over_; }
   // Grows each time the wire opens.
   std::uint64_t openings() const { return openings_; }
   // Why it is not open, one sentence; empty while nothing went wrong.
   const std::string& trouble() const { return wire_->trouble(); }
 
  private:
-  void pump(Moment now);
+  void pump(TimePoint now);
 
   std::unique_ptr<Wire> wire_;
   Counters& counters_;
   Wire::State state_ = Wire::State::closed;
-  Moment try_at_ = Moment::min();
+  TimePoint try_at_ = TimePoint::min();
   std::chrono::milliseconds pause_{0};
   std::uint64_t openings_ = 0;
   Packet packet_{};
   std::size_t left_ = 0;  // bytes of packet_ to be written
-  Moment handed_over_{};
+  TimePoint handed_over_{};
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -18,11 +18,11 @@ namespace {
 // Time that passes when somebody waits.
 class VirtualTime final : public hal::WallTime {
  public:
-  Moment now() override { return now_; }
-  void wait_until(Moment then) override { now_ = std::max(now_, then); }
+  hal::TimePoint now() override { return now_; }
+  void wait_until(hal::TimePoint then) override { now_ = std::max(now_, then); }
 
  private:
-  Moment now_ = Moment(std::chrono::hours(1));
+  hal::TimePoint now_ = hal::TimePoint(std::chrono::hours(1));
 };
 
 // A testbed with rovers, and the arena around it.

@@ -19,13 +19,13 @@ namespace arkmesh::tests {
 
 struct FakeCable {
   struct Heard {
-    hal::kilobot::Moment at;  // when its last byte was written
+    hal::kilobot::TimePoint at;  // when its last byte was written
     hal::kilobot::Packet packet;
     hal::kilobot::PacketType type() const { return static_cast<hal::kilobot::PacketType>(packet[1]); }
     std::uint8_t message_type() const { return packet[11]; }
   };
   bool plugged = true;
-  hal::kilobot::Moment now{};
+  hal::kilobot::TimePoint now{};
   std::size_t bytes_a_write = std::numeric_limits<std::size_t>::max();
   std::size_t waiting = 0;
   PacketEar ear;

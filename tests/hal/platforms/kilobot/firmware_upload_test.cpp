@@ -20,7 +20,7 @@ struct UploadBench {
   UploadBench(std::vector<std::uint8_t> program, std::optional<int> rounds, FirmwareUpload::Timing timing = {})
       : upload(Firmware(std::move(program)), rounds, timing) {}
   void run(std::chrono::milliseconds time) {
-    for (const Moment end = now + time; now < end; now += 1ms) {
+    for (const TimePoint end = now + time; now < end; now += 1ms) {
       cable->now = now;
       upload.tend(sender, now);
     }
@@ -30,7 +30,7 @@ struct UploadBench {
   SerialLine line{std::make_unique<FakeWire>(cable), counters};
   PacketSender sender{line, 0us, counters};
   FirmwareUpload upload;
-  Moment now{};
+  TimePoint now{};
 };
 
 std::vector<std::uint8_t> program(std::size_t size) {

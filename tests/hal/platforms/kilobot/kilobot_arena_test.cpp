@@ -26,14 +26,14 @@ namespace {
 class FakeWall final : public hal::WallTime {
  public:
   explicit FakeWall(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
-  Moment now() override { return now_; }
-  void wait_until(Moment then) override { set(std::max(now_, then)); }
+  TimePoint now() override { return now_; }
+  void wait_until(TimePoint then) override { set(std::max(now_, then)); }
   void pass(std::chrono::microseconds time) { set(now_ + time); }
 
  private:
-  void set(Moment now) { cable_->now = now_ = now; }
+  void set(TimePoint now) { cable_->now = now_ = now; }
   std::shared_ptr<FakeCable> cable_;
-  Moment now_ = Moment{} + 1h;
+  TimePoint now_ = TimePoint{} + 1h;
 };
 
 hal::Section section(const std::string& keys) {
@@ -159,7 +159,7 @@ TEST_CASE("kilobot arena: begins without somebody") {
 
   Testbed stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   stopped.eyes_see->in_doubt = {2};
-  const Moment begun = stopped.wall.now();
+  const TimePoint begun = stopped.wall.now();
   stopped.stops.wished = [&] { return stopped.wall.now() - begun > 5s; };
   const std::string said = stopped.failure();
   CHECK(holds(said, "stopped by the operator; waited for the testbed: 1 of 4 robots"));
@@ -171,7 +171,7 @@ TEST_CASE("kilobot arena: real time") {
   Testbed testbed;
   testbed.frame(0);
   testbed.wall.pass(10min);
-  const Moment start = testbed.wall.now();
+  const TimePoint start = testbed.wall.now();
   testbed.eyes_see->looked_at.clear();
   testbed.frame(20);
   CHECK(testbed.wall.now() - start == 2s);
@@ -193,7 +193,7 @@ TEST_CASE("kilobot arena: nothing blocks") {
   // Every call returns before any time has passed; what is waited for can be read meanwhile, and lab time stands still.
   Testbed testbed("kilobot.names_within_s = 20");
   testbed.eyes_see->in_doubt = {1};
-  const Moment begun = testbed.wall.now();
+  const TimePoint begun = testbed.wall.now();
   CHECK(testbed.arena->waiting_for().empty());
   CHECK_FALSE(testbed.arena->advance_to(0us));
   CHECK(holds(testbed.arena->waiting_for(), "the testbed: the overhead controller is starting"));
@@ -221,7 +221,7 @@ TEST_CASE("kilobot arena: while a lab waits") {
   const int looks = testbed.eyes_see->looks;
   testbed.cable->take();
   testbed.arena->robots().command({Kind::run});
-  for (const Moment end = testbed.wall.now() + 3s; testbed.wall.now() < end; testbed.wall.pass(10ms))
+  for (const TimePoint end = testbed.wall.now() + 3s; testbed.wall.now() < end; testbed.wall.pass(10ms))
     testbed.arena->serve();
   CHECK(testbed.eyes_see->looks == looks + 29);
   CHECK(testbed.arena->clock().now() == 0us);
@@ -341,9 +341,9 @@ TEST_CASE("kilobot arena: the last word") {
     testbed.cable->take();
     testbed.say(1);
     testbed.arena->robots().command({Kind::pause});
-    const Moment end = testbed.wall.now();
+    const TimePoint end = testbed.wall.now();
     if (asked) hal::end(*testbed.arena, testbed.wall);
-    const Moment ended = testbed.wall.now();
+    const TimePoint ended = testbed.wall.now();
     testbed.arena.reset();
     if (asked) CHECK(testbed.wall.now() == ended);
     REQUIRE(testbed.cable->heard.size() == 2);

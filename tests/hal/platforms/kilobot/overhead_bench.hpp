@@ -43,7 +43,7 @@ struct OverheadBench {
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
   hal::kilobot::SerialLine line{std::make_unique<FakeWire>(cable), counters};
   hal::kilobot::OverheadController controller{info, line, settings, counters};
-  hal::kilobot::Moment now{};
+  hal::kilobot::TimePoint now{};
 };
 
 // The robots that a composite is for; none for packets of other kinds.

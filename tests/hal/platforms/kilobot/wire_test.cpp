@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::chrono::milliseconds deadline = 10s;
 
-Moment now() {
+TimePoint now() {
   return std::chrono::steady_clock::now();
 }
 
@@ -161,8 +161,8 @@ TEST_CASE("serial device: for one program alone") {
 }
 
 TEST_CASE("serial device: a pseudo-terminal by its own name") {
-  // What socat or an emulated testbed offers is opened although libserialport knows no such terminals; bytes, unplugging and
-  // plugging in work alike.
+  // What socat or an emulated testbed offers is opened although libserialport knows no such terminals; bytes,
+  // unplugging and plugging in work alike.
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.link()), counters);
