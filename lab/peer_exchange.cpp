@@ -48,7 +48,7 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       monitor_.hear_state(origin, now_);
-      if (!message.can_wait) last_news_ = now_;
+      if (!message.can_wait) last_state_ = now_;
       break;
     case PeriodGate::Heard::taught:
       publish_world();  // so that the peer learns our nonce without waiting for a repetition
@@ -79,7 +79,7 @@ std::vector<std::pair<std::string, const LabState*>> PeerExchange::merge(std::ui
 
 bool PeerExchange::may_begin_next_period() const {
   if (period_ == 0 || gate_.may_begin(period_ + 1)) return true;
-  return now_ - last_news_ > 2 * period_length_ && now_ - merged_ >= period_length_;
+  return now_ - last_state_ > 2 * period_length_ && now_ - merged_ >= period_length_;
 }
 
 void PeerExchange::publish_world() {

@@ -109,17 +109,17 @@ Runner::Step Runner::next_event() {
 bool Runner::advance_to(hal::LabTime t) {
   if (!arena_.advance_to(t)) return false;
   if (std::exchange(awaits_arena_, false)) state_text_ = phase_ == Phase::starting ? "starting" : "running";
-  const ArenaPort::News news = port_.take_news();
-  if (news.frame || !news.heard.empty()) {
+  const ArenaPort::Snapshot snapshot = port_.take_snapshot();
+  if (snapshot.frame || !snapshot.heard.empty()) {
     bus_.drain();
-    if (news.frame) {
-      own_.add(*news.frame);
-      data_.now = news.frame->stamp;
-      scenario_.on_poses(lab_, *news.frame);
+    if (snapshot.frame) {
+      own_.add(*snapshot.frame);
+      data_.now = snapshot.frame->stamp;
+      scenario_.on_poses(lab_, *snapshot.frame);
     }
-    if (!news.heard.empty()) {
+    if (!snapshot.heard.empty()) {
       data_.now = t;
-      scenario_.on_heard(lab_, news.heard);
+      scenario_.on_heard(lab_, snapshot.heard);
     }
     deliver();
     bus_.drain();

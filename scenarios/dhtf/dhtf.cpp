@@ -139,7 +139,7 @@ void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
 }
 
 // Takes over what the owner's merged state says: activity, and executed tasks.
-void Dhtf::take_news(lab::Lab& lab) {
+void Dhtf::take_snapshot(lab::Lab& lab) {
   const auto& active = lab.field(lab.owner(), "active");
   const auto& executed = lab.field(lab.owner(), "executed");
   const auto& executed_by = lab.field(lab.owner(), "executed_by");
@@ -189,7 +189,7 @@ void Dhtf::draw_sites(lab::Lab& lab) const {
 void Dhtf::on_period(lab::Lab& lab) {
   if (lab.period() == 0) place_sites(lab);
   if (sites_.empty()) return;
-  take_news(lab);
+  take_snapshot(lab);
   draw_sites(lab);
   if (!judge_) return;
   // The owner judges what all labs merged; its decisions are in force from when its next state is merged.
@@ -198,8 +198,8 @@ void Dhtf::on_period(lab::Lab& lab) {
   for (std::size_t l = 0; l < heard_.size(); ++l) {
     const std::string& each = lab.labs()[l];
     // A lab whose state has not advanced since the last boundary may be cut off: its old team is no evidence.
-    const bool news = lab.state(each).period > heard_[l];
-    teams.push_back(news ? lab.field(each, "team") : std::vector<std::int64_t>{});
+    const bool is_heard = lab.state(each).period > heard_[l];
+    teams.push_back(is_heard ? lab.field(each, "team") : std::vector<std::int64_t>{});
     heard_[l] = lab.state(each).period;
   }
   if (!judge_->judge(lab.now(), teams, lab.field(lab.owner(), "active"))) return;

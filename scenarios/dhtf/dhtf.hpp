@@ -37,7 +37,7 @@ class Dhtf final : public lab::Scenario {
 
   void decide_sites(lab::Lab& lab);
   void place_sites(lab::Lab& lab);
-  void take_news(lab::Lab& lab);
+  void take_snapshot(lab::Lab& lab);
   void draw_sites(lab::Lab& lab) const;
   const Site* site_at(const hal::Pose& in_shared) const;
 

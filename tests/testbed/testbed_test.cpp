@@ -319,8 +319,8 @@ TEST_CASE("a monitor names the robots of an emulator, and again those that were 
 }
 
 TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
-  // Proves that nothing is invented: looks without news and pictures that do not show the testbed make no frame, and
-  // all of it is counted.
+  // Proves that nothing is invented: looks without a picture and pictures that do not show the testbed make no frame,
+  // and all of it is counted.
   const arkmesh::tests::TemporaryDirectory folder;
   EmulatedTestbed testbed(emulator_text());
   const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");

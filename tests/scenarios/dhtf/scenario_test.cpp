@@ -293,7 +293,7 @@ TEST_CASE("dhtf: completions are counted in labs that missed states") {
     world.boundary();
   }
   CHECK(completed(world) == std::vector<std::uint64_t>{1, 1});
-  // Without the owner's news nothing changes, not even the count of what it decides meanwhile.
+  // Without the owner's state nothing changes, not even the count of what it decides meanwhile.
   for (int k = 0; k < 30; ++k) world.boundary({"shark"});
   CHECK(completed(world) == std::vector<std::uint64_t>{1, 1});
   CHECK(told_at(world, "roark", 0).kind == DHTF_CLOSED);
