@@ -16,7 +16,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
@@ -39,7 +39,7 @@ class OdeArena final : public SimulatedArena {
       : settings_(settings),
         info_(make_info(config, lab)),
         poses_(counters_),
-        board_(info_, counters_),
+        registers_(info_, counters_),
         motors_(settings, config.robots, lab, seed),
         leds_(config.robots),
         world_(config.width_m, config.height_m, settings.friction, seed, start),
@@ -58,7 +58,7 @@ class OdeArena final : public SimulatedArena {
   const hal::ArenaInfo& info() const override { return info_; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return poses_; }
-  hal::RobotLink& robots() override { return board_; }
+  hal::RobotLink& robots() override { return registers_; }
 
   bool advance_to(hal::LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
@@ -186,7 +186,7 @@ class OdeArena final : public SimulatedArena {
   void send_composite() {
     ++composites_;
     if (overhead_) return;
-    const std::optional<Message> message = board_.next();
+    const std::optional<Message> message = registers_.next();
     if (!message) return;
     infrared_.overhead_sends(clock_.now().count());
     Inbox::Overhead& heard = inbox_.overhead.emplace_back();
@@ -250,7 +250,7 @@ class OdeArena final : public SimulatedArena {
   hal::ArenaInfo info_;
   hal::OwnedClock clock_;
   hal::NewestFrame poses_;
-  hal::kilobot::MessageBoard board_;
+  hal::kilobot::MessageRegisters registers_;
   Motors motors_;
   LedLights leds_;
   ContactWorld world_;

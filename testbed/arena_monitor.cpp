@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "hal/newest_frame.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 #include "tracker/camera_guard.hpp"
 
 namespace arkmesh::testbed {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "lab/scenario.hpp"
-#include "scenarios/dhtf/robot_teller.hpp"
+#include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/dhtf/settings.hpp"
 #include "scenarios/dhtf/task_judge.hpp"
 
@@ -44,7 +44,7 @@ class Dhtf final : public lab::Scenario {
   Settings settings_;
   std::vector<Site> sites_;         // empty until the first merge
   std::vector<std::int64_t> team_;  // own, per site, as last published
-  RobotTeller teller_;
+  RobotMessages messages_;
   std::optional<TaskJudge> judge_;    // the owner's
   std::vector<std::uint32_t> heard_;  // the owner's: period of each lab's state at the last boundary
 };

@@ -57,13 +57,13 @@ OverheadSettings read_overhead_settings(const Section& kilobot) {
 }
 
 void OverheadController::offer(std::span<const ToRobot> newest) {
-  if (withheld_.empty()) return board_.offer(newest);
+  if (withheld_.empty()) return registers_.offer(newest);
   for (const ToRobot& message : newest) {
     if (std::ranges::binary_search(withheld_, message.robot)) {
-      board_.decline();
+      registers_.decline();
       counters_.add("to_robots.withheld.doubtful");
     } else {
-      board_.offer({&message, 1});
+      registers_.offer({&message, 1});
     }
   }
 }
@@ -80,7 +80,7 @@ void OverheadController::command(const FleetCommand& command) {
 
 void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
   withheld_.assign(robots.begin(), robots.end());
-  for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", board_.drop(robot));
+  for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", registers_.drop(robot));
   if (composite_)
     counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
   if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0)
@@ -100,7 +100,7 @@ void OverheadController::tend(TimePoint now) {
   on_air_command_.reset();
   if (!held_ && send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
-  const bool wants_composite = !held_ && (composite_ || board_.has_waiting());
+  const bool wants_composite = !held_ && (composite_ || registers_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
   if (!question_) send_stop(now);
@@ -140,7 +140,7 @@ void OverheadController::expire(TimePoint now) {
     counters_.add("fleet_command.expired");
   }
   if (now - *down_since_ <= settings_.expire_after) return;
-  counters_.add("to_robots.expired", board_.drop_all());
+  counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
 }
@@ -194,7 +194,7 @@ bool OverheadController::send_question(TimePoint now) {
 }
 
 bool OverheadController::send_composite(TimePoint now) {
-  if (!composite_) composite_ = board_.next();
+  if (!composite_) composite_ = registers_.next();
   if (!composite_) return false;
   const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
   // a message that interrupts a repetition waits for its end, up to 10.4 ms
@@ -206,7 +206,7 @@ bool OverheadController::send_composite(TimePoint now) {
 }
 
 void OverheadController::finish() {
-  counters_.add("to_robots.expired", board_.drop_all());
+  counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
   question_.reset();
@@ -220,7 +220,7 @@ void OverheadController::fall_silent(TimePoint now) {
 }
 
 bool OverheadController::is_silent(TimePoint now) const {
-  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() &&
+  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !registers_.has_waiting() &&
                               !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
 }
 

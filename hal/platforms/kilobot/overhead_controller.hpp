@@ -14,7 +14,7 @@
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
 #include "hal/counters.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
 #include "hal/platforms/kilobot/serial_line.hpp"
 
@@ -49,11 +49,11 @@ class OverheadController final : public RobotLink {
       : info_(info),
         settings_(settings),
         counters_(counters),
-        board_(info, counters),
+        registers_(info, counters),
         sender_(line, settings.settle, counters) {}
 
   void offer(std::span<const ToRobot> newest) override;
-  Airtime airtime() const override { return board_.airtime(); }
+  Airtime airtime() const override { return registers_.airtime(); }
   void command(const FleetCommand& command) override;
   std::vector<FromRobot> heard() override { return {}; }
 
@@ -98,7 +98,7 @@ class OverheadController final : public RobotLink {
   const ArenaInfo& info_;
   OverheadSettings settings_;
   Counters& counters_;
-  MessageBoard board_;
+  MessageRegisters registers_;
   PacketSender sender_;
   std::deque<Command> commands_;
   std::optional<Command> on_air_command_;

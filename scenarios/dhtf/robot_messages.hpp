@@ -29,9 +29,9 @@ struct Told {
 // The message for a robot at `place` that shows `led`.
 Told message_for(const Place& place, hal::Led led);
 
-class RobotTeller {
+class RobotMessages {
  public:
-  explicit RobotTeller(hal::LabTime repeat) : repeat_(repeat) {}
+  explicit RobotMessages(hal::LabTime repeat) : repeat_(repeat) {}
   // The message to send now, if any.
   std::optional<hal::ToRobot> next(hal::LabTime now, hal::RobotId robot, const Place& place, hal::Led led);
 

@@ -1,5 +1,5 @@
 // Packs what waits into composites: 10 bits robot, 4 bits kind, 10 bits value, big endian, three times.
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 
 #include "hal/silent_link.hpp"
 
@@ -47,7 +47,7 @@ Message fleet_message(const hal::FleetCommand& command) {
   return with_crc(message);
 }
 
-void MessageBoard::offer(std::span<const hal::ToRobot> newest) {
+void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
   for (const hal::ToRobot& message : newest) {
     ++airtime_.offered;
     if (const char* reason = hal::refusal(info_, message)) {
@@ -69,13 +69,13 @@ const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand&
   return hal::refusal(info, command);
 }
 
-void MessageBoard::command(const hal::FleetCommand& command) {
+void MessageRegisters::command(const hal::FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   if (commands_.size() >= max_commands) return counters_.add("fleet_command.refused.too_many");
   commands_.push_back(fleet_message(command));
 }
 
-std::optional<Message> MessageBoard::next() {
+std::optional<Message> MessageRegisters::next() {
   if (!commands_.empty()) {
     const Message message = commands_.front();
     commands_.pop_front();
@@ -110,7 +110,7 @@ std::optional<Message> MessageBoard::next() {
   return with_crc(message);
 }
 
-std::uint64_t MessageBoard::drop(hal::RobotId robot) {
+std::uint64_t MessageRegisters::drop(hal::RobotId robot) {
   const auto at = waiting_.find(robot);
   if (at == waiting_.end()) return 0;
   const std::uint64_t messages = at->second.by_slot.size();
@@ -118,17 +118,17 @@ std::uint64_t MessageBoard::drop(hal::RobotId robot) {
   return give_up(messages);
 }
 
-std::uint64_t MessageBoard::drop_all() {
+std::uint64_t MessageRegisters::drop_all() {
   waiting_.clear();
   return give_up(airtime_.waiting);
 }
 
-void MessageBoard::decline() {
+void MessageRegisters::decline() {
   ++airtime_.offered;
   ++airtime_.not_sent;
 }
 
-std::uint64_t MessageBoard::give_up(std::uint64_t messages) {
+std::uint64_t MessageRegisters::give_up(std::uint64_t messages) {
   airtime_.waiting -= messages;
   airtime_.not_sent += messages;
   return messages;

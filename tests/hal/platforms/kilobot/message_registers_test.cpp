@@ -1,5 +1,5 @@
 // The overhead controller: packing, order, airtime.
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 
 #include <doctest/doctest.h>
 
@@ -53,7 +53,7 @@ TEST_CASE("bytes of a composite") {
   // Robots (5, 1, 300) and (1000, 14, 1023) and a filler are the bytes of the published example, with its checksum.
   const hal::ArenaInfo info = info_of(1001);
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{5, 0, 1, 300}, {1000, 0, 14, 1023}});
   const auto message = controller.next();
   REQUIRE(message);
@@ -67,7 +67,7 @@ TEST_CASE("newest wins, in a fair round") {
   // A newer value replaces an unsent one without losing its turn; every robot has its turn before any has a second one.
   const hal::ArenaInfo info = info_of(7);
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   std::vector<hal::ToRobot> all;
   for (hal::RobotId id = 0; id < 7; ++id) all.push_back({id, 0, 1, 10});
   controller.offer(all);
@@ -88,7 +88,7 @@ TEST_CASE("slots") {
   // Slots of one robot are registers of their own, take turns, and never share a composite.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{0, 3, 1, 30}, {0, 1, 1, 10}, {0, 200, 1, 200}});
   CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, filler, filler});
   controller.offer(std::vector<hal::ToRobot>{{0, 1, 1, 11}});
@@ -101,7 +101,7 @@ TEST_CASE("limits") {
   // What no Kilobot could be told is refused and counted by reason; a flood of commands is refused, not stored.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
   const hal::Airtime air = controller.airtime();
   CHECK(air.refused == 3);
@@ -121,7 +121,7 @@ TEST_CASE("commands that a platform does not carry") {
   hal::ArenaInfo info = info_of(2);
   info.commands = {hal::FleetCommand::Kind::run};
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   controller.command({.kind = hal::FleetCommand::Kind::sleep});
   controller.command(broadcast(120, {1}));
   CHECK(counters["fleet_command.refused.sleep"] == 1);
@@ -135,7 +135,7 @@ TEST_CASE("fleet commands go first") {
   // Commands overtake all registers, in their own order, with the types of the robots' library.
   const hal::ArenaInfo info = info_of(2);
   hal::Counters counters;
-  MessageBoard controller(info, counters);
+  MessageRegisters controller(info, counters);
   using Kind = hal::FleetCommand::Kind;
   controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
   for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge})

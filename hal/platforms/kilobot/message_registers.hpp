@@ -20,10 +20,10 @@ Message fleet_message(const hal::FleetCommand& command);
 // Why a command cannot be sent, as its counter's name; null when it can.
 const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command);
 
-class MessageBoard final : public hal::RobotLink {
+class MessageRegisters final : public hal::RobotLink {
  public:
   // Both outlive the board.
-  MessageBoard(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
+  MessageRegisters(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
 
   void offer(std::span<const hal::ToRobot> newest) override;
   hal::Airtime airtime() const override { return airtime_; }

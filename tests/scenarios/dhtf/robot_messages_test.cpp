@@ -1,8 +1,9 @@
 // What DHTF tells a robot, and when.
+#include "scenarios/dhtf/robot_messages.hpp"
+
 #include <doctest/doctest.h>
 
 #include "scenarios/dhtf/controller/dhtf_messages.h"
-#include "scenarios/dhtf/robot_teller.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios::dhtf;
@@ -18,16 +19,16 @@ constexpr Place outside{}, near_wall{.wall_sectors = 0x0f},
 // How many messages a robot gets in ten seconds at the same place, showing the same LED, after those of the first
 // frame.
 int repeats(const Place& place, Led led) {
-  RobotTeller teller(hal::LabTime(1'000'000));
-  teller.next(hal::LabTime(0), 3, place, led);
+  RobotMessages messages(hal::LabTime(1'000'000));
+  messages.next(hal::LabTime(0), 3, place, led);
   int n = 0;
-  for (int frame = 1; frame <= 100; ++frame) n += teller.next(frame * tenth, 3, place, led).has_value();
+  for (int frame = 1; frame <= 100; ++frame) n += messages.next(frame * tenth, 3, place, led).has_value();
   return n;
 }
 
 }  // namespace
 
-TEST_CASE("dhtf teller: contents of the messages") {
+TEST_CASE("dhtf messages: contents of the messages") {
   // The whole table of place and LED: kind and value.
   struct Row {
     Place place;
@@ -47,25 +48,25 @@ TEST_CASE("dhtf teller: contents of the messages") {
   }
 }
 
-TEST_CASE("dhtf teller: changes at once, addressed") {
+TEST_CASE("dhtf messages: changes at once, addressed") {
   // A robot hears of every change in the frame in which it is seen, in the one slot, and others are left alone.
-  RobotTeller teller(hal::LabTime(1'000'000));
-  CHECK(!teller.next(0 * tenth, 7, outside, walking));
-  const auto wall = teller.next(1 * tenth, 7, near_wall, walking);
+  RobotMessages messages(hal::LabTime(1'000'000));
+  CHECK(!messages.next(0 * tenth, 7, outside, walking));
+  const auto wall = messages.next(1 * tenth, 7, near_wall, walking);
   REQUIRE(wall);
   CHECK(wall->robot == 7);
   CHECK(wall->slot == DHTF_SLOT);
   CHECK(wall->kind == DHTF_OUTSIDE);
   CHECK(wall->value == 0x0f);
-  CHECK(!teller.next(1 * tenth, 6, outside, walking));
-  CHECK(teller.next(2 * tenth, 7, waiting_task, walking)->kind == DHTF_TASK);
-  CHECK(!teller.next(3 * tenth, 7, waiting_task, dwelling));
-  CHECK(teller.next(4 * tenth, 7, closed, dwelling)->kind == DHTF_CLOSED);
-  CHECK(!teller.next(5 * tenth, 7, closed, walking));
-  CHECK(teller.next(6 * tenth, 7, outside, walking)->kind == DHTF_OUTSIDE);
+  CHECK(!messages.next(1 * tenth, 6, outside, walking));
+  CHECK(messages.next(2 * tenth, 7, waiting_task, walking)->kind == DHTF_TASK);
+  CHECK(!messages.next(3 * tenth, 7, waiting_task, dwelling));
+  CHECK(messages.next(4 * tenth, 7, closed, dwelling)->kind == DHTF_CLOSED);
+  CHECK(!messages.next(5 * tenth, 7, closed, walking));
+  CHECK(messages.next(6 * tenth, 7, outside, walking)->kind == DHTF_OUTSIDE);
 }
 
-TEST_CASE("dhtf teller: repeats once a second until the LED shows that it was heard") {
+TEST_CASE("dhtf messages: repeats once a second until the LED shows that it was heard") {
   // Ten repeats in ten seconds where a message seems lost or a wall is near; none where the robot knows.
   CHECK(repeats(waiting_task, walking) == 10);
   CHECK(repeats(waiting_task, Led::off) == 10);

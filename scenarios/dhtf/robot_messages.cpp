@@ -1,4 +1,4 @@
-#include "scenarios/dhtf/robot_teller.hpp"
+#include "scenarios/dhtf/robot_messages.hpp"
 
 #include "scenarios/dhtf/controller/dhtf_messages.h"
 
@@ -25,7 +25,8 @@ Told message_for(const Place& place, hal::Led led) {
   return {DHTF_CLOSED, place.wall_sectors};
 }
 
-std::optional<hal::ToRobot> RobotTeller::next(hal::LabTime now, hal::RobotId robot, const Place& place, hal::Led led) {
+std::optional<hal::ToRobot> RobotMessages::next(hal::LabTime now, hal::RobotId robot, const Place& place,
+                                                hal::Led led) {
   if (robot >= last_.size()) last_.resize(robot + 1u);
   Last& last = last_[robot];
   const Told told = message_for(place, led);
