@@ -36,7 +36,7 @@ class PeriodGate {
   explicit PeriodGate(Options options);
 
   // Peers' states that cannot be true by these rules are refused from now on. Before own state 0 none counts anyway.
-  void judge_by(StateRules rules) { rules_ = std::move(rules); }
+  void set_rules(StateRules rules) { rules_ = std::move(rules); }
 
   // --- own side ---
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.

@@ -86,7 +86,7 @@ Runner::Step Runner::start() {
     lab_.publish(arena_rule().name, arena_values(arena_.info()));
     scenario_.begin(lab_);
     data_.declaring = false;
-    peers_.gate().judge_by({config_.owner, data_.rules, config_.projections});
+    peers_.gate().set_rules({config_.owner, data_.rules, config_.projections});
   }
   if (!advance_to(hal::LabTime{0})) return wait_for_arena();
   close_period();

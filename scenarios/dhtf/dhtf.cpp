@@ -79,10 +79,10 @@ void Dhtf::decide_sites(lab::Lab& lab) {
     auto& row = needed.emplace_back();
     for (int h : hard) row.push_back(h ? requirement.hard : requirement.easy);
   }
-  judge_.emplace(std::move(needed), settings_.respawn);
-  lab.publish("active", judge_->active());
-  lab.publish("executed", judge_->executed());
-  lab.publish("executed_by", judge_->executed_by());
+  coordinator_.emplace(std::move(needed), settings_.respawn);
+  lab.publish("active", coordinator_->active());
+  lab.publish("executed", coordinator_->executed());
+  lab.publish("executed_by", coordinator_->executed_by());
 }
 
 void Dhtf::place_sites(lab::Lab& lab) {
@@ -193,7 +193,7 @@ void Dhtf::on_period(lab::Lab& lab) {
   if (sites_.empty()) return;
   take_snapshot(lab);
   draw_sites(lab);
-  if (!judge_) return;
+  if (!coordinator_) return;
   // The owner judges what all labs merged; its decisions are in force from when its next state is merged.
   std::vector<std::vector<std::int64_t>> teams;
   heard_.resize(lab.labs().size(), 0);
@@ -204,10 +204,10 @@ void Dhtf::on_period(lab::Lab& lab) {
     teams.push_back(is_heard ? lab.field(each, "team") : std::vector<std::int64_t>{});
     heard_[l] = lab.state(each).period;
   }
-  if (!judge_->judge(lab.now(), teams, lab.field(lab.owner(), "active"))) return;
-  lab.publish("active", judge_->active());
-  lab.publish("executed", judge_->executed());
-  lab.publish("executed_by", judge_->executed_by());
+  if (!coordinator_->update(lab.now(), teams, lab.field(lab.owner(), "active"))) return;
+  lab.publish("active", coordinator_->active());
+  lab.publish("executed", coordinator_->executed());
+  lab.publish("executed_by", coordinator_->executed_by());
 }
 
 bool Dhtf::finished(const lab::Lab&) const {

@@ -11,7 +11,7 @@
 #include "lab/scenario.hpp"
 #include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/dhtf/settings.hpp"
-#include "scenarios/dhtf/task_judge.hpp"
+#include "scenarios/dhtf/task_coordinator.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
@@ -45,8 +45,8 @@ class Dhtf final : public lab::Scenario {
   std::vector<Site> sites_;         // empty until the first merge
   std::vector<std::int64_t> team_;  // own, per site, as last published
   RobotMessages messages_;
-  std::optional<TaskJudge> judge_;    // the owner's
-  std::vector<std::uint32_t> heard_;  // the owner's: period of each lab's state at the last boundary
+  std::optional<TaskCoordinator> coordinator_;  // the owner's
+  std::vector<std::uint32_t> heard_;            // the owner's: period of each lab's state at the last boundary
 };
 
 }  // namespace arkmesh::scenarios::dhtf

@@ -112,7 +112,7 @@ TEST_CASE("state 0 may come together with later states") {
   // Proves that a peer whose first message was lost is believed: what is checked against its state 0 finds it in the
   // same message.
   PeriodGate a({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1});
-  a.judge_by({"a", {lab::arena_rule()}, {{"a", {}}, {"b", {}}}});
+  a.set_rules({"a", {lab::arena_rule()}, {{"a", {}}, {"b", {}}}});
   a.publish(state(0));
   LabState first = state(0), crowded = state(1), fits = state(1);
   first.fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 0};  // one robot

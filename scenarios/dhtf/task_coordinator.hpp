@@ -10,15 +10,15 @@
 
 namespace arkmesh::scenarios::dhtf {
 
-class TaskJudge {
+class TaskCoordinator {
  public:
   // needed[lab][site]: robots that the task of that site needs in that lab.
-  TaskJudge(std::vector<std::vector<std::int64_t>> needed, hal::LabTime respawn);
+  TaskCoordinator(std::vector<std::vector<std::int64_t>> needed, hal::LabTime respawn);
 
   // At a boundary. teams[lab][site] and `in_force` (activity, 0 or 1) are what the labs merged there. A lab whose team
   // is unknown has an empty row: nothing is executed then. True when a decision was taken.
-  bool judge(hal::LabTime now, const std::vector<std::vector<std::int64_t>>& teams,
-             const std::vector<std::int64_t>& in_force);
+  bool update(hal::LabTime now, const std::vector<std::vector<std::int64_t>>& teams,
+              const std::vector<std::int64_t>& in_force);
 
   // As decided so far, per site: 0 or 1; how often executed; team sizes when last executed, lab after lab.
   const std::vector<std::int64_t>& active() const { return active_; }

@@ -1,10 +1,10 @@
-#include "scenarios/dhtf/task_judge.hpp"
+#include "scenarios/dhtf/task_coordinator.hpp"
 
 #include <utility>
 
 namespace arkmesh::scenarios::dhtf {
 
-TaskJudge::TaskJudge(std::vector<std::vector<std::int64_t>> needed, hal::LabTime respawn)
+TaskCoordinator::TaskCoordinator(std::vector<std::vector<std::int64_t>> needed, hal::LabTime respawn)
     : needed_(std::move(needed)), respawn_(respawn) {
   const std::size_t sites = needed_.empty() ? 0 : needed_.front().size();
   inactive_since_.resize(sites);
@@ -13,8 +13,8 @@ TaskJudge::TaskJudge(std::vector<std::vector<std::int64_t>> needed, hal::LabTime
   executed_by_.assign(sites * needed_.size(), 0);
 }
 
-bool TaskJudge::judge(hal::LabTime now, const std::vector<std::vector<std::int64_t>>& teams,
-                      const std::vector<std::int64_t>& in_force) {
+bool TaskCoordinator::update(hal::LabTime now, const std::vector<std::vector<std::int64_t>>& teams,
+                             const std::vector<std::int64_t>& in_force) {
   const std::size_t sites = active_.size();
   if (in_force.size() != sites) return false;
   bool decided = false;
