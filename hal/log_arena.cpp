@@ -50,7 +50,7 @@ bool is_sane(const pose_frame_t& part) {
   return true;
 }
 
-bool is_ascending(const std::vector<Sighting>& robots) {
+bool is_ascending(const std::vector<Observation>& robots) {
   for (std::size_t i = 1; i < robots.size(); ++i)
     if (robots[i].robot <= robots[i - 1].robot) return false;
   return true;
@@ -152,7 +152,7 @@ Survey survey(const std::filesystem::path& file) {
       out.frame_period = (frame->stamp - out.first_stamp) / (frame->number - out.first_number);
     out.even = out.even && frame->stamp == frame->number * out.frame_period;
     out.last_stamp = frame->stamp;
-    for (const Sighting& sighting : frame->robots) out.robots.insert(sighting.robot);
+    for (const Observation& observation : frame->robots) out.robots.insert(observation.robot);
   }
   out.truncated = reader.truncated();
   out.info = reader.info;

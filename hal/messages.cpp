@@ -9,20 +9,20 @@ namespace {
 
 constexpr std::size_t robots_per_part = 1000;
 
-robot_pose_t to_message(const Sighting& sighting) {
+robot_pose_t to_message(const Observation& observation) {
   robot_pose_t out;
-  out.robot = sighting.robot;
-  out.x_m = sighting.pose.x_m;
-  out.y_m = sighting.pose.y_m;
-  out.heading_rad = sighting.pose.heading_rad;
-  out.led = static_cast<std::uint8_t>(sighting.led);
-  out.confidence = sighting.confidence;
-  out.age_us = static_cast<std::int32_t>(sighting.age.count());
+  out.robot = observation.robot;
+  out.x_m = observation.pose.x_m;
+  out.y_m = observation.pose.y_m;
+  out.heading_rad = observation.pose.heading_rad;
+  out.led = static_cast<std::uint8_t>(observation.led);
+  out.confidence = observation.confidence;
+  out.age_us = static_cast<std::int32_t>(observation.age.count());
   return out;
 }
 
-Sighting from_message(const robot_pose_t& pose) {
-  Sighting out;
+Observation from_message(const robot_pose_t& pose) {
+  Observation out;
   out.robot = static_cast<RobotId>(pose.robot);
   out.pose = {pose.x_m, pose.y_m, pose.heading_rad};
   out.led = static_cast<Led>(pose.led & 7);

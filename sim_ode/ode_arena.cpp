@@ -237,10 +237,10 @@ class OdeArena final : public SimulatedArena {
     if (!settings_.blank_leds) leds_.look(since_us, seen_);
     frame.robots.resize(info_.robots.size());
     for (std::size_t i = 0; i < info_.robots.size(); ++i) {
-      hal::Sighting& sighting = frame.robots[i];
-      sighting.robot = info_.robots[i];
-      sighting.pose = world_.pose(static_cast<int>(i), share);
-      if (!settings_.blank_leds) sighting.led = seen_[i];
+      hal::Observation& observation = frame.robots[i];
+      observation.robot = info_.robots[i];
+      observation.pose = world_.pose(static_cast<int>(i), share);
+      if (!settings_.blank_leds) observation.led = seen_[i];
     }
     poses_.put(std::move(frame));
   }

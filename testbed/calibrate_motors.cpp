@@ -28,7 +28,7 @@ hal::PoseFrame named(hal::LabTime now, std::span<const tracker::Track> tracks, c
                               .confidence = track.confidence,
                               .age = track.age});
   }
-  std::ranges::sort(frame.robots, {}, &hal::Sighting::robot);
+  std::ranges::sort(frame.robots, {}, &hal::Observation::robot);
   return frame;
 }
 

@@ -9,11 +9,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double seen_probability = 0.98;      // of a robot that was seen in the last frame
-constexpr double stranger_density = 1e-3;      // new robots and false sightings, per square metre and frame
+constexpr double stranger_density = 1e-3;      // new robots and false observations, per square metre and frame
 constexpr double jump_probability = 0.02;      // of being anywhere within reach, whatever the motion says
-constexpr float clear_confidence = 0.65f;      // a sighting this clear is a robot at once
+constexpr float clear_confidence = 0.65f;      // an observation this clear is a robot at once
 constexpr std::uint32_t times_to_believe = 3;  // one less clear must be repeated
-constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak sighting) nobody acts on the id
+constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak observation) nobody acts on the id
 constexpr float certain_led = 0.5f;            // colours less certain than this change nothing
 
 double seconds(hal::LabTime t) {
@@ -98,7 +98,7 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     const double mine = gain_of(other.row, column_of[other.row]).value_or(0);
     const std::int32_t holder = other.column < row_of.size() ? row_of[other.column] : alone;
     if (holder == alone) {
-      // Two sightings that could be this robot.
+      // Two observations that could be this robot.
       if (column_of[other.row] != alone && mine - other.gain < settings_.min_certainty) suspect(lives_[other.row]);
       continue;
     }

@@ -124,7 +124,7 @@ const Dhtf::Site* Dhtf::site_at(const hal::Pose& p) const {
 void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   if (sites_.empty()) return;
   std::vector<std::int64_t> team(sites_.size(), 0);
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) {
     const Site* site = site_at(lab.projection().to_shared(seen.pose));
     // A team is made of robots that show that they dwell. An inactive site has none.
     if (site && site->active && seen.led == dwelling) ++team[static_cast<std::size_t>(site - sites_.data())];

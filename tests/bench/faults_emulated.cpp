@@ -27,7 +27,7 @@ struct Fault {
 struct Score {
   double right_after_s = -1;  // the last fault
   int wrong = 0, blind = 0;
-  double named_s = 0, off_m = 0;  // until everybody was named; the farthest that a fresh sighting was off
+  double named_s = 0, off_m = 0;  // until everybody was named; the farthest that a fresh observation was off
 };
 
 Score run(std::uint64_t seed, int robots, double seconds, const std::vector<Fault>& faults, bool verbose) {

@@ -9,7 +9,7 @@ using namespace arkmesh;
 using namespace arkmesh::hal;
 
 TEST_CASE("a pose frame survives the way through its message") {
-  // Every field of every sighting, at the limits of its type.
+  // Every field of every observation, at the limits of its type.
   PoseFrame frame;
   frame.stamp = LabTime{1'800'000'000};
   frame.number = 18'000;

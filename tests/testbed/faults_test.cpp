@@ -74,7 +74,7 @@ TEST_CASE("testbed: a camera is knocked about") {
     REQUIRE(everybody_soon(testbed, 2));
     const auto off_m = [&] {
       double most = 0;
-      for (const hal::Sighting& seen : testbed.frame ? testbed.frame->robots : std::vector<hal::Sighting>{})
+      for (const hal::Observation& seen : testbed.frame ? testbed.frame->robots : std::vector<hal::Observation>{})
         if (const auto at = testbed.truth(seen.robot))
           most = std::max(most, std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m));
       return most;
@@ -188,7 +188,7 @@ TEST_CASE("testbed: a robot dies and comes back, while the line to the controlle
   REQUIRE(everybody_soon(testbed, 2));
   const hal::RobotId id = testbed.emulator().truth()[2].id;
   const auto led = [&] {
-    for (const hal::Sighting& seen : testbed.frame ? testbed.frame->robots : std::vector<hal::Sighting>{})
+    for (const hal::Observation& seen : testbed.frame ? testbed.frame->robots : std::vector<hal::Observation>{})
       if (seen.robot == id) return seen.led;
     return hal::Led::off;
   };

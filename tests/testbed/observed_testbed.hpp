@@ -95,13 +95,14 @@ class ObservedTestbed {
   }
   // Whether the frame says where that robot is, and that is where it is; and whether it says something that is wrong.
   bool right(hal::RobotId id) {
-    return says(
-        id, [](double off_m, const hal::Sighting& seen) { return off_m < 0.01 && seen.age < hal::LabTime{500'000}; });
+    return says(id, [](double off_m, const hal::Observation& seen) {
+      return off_m < 0.01 && seen.age < hal::LabTime{500'000};
+    });
   }
   bool wrong(hal::RobotId id) {
-    // A sighting with an age says where the robot was, and is no lie.
+    // An observation with an age says where the robot was, and is no lie.
     return says(id,
-                [](double off_m, const hal::Sighting& seen) { return off_m > 0.01 && seen.age == hal::LabTime{0}; });
+                [](double off_m, const hal::Observation& seen) { return off_m > 0.01 && seen.age == hal::LabTime{0}; });
   }
   int right() {
     return static_cast<int>(std::ranges::count_if(arena->info().robots, [&](hal::RobotId id) { return right(id); }));
@@ -117,7 +118,7 @@ class ObservedTestbed {
   template <class Verdict>
   bool says(hal::RobotId id, Verdict verdict) {
     if (!frame) return false;
-    for (const hal::Sighting& seen : frame->robots) {
+    for (const hal::Observation& seen : frame->robots) {
       if (seen.robot != id) continue;
       const auto at = truth(id);
       const double off_m = at ? std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m) : 1;
@@ -128,7 +129,7 @@ class ObservedTestbed {
 
   void note_frame() {
     for (const hal::RobotId id : arena->info().robots) {
-      const bool named = frame && std::ranges::any_of(frame->robots, [id](const hal::Sighting& seen) {
+      const bool named = frame && std::ranges::any_of(frame->robots, [id](const hal::Observation& seen) {
                            return seen.robot == id && seen.age == hal::LabTime{0};
                          });
       if (named)

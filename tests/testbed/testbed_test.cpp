@@ -130,7 +130,7 @@ class EmulatedTestbed {
     const auto frame = monitor.latest();
     if (!frame) return 0;
     int wrong = 0;
-    for (const hal::Sighting& seen : frame->robots) {
+    for (const hal::Observation& seen : frame->robots) {
       if (seen.age.count() > 0) continue;
       const auto truth = emulator_.truth();
       const auto robot =

@@ -60,8 +60,8 @@ void MotorCalibrator::on_frame(const hal::PoseFrame& frame) {
   if (finished_) return;
   if (storing_) return store(frame);
   Places places;
-  for (const hal::Sighting& seen : frame.robots) places.emplace_back(seen.robot, seen.pose);
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) places.emplace_back(seen.robot, seen.pose);
+  for (const hal::Observation& seen : frame.robots) {
     const auto at = robots_.find(seen.robot);
     if (at == robots_.end() || seen.confidence <= 0 || seen.age > hal::LabTime{0}) continue;
     step(seen.robot, at->second, trials_[seen.robot], seen, places, frame.stamp);
@@ -70,8 +70,8 @@ void MotorCalibrator::on_frame(const hal::PoseFrame& frame) {
       std::all_of(robots_.begin(), robots_.end(), [](const auto& robot) { return robot.second.stage >= Stage::done; });
 }
 
-void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places,
-                           hal::LabTime now) {
+void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Observation& seen,
+                           const Places& places, hal::LabTime now) {
   if (!trial.told_at) {
     trial.first_seen = now;
     enter(id, robot, trial, Stage::left, now);
@@ -319,7 +319,7 @@ void MotorCalibrator::tell(hal::RobotId id, const Robot& robot, Trial& trial, ha
 
 // Until all who have something to store show that they have, or will not.
 void MotorCalibrator::store(const hal::PoseFrame& frame) {
-  for (const hal::Sighting& seen : frame.robots)
+  for (const hal::Observation& seen : frame.robots)
     if (const auto at = robots_.find(seen.robot);
         at != robots_.end() && seen.led == hal::Led::green && store_rounds_ > 0)
       at->second.stored = true;

@@ -80,7 +80,7 @@ class MotorCalibrator {
     bool early_look = false;  // at this straight, before its end
   };
 
-  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places,
+  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Observation& seen, const Places& places,
             hal::LabTime now);
   void look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void look_at_straight(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);

@@ -229,7 +229,7 @@ class KilobotArena final : public Arena {
     frame.number = static_cast<std::uint32_t>(frames_++);
     // a robot at the wall may be measured a little beyond it; farther out it is not in the arena
     const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
-    std::erase_if(frame.robots, [&](Sighting& seen) {
+    std::erase_if(frame.robots, [&](Observation& seen) {
       const char* refused = nullptr;
       if (!std::ranges::binary_search(info_.robots, seen.robot))
         refused = "poses.refused.unknown_robot";

@@ -49,7 +49,7 @@ struct Bench {
 
 // Each rover of the frame is the one that is there.
 void check_names(const hal::PoseFrame& frame, const SimulatedRovers& rovers) {
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) {
     const hal::Pose true_pose = rovers.where(seen.robot);
     CHECK(std::hypot(seen.pose.x_m - true_pose.x_m, seen.pose.y_m - true_pose.y_m) < 1e-9);
   }

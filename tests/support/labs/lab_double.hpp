@@ -52,7 +52,8 @@ struct LabDouble {
   void frame(const hal::PoseFrame& frame) {
     data.now = frame.stamp;
     robots.clear();
-    for (const hal::Sighting& s : frame.robots) robots.push_back({s.robot, lab.projection().to_shared(s.pose), s.led});
+    for (const hal::Observation& s : frame.robots)
+      robots.push_back({s.robot, lab.projection().to_shared(s.pose), s.led});
     scenario->on_poses(lab, frame);
     take_said();
   }

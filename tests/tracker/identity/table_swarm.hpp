@@ -66,7 +66,7 @@ class TableSwarm {
     while (pictures_.size() > 1 && pictures_[1].stamp <= now - settings_.latency) pictures_.pop_front();
     tracks_.clear();
     for (std::size_t i = 0; i < track_of.size(); ++i) {
-      const hal::Sighting& seen = pictures_.front().robots[i];
+      const hal::Observation& seen = pictures_.front().robots[i];
       tracker::Track track{.number = track_of[i],
                            .in_arena = seen.pose,
                            .led = seen.led,
@@ -90,7 +90,7 @@ class TableSwarm {
   }
   void run() { table_->robots().command({.kind = hal::FleetCommand::Kind::run}); }
   // A picture as it is, without latency.
-  const hal::Sighting& seen(std::size_t robot) const { return pictures_.back().robots.at(robot); }
+  const hal::Observation& seen(std::size_t robot) const { return pictures_.back().robots.at(robot); }
   double seconds() const { return static_cast<double>(now.count()) * 1e-6; }
 
   void lift(std::size_t robot) {
