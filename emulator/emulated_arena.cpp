@@ -112,20 +112,20 @@ class EmulatedTime final : public hal::WallTime {
 
 class EmulatedArena final : public hal::Arena {
  public:
-  // `names` finds out who is who, in place of what the settings say. Without an onlooker there is a window, if somebody
+  // `names` finds out who is who, in place of what the settings say. Without an observer there is a window, if somebody
   // watches.
   EmulatedArena(hal::Config config, const hal::Section& arena, const hal::ArenaRequest& request,
-                testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names)
+                testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), emulator_(config_.root()), eyes_(emulator_), time_(emulator_, eyes_) {
     config_.refuse_unknown();
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
-    if (!onlooker) onlooker = testbed::make_window(arena.section("kilobot"), settings, request);
+    if (!observer) observer = testbed::make_window(arena.section("kilobot"), settings, request);
     const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
       const std::size_t camera = next++;
       return std::make_unique<EmulatedFeed>(eyes_, camera, emulator_.camera(camera).settings().name);
     };
     arena_ = hal::kilobot::make_kilobot_arena(
-        settings.arena, testbed::make_arena_monitor(settings, std::move(onlooker), open, std::move(names)),
+        settings.arena, testbed::make_arena_monitor(settings, std::move(observer), open, std::move(names)),
         std::make_unique<EmulatedWire>(emulator_), time_);
   }
 
@@ -159,7 +159,7 @@ class EmulatedArena final : public hal::Arena {
 };
 
 std::unique_ptr<EmulatedArena> make(const hal::Section& arena, const hal::ArenaRequest& request,
-                                    testbed::Onlooker onlooker, std::unique_ptr<tracker::NameKeeper> names) {
+                                    testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names) {
   const std::filesystem::path file = arena.section("emulated").path("file", "");
   if (file.empty())
     arena.section("emulated")
@@ -167,15 +167,15 @@ std::unique_ptr<EmulatedArena> make(const hal::Section& arena, const hal::ArenaR
   std::vector<std::string> sets{fmt::format("emulator.seed={}", request.seed)};
   if (!request.program.empty())
     sets.push_back("arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / request.program).string());
-  return std::make_unique<EmulatedArena>(hal::Config::from_file(file, sets), arena, request, std::move(onlooker),
+  return std::make_unique<EmulatedArena>(hal::Config::from_file(file, sets), arena, request, std::move(observer),
                                          std::move(names));
 }
 
 }  // namespace
 
 std::unique_ptr<hal::Arena> make_emulated_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                                testbed::Onlooker onlooker) {
-  return make(arena, {.lab = lab, .seed = seed}, std::move(onlooker), nullptr);
+                                                testbed::Observer observer) {
+  return make(arena, {.lab = lab, .seed = seed}, std::move(observer), nullptr);
 }
 
 hal::ArenaRow emulated_arena_row() {

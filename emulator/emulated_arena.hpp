@@ -18,7 +18,7 @@ namespace arkmesh::emulator {
 // physical arena does; of its cameras only the calibration counts, camera k is the emulator's camera k. The emulator's
 // seed becomes `seed`. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_emulated_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                                testbed::Onlooker onlooker);
+                                                testbed::Observer observer);
 hal::ArenaRow emulated_arena_row();
 
 // The emulator of an arena that make_emulated_arena made, for tests and measurements that need its truth or its

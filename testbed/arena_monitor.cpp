@@ -41,11 +41,11 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
  public:
   ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
                const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
-               std::vector<hal::RobotId> expected, Onlooker onlooker)
+               std::vector<hal::RobotId> expected, Observer observer)
       : eyes_(std::move(eyes)),
         tracker_(std::move(calibrations), settings),
         names_(std::move(names)),
-        onlooker_(std::move(onlooker)),
+        observer_(std::move(observer)),
         poses_(own_counters_),
         expected_(std::move(expected)),
         doubtful_(expected_) {}
@@ -60,7 +60,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       own_counters_.add("frame.no_picture");
       // one that is no use tells more than none at all
       if (no_use_ || now - seen_at_ >= doubt_after) doubtful_ = expected_;
-      if (onlooker_) onlooker_({now, pictures, tracker_});
+      if (observer_) observer_({now, pictures, tracker_});
       return;
     }
     seen_at_ = now;
@@ -70,7 +70,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
     update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
     poses_.put(frame(now));
-    if (onlooker_) onlooker_({now, pictures, tracker_});
+    if (observer_) observer_({now, pictures, tracker_});
   }
 
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
@@ -199,7 +199,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   std::vector<Eye> eyes_;
   tracker::TableTracker tracker_;
   std::unique_ptr<tracker::NameKeeper> names_;
-  Onlooker onlooker_;
+  Observer observer_;
   hal::Counters own_counters_;
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
@@ -212,7 +212,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
 
 }  // namespace
 
-std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker,
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Observer observer,
                                                                const tracker::OpenCamera& open,
                                                                std::unique_ptr<tracker::NameKeeper> names) {
   std::vector<Eye> eyes;
@@ -228,7 +228,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
   const std::vector<hal::RobotId>& expected = settings.arena.info.robots;
   if (!names) names = settings.known_to_ark ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
   return std::make_unique<ArenaMonitor>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
-                                        expected, std::move(onlooker));
+                                        expected, std::move(observer));
 }
 
 }  // namespace arkmesh::testbed

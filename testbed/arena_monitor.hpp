@@ -23,7 +23,7 @@ struct Look {
   std::span<const cv::Mat> pictures;
   const tracker::TableTracker& tracker;
 };
-using Onlooker = std::function<void(const Look&)>;
+using Observer = std::function<void(const Look&)>;
 
 // Opens the cameras; one that is not there is waited for. `names`: who finds out who is who, in place of what the
 // settings say.
@@ -32,7 +32,7 @@ using Onlooker = std::function<void(const Look&)>;
 // frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
 // camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
 // .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
-std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Onlooker onlooker = {},
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Observer observer = {},
                                                                const tracker::OpenCamera& open = tracker::open_camera,
                                                                std::unique_ptr<tracker::NameKeeper> names = nullptr);
 

@@ -136,7 +136,7 @@ void ArenaView::store(std::size_t camera, const cv::Mat& drawn) {
   video.writer.write(drawn);
 }
 
-Onlooker make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request) {
+Observer make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request) {
   if (!request.bus) return {};
   try {
     const auto window = std::make_shared<ArenaView>(settings, *request.bus, request.directory);

@@ -56,6 +56,6 @@ class ArenaView {
 };
 
 // Nothing when nobody watches the arena that is asked for. Refuses `kilobot`'s port when it is taken.
-Onlooker make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request);
+Observer make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request);
 
 }  // namespace arkmesh::testbed

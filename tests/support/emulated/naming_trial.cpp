@@ -42,7 +42,7 @@ class Judge {
     for (const hal::RobotId robot : named_now_)
       if (ever_named_.insert(robot).second) result_.named_s.push_back(now_s);
     if (result_.named_all_s < 0 && named_now_.size() == truth.size()) result_.named_all_s = now_s;
-    if (trial_.onlooker) trial_.onlooker(look, truth);
+    if (trial_.observer) trial_.observer(look, truth);
   }
 
   void finish() {

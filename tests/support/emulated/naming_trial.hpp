@@ -23,7 +23,7 @@ struct NamingTrial {
   double within_s = 30;  // max_s in all until everybody is named, the controller's start-up included
   double then_s = 0;     // how long robots run afterwards
   // For people who want to know more; the truth is that of the moment after the picture.
-  std::function<void(const testbed::Look&, const std::vector<emulator::Emulator::Truth>&)> onlooker;
+  std::function<void(const testbed::Look&, const std::vector<emulator::Emulator::Truth>&)> observer;
 };
 
 struct NamingResult {
