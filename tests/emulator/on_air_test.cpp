@@ -79,7 +79,7 @@ struct AirBench {
     for (const TimePoint end = now + time; now < end; now += 1ms) {
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
       each_ms();
-      controller.tend(now);
+      controller.poll(now);
     }
   }
   std::shared_ptr<Air> air;
@@ -233,7 +233,7 @@ TEST_CASE("on air: upload") {
     for (; !upload.is_finished() || !sender.is_ready(now); now += 1ms) {
       REQUIRE(now < TimePoint{} + 60s);
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
-      upload.tend(sender, now);
+      upload.poll(sender, now);
     }
     air->run_to(air->now_us + 200'000);
     // page and word offset of each message; 22 to a page

@@ -89,7 +89,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<Packet> meant;
   std::optional<Packet> wanted, last;
   for (int ms = 0; ms < 100'000 && (wanted || !input.empty()); ++ms, now += 1ms) {
-    sender.tend(now);
+    sender.poll(now);
     if (!sender.is_ready(now)) continue;
     if (!wanted) wanted = next_packet(input, last);
     const std::uint64_t before = counters["overhead.packets"];
@@ -98,7 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (counters["overhead.packets"] > before) meant.push_back(*wanted);
     last = std::exchange(wanted, std::nullopt);
   }
-  for (int ms = 0; ms < 200; ++ms, now += 1ms) sender.tend(now);
+  for (int ms = 0; ms < 200; ++ms, now += 1ms) sender.poll(now);
 
   std::vector<Packet> heard;
   for (const auto& one : cable->heard) {

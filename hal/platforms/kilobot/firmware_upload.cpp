@@ -16,8 +16,8 @@ Message with_crc(Message message) {
 
 }  // namespace
 
-void FirmwareUpload::tend(PacketSender& sender, TimePoint now) {
-  sender.tend(now);
+void FirmwareUpload::poll(PacketSender& sender, TimePoint now) {
+  sender.poll(now);
   if (is_finished() || !sender.is_ready(now)) return;
   if (!called_) {
     called_ = sender.send(forward_packet(with_crc({.type = type_boot})), timing_.boot_for, now);

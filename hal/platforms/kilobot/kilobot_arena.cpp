@@ -110,7 +110,7 @@ class KilobotArena final : public Arena {
     serve_controller();
     if (phase_ == Phase::ending && !controller_.is_silent(now()) && now() >= wanted_at_) {
       phase_ = Phase::stopping;
-      controller_.fall_silent(now());
+      controller_.stop_sending(now());
       wanted_at_ = now() + last_stop_takes;
       serve_controller();
     }
@@ -193,7 +193,7 @@ class KilobotArena final : public Arena {
   }
 
   void serve_controller() {
-    controller_.tend(now());
+    controller_.poll(now());
     serve_at_ = controller_.due(now());
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
     if (controller_.is_up())

@@ -29,7 +29,7 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
     : line_(make_wire(port), counters_), sender_(line_, settle, counters_), stop_(stop), status_(progress) {
   const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
-    sender_.tend(now());
+    sender_.poll(now());
     if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
     if (!line_.is_open() && now() - begun > opening_takes_at_most)
       throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
@@ -43,7 +43,7 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
 OhcSession::~OhcSession() {
   sender_.cut_short(now());
   for (const TimePoint end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
-    sender_.tend(now());
+    sender_.poll(now());
     if (!sender_.is_ready(now())) continue;
     // on the air already, or now; what may have to go between is a stop as well
     std::ignore = sender_.send(stop_packet(), stop_spacing, now());
@@ -61,7 +61,7 @@ OhcSaid OhcSession::say(const OhcSaying& saying) {
   const auto said_s = [&] { return begun ? std::min(all_s, seconds(now() - *begun)) : 0.0; };
   for (std::size_t next = 0; !stop_.stopped(); wait()) {
     const TimePoint present = now();
-    sender_.tend(present);
+    sender_.poll(present);
     if (!line_.is_open())
       throw std::runtime_error(
           fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", line_.trouble(), saying.name, said_s(), all_s));
@@ -83,7 +83,7 @@ void OhcSession::upload(FirmwareUpload& upload) {
   const TimePoint begun = now();
   for (; !stop_.stopped(); wait()) {
     const TimePoint present = now();
-    upload.tend(sender_, present);
+    upload.poll(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())
       status_.show(line_.is_open() ? "the controller is starting again" : line_.trouble() + "; trying again");

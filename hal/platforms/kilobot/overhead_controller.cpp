@@ -87,8 +87,8 @@ void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now
     sender_.cut_short(now);
 }
 
-void OverheadController::tend(TimePoint now) {
-  sender_.tend(now);
+void OverheadController::poll(TimePoint now) {
+  sender_.poll(now);
   note_loss();
   if (!held_) {
     for (Command& command : commands_)
@@ -112,7 +112,7 @@ void OverheadController::send_stop(TimePoint now) {
     stops_left_ = says_again() ? stops_for_sure : 1;
   else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after)
     return;
-  sender_.part(now);
+  sender_.separate(now);
   asked_.reset();
   on_air_composite_.reset();
   stopped_at_ = now;
@@ -166,7 +166,7 @@ bool OverheadController::repeat_command(TimePoint now) {
   microseconds& left = on_air_command_->left;
   if (left < stop_spacing + usual_spacing && sender_.is_repeating()) return false;
   if (sender_.is_repeating()) {
-    sender_.part(now);
+    sender_.separate(now);
     left -= stop_spacing;
   } else {
     const microseconds next = std::min(left, settings_.again_after);
@@ -180,7 +180,7 @@ bool OverheadController::repeat_command(TimePoint now) {
 bool OverheadController::send_question(TimePoint now) {
   if (asked_ == question_) {
     if (!says_again() || now - asked_at_ < settings_.again_after) return true;  // the controller repeats it
-    sender_.part(now);
+    sender_.separate(now);
     asked_.reset();
     return true;
   }
@@ -212,7 +212,7 @@ void OverheadController::finish() {
   question_.reset();
 }
 
-void OverheadController::fall_silent(TimePoint now) {
+void OverheadController::stop_sending(TimePoint now) {
   finish();
   counters_.add("fleet_command.expired", commands_.size());
   commands_.clear();

@@ -67,15 +67,15 @@ class OverheadController final : public RobotLink {
   // begins.
   void hold(bool on) { held_ = on; }
   // Sends what is due. Call it at the times that due() gives, or more often.
-  void tend(TimePoint now);
+  void poll(TimePoint now);
   TimePoint due(TimePoint now) const { return sender_.due(now); }
   bool is_up() const { return sender_.is_up(); }
   // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause`
   // too.
   void finish();
-  // At the end: forgets the commands as well and ends the one that is on the air; tend() then only stops the
+  // At the end: forgets the commands as well and ends the one that is on the air; poll() then only stops the
   // controller.
-  void fall_silent(TimePoint now);
+  void stop_sending(TimePoint now);
   // Nothing is on the air and nothing waits.
   bool is_silent(TimePoint now) const;
 
@@ -83,7 +83,7 @@ class OverheadController final : public RobotLink {
   struct Command {
     Message message;
     std::chrono::microseconds repeat_for{0};
-    std::optional<TimePoint> since;     // none: the next tend() says
+    std::optional<TimePoint> since;     // none: the next poll() says
     std::chrono::microseconds left{0};  // of repeat_for, when it is on the air
   };
   void expire(TimePoint now);

@@ -17,8 +17,8 @@ bool repeats(const Packet& packet) {
 
 }  // namespace
 
-void PacketSender::tend(TimePoint now) {
-  line_.tend(now);
+void PacketSender::poll(TimePoint now) {
+  line_.poll(now);
   if (line_.openings() != openings_) {
     openings_ = line_.openings();
     last_.reset();
@@ -67,7 +67,7 @@ bool PacketSender::send(const Packet& packet, std::chrono::microseconds hold, Ti
   return true;
 }
 
-void PacketSender::part(TimePoint now) {
+void PacketSender::separate(TimePoint now) {
   assert(is_ready(now));
   const Packet last = last_.value_or(Packet{});
   put(parting_stop(last, last), stop_spacing, now);

@@ -21,12 +21,12 @@ class PacketSender {
       : line_(line), settle_(settle), counters_(counters) {}
 
   // Tends the line. After each opening the controller is told to stop, whatever it did before.
-  void tend(TimePoint now);
+  void poll(TimePoint now);
   // The line is open and the controller listens.
   bool is_up() const { return up_; }
   // The next packet may begin.
   bool is_ready(TimePoint now) const;
-  // When is_ready() can become true, or tend() should look at the line again: within 20 ms.
+  // When is_ready() can become true, or poll() should look at the line again: within 20 ms.
   TimePoint due(TimePoint now) const;
 
   // Call it only when ready. True: the packet goes out, or is on the air already and stays there; nothing else begins
@@ -34,7 +34,7 @@ class PacketSender {
   [[nodiscard]] bool send(const Packet& packet, std::chrono::microseconds hold, TimePoint now);
   // A stop, behind which the packet on the air can be sent once more: nobody says whether the line has spoilt it. Call
   // it only when ready.
-  void part(TimePoint now);
+  void separate(TimePoint now);
   // The controller repeats something: only a stop makes the air free.
   bool is_repeating() const;
   // The next packet need not wait for the hold of the last one to end.

@@ -15,7 +15,7 @@ constexpr std::size_t max_waiting_bytes = 4 * packet_bytes;
 
 }  // namespace
 
-void SerialLine::tend(TimePoint now) {
+void SerialLine::poll(TimePoint now) {
   if (state_ == Wire::State::closed) {
     if (now < try_at_) return;
     pause_ = std::clamp(2 * pause_, first_pause, longest_pause);

@@ -25,12 +25,12 @@ class SerialLine {
   SerialLine(std::unique_ptr<Wire> wire, Counters& counters) : wire_(std::move(wire)), counters_(counters) {}
 
   // Opens or reopens the wire when that is due, and writes what is left of a packet. Call it often. Never blocks.
-  void tend(TimePoint now);
+  void poll(TimePoint now);
   bool is_open() const { return state_ == Wire::State::open; }
   // Open, the last packet handed over, and few bytes waiting in the system's buffers: they would come out in a burst
   // later.
   bool is_free() const;
-  // Takes the packet; some of it may be written by later calls of tend(). Call it only when free.
+  // Takes the packet; some of it may be written by later calls of poll(). Call it only when free.
   void send(const Packet& packet, TimePoint now);
   // When the last byte of the last packet was handed over; meaningful when free.
   TimePoint handed_over() const { return handed_over_; }

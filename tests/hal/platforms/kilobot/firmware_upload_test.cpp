@@ -22,7 +22,7 @@ struct UploadBench {
   void run(std::chrono::milliseconds time) {
     for (const TimePoint end = now + time; now < end; now += 1ms) {
       cable->now = now;
-      upload.tend(sender, now);
+      upload.poll(sender, now);
     }
   }
   hal::Counters counters;

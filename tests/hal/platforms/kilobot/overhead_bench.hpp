@@ -29,7 +29,7 @@ struct OverheadBench {
     for (const auto end = now + time; now < end; now += Ms{1}) {
       cable->now = now;
       each_ms();
-      controller.tend(now);
+      controller.poll(now);
     }
   }
   void offer(hal::RobotId robot, std::uint8_t slot = 0, std::uint8_t kind = 1, std::uint16_t value = 5) {

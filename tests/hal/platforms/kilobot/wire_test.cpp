@@ -46,7 +46,7 @@ void check_delivery(SerialLine& line, int count, Read read) {
   std::vector<Packet> heard;
   int sent = 0;
   CHECK(eventually(deadline, [&] {
-    line.tend(now());
+    line.poll(now());
     if (sent < count && line.is_free()) line.send(telling_packet(sent++), now());
     for (const auto& packet : ear.hear(read())) heard.push_back(packet);
     return static_cast<int>(heard.size()) >= count;
@@ -75,7 +75,7 @@ TEST_CASE("serial device: settings and bytes") {
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.port()), counters);
-  line.tend(now());
+  line.poll(now());
   REQUIRE(line.is_open());
   CHECK(line.trouble().empty());
   const termios settings = terminal.settings();
@@ -92,19 +92,19 @@ TEST_CASE("serial device: partial writes") {
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.port()), counters);
-  line.tend(now());
+  line.poll(now());
   // until it takes no more: the last packet is cut somewhere
   int sent = 0;
   while (line.is_free()) {
     REQUIRE(sent < 10'000);
     line.send(telling_packet(sent++), now());
-    line.tend(now());
+    line.poll(now());
   }
   CHECK(sent > 1);
   PacketEar ear;
   int heard = 0;
   CHECK(eventually(deadline, [&] {
-    line.tend(now());
+    line.poll(now());
     for (const Packet& packet : ear.hear(terminal.read(77))) CHECK(packet == telling_packet(heard++));
     return heard == sent;
   }));
@@ -117,18 +117,18 @@ TEST_CASE("serial device: unplugged and plugged in again") {
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.port()), counters);
-  line.tend(now());
+  line.poll(now());
   check_delivery(line, 3, [&] { return terminal.read(); });
   for (int times = 1; times <= 2; ++times) {
     terminal.unplug();
-    CHECK(eventually(deadline, [&] { return line.tend(now()), !line.is_open(); }));
+    CHECK(eventually(deadline, [&] { return line.poll(now()), !line.is_open(); }));
     CHECK_FALSE(line.is_free());
     check_holds(line.trouble(), "was unplugged");
     CHECK(eventually(deadline, [&] {
-      return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos;
+      return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos;
     }));
     terminal.plug();
-    CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
+    CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
     check_delivery(line, 3, [&] { return terminal.read(); });
     CHECK(counters["overhead.line_lost"] == static_cast<std::uint64_t>(times));
     CHECK(counters["overhead.line_opened"] == static_cast<std::uint64_t>(times + 1));
@@ -140,10 +140,10 @@ TEST_CASE("serial device: a device that talks") {
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.port()), counters);
-  line.tend(now());
+  line.poll(now());
   for (int i = 0; i < 50; ++i) {
     terminal.say(std::string(1000, 'x'));
-    line.tend(now());
+    line.poll(now());
   }
   check_delivery(line, 3, [&] { return terminal.read(); });
 }
@@ -166,15 +166,15 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   PseudoTerminal terminal;
   hal::Counters counters;
   SerialLine line(make_wire(terminal.link()), counters);
-  line.tend(now());
+  line.poll(now());
   check_delivery(line, 20, [&] { return terminal.read(); });
   CHECK((terminal.settings().c_oflag & OPOST) == 0);
   terminal.say(std::string(1000, 'x'));
   terminal.unplug();
   CHECK(eventually(
-      deadline, [&] { return line.tend(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+      deadline, [&] { return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
   terminal.plug();
-  CHECK(eventually(deadline, [&] { return line.tend(now()), line.is_open(); }));
+  CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
   check_delivery(line, 3, [&] { return terminal.read(); });
   CHECK(counters["overhead.line_lost"] == 1);
 }
@@ -222,12 +222,12 @@ TEST_CASE("tcp: a connection that ends") {
   SerialLine line(make_wire(listener.port()), counters);
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.hang_up();
-  CHECK(eventually(deadline, [&] { return line.tend(now()), counters["overhead.line_lost"] == 1; }));
+  CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.line_lost"] == 1; }));
   CHECK(line.trouble() == listener.port() + ": the connection ended");
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.stop();
   CHECK(eventually(deadline,
-                   [&] { return line.tend(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
+                   [&] { return line.poll(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
   listener.listen_again();
   check_delivery(line, 3, [&] { return listener.read(); });
   CHECK(counters["overhead.line_opened"] == 3);
