@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/ohc_packets.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 
 namespace arkmesh::cli {
 

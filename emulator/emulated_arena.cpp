@@ -18,7 +18,7 @@ namespace arkmesh::emulator {
 namespace {
 
 using emulator::Emulator;
-using hal::kilobot::Wire;
+using hal::kilobot::ByteStream;
 
 // The newest picture of each camera of an emulator.
 class EmulatedCameras {
@@ -62,9 +62,9 @@ class EmulatedFeed final : public tracker::CameraFeed {
   hal::Counters counters_;
 };
 
-class EmulatedWire final : public Wire {
+class EmulatedStream final : public ByteStream {
  public:
-  explicit EmulatedWire(Emulator& emulator) : emulator_(emulator) {}
+  explicit EmulatedStream(Emulator& emulator) : emulator_(emulator) {}
   void open() override { open_ = emulator_.ohc_plugged(); }
   State check() override {
     open_ = open_ && emulator_.ohc_plugged();
@@ -73,11 +73,11 @@ class EmulatedWire final : public Wire {
   }
   std::size_t write(std::span<const std::uint8_t> bytes) override {
     if (check() != State::open) return 0;
-    const std::size_t fits = std::min(bytes.size(), emulator_.line_free());
+    const std::size_t fits = std::min(bytes.size(), emulator_.serial_free());
     emulator_.write_serial(bytes.first(fits));
     return fits;
   }
-  std::size_t waiting_bytes() override { return emulator::OhcLine::max_waiting - emulator_.line_free(); }
+  std::size_t waiting_bytes() override { return emulator::OhcSerialPort::max_waiting - emulator_.serial_free(); }
   const std::string& trouble() const override { return trouble_; }
 
  private:
@@ -126,7 +126,7 @@ class EmulatedArena final : public hal::Arena {
     };
     arena_ = hal::kilobot::make_kilobot_arena(
         settings.arena, testbed::make_arena_monitor(settings, std::move(observer), open, std::move(names)),
-        std::make_unique<EmulatedWire>(emulator_), time_);
+        std::make_unique<EmulatedStream>(emulator_), time_);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }

@@ -25,11 +25,11 @@ std::vector<std::uint16_t> make_ids(EmulatorConfig::Ids ids, int robots, std::ui
 
 }  // namespace
 
-Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root)), line_(config_.seed) {
+Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root)), serial_(config_.seed) {
   const hal::Section arena = root.section("arena");
   const auto robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
   arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed,
-                                         {.overhead = &line_, .ids = make_ids(config_.ids, robots, config_.seed)});
+                                         {.overhead = &serial_, .ids = make_ids(config_.ids, robots, config_.seed)});
   for (const CameraSettings& settings : config_.cameras) {
     try {
       eyes_.push_back({.camera = std::make_unique<Camera>(settings, config_.scene)});
@@ -131,7 +131,7 @@ std::vector<Emulator::Truth> Emulator::truth() const {
 
 hal::Counters Emulator::counters() const {
   hal::Counters out = counters_;
-  for (const hal::Counters* part : {&line_.counters(), &line_.device().counters(), &arena_->counters()})
+  for (const hal::Counters* part : {&serial_.counters(), &serial_.device().counters(), &arena_->counters()})
     for (const auto& [name, total] : part->all())
       if (!name.starts_with("poses.")) out.add(name, total);
   std::uint64_t pages = 0;

@@ -14,7 +14,7 @@
 
 #include "emulator/camera.hpp"
 #include "emulator/emulator_config.hpp"
-#include "emulator/ohc_line.hpp"
+#include "emulator/ohc_serial_port.hpp"
 #include "hal/config.hpp"
 #include "sim_ode/simulated_arena.hpp"
 
@@ -31,12 +31,12 @@ class Emulator {
   // program fails.
   void advance_to(hal::LabTime t);
 
-  // Bytes that the host writes to the overhead controller now. More than line_free() would be lost.
-  void write_serial(std::span<const std::uint8_t> bytes) { line_.write(bytes, now().count()); }
-  std::size_t line_free() const { return line_.free(); }
+  // Bytes that the host writes to the overhead controller now. More than serial_free() would be lost.
+  void write_serial(std::span<const std::uint8_t> bytes) { serial_.write(bytes, now().count()); }
+  std::size_t serial_free() const { return serial_.free(); }
   // Hears each message that the overhead controller sent, with its times since the emulator began.
-  void listen(std::function<void(const sim_ode::Transmission&)> listener) { line_.listen(std::move(listener)); }
-  bool ohc_plugged() const { return line_.plugged(); }
+  void listen(std::function<void(const sim_ode::Transmission&)> listener) { serial_.listen(std::move(listener)); }
+  bool ohc_plugged() const { return serial_.plugged(); }
 
   // What that camera sees now; false: it is gone.
   std::size_t cameras() const { return eyes_.size(); }
@@ -89,7 +89,7 @@ class Emulator {
   const std::vector<sim_ode::SimulatedArena::Seen>& look() const;
 
   EmulatorConfig config_;
-  OhcLine line_;
+  OhcSerialPort serial_;
   std::unique_ptr<sim_ode::SimulatedArena> arena_;
   std::vector<Eye> eyes_;
   std::size_t next_event_ = 0;

@@ -108,17 +108,18 @@ std::string Emulator::camera_command(std::string_view name, const std::vector<st
 std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
   const std::int64_t now_us = now().count();
   if (words[1] == "unplug") {
-    line_.unplug(now_us);
+    serial_.unplug(now_us);
   } else if (words[1] == "plug") {
-    line_.plug_in(now_us);
+    serial_.plug_in(now_us);
   } else if (words[1] == "garbage") {
-    const auto bytes = whole(words.size() > 2 ? words[2] : "", OhcLine::max_waiting + 1);
-    if (!bytes) return fmt::format("error: `ohc garbage` wants a number of bytes, at most {}", OhcLine::max_waiting);
-    line_.garbage(static_cast<std::size_t>(*bytes), now_us);
+    const auto bytes = whole(words.size() > 2 ? words[2] : "", OhcSerialPort::max_waiting + 1);
+    if (!bytes)
+      return fmt::format("error: `ohc garbage` wants a number of bytes, at most {}", OhcSerialPort::max_waiting);
+    serial_.garbage(static_cast<std::size_t>(*bytes), now_us);
   } else if (words[1] == "noise") {
     const auto share = number(words.size() > 2 ? words[2] : "");
     if (!share || *share < 0 || *share > 1) return "error: `ohc noise` wants a share of the bytes, 0 to 1";
-    line_.set_noise(*share);
+    serial_.set_noise(*share);
   } else {
     return unknown(words[1]);
   }
@@ -187,9 +188,9 @@ std::string Emulator::say(const std::vector<std::string_view>& words) {
   packet[1] = type->second == 0 ? 0 : 2;
   packet[11] = type->second;
   for (std::size_t i = 0; i + 1 < packet.size(); ++i) packet.back() ^= packet[i];
-  if (line_free() < packet.size()) return "error: the line is full";
-  line_.write(packet, now().count());
-  return line_.plugged() ? "ok" : "error: the overhead controller is unplugged";
+  if (serial_free() < packet.size()) return "error: the line is full";
+  serial_.write(packet, now().count());
+  return serial_.plugged() ? "ok" : "error: the overhead controller is unplugged";
 }
 
 std::string Emulator::status() const {
@@ -200,7 +201,7 @@ std::string Emulator::status() const {
                        : eye.dark   ? "dark"
                        : eye.frozen ? "frozen"
                                     : "ok");
-  out += fmt::format(" ohc={}", line_.plugged() ? "plugged" : "unplugged");
+  out += fmt::format(" ohc={}", serial_.plugged() ? "plugged" : "unplugged");
   const hal::Counters totals = counters();
   for (const auto& [name, total] : totals.all()) out += fmt::format(" {}={}", name, total);
   return out;

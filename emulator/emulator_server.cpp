@@ -50,12 +50,12 @@ std::chrono::steady_clock::time_point EmulatorServer::step() {
 
 // The emulator advances from chunk to chunk, so that each arrives at its own time, and then to now.
 void EmulatorServer::take_bytes() {
-  std::deque<LineReader::Chunk> fresh = reader_.take(known_until_);
+  std::deque<SerialReader::Chunk> fresh = reader_.take(known_until_);
   std::ranges::move(fresh, std::back_inserter(chunks_));
   while (!chunks_.empty()) {
-    LineReader::Chunk& chunk = chunks_.front();
+    SerialReader::Chunk& chunk = chunks_.front();
     emulator_.advance_to(std::max(emulator_.now(), since_start(chunk.at)));
-    const std::size_t fits = std::min(emulator_.line_free(), chunk.bytes.size());
+    const std::size_t fits = std::min(emulator_.serial_free(), chunk.bytes.size());
     emulator_.write_serial({chunk.bytes.data(), fits});
     chunk.bytes.erase(chunk.bytes.begin(), chunk.bytes.begin() + static_cast<std::ptrdiff_t>(fits));
     if (!chunk.bytes.empty()) break;  // the line is full

@@ -9,7 +9,7 @@
 
 #include "emulator/emulator.hpp"
 #include "emulator/emulator_record.hpp"
-#include "emulator/line_reader.hpp"
+#include "emulator/serial_reader.hpp"
 #include "hal/mjpeg_server.hpp"
 
 namespace arkmesh::emulator {
@@ -41,11 +41,11 @@ class EmulatorServer {
   Emulator& emulator_;
   EmulatorRecord& record_;
   hal::MjpegServer pictures_;
-  LineReader reader_;
+  SerialReader reader_;
   LinePort control_;
   bool started_ = false, plugged_ = true;
   TimePoint start_{}, known_until_{};
-  std::deque<LineReader::Chunk> chunks_;
+  std::deque<SerialReader::Chunk> chunks_;
   std::int64_t frame_ = 0;  // the next one's number
   hal::Counters counters_;
 };

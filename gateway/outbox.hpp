@@ -27,9 +27,9 @@ class Outbox {
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // Takes a message as it goes on the wire. `latest`: replaces a waiting one of the same channel, in its place in the
-  // queue. When there is no room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted. False
-  // when it was refused: too long, or all room is taken by what is being written.
+  // Takes a message as it goes on the byte stream. `latest`: replaces a waiting one of the same channel, in its place
+  // in the queue. When there is no room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted.
+  // False when it was refused: too long, or all room is taken by what is being written.
   bool put(Delivery delivery, std::string_view channel, std::vector<std::byte> message);
 
   // Longer messages are refused from now on; those that wait are dropped. All counted.

@@ -1,6 +1,6 @@
 #include "lab/arena_port.hpp"
 
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
 

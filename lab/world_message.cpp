@@ -2,7 +2,7 @@
 
 #include "hal/bus.hpp"
 #include "lab/behaviour_hash.hpp"
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
 

@@ -1,4 +1,4 @@
-// The `world` message as values, and its way onto and off the wire.
+// The `world` message as values, and its way to and from bytes.
 #pragma once
 
 #include <cstdint>

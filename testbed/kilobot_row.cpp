@@ -16,13 +16,13 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   UnnamedTracks* const tracks = names.get();
   auto eyes =
       make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
-  std::unique_ptr<hal::kilobot::Wire> wire;
+  std::unique_ptr<hal::kilobot::ByteStream> stream;
   try {
-    wire = hal::kilobot::open_wire(settings.arena.port);
+    stream = hal::kilobot::open_byte_stream(settings.arena.port);
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
-  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(wire));
+  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream));
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

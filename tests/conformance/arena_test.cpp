@@ -65,7 +65,7 @@ std::unique_ptr<Arena> kilobot_testbed() {
   table->robots = {0, 1, 2, 3, 4, 5};
   return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
                                      std::make_unique<FakeMonitor>(table),
-                                     std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
+                                     std::make_unique<FakeStream>(std::make_shared<FakeCable>()));
 }
 
 // A small testbed on an emulated testbed: its file and its cameras' calibration.

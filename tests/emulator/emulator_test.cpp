@@ -186,7 +186,7 @@ TEST_CASE("an unplugged controller and garbage on its line do no more than they 
   CHECK(emulator.command("ohc unplug") == "ok");
   say(emulator, make_packet(2, {}, 0x88), ms(300));
   CHECK(led_of(emulator, 1) == hal::Led::off);
-  CHECK(emulator.counters()["line.bytes_lost.unplugged"] == 132);
+  CHECK(emulator.counters()["serial.bytes_lost.unplugged"] == 132);
   CHECK(emulator.command("ohc plug") == "ok");
   say(emulator, make_packet(2, {}, 0x88), ms(1'900));
   CHECK(led_of(emulator, 1) == hal::Led::off);
@@ -199,7 +199,7 @@ TEST_CASE("an unplugged controller and garbage on its line do no more than they 
   CHECK(emulator.command("ohc noise 0.2") == "ok");
   for (int k = 0; k < 10; ++k) say(emulator, make_packet(2, {0, k}, 7), ms(60));
   CHECK(led_of(emulator, 1) == hal::Led::white);  // no packet came whole
-  CHECK(emulator.counters()["line.bytes_spoilt"] > 100);
+  CHECK(emulator.counters()["serial.bytes_spoilt"] > 100);
 }
 
 TEST_CASE("the line takes no more than a port's buffer") {
@@ -207,12 +207,12 @@ TEST_CASE("the line takes no more than a port's buffer") {
   Emulator emulator = TestEmulator{.robots = 2}.make();
   emulator.advance_to(ms(100));
   emulator.write_serial(std::vector<std::uint8_t>(5000, 1));
-  CHECK(emulator.line_free() == 0);
-  CHECK(emulator.counters()["line.bytes_lost.overflow"] == 904);
+  CHECK(emulator.serial_free() == 0);
+  CHECK(emulator.counters()["serial.bytes_lost.overflow"] == 904);
   emulator.advance_to(ms(100) + ms(600));
-  CHECK(emulator.line_free() > 2000);
+  CHECK(emulator.serial_free() > 2000);
   emulator.advance_to(ms(1'500));
-  CHECK(emulator.line_free() == 4096);
+  CHECK(emulator.serial_free() == 4096);
 }
 
 TEST_CASE("what nobody understands is answered with a sentence") {

@@ -50,9 +50,9 @@ struct Air {
   }
 };
 
-class AirWire final : public Wire {
+class AirStream final : public ByteStream {
  public:
-  explicit AirWire(std::shared_ptr<Air> air) : air_(std::move(air)) {}
+  explicit AirStream(std::shared_ptr<Air> air) : air_(std::move(air)) {}
   void open() override {}
   State check() override { return State::open; }
   std::size_t write(std::span<const std::uint8_t> bytes) override {
@@ -85,7 +85,7 @@ struct AirBench {
   std::shared_ptr<Air> air;
   hal::Counters counters;
   hal::ArenaInfo info{hal::kilobot::model};
-  SerialLine line{std::make_unique<AirWire>(air), counters};
+  PacketPort line{std::make_unique<AirStream>(air), counters};
   OverheadController controller;
   TimePoint now{};
 };
@@ -226,7 +226,7 @@ TEST_CASE("on air: upload") {
     for (std::size_t i = 0; i < program.size(); ++i) program[i] = static_cast<std::uint8_t>(i * i / 7);
     auto air = std::make_shared<Air>();
     hal::Counters counters;
-    SerialLine line(std::make_unique<AirWire>(air), counters);
+    PacketPort line(std::make_unique<AirStream>(air), counters);
     PacketSender sender(line, 2500ms, counters);
     FirmwareUpload upload(Firmware(program), 1, {.boot_for = 200ms, .spacing = spacing});
     TimePoint now{};

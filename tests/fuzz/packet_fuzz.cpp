@@ -1,6 +1,6 @@
-// Arbitrary messages and pages to an overhead controller, through a wire that takes them in arbitrary pieces and is
-// lost at arbitrary moments: the controller hears what was meant and nothing else, and never the same packet twice in a
-// row.
+// Arbitrary messages and pages to an overhead controller, through a byte stream that takes them in arbitrary pieces and
+// is lost at arbitrary moments: the controller hears what was meant and nothing else, and never the same packet twice
+// in a row.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -82,7 +82,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   auto cable = std::make_shared<tests::FakeCable>();
   hal::Counters counters;
-  SerialLine line(std::make_unique<tests::FakeWire>(cable), counters);
+  PacketPort line(std::make_unique<tests::FakeStream>(cable), counters);
   PacketSender sender(line, 0us, counters);
   cable->bytes_a_write = 1 + input.byte();
   TimePoint now{};

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "lab/message_check.hpp"
 #include "lab/period_gate.hpp"
-#include "lab/wire_check.hpp"
 #include "lab/world_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -21,7 +21,7 @@ Hello hello_of(const std::string& lab) {
 }
 
 TEST_CASE("a hello comes back as it was") {
-  // Every field survives the way over the wire.
+  // Every field survives the way over the network.
   const auto read = read_hello(encode_hello(hello_of("shark")));
   REQUIRE(read.has_value());
   CHECK(read->version == protocol_version);

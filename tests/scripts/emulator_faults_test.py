@@ -122,7 +122,7 @@ class EmulatorFaults(unittest.TestCase):
         lab.send_signal(signal.SIGINT)
         lab.wait(60)
         result = json.loads((self.folder / "run/result.json").read_text())
-        for name in ("camera.gone", "camera.frozen", "camera.moved", "camera.realigned", "overhead.line_lost", "poses.lost.no_picture"):
+        for name in ("camera.gone", "camera.frozen", "camera.moved", "camera.realigned", "overhead.port_lost", "poses.lost.no_picture"):
             self.assertGreater(result["counters"].get(f"arena.{name}", 0), 0, f"{name} of {result['counters']}")
 
 

@@ -205,5 +205,5 @@ TEST_CASE("testbed: a robot dies and comes back, while the line to the controlle
     return testbed.right(id) && led() != hal::Led::off && std::hypot(at->x_m - lay->x_m, at->y_m - lay->y_m) > 0.01;
   }));
   CHECK(everybody_soon(testbed, 20));
-  CHECK(testbed.emulator().counters()["line.bytes_spoilt"] > 0);
+  CHECK(testbed.emulator().counters()["serial.bytes_spoilt"] > 0);
 }

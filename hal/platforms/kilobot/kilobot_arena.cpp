@@ -37,7 +37,7 @@ class KilobotArena final : public Arena {
     std::size_t may_miss = 0;
   };
 
-  KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<Wire> wire,
+  KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<ByteStream> stream,
                std::unique_ptr<RobotMonitor> eyes, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
@@ -45,8 +45,8 @@ class KilobotArena final : public Arena {
         eyes_(std::move(eyes)),
         poses_(own_counters_),
         pacer_(info_.frame_period, own_counters_, wall),
-        line_(std::move(wire), own_counters_),
-        controller_(info_, line_, settings, own_counters_) {
+        port_(std::move(stream), own_counters_),
+        controller_(info_, port_, settings, own_counters_) {
     controller_.hold(true);
   }
 
@@ -179,8 +179,8 @@ class KilobotArena final : public Arena {
 
   // What the wait at the beginning waits for.
   std::string missing() const {
-    if (!controller_.is_up() && !line_.is_open())
-      return line_.trouble().empty() ? "the overhead controller does not answer the connection" : line_.trouble();
+    if (!controller_.is_up() && !port_.is_open())
+      return port_.trouble().empty() ? "the overhead controller does not answer the connection" : port_.trouble();
     if (!controller_.is_up()) return "the overhead controller is starting";
     if (!has_picture_) return "the cameras give no picture";
     const std::vector<RobotId> robots = unnamed();
@@ -199,7 +199,7 @@ class KilobotArena final : public Arena {
     if (controller_.is_up())
       spdlog::info("the overhead controller listens");
     else
-      spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
+      spdlog::warn("the overhead controller is gone: {}; trying again", port_.trouble());
   }
 
   std::optional<PoseFrame> look() {
@@ -253,7 +253,7 @@ class KilobotArena final : public Arena {
   OwnedClock clock_;
   NewestFrame poses_;
   Pacer pacer_;
-  SerialLine line_;
+  PacketPort port_;
   OverheadController controller_;
   Phase phase_ = Phase::beginning;
   TimePoint made_ = now();
@@ -288,17 +288,17 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   return out;
 }
 
-std::unique_ptr<Wire> open_wire(const std::string& port) {
-  std::unique_ptr<Wire> wire = make_wire(port);
-  wire->open();
-  if (wire->check() == Wire::State::closed) throw PortError(wire->trouble());
-  return wire;
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port) {
+  std::unique_ptr<ByteStream> stream = make_byte_stream(port);
+  stream->open();
+  if (stream->check() == ByteStream::State::closed) throw PortError(stream->trouble());
+  return stream;
 }
 
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall) {
+                                          std::unique_ptr<ByteStream> stream, WallTime& wall) {
   const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
-  return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(wire),
+  return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(stream),
                                         std::move(eyes), wall);
 }
 

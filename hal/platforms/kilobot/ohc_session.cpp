@@ -26,15 +26,15 @@ double seconds(std::chrono::nanoseconds time) {
 }  // namespace
 
 OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
-    : line_(make_wire(port), counters_), sender_(line_, settle, counters_), stop_(stop), status_(progress) {
+    : port_(make_byte_stream(port), counters_), sender_(port_, settle, counters_), stop_(stop), status_(progress) {
   const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
     sender_.poll(now());
-    if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
-    if (!line_.is_open() && now() - begun > opening_takes_at_most)
+    if (!port_.is_open() && !port_.trouble().empty()) throw std::runtime_error(port_.trouble());
+    if (!port_.is_open() && now() - begun > opening_takes_at_most)
       throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
                                            opening_takes_at_most.count()));
-    status_.show(line_.is_open() ? "waiting for the controller, which may be starting"
+    status_.show(port_.is_open() ? "waiting for the controller, which may be starting"
                                  : fmt::format("connecting with {}", port));
     wait();
   }
@@ -62,9 +62,9 @@ OhcSaid OhcSession::say(const OhcSaying& saying) {
   for (std::size_t next = 0; !stop_.stopped(); wait()) {
     const TimePoint present = now();
     sender_.poll(present);
-    if (!line_.is_open())
+    if (!port_.is_open())
       throw std::runtime_error(
-          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", line_.trouble(), saying.name, said_s(), all_s));
+          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", port_.trouble(), saying.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", saying.name, said_s(), all_s));
     } else if (next == saying.packets.size()) {
@@ -86,7 +86,7 @@ void OhcSession::upload(FirmwareUpload& upload) {
     upload.poll(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())
-      status_.show(line_.is_open() ? "the controller is starting again" : line_.trouble() + "; trying again");
+      status_.show(port_.is_open() ? "the controller is starting again" : port_.trouble() + "; trying again");
     else if (upload.is_calling() || (upload.round() == 0 && upload.page() == 0))
       status_.show("calling the robots to their boot loaders; they flash blue");
     else

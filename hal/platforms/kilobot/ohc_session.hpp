@@ -47,7 +47,7 @@ class OhcSession {
   void wait();
 
   Counters counters_;
-  SerialLine line_;
+  PacketPort port_;
   PacketSender sender_;
   StopRequest& stop_;
   Progress& status_;

@@ -15,8 +15,8 @@
 #include "hal/config.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
-#include "hal/platforms/kilobot/serial_line.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -45,7 +45,7 @@ OverheadSettings read_overhead_settings(const Section& kilobot);
 class OverheadController final : public RobotLink {
  public:
   // All outlive this. `info.robots` holds ids up to 1022.
-  OverheadController(const ArenaInfo& info, SerialLine& line, const OverheadSettings& settings, Counters& counters)
+  OverheadController(const ArenaInfo& info, PacketPort& line, const OverheadSettings& settings, Counters& counters)
       : info_(info),
         settings_(settings),
         counters_(counters),

@@ -18,18 +18,18 @@ bool repeats(const Packet& packet) {
 }  // namespace
 
 void PacketSender::poll(TimePoint now) {
-  line_.poll(now);
-  if (line_.openings() != openings_) {
-    openings_ = line_.openings();
+  port_.poll(now);
+  if (port_.openings() != openings_) {
+    openings_ = port_.openings();
     last_.reset();
     hold_ = 0us;
     up_ = false;
     settled_at_ = now + settle_;
   }
-  if (!line_.is_open()) {
+  if (!port_.is_open()) {
     up_ = false;
     last_.reset();
-  } else if (!up_ && now >= settled_at_ && line_.is_free()) {
+  } else if (!up_ && now >= settled_at_ && port_.is_free()) {
     up_ = true;
     // not the stop that may have been the last packet before
     put(stop_packet(static_cast<std::uint8_t>(1 + openings_ % 64)), stop_spacing, now);
@@ -37,18 +37,18 @@ void PacketSender::poll(TimePoint now) {
 }
 
 bool PacketSender::is_ready(TimePoint now) const {
-  return up_ && line_.is_free() && now >= may_begin();
+  return up_ && port_.is_free() && now >= may_begin();
 }
 
 TimePoint PacketSender::due(TimePoint now) const {
-  if (!up_ || !line_.is_free()) return now + look_again;
+  if (!up_ || !port_.is_free()) return now + look_again;
   const TimePoint next = may_begin();
   return next > now ? std::min(next, now + look_at_line) : now + look_again;
 }
 
 // A packet whose bytes the system took late is on the air late.
 TimePoint PacketSender::may_begin() const {
-  return std::max(begun_ + hold_, line_.handed_over() + hold_ - packet_on_line);
+  return std::max(begun_ + hold_, port_.handed_over() + hold_ - packet_on_line);
 }
 
 bool PacketSender::send(const Packet& packet, std::chrono::microseconds hold, TimePoint now) {
@@ -84,7 +84,7 @@ void PacketSender::cut_short(TimePoint now) {
 }
 
 void PacketSender::put(const Packet& packet, std::chrono::microseconds hold, TimePoint now) {
-  line_.send(packet, now);
+  port_.send(packet, now);
   last_ = packet;
   begun_ = now;
   hold_ = hold;

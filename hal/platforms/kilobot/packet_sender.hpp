@@ -9,7 +9,7 @@
 
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/packet.hpp"
-#include "hal/platforms/kilobot/serial_line.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -17,8 +17,8 @@ class PacketSender {
  public:
   // `settle`: a controller that begins to live when its port opens (Arduino boards) hears nothing for so long. `line`
   // and `counters` outlive this. Counts `overhead.packets` and, of these, `overhead.parting_stops`.
-  PacketSender(SerialLine& line, std::chrono::microseconds settle, Counters& counters)
-      : line_(line), settle_(settle), counters_(counters) {}
+  PacketSender(PacketPort& line, std::chrono::microseconds settle, Counters& counters)
+      : port_(line), settle_(settle), counters_(counters) {}
 
   // Tends the line. After each opening the controller is told to stop, whatever it did before.
   void poll(TimePoint now);
@@ -46,7 +46,7 @@ class PacketSender {
   TimePoint may_begin() const;
   void put(const Packet& packet, std::chrono::microseconds hold, TimePoint now);
 
-  SerialLine& line_;
+  PacketPort& port_;
   std::chrono::microseconds settle_;
   Counters& counters_;
   std::uint64_t openings_ = 0;

@@ -1,5 +1,5 @@
-// A wire that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its end
-// takes for packets is kept with the time.
+// A stream that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its
+// end takes for packets is kept with the time.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "hal/platforms/kilobot/serial_line.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 #include "tests/support/kilobot/packet_ear.hpp"
 
 namespace arkmesh::tests {
@@ -35,9 +35,9 @@ struct FakeCable {
   std::vector<Heard> take() { return std::exchange(heard, {}); }
 };
 
-class FakeWire final : public hal::kilobot::Wire {
+class FakeStream final : public hal::kilobot::ByteStream {
  public:
-  explicit FakeWire(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
+  explicit FakeStream(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
   void open() override {
     open_ = cable_->plugged;
     trouble_ = open_ ? "" : "there is no cable";
@@ -59,7 +59,7 @@ class FakeWire final : public hal::kilobot::Wire {
   const std::string& trouble() const override { return trouble_; }
 
  private:
-  std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no wire
+  std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no stream
   bool open_ = false;
   std::string trouble_;
 };

@@ -27,7 +27,7 @@ struct UploadBench {
   }
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
-  SerialLine line{std::make_unique<FakeWire>(cable), counters};
+  PacketPort line{std::make_unique<FakeStream>(cable), counters};
   PacketSender sender{line, 0us, counters};
   FirmwareUpload upload;
   TimePoint now{};

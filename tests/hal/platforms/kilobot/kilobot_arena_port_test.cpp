@@ -38,7 +38,7 @@ TEST_CASE("kilobot arena: through a serial device") {
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
   const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_wire(settings.port));
+  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_byte_stream(settings.port));
   hal::advance(*arena, 0us);
   for (int n = 1; n <= 4; ++n) {
     std::vector<hal::ToRobot> messages;
@@ -66,7 +66,7 @@ TEST_CASE("kilobot arena: configuration") {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
       make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
-                         open_wire(settings.port));
+                         open_byte_stream(settings.port));
     } catch (const std::runtime_error& error) {
       return error.what();
     }

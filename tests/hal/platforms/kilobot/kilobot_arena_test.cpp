@@ -40,7 +40,7 @@ hal::Section section(const std::string& keys) {
   return hal::Config::from_text("[arena]\nrobots = 4\n" + keys, "lab.toml").root().section("arena");
 }
 
-// Of a testbed whose wire is the test's.
+// Of a testbed whose byte stream is the test's.
 ArenaSettings settings(const std::string& keys) {
   return read_arena_settings(section(keys), "roark", false);
 }
@@ -55,7 +55,7 @@ struct Testbed {
   explicit Testbed(const std::string& keys = "") : eyes_see(std::make_shared<FakeTestbed>()) {
     eyes_see->robots = read_robot_ids(section(keys));
     arena = make_kilobot_arena(settings(keys), std::make_unique<FakeMonitor>(eyes_see),
-                               std::make_unique<FakeWire>(cable), wall);
+                               std::make_unique<FakeStream>(cable), wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};
@@ -316,7 +316,7 @@ TEST_CASE("kilobot arena: overhead controller gone and back") {
     CHECK(testbed.arena->poses().latest());
   }
   CHECK(testbed.arena->counters()["fleet_command.expired"] == 1);
-  CHECK(testbed.arena->counters()["overhead.line_lost"] == 1);
+  CHECK(testbed.arena->counters()["overhead.port_lost"] == 1);
   testbed.cable->plugged = true;
   testbed.cable->take();
   testbed.arena->robots().command({Kind::voltage});

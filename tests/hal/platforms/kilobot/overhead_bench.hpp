@@ -41,7 +41,7 @@ struct OverheadBench {
   hal::ArenaInfo info{hal::kilobot::model};
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
-  hal::kilobot::SerialLine line{std::make_unique<FakeWire>(cable), counters};
+  hal::kilobot::PacketPort line{std::make_unique<FakeStream>(cable), counters};
   hal::kilobot::OverheadController controller{info, line, settings, counters};
   hal::kilobot::TimePoint now{};
 };

@@ -1,5 +1,5 @@
 // Looks the device up by its path each time it opens, so a controller that was plugged in again is found again.
-#include "hal/platforms/kilobot/device_wire.hpp"
+#include "hal/platforms/kilobot/serial_device_stream.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -19,7 +19,7 @@
 #include <utility>
 
 #include "hal/platforms/kilobot/packet.hpp"
-#include "hal/platforms/kilobot/terminal_wire.hpp"
+#include "hal/platforms/kilobot/terminal_stream.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -89,7 +89,7 @@ int first_look(const std::string& path) {
 
 }  // namespace
 
-void DeviceWire::open() {
+void SerialDeviceStream::open() {
   if (port_ || (terminal_ && terminal_->check() != State::closed)) return;
   terminal_.reset();
   if (const int code = first_look(path_)) return lose(why_not(path_, code));
@@ -101,7 +101,7 @@ void DeviceWire::open() {
     if (sp_get_port_by_name(device.c_str(), &port_) != SP_OK) {
       port_ = nullptr;
       if (!device.starts_with("/dev/pts/")) return lose(why_not(path_, ENOTTY));
-      terminal_ = std::make_unique<TerminalWire>(path_);
+      terminal_ = std::make_unique<TerminalStream>(path_);
       return terminal_->open();
     }
   }
@@ -127,7 +127,7 @@ void DeviceWire::open() {
   trouble_.clear();
 }
 
-Wire::State DeviceWire::check() {
+ByteStream::State SerialDeviceStream::check() {
   if (terminal_) return terminal_->check();
   if (!port_) return State::closed;
   int fd = -1;
@@ -147,7 +147,7 @@ Wire::State DeviceWire::check() {
   return State::open;
 }
 
-std::size_t DeviceWire::write(std::span<const std::uint8_t> bytes) {
+std::size_t SerialDeviceStream::write(std::span<const std::uint8_t> bytes) {
   if (terminal_) return terminal_->write(bytes);
   if (!port_ || bytes.empty()) return 0;
   const sp_return written = sp_nonblocking_write(port_, bytes.data(), bytes.size());
@@ -159,21 +159,21 @@ std::size_t DeviceWire::write(std::span<const std::uint8_t> bytes) {
   return 0;
 }
 
-std::size_t DeviceWire::waiting_bytes() {
+std::size_t SerialDeviceStream::waiting_bytes() {
   if (terminal_) return terminal_->waiting_bytes();
   if (!port_) return 0;
   const sp_return waiting = sp_output_waiting(port_);
   return waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
 }
 
-void DeviceWire::close() {
+void SerialDeviceStream::close() {
   if (!port_) return;
   sp_close(port_);
   sp_free_port(port_);
   port_ = nullptr;
 }
 
-void DeviceWire::lose(std::string why) {
+void SerialDeviceStream::lose(std::string why) {
   close();
   trouble_ = std::move(why);
 }

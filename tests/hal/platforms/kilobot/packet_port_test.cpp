@@ -1,5 +1,5 @@
 // Real bytes through the real libserialport into a pseudo-terminal, and through a socket.
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/platforms/kilobot/serial_line.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 #include "tests/support/kilobot/listener.hpp"
 #include "tests/support/kilobot/packet_ear.hpp"
 #include "tests/support/processes/process.hpp"
@@ -41,7 +41,7 @@ Packet telling_packet(int number) {
 // Sends packets 0..count-1 through the line while `read` takes bytes at the other end, and wants them there whole and
 // in order.
 template <class Read>
-void check_delivery(SerialLine& line, int count, Read read) {
+void check_delivery(PacketPort& line, int count, Read read) {
   PacketEar ear;
   std::vector<Packet> heard;
   int sent = 0;
@@ -56,10 +56,10 @@ void check_delivery(SerialLine& line, int count, Read read) {
 }
 
 std::string trouble_with(const std::string& port) {
-  const auto wire = make_wire(port);
-  wire->open();
-  CHECK(wire->check() == Wire::State::closed);
-  return wire->trouble();
+  const auto stream = make_byte_stream(port);
+  stream->open();
+  CHECK(stream->check() == ByteStream::State::closed);
+  return stream->trouble();
 }
 
 void check_holds(const std::string& text, const std::string& part) {
@@ -74,7 +74,7 @@ TEST_CASE("serial device: settings and bytes") {
   // The device is set to 38400 baud, 8N1, raw, without flow control, and every byte value arrives as it was sent.
   PseudoTerminal terminal;
   hal::Counters counters;
-  SerialLine line(make_wire(terminal.port()), counters);
+  PacketPort line(make_byte_stream(terminal.port()), counters);
   line.poll(now());
   REQUIRE(line.is_open());
   CHECK(line.trouble().empty());
@@ -91,7 +91,7 @@ TEST_CASE("serial device: partial writes") {
   // A device that takes bytes slowly gets whole packets in the end, and nothing blocks meanwhile.
   PseudoTerminal terminal;
   hal::Counters counters;
-  SerialLine line(make_wire(terminal.port()), counters);
+  PacketPort line(make_byte_stream(terminal.port()), counters);
   line.poll(now());
   // until it takes no more: the last packet is cut somewhere
   int sent = 0;
@@ -116,7 +116,7 @@ TEST_CASE("serial device: unplugged and plugged in again") {
   // A device that goes away is noticed and named, and opened again by its name when it is back.
   PseudoTerminal terminal;
   hal::Counters counters;
-  SerialLine line(make_wire(terminal.port()), counters);
+  PacketPort line(make_byte_stream(terminal.port()), counters);
   line.poll(now());
   check_delivery(line, 3, [&] { return terminal.read(); });
   for (int times = 1; times <= 2; ++times) {
@@ -130,8 +130,8 @@ TEST_CASE("serial device: unplugged and plugged in again") {
     terminal.plug();
     CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
     check_delivery(line, 3, [&] { return terminal.read(); });
-    CHECK(counters["overhead.line_lost"] == static_cast<std::uint64_t>(times));
-    CHECK(counters["overhead.line_opened"] == static_cast<std::uint64_t>(times + 1));
+    CHECK(counters["overhead.port_lost"] == static_cast<std::uint64_t>(times));
+    CHECK(counters["overhead.port_opened"] == static_cast<std::uint64_t>(times + 1));
   }
 }
 
@@ -139,7 +139,7 @@ TEST_CASE("serial device: a device that talks") {
   // What comes from the device is thrown away, so that nothing piles up in the system.
   PseudoTerminal terminal;
   hal::Counters counters;
-  SerialLine line(make_wire(terminal.port()), counters);
+  PacketPort line(make_byte_stream(terminal.port()), counters);
   line.poll(now());
   for (int i = 0; i < 50; ++i) {
     terminal.say(std::string(1000, 'x'));
@@ -152,9 +152,9 @@ TEST_CASE("serial device: for one program alone") {
   // A second user of the same device is told that it is in use.
   PseudoTerminal terminal;
   for (const std::string& port : {terminal.port(), terminal.link()}) {
-    const auto first = make_wire(port);
+    const auto first = make_byte_stream(port);
     first->open();
-    REQUIRE(first->check() == Wire::State::open);
+    REQUIRE(first->check() == ByteStream::State::open);
     check_holds(trouble_with(terminal.port()), "in use by another program");
     check_holds(trouble_with(terminal.link()), "in use by another program");
   }
@@ -165,7 +165,7 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   // unplugging and plugging in work alike.
   PseudoTerminal terminal;
   hal::Counters counters;
-  SerialLine line(make_wire(terminal.link()), counters);
+  PacketPort line(make_byte_stream(terminal.link()), counters);
   line.poll(now());
   check_delivery(line, 20, [&] { return terminal.read(); });
   CHECK((terminal.settings().c_oflag & OPOST) == 0);
@@ -176,7 +176,7 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   terminal.plug();
   CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
   check_delivery(line, 3, [&] { return terminal.read(); });
-  CHECK(counters["overhead.line_lost"] == 1);
+  CHECK(counters["overhead.port_lost"] == 1);
 }
 
 TEST_CASE("serial device: what is no device") {
@@ -186,8 +186,8 @@ TEST_CASE("serial device: what is no device") {
   check_holds(trouble_with("/etc/passwd"), "/etc/passwd is not a serial port");
   check_holds(trouble_with("/dev"), "is not a serial port");
   check_holds(trouble_with("/dev/null"), "is not a serial port");
-  CHECK_THROWS_AS(make_wire(""), PortError);
-  CHECK_THROWS_AS(make_wire("udp://here:1"), PortError);
+  CHECK_THROWS_AS(make_byte_stream(""), PortError);
+  CHECK_THROWS_AS(make_byte_stream("udp://here:1"), PortError);
 }
 
 TEST_CASE("serial device: no permission") {
@@ -211,7 +211,7 @@ TEST_CASE("tcp: bytes") {
   // Packets arrive whole and in order at a TCP port, and its answers are thrown away.
   Listener listener;
   hal::Counters counters;
-  SerialLine line(make_wire(listener.port()), counters);
+  PacketPort line(make_byte_stream(listener.port()), counters);
   check_delivery(line, 30, [&] { return listener.read(); });
 }
 
@@ -219,10 +219,10 @@ TEST_CASE("tcp: a connection that ends") {
   // A connection that was closed, and a port where nobody listens for a while, are named, and found again.
   Listener listener;
   hal::Counters counters;
-  SerialLine line(make_wire(listener.port()), counters);
+  PacketPort line(make_byte_stream(listener.port()), counters);
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.hang_up();
-  CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.line_lost"] == 1; }));
+  CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.port_lost"] == 1; }));
   CHECK(line.trouble() == listener.port() + ": the connection ended");
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.stop();
@@ -230,7 +230,7 @@ TEST_CASE("tcp: a connection that ends") {
                    [&] { return line.poll(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
   listener.listen_again();
   check_delivery(line, 3, [&] { return listener.read(); });
-  CHECK(counters["overhead.line_opened"] == 3);
+  CHECK(counters["overhead.port_opened"] == 3);
 }
 
 TEST_CASE("tcp: addresses") {
@@ -238,8 +238,8 @@ TEST_CASE("tcp: addresses") {
   for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536",
                                  "tcp://host:12x", "tcp://host:99999999999"}) {
     CAPTURE(port);
-    CHECK_THROWS_AS(make_wire(port), PortError);
+    CHECK_THROWS_AS(make_byte_stream(port), PortError);
   }
-  CHECK_THROWS_AS(make_wire("tcp://no-such-host.invalid:3001"), PortError);
-  CHECK_NOTHROW(make_wire("tcp://[::1]:3001"));
+  CHECK_THROWS_AS(make_byte_stream("tcp://no-such-host.invalid:3001"), PortError);
+  CHECK_NOTHROW(make_byte_stream("tcp://[::1]:3001"));
 }

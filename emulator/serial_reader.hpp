@@ -16,7 +16,7 @@
 
 namespace arkmesh::emulator {
 
-class LineReader {
+class SerialReader {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
   struct Chunk {
@@ -26,10 +26,10 @@ class LineReader {
 
   // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port. Throws std::runtime_error with
   // one sentence.
-  LineReader(const std::string& address, std::uint16_t port, const std::string& link);
-  ~LineReader();
-  LineReader(const LineReader&) = delete;
-  LineReader& operator=(const LineReader&) = delete;
+  SerialReader(const std::string& address, std::uint16_t port, const std::string& link);
+  ~SerialReader();
+  SerialReader(const SerialReader&) = delete;
+  SerialReader& operator=(const SerialReader&) = delete;
 
   // What has come since the last call; nothing that comes later bears an earlier time than `until`.
   std::deque<Chunk> take(TimePoint& until);

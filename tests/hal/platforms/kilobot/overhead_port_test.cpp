@@ -22,13 +22,13 @@ TEST_CASE("overhead controller: unplugged for long") {
   }
   CHECK(bench.counters["fleet_command.expired"] == 1);
   CHECK(bench.counters["to_robots.expired"] > 0);
-  CHECK(bench.counters["overhead.line_lost"] == 1);
+  CHECK(bench.counters["overhead.port_lost"] == 1);
   bench.controller.command({Kind::voltage});
   CHECK(bench.controller.airtime().waiting <= 1);
   bench.cable->plugged = true;
   bench.run(6s);
   const auto heard = bench.cable->take();
-  CHECK(bench.counters["overhead.line_opened"] == 2);
+  CHECK(bench.counters["overhead.port_opened"] == 2);
   REQUIRE(heard.size() >= 2);
   CHECK(heard[0].type() == PacketType::stop);
   CHECK(heard[1].message_type() == type_voltage);

@@ -1,5 +1,5 @@
 // The thread waits in poll() without the mutex, for a few milliseconds at most, so that nobody has to wake it.
-#include "emulator/line_reader.hpp"
+#include "emulator/serial_reader.hpp"
 
 #include <poll.h>
 
@@ -15,7 +15,7 @@ constexpr int wait_ms = 20;
 
 }  // namespace
 
-LineReader::LineReader(const std::string& address, std::uint16_t port, const std::string& link)
+SerialReader::SerialReader(const std::string& address, std::uint16_t port, const std::string& link)
     : link_(link),
       terminal_(std::make_unique<PseudoTerminal>(link)),
       tcp_(address, port, "the overhead controller (emulator.ohc_port)") {
@@ -23,7 +23,7 @@ LineReader::LineReader(const std::string& address, std::uint16_t port, const std
   thread_ = std::thread([this] { run(); });
 }
 
-LineReader::~LineReader() {
+SerialReader::~SerialReader() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
@@ -31,7 +31,7 @@ LineReader::~LineReader() {
   thread_.join();
 }
 
-void LineReader::run() {
+void SerialReader::run() {
   for (;;) {
     std::array<pollfd, 3> wanted{};
     bool full = false;
@@ -63,14 +63,14 @@ void LineReader::run() {
   }
 }
 
-std::deque<LineReader::Chunk> LineReader::take(TimePoint& until) {
+std::deque<SerialReader::Chunk> SerialReader::take(TimePoint& until) {
   const std::lock_guard lock(mutex_);
   until = std::chrono::steady_clock::now();
   held_bytes_ = 0;
   return std::exchange(chunks_, {});
 }
 
-void LineReader::set_plugged(bool plugged) {
+void SerialReader::set_plugged(bool plugged) {
   const std::lock_guard lock(mutex_);
   if (plugged == (terminal_ != nullptr)) return;
   if (plugged) {
@@ -83,7 +83,7 @@ void LineReader::set_plugged(bool plugged) {
   held_bytes_ = 0;
 }
 
-std::string LineReader::terminal() const {
+std::string SerialReader::terminal() const {
   const std::lock_guard lock(mutex_);
   return terminal_ ? terminal_->path() : std::string{};
 }

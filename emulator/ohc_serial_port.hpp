@@ -13,12 +13,12 @@
 
 namespace arkmesh::emulator {
 
-class OhcLine final : public sim_ode::OverheadSource {
+class OhcSerialPort final : public sim_ode::OverheadSource {
  public:
   // As much as a serial port's driver would hold; what comes on top must wait outside, as a writer to a real port does.
   static constexpr std::size_t max_waiting = 4096;
 
-  explicit OhcLine(std::uint64_t seed) : chance_(seed, "room/line") {}
+  explicit OhcSerialPort(std::uint64_t seed) : chance_(seed, "room/line") {}
 
   // Bytes that a host writes at `now_us`, which never decreases. Takes at most free() of them; the rest is lost and
   // counted.

@@ -1,4 +1,4 @@
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 #include <cstdint>
 

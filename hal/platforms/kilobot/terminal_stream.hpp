@@ -5,13 +5,13 @@
 #include <string>
 
 #include "hal/listening_socket.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 
 namespace arkmesh::hal::kilobot {
 
-class TerminalWire final : public Wire {
+class TerminalStream final : public ByteStream {
  public:
-  explicit TerminalWire(std::string path) : path_(std::move(path)) {}
+  explicit TerminalStream(std::string path) : path_(std::move(path)) {}
   void open() override;
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;

@@ -6,17 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 
 namespace arkmesh::hal::kilobot {
 
-class TcpWire final : public Wire {
+class TcpStream final : public ByteStream {
  public:
   // `where` is host:port or [IPv6]:port. Throws PortError.
-  explicit TcpWire(const std::string& where);
-  ~TcpWire() override { close(); }
-  TcpWire(const TcpWire&) = delete;
-  TcpWire& operator=(const TcpWire&) = delete;
+  explicit TcpStream(const std::string& where);
+  ~TcpStream() override { close(); }
+  TcpStream(const TcpStream&) = delete;
+  TcpStream& operator=(const TcpStream&) = delete;
   void open() override;
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;

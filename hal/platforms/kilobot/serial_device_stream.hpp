@@ -5,18 +5,18 @@
 #include <memory>
 #include <string>
 
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 
 struct sp_port;
 
 namespace arkmesh::hal::kilobot {
 
-class DeviceWire final : public Wire {
+class SerialDeviceStream final : public ByteStream {
  public:
-  explicit DeviceWire(std::string path) : path_(std::move(path)) {}
-  ~DeviceWire() override { close(); }
-  DeviceWire(const DeviceWire&) = delete;
-  DeviceWire& operator=(const DeviceWire&) = delete;
+  explicit SerialDeviceStream(std::string path) : path_(std::move(path)) {}
+  ~SerialDeviceStream() override { close(); }
+  SerialDeviceStream(const SerialDeviceStream&) = delete;
+  SerialDeviceStream& operator=(const SerialDeviceStream&) = delete;
   void open() override;
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
@@ -28,8 +28,8 @@ class DeviceWire final : public Wire {
   void lose(std::string why);
 
   std::string path_;
-  sp_port* port_ = nullptr;         // owned; null while closed
-  std::unique_ptr<Wire> terminal_;  // in its place, where the path was last found to lead to a pseudo-terminal
+  sp_port* port_ = nullptr;               // owned; null while closed
+  std::unique_ptr<ByteStream> terminal_;  // in its place, where the path was last found to lead to a pseudo-terminal
   std::string trouble_;
 };
 

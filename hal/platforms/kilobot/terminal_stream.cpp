@@ -1,5 +1,5 @@
 // Set as a serial line is, raw and at the controller's speed, although nothing has that speed here.
-#include "hal/platforms/kilobot/terminal_wire.hpp"
+#include "hal/platforms/kilobot/terminal_stream.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 namespace arkmesh::hal::kilobot {
 
-void TerminalWire::open() {
+void TerminalStream::open() {
   if (terminal_) return;
   terminal_ = Handle(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!terminal_ && errno != EBUSY) return lose(fmt::format("{} cannot be opened: {}", path_, std::strerror(errno)));
@@ -35,7 +35,7 @@ void TerminalWire::open() {
   trouble_.clear();
 }
 
-Wire::State TerminalWire::check() {
+ByteStream::State TerminalStream::check() {
   if (!terminal_) return State::closed;
   pollfd state{terminal_.get(), POLLIN, 0};
   if (::poll(&state, 1, 0) <= 0) return State::open;
@@ -48,7 +48,7 @@ Wire::State TerminalWire::check() {
   return State::closed;
 }
 
-std::size_t TerminalWire::write(std::span<const std::uint8_t> bytes) {
+std::size_t TerminalStream::write(std::span<const std::uint8_t> bytes) {
   if (!terminal_ || bytes.empty()) return 0;
   const ssize_t written = ::write(terminal_.get(), bytes.data(), bytes.size());
   if (written >= 0) return static_cast<std::size_t>(written);
@@ -56,14 +56,14 @@ std::size_t TerminalWire::write(std::span<const std::uint8_t> bytes) {
   return 0;
 }
 
-std::size_t TerminalWire::waiting_bytes() {
+std::size_t TerminalStream::waiting_bytes() {
   int waiting = 0;
   return terminal_ && ::ioctl(terminal_.get(), TIOCOUTQ, &waiting) == 0 && waiting > 0
              ? static_cast<std::size_t>(waiting)
              : 0;
 }
 
-void TerminalWire::lose(std::string why) {
+void TerminalStream::lose(std::string why) {
   terminal_ = Handle();
   trouble_ = std::move(why);
 }

@@ -1,5 +1,5 @@
 // Plain non-blocking sockets: one connection, no protocol, nothing to parse.
-#include "hal/platforms/kilobot/tcp_wire.hpp"
+#include "hal/platforms/kilobot/tcp_stream.hpp"
 
 #include <fmt/format.h>
 #include <linux/sockios.h>
@@ -28,7 +28,7 @@ void set(int fd, int level, int option, int value) {
 
 }  // namespace
 
-TcpWire::TcpWire(const std::string& where) : name_("tcp://" + where) {
+TcpStream::TcpStream(const std::string& where) : name_("tcp://" + where) {
   const auto refuse = [&](std::string_view why) { throw PortError(fmt::format("{}: {}", name_, why)); };
   const std::size_t colon = where.rfind(':');
   if (colon == std::string::npos || colon == 0) refuse("write tcp://host:port, such as tcp://192.168.1.20:3001");
@@ -55,7 +55,7 @@ TcpWire::TcpWire(const std::string& where) : name_("tcp://" + where) {
   if (addresses_.empty()) refuse(fmt::format("the host {} has no address", host));
 }
 
-void TcpWire::open() {
+void TcpStream::open() {
   if (fd_ >= 0) return;
   const Address& address = addresses_[next_];
   next_ = (next_ + 1) % addresses_.size();
@@ -72,7 +72,7 @@ void TcpWire::open() {
     fail("no connection", errno);
 }
 
-Wire::State TcpWire::check() {
+ByteStream::State TcpStream::check() {
   if (fd_ < 0) return State::closed;
   pollfd state{fd_, static_cast<short>(connected_ ? POLLIN : POLLOUT), 0};
   if (::poll(&state, 1, 0) <= 0) return connected_ ? State::open : State::opening;
@@ -95,7 +95,7 @@ Wire::State TcpWire::check() {
   return State::closed;
 }
 
-std::size_t TcpWire::write(std::span<const std::uint8_t> bytes) {
+std::size_t TcpStream::write(std::span<const std::uint8_t> bytes) {
   if (!connected_ || bytes.empty()) return 0;
   const ssize_t sent = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   if (sent >= 0) return static_cast<std::size_t>(sent);
@@ -103,18 +103,18 @@ std::size_t TcpWire::write(std::span<const std::uint8_t> bytes) {
   return 0;
 }
 
-std::size_t TcpWire::waiting_bytes() {
+std::size_t TcpStream::waiting_bytes() {
   int waiting = 0;
   return connected_ && ::ioctl(fd_, SIOCOUTQ, &waiting) == 0 && waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
 }
 
-void TcpWire::close() {
+void TcpStream::close() {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
   connected_ = false;
 }
 
-void TcpWire::fail(const std::string& what, int code) {
+void TcpStream::fail(const std::string& what, int code) {
   close();
   trouble_ =
       code == 0 ? fmt::format("{}: {}", name_, what) : fmt::format("{}: {}: {}", name_, what, std::strerror(code));

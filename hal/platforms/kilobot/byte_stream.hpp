@@ -1,5 +1,5 @@
 // The way bytes go to an overhead controller: a serial device of this machine, or a TCP port that leads to one
-// (ser2net). One attempt at a connection at a time; trying again is SerialLine's business.
+// (ser2net). One attempt at a connection at a time; trying again is PacketPort's business.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +17,10 @@ class PortError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-class Wire {
+class ByteStream {
  public:
   enum class State { closed, opening, open };
-  virtual ~Wire() = default;
+  virtual ~ByteStream() = default;
   // Begins to open; no effect unless closed. Never blocks.
   virtual void open() = 0;
   // Where it stands now. Throws away what came from the other side: controllers say nothing. Never blocks.
@@ -35,6 +35,6 @@ class Wire {
 
 // `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as
 // the system's resolver does. Throws PortError.
-std::unique_ptr<Wire> make_wire(const std::string& port);
+std::unique_ptr<ByteStream> make_byte_stream(const std::string& port);
 
 }  // namespace arkmesh::hal::kilobot
