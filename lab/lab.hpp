@@ -58,7 +58,7 @@ class Lab {
 
   // --- acting ---
   // Tells a robot something; goes out after on_poses, on_heard or on_period returns. Newest per (robot, slot) wins.
-  void say(const hal::ToRobot& message) { data_.said.push_back(message); }
+  void say(const hal::ToRobot& message) { data_.to_robots.push_back(message); }
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
   // The stream "<lab>/<purpose>"; the reference stays good.
   hal::RandomStream& random(std::string_view purpose);

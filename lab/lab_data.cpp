@@ -25,8 +25,8 @@ void tell_merged(LabData& data, std::uint32_t period,
   }
 }
 
-void forget_said(LabData& data) {
-  data.said.clear();
+void forget_sent(LabData& data) {
+  data.to_robots.clear();
   data.commands.clear();
   data.rows.clear();
 }

@@ -130,10 +130,10 @@ bool Runner::advance_to(hal::LabTime t) {
 
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
-  port_.say(data_.said, data_.now, own_.frame().number);
+  port_.say(data_.to_robots, data_.now, own_.frame().number);
   for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
   write_rows();
-  forget_said(data_);
+  forget_sent(data_);
 }
 
 void Runner::write_rows() {

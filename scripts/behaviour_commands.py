@@ -18,7 +18,7 @@ EMULATOR = "TREE/experiments/emulator/roark.toml"
 PICTURES = "TREE/tests/data/kilobot-images/"
 HELP = ["", "run", "lab", "gateway", "doctor", "controller", "controller run", "controller check", "emulator", "ohc", "ohc upload", "track",
         "calibrate", "identify", "assign-ids", "calibrate-motors"]
-OHC_SAYINGS = ["run", "pause", "reset", "sleep", "wake", "voltage", "charge", "stop", "lamp", "message", "set-uid", "left", "right", "straight",
+OHC_COMMANDS = ["run", "pause", "reset", "sleep", "wake", "voltage", "charge", "stop", "lamp", "message", "set-uid", "left", "right", "straight",
                "save"]
 # Settings that `arkmesh run` of lab shark refuses, by the name of the text.
 REFUSED_SETTINGS = {
@@ -182,7 +182,7 @@ def other_commands():
     yield Command("unknown-option", [["--nonsense"]])
     for name in HELP:
         yield Command("-".join(["help", *name.split()]), [[*name.split(), "--help"]])
-    yield Command("help-ohc-sayings", [["ohc", name, "--help"] for name in OHC_SAYINGS], short=False)
+    yield Command("help-ohc-commands", [["ohc", name, "--help"] for name in OHC_COMMANDS], short=False)
     for group in (run_commands, lab_commands, emulator_and_ohc_commands, track_and_controller_commands):
         yield from group()
 

@@ -55,8 +55,8 @@ void OhcSession::wait() {
   machine_time().wait_until(sender_.due(now()));
 }
 
-OhcSaid OhcSession::say(const OhcSaying& saying) {
-  const double all_s = seconds(saying.each) * static_cast<double>(saying.packets.size());
+OhcSaid OhcSession::say(const OhcCommand& command) {
+  const double all_s = seconds(command.each) * static_cast<double>(command.packets.size());
   std::optional<TimePoint> begun;  // of the first packet
   const auto said_s = [&] { return begun ? std::min(all_s, seconds(now() - *begun)) : 0.0; };
   for (std::size_t next = 0; !stop_.stopped(); wait()) {
@@ -64,13 +64,13 @@ OhcSaid OhcSession::say(const OhcSaying& saying) {
     sender_.poll(present);
     if (!port_.is_open())
       throw std::runtime_error(
-          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", port_.trouble(), saying.name, said_s(), all_s));
+          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", port_.trouble(), command.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
-      if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", saying.name, said_s(), all_s));
-    } else if (next == saying.packets.size()) {
+      if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", command.name, said_s(), all_s));
+    } else if (next == command.packets.size()) {
       if (!sender_.is_repeating()) return {true, said_s(), all_s};
       std::ignore = sender_.send(stop_packet(), stop_spacing, present);
-    } else if (sender_.send(saying.packets[next], saying.each, present)) {
+    } else if (sender_.send(command.packets[next], command.each, present)) {
       ++next;
       if (!begun) begun = present;
     }

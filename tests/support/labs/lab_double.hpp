@@ -45,8 +45,8 @@ struct LabDouble {
   const std::vector<hal::OverlayCircle>& overlay() const { return data.overlay; }
 
   void take_said() {
-    said.insert(said.end(), data.said.begin(), data.said.end());
-    data.said.clear();
+    said.insert(said.end(), data.to_robots.begin(), data.to_robots.end());
+    data.to_robots.clear();
   }
 
   void frame(const hal::PoseFrame& frame) {
