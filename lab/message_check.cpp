@@ -86,7 +86,7 @@ std::string_view check_world(std::span<const std::byte> bytes) {
   Walker w(bytes);
   w.fingerprint(world_t::getHash());
   w.text();
-  w.skip(8 + 1 + 1);                                     // nonce, can_wait, done
+  w.skip(8 + 1 + 1);                                     // run id, can_wait, done
   w.list(min_text + 12, [&] { w.text(), w.skip(12); });  // acks
   w.list(24, [&] { walk_state(w); });                    // window
   return w.verdict();

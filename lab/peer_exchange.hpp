@@ -30,8 +30,8 @@ class PeerExchange {
  public:
   using Now = PeerMonitor::Now;
 
-  // The bus outlives the exchange. `can_wait`: the own arena can. `nonce`: of this run, never 0.
-  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t nonce, hal::Bus& private_bus);
+  // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0.
+  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus);
   PeerExchange(const PeerExchange&) = delete;
 
   // Time of the current step: to be set before the bus is drained.

@@ -28,7 +28,7 @@ class PeriodGate {
     std::vector<std::string> labs;  // all, own included
     std::uint32_t slack = 0;        // 0..8
     std::uint32_t last_period = 0;  // K
-    std::uint64_t nonce = 1;        // of this lab and run, never 0
+    std::uint64_t run_id = 1;       // of this lab and run, never 0
     bool can_wait = true;
     std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
   };
@@ -51,7 +51,7 @@ class PeriodGate {
   // --- peers ---
   enum class Heard {
     counted,    // its states count (all of them, or those not yet known)
-    taught,     // it does not know our nonce yet; learnt its nonce, nothing else
+    taught,     // it does not know our run id yet; learnt its run id, nothing else
     refused,    // cannot be true or is not for us; changed nothing; the reason is counted
     restarted,  // a peer whose states count began anew: its run is another one
     different,  // its settings differ: see difference()
@@ -82,14 +82,14 @@ class PeriodGate {
   bool acknowledged(std::string_view peer, std::uint32_t period) const;
   const LabState* newest(std::string_view peer) const;   // null before state 0
   const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
-  std::uint64_t nonce(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
+  std::uint64_t run_id(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
   const std::vector<std::string>& peers() const { return peer_names_; }
 
   const hal::Counters& counters() const { return counters_; }
 
  private:
   struct Peer {
-    std::uint64_t nonce = 0;  // as last heard
+    std::uint64_t run_id = 0;  // as last heard
     bool bound = false;
     bool can_wait = true;
     bool done = false;

@@ -20,19 +20,19 @@ constexpr hal::LabTime repeat_info = 60s;
 }  // namespace
 
 Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
+               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id)
     : config_(std::move(config)),
       arena_(arena),
       scenario_(scenario),
       bus_(private_bus),
       recorder_(recorder),
-      nonce_(nonce),
+      run_id_(run_id),
       recording_(bus_.subscribe(".*",
                                 [this](std::string_view channel, std::span<const std::byte> bytes) {
                                   recorder_.record(arena_.clock().now(), channel, bytes);
                                 })),
       port_(arena, private_bus),
-      peers_(config_, arena.info().can_wait, nonce, private_bus),
+      peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings)),
       data_(make_lab_data(config_, arena.info())) {}
 
@@ -181,7 +181,7 @@ void Runner::merge_period() {
 
 void Runner::publish_status() {
   bus_.publish(hal::channel::status, to_message({.lab = config_.lab,
-                                                 .nonce = nonce_,
+                                                 .run_id = run_id_,
                                                  .state = state_text_,
                                                  .stamp = arena_.clock().now(),
                                                  .period = data_.period,

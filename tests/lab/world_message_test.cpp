@@ -18,7 +18,7 @@ namespace {
 WorldMessage example() {
   WorldMessage m;
   m.lab = "shark";
-  m.nonce = 0x1234567890abcdef;
+  m.run_id = 0x1234567890abcdef;
   m.can_wait = true;
   m.acks["roark"] = {42, 7};
   for (std::uint32_t period : {0u, 1u}) {
@@ -75,8 +75,8 @@ TEST_CASE("a world message survives the network") {
   REQUIRE(decode_world(encoded(to_message(example())), back) == "");
   const WorldMessage m = example();
   CHECK(back.lab == m.lab);
-  CHECK(back.nonce == m.nonce);
-  CHECK(back.acks.at("roark").nonce == 42);
+  CHECK(back.run_id == m.run_id);
+  CHECK(back.acks.at("roark").run_id == 42);
   CHECK(back.acks.at("roark").received == 7);
   REQUIRE(back.window.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
