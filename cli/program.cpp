@@ -66,6 +66,9 @@ int parse(CLI::App& app, int argc, char** argv) {
 }
 
 int run(int argc, char** argv) {
+  if (argc > 1)
+    if (const char* const now = new_name(argv[1]))
+      throw hal::ConfigError(fmt::format("the command {} is called {} now: arkmesh {}", argv[1], now, now));
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;
