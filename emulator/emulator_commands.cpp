@@ -11,7 +11,7 @@
 namespace arkmesh::emulator {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double rad_per_degree = std::numbers::pi / 180;
 
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> out;
@@ -79,7 +79,7 @@ std::string Emulator::camera_command(std::string_view name, const std::vector<st
     pose.y_m += *dy;
     pose.look_x_m += *dx;
     pose.look_y_m += *dy;
-    pose.roll_rad += *turn * degree;
+    pose.roll_rad += *turn * rad_per_degree;
     try {
       eye->camera->move_to(pose);
     } catch (const std::invalid_argument& error) {
@@ -139,7 +139,8 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
     const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""),
                heading = number(words.size() > 5 ? words[5] : "");
     if (!x || !y || !heading) return "error: `robot N put` wants x and y in metres and a heading in degrees";
-    const std::string trouble = arena_->put(*robot, {*x, *y, std::remainder(*heading * degree, 2 * std::numbers::pi)});
+    const std::string trouble =
+        arena_->put(*robot, {*x, *y, std::remainder(*heading * rad_per_degree, 2 * std::numbers::pi)});
     return trouble.empty() ? "ok" : "error: " + trouble;
   }
   if (words[2] == "cover") {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracker/median.hpp"
 #include "tracker/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
@@ -59,12 +60,6 @@ cv::Mat shrink(const cv::Mat& bgr, int by) {
   cv::resize(bgr, small, {}, 1.0 / by, 1.0 / by, cv::INTER_AREA);
   cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
   return grey;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracker/median.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr double min_apart = 1.5;
 
 double ramp(double value, double none, double all) {
   return std::clamp((value - none) / (all - none), 0.0, 1.0);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin

@@ -6,18 +6,14 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "tracker/median.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 constexpr std::size_t max_robots = 60;
 constexpr double usual =
     0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // How much more blue and red than green things are, in logarithms.
 struct Ratios {

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracker/motion.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -38,10 +40,6 @@ int change_for(double speed, double high) {
   if (speed < low) return 1;
   if (speed > dash) return -5;
   return speed > high ? -1 : 0;
-}
-
-double wrapped(double angle_rad) {
-  return std::remainder(angle_rad, 2 * std::numbers::pi);
 }
 
 }  // namespace

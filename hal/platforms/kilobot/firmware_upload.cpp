@@ -9,11 +9,6 @@ namespace {
 // longer: so after the first page of a round, which interrupts the number of pages.
 constexpr std::chrono::microseconds first_page_spacing{143'000};
 
-Message with_crc(Message message) {
-  message.crc = message_crc(message);
-  return message;
-}
-
 }  // namespace
 
 void FirmwareUpload::poll(PacketSender& sender, TimePoint now) {

@@ -7,12 +7,6 @@ namespace arkmesh::hal::kilobot {
 namespace {
 
 constexpr std::size_t max_commands = 256;  // waiting; a flood is refused, not stored
-constexpr std::uint32_t nobody = 1023;
-
-Message with_crc(Message message) {
-  message.crc = message_crc(message);
-  return message;
-}
 
 std::uint8_t type_of(hal::FleetCommand::Kind kind) {
   using Kind = hal::FleetCommand::Kind;

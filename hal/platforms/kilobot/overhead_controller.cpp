@@ -10,9 +10,8 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr std::size_t max_commands = 64;  // waiting; a flood is refused, not stored
-constexpr std::uint32_t nobody = 1023;
-constexpr int stops_for_sure = 3;  // where the line may spoil one
+constexpr std::size_t max_waiting_commands = 64;  // waiting; a flood is refused, not stored
+constexpr int stops_for_sure = 3;                 // where the line may spoil one
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -72,7 +71,7 @@ void OverheadController::command(const FleetCommand& command) {
   using Kind = FleetCommand::Kind;
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   const bool broadcast = command.kind == Kind::broadcast;
-  if (commands_.size() >= max_commands) return counters_.add("fleet_command.refused.too_many");
+  if (commands_.size() >= max_waiting_commands) return counters_.add("fleet_command.refused.too_many");
   const microseconds awake = broadcast ? settings_.broadcast_for : settings_.command_for;
   commands_.push_back({fleet_message(command), asleep_ ? std::max(awake, settings_.waking_for) : awake, {}});
   if (!broadcast) asleep_ = command.kind == Kind::sleep;
