@@ -9,6 +9,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/tcp_link.hpp"
+#include "gateway/tcp_stream.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -60,7 +61,7 @@ asio::ip::tcp::endpoint TcpNode::listening() const {
 
 void TcpNode::accept() {
   accepting_ = true;
-  acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, TcpSession::Socket socket) {
+  acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, asio::ip::tcp::socket socket) {
     if (alive.expired()) return;
     accepting_ = false;
     if (error) return counters_.add("session.failed.accept");  // out of descriptors, say; tick() tries again
@@ -79,8 +80,9 @@ void TcpNode::accept() {
   });
 }
 
-std::shared_ptr<TcpSession> TcpNode::make_session(TcpSession::Socket socket) const {
-  return std::make_shared<TcpSession>(std::move(socket), settings_.times, hello_frame_);
+std::shared_ptr<Session> TcpNode::make_session(asio::ip::tcp::socket socket,
+                                               std::optional<asio::ip::tcp::endpoint> to) const {
+  return std::make_shared<Session>(tcp_stream(std::move(socket), to), settings_.times, hello_frame_);
 }
 
 std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {
@@ -103,7 +105,7 @@ void TcpNode::tick() {
   });
 }
 
-void TcpNode::on_hello(TcpSession& session, const Hello& hello) {
+void TcpNode::on_hello(Session& session, const Hello& hello) {
   const auto link =
       std::ranges::find_if(links_, [&](TcpLink* each) { return each->peer() == hello.lab && each->accepts(); });
   if (link == links_.end()) {
@@ -119,7 +121,7 @@ void TcpNode::on_hello(TcpSession& session, const Hello& hello) {
   if ((*link)->take(shared, hello)) std::erase(pending_, shared);
 }
 
-void TcpNode::on_ended(TcpSession&, const TcpSession::End& end) {
+void TcpNode::on_ended(Session&, const Session::End& end) {
   counters_.add(end.counter);
   notice(fmt::format("a connection from an unknown program was closed: {}", end.why));
 }
