@@ -94,6 +94,7 @@ void JointRun::start_gateway(const std::string& lab) {
     if (peer != lab) links.push_back(network_.end(lab, peer));
   m.gateway =
       std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports, std::move(links));
+  m.gateway->start();
 }
 
 bool JointRun::step() {

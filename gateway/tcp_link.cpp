@@ -43,7 +43,8 @@ TcpLink::~TcpLink() {
 void TcpLink::start(Events events) {
   events_ = std::move(events);
   started_ = true;
-  next_attempt_ = std::chrono::steady_clock::now() + node_.settings_.first_attempt;
+  next_attempt_ = std::chrono::steady_clock::now();
+  node_.accept();
 }
 
 void TcpLink::stop() {

@@ -29,6 +29,7 @@ class TcpLink final : public Link, private Session::Owner {
   void stop() override;
 
   // For the node.
+  bool started() const { return started_; }
   // Started, and expects the peer to connect.
   bool accepts() const { return started_ && !stopped_ && !connect_; }
   // An accepted connection said hello for this peer. False when it was refused.

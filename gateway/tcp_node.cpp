@@ -51,7 +51,6 @@ void TcpNode::listen() {
                       endpoint.port(), endpoint.address().to_string()));
     throw std::runtime_error(fmt::format("cannot listen on {}: {}", to_text(endpoint), error.code().message()));
   }
-  accept();
 }
 
 asio::ip::tcp::endpoint TcpNode::listening() const {
@@ -59,7 +58,9 @@ asio::ip::tcp::endpoint TcpNode::listening() const {
   return acceptor_.local_endpoint(not_open);
 }
 
+// Who connects earlier waits in the kernel and hears no word, not even a refusal.
 void TcpNode::accept() {
+  if (accepting_ || !acceptor_.is_open()) return;
   accepting_ = true;
   acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, asio::ip::tcp::socket socket) {
     if (alive.expired()) return;
@@ -98,7 +99,7 @@ void TcpNode::tick() {
   std::erase_if(pending_, [](const auto& session) { return session->closed(); });
   for (TcpLink* link : std::vector(links_))
     if (std::ranges::find(links_, link) != links_.end()) link->check(now);
-  if (acceptor_.is_open() && !accepting_) accept();
+  if (std::ranges::any_of(links_, &TcpLink::started)) accept();
   timer_.expires_after(tick_period);
   timer_.async_wait([this, alive = std::weak_ptr(alive_)](error_code error) {
     if (!error && !alive.expired()) tick();

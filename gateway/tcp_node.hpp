@@ -1,5 +1,6 @@
-// A gateway's place in the network: listens once for all peers, hands each accepted connection to the link of the lab
-// that it says hello for, and makes the links. Speaks to this machine only.
+// A gateway's place in the network: listens once for all peers, from its making; accepts from the first start of a
+// link, hands each accepted connection to the link of the lab that it says hello for, and makes the links. Speaks to
+// this machine only.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -29,8 +30,7 @@ struct TcpSettings {
   std::string listen;                    // "127.0.0.1:7801"; empty: does not listen
   std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
-  std::chrono::milliseconds first_attempt{0};  // how long after its start a link connects for the first time
-  std::size_t most_pending = 16;               // connections that have not said hello
+  std::size_t most_pending = 16;  // connections that have not said hello
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
   SessionTimes times;
