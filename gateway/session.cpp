@@ -16,7 +16,7 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::size_t read_bytes = 64 << 10;
-constexpr std::size_t most_messages_per_write = 60, most_bytes_per_write = 256 << 10;
+constexpr std::size_t max_messages_per_write = 60, max_bytes_per_write = 256 << 10;
 constexpr std::size_t longest_bye = 255;
 
 Session::Time now() {
@@ -50,12 +50,12 @@ void Session::begin(Owner& owner) {
   });
 }
 
-void Session::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t most_payload_bytes) {
+void Session::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t max_payload_bytes) {
   owner_ = &owner;
   outbox_ = &outbox;
   peer_ = hello;
   state_ = State::accepted;
-  decoder_.set_most_payload_bytes(most_payload_bytes);
+  decoder_.set_max_payload_bytes(max_payload_bytes);
   send_control(FrameKind::heartbeat, {});
 }
 
@@ -167,7 +167,7 @@ void Session::write() {
   if (control_written_ < control_in_write_.size())
     in_write_.push_back(asio::buffer(control_in_write_) + control_written_);
   if (state_ == State::up)
-    for (const auto part : outbox_->batch(most_messages_per_write, most_bytes_per_write))
+    for (const auto part : outbox_->batch(max_messages_per_write, max_bytes_per_write))
       in_write_.push_back(asio::buffer(part.data(), part.size()));
   if (in_write_.empty()) return;
 
