@@ -20,7 +20,7 @@ constexpr std::int64_t unwatched_every = 5;
 RoomServer::RoomServer(Room& room, RoomRecord& record)
     : room_(room),
       record_(record),
-      pictures_(room.config().listen, room.config().camera_port),
+      pictures_(loop_, room.config().listen, room.config().camera_port),
       reader_(room.config().listen, room.config().ohc_port, room.config().ohc_link),
       control_(room.config().listen, room.config().control_port, "the room's commands (room.control_port)") {}
 
@@ -42,7 +42,7 @@ std::chrono::steady_clock::time_point RoomServer::step() {
     if (!plugged_) chunks_.clear();
   }
   take_pictures();
-  pictures_.serve();
+  loop_.poll();
   const Moment frame_at = start_ + frame_ * room_.config().frame_period;
   return std::min<Moment>(frame_at, std::chrono::steady_clock::now() + step_every);
 }

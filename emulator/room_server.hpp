@@ -2,6 +2,7 @@
 // overhead controller as a pseudo-terminal and over TCP, a control port for mishaps.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <deque>
 #include <functional>
@@ -39,6 +40,7 @@ class RoomServer {
 
   Room& room_;
   RoomRecord& record_;
+  hal::EventLoop loop_;  // of the pictures
   hal::MjpegServer pictures_;
   LineReader reader_;
   LinePort control_;
