@@ -20,7 +20,7 @@ constexpr std::int64_t unwatched_every = 5;
 EmulatorServer::EmulatorServer(Emulator& emulator, EmulatorRecord& record)
     : emulator_(emulator),
       record_(record),
-      pictures_(emulator.config().listen, emulator.config().camera_port),
+      pictures_(loop_, emulator.config().listen, emulator.config().camera_port),
       reader_(emulator.config().listen, emulator.config().ohc_port, emulator.config().ohc_link),
       control_(emulator.config().listen, emulator.config().control_port,
                "the emulator's commands (emulator.control_port)") {}
@@ -43,7 +43,7 @@ std::chrono::steady_clock::time_point EmulatorServer::step() {
     if (!plugged_) chunks_.clear();
   }
   take_pictures();
-  pictures_.serve();
+  loop_.poll();
   const TimePoint frame_at = start_ + frame_ * emulator_.config().frame_period;
   return std::min<TimePoint>(frame_at, std::chrono::steady_clock::now() + step_every);
 }

@@ -2,6 +2,7 @@
 // the overhead controller as a pseudo-terminal and over TCP, a control port for faults.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <deque>
 #include <functional>
@@ -40,6 +41,7 @@ class EmulatorServer {
 
   Emulator& emulator_;
   EmulatorRecord& record_;
+  hal::EventLoop loop_;  // of the pictures
   hal::MjpegServer pictures_;
   SerialReader reader_;
   LinePort control_;

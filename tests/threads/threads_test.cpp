@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
@@ -39,13 +40,14 @@ bool soon(const std::function<bool()>& each) {
 TEST_CASE("threads: a camera comes, goes and comes back") {
   // Pictures, troubles and counters are asked for by one thread while another reads the stream; the feed ends while
   // pictures still come.
-  hal::MjpegServer server("127.0.0.1", 0);
+  hal::EventLoop loop;
+  hal::MjpegServer server(loop, "127.0.0.1", 0);
   std::vector<std::uint8_t> jpeg;
   std::uint8_t grey = 0;
   const auto show = [&] {
     cv::imencode(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(++grey)), jpeg);
     server.show("camera0", std::as_bytes(std::span(jpeg)));
-    server.serve();
+    loop.poll();
   };
   server.announce("camera0");
   {
@@ -59,7 +61,7 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
       }));
       server.close("camera0");
       CHECK(soon([&] {
-        server.serve();
+        loop.poll();
         static_cast<void>(feed->newest());
         return !feed->trouble().empty();
       }));
