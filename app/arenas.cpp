@@ -45,13 +45,14 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
 }
 
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
-                                       const std::filesystem::path& directory) {
+                                       hal::EventLoop& loop, const std::filesystem::path& directory) {
   const hal::Section arena = root.section("arena");
   return chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
                                           .lab = run.lab,
                                           .seed = run.seed,
                                           .run_length = run.period * run.last_period,
                                           .bus = &bus,
+                                          .loop = &loop,
                                           .directory = directory});
 }
 

@@ -8,6 +8,7 @@
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
+#include "hal/event_loop.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {
@@ -19,9 +20,9 @@ std::vector<hal::ArenaRow>& arena_rows();
 // ConfigError.
 const hal::ArenaRow& chosen_arena(const hal::Section& arena);
 
-// The arena of a lab's run. An arena with cameras draws what it hears on `bus` over their pictures and keeps videos in
-// `directory`; the bus outlives the arena. Throws ConfigError.
+// The arena of a lab's run. An arena with cameras draws what it hears on `bus` over their pictures, serves them on
+// `loop` and keeps videos in `directory`; bus and loop outlive the arena. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
-                                       const std::filesystem::path& directory);
+                                       hal::EventLoop& loop, const std::filesystem::path& directory);
 
 }  // namespace arkmesh::app

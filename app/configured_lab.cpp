@@ -35,7 +35,7 @@ std::uint64_t random_run_id() {
 
 }  // namespace
 
-ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory)
+ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
     : config_(std::move(config)),
       run_config_(lab::read_run_config(config_.root())),
       run_id_(random_run_id()),
@@ -45,7 +45,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
   const hal::Recorder::Options recorder = lab::read_recorder_options(root.section("recorder"));
   scenario_ = make_scenario(root, run_config_);
-  arena_ = make_arena(root, run_config_, private_bus_, directory);
+  arena_ = make_arena(root, run_config_, private_bus_, loop, directory);
   config_.refuse_unknown();
 
   folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(), recorder);

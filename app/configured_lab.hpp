@@ -8,6 +8,7 @@
 
 #include "gateway/config.hpp"
 #include "hal/config.hpp"
+#include "hal/event_loop.hpp"
 #include "hal/tap.hpp"
 #include "lab/run_folder.hpp"
 #include "lab/runner.hpp"
@@ -17,8 +18,9 @@ namespace arkmesh::app {
 class ConfiguredLab {
  public:
   // Reads every key, refuses unknown ones, writes `directory`/config.toml (the effective configuration) and opens the
-  // recording. Throws ConfigError, or std::runtime_error when the directory cannot be written.
-  ConfiguredLab(hal::Config config, const std::filesystem::path& directory);
+  // recording. `loop` serves what the arena shows, and outlives the lab. Throws ConfigError, or std::runtime_error when
+  // the directory cannot be written.
+  ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop);
   ~ConfiguredLab();
 
   // Copies the private bus to `public_bus` and lets in what a lab wants from others. The bus outlives the lab.

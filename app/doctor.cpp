@@ -23,7 +23,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "hal/bus.hpp"
-#include "hal/listening_socket.hpp"
+#include "hal/handle.hpp"
 #include "hal/messages.hpp"
 #include "hal/sender.hpp"
 

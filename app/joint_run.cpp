@@ -60,7 +60,7 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     const std::string file = config.file().string();
     if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->lab.name() == name; }))
       throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
-    auto member = std::make_unique<Member>(std::move(config), directory / name);
+    auto member = std::make_unique<Member>(std::move(config), directory / name, loop_);
     member->lab.join(member->public_bus);
     labs_.push_back(std::move(member));
   }
@@ -94,6 +94,7 @@ void JointRun::start_gateway(const std::string& lab) {
     if (peer != lab) links.push_back(network_.end(lab, peer));
   m.gateway =
       std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports, std::move(links));
+  m.gateway->start();
 }
 
 bool JointRun::step() {

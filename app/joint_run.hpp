@@ -3,6 +3,7 @@
 // configuration alone.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -49,7 +50,8 @@ class JointRun {
 
  private:
   struct Member {
-    Member(hal::Config config, const std::filesystem::path& directory) : lab(std::move(config), directory) {}
+    Member(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
+        : lab(std::move(config), directory, loop) {}
     hal::Bus public_bus{"memq://"};  // outlives the lab, which is joined to it
     ConfiguredLab lab;
     std::unique_ptr<gateway::Gateway> gateway;
@@ -59,6 +61,7 @@ class JointRun {
   nlohmann::json save(double wall_s) const;
 
   std::filesystem::path directory_;
+  hal::EventLoop loop_;  // serves what arenas show
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;

@@ -13,7 +13,7 @@ namespace arkmesh::app {
 using namespace std::chrono_literals;
 
 LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory)
-    : lab_(std::move(config), directory), public_bus_(lab_.bus_url()), traffic_(lab_.bus()) {
+    : lab_(std::move(config), directory, loop_), public_bus_(lab_.bus_url()), traffic_(lab_.bus()) {
   refuse_neighbours();
   lab_.join(public_bus_);
 }

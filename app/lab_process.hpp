@@ -2,6 +2,7 @@
 // and for when the arena wants service.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <filesystem>
 
@@ -31,6 +32,7 @@ class LabProcess {
   void serve_bus(std::chrono::milliseconds time);
   void count(bool waits, Clock::time_point from, Clock::time_point to);
 
+  hal::EventLoop loop_;
   ConfiguredLab lab_;
   hal::Bus public_bus_;
   TrafficMonitor traffic_;

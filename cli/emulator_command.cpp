@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <csignal>
+#include <cstdio>
 #include <memory>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -51,7 +55,8 @@ void run_offline(emulator::Emulator& emulator, emulator::EmulatorRecord& record,
 }
 
 void run_live(emulator::Emulator& emulator, emulator::EmulatorRecord& record, double seconds, hal::StopRequest& stop) {
-  emulator::EmulatorServer server(emulator, record);
+  hal::EventLoop loop;
+  emulator::EmulatorServer server(loop, emulator, record);
   for (std::size_t k = 0; k < emulator.cameras(); ++k)
     fmt::print("camera {}: {}\n", emulator.camera(k).settings().name, server.url(k));
   const std::string link = emulator.config().ohc_link.empty() ? "" : " (" + emulator.config().ohc_link + ")";
@@ -59,16 +64,21 @@ void run_live(emulator::Emulator& emulator, emulator::EmulatorRecord& record, do
              server.terminal(), link);
   fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", emulator.config().listen, server.control_port());
   std::fflush(stdout);
-  std::string terminal = server.terminal();
-  const hal::LabTime end{static_cast<std::int64_t>(seconds * 1e6)};
-  while (!stop.stopped() && (seconds == 0 || emulator.now() < end)) {
-    std::this_thread::sleep_until(server.step());
-    if (const std::string now = server.terminal(); now != terminal) {
-      terminal = now;
-      fmt::print("overhead controller: {}\n", terminal.empty() ? "unplugged" : terminal);
-      std::fflush(stdout);
-    }
+  server.listen([&server] {
+    fmt::print("overhead controller: {}\n", server.terminal().empty() ? "unplugged" : server.terminal());
+    std::fflush(stdout);
+  });
+  const auto end = [&loop](auto error, auto...) {
+    if (!error) loop.stop();
+  };
+  boost::asio::signal_set signals(loop, SIGINT, SIGTERM);
+  signals.async_wait(end);
+  boost::asio::steady_timer over(loop);
+  if (seconds > 0) {
+    over.expires_after(std::chrono::microseconds(static_cast<std::int64_t>(seconds * 1e6)));
+    over.async_wait(end);
   }
+  if (!stop.stopped()) loop.run();
   fmt::print("after {:.1f} s:\n", static_cast<double>(emulator.now().count()) * 1e-6);
   print_counters(server.counters());
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -11,19 +12,34 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto step_every = 2ms;
+constexpr auto look_at_full_line_after = 10ms;  // 38 bytes
 // For those who come next, while nobody watches.
 constexpr std::int64_t unwatched_every = 5;
 
 }  // namespace
 
-EmulatorServer::EmulatorServer(Emulator& emulator, EmulatorRecord& record)
+EmulatorServer::EmulatorServer(hal::EventLoop& loop, Emulator& emulator, EmulatorRecord& record)
     : emulator_(emulator),
       record_(record),
-      pictures_(emulator.config().listen, emulator.config().camera_port),
-      reader_(emulator.config().listen, emulator.config().ohc_port, emulator.config().ohc_link),
-      control_(emulator.config().listen, emulator.config().control_port,
-               "the emulator's commands (emulator.control_port)") {}
+      start_(std::chrono::steady_clock::now()),
+      pictures_(loop, emulator.config().listen, emulator.config().camera_port),
+      reader_(loop, emulator.config().listen, emulator.config().ohc_port, emulator.config().ohc_link,
+              [this](SerialReader::Chunk chunk) {
+                chunks_.push_back(std::move(chunk));
+                if (chunks_.size() == 1) write_bytes();
+              }),
+      control_(loop, emulator.config().listen, emulator.config().control_port,
+               "the emulator's commands (emulator.control_port)",
+               [this](std::string_view line) {
+                 advance_to(std::chrono::steady_clock::now());
+                 const std::string said = emulator_.command(line);
+                 follow_plug();
+                 return said;
+               }),
+      frame_due_(loop),
+      line_full_(loop) {
+  wait_for_frame();
+}
 
 std::string EmulatorServer::url(std::size_t camera) const {
   const std::string& listen = emulator_.config().listen;
@@ -33,40 +49,62 @@ std::string EmulatorServer::url(std::size_t camera) const {
   return fmt::format("http://{}:{}/{}", host, pictures_.port(), emulator_.camera(camera).settings().name);
 }
 
-std::chrono::steady_clock::time_point EmulatorServer::step() {
-  if (!std::exchange(started_, true)) start_ = std::chrono::steady_clock::now();
-  take_bytes();
-  control_.serve([this](std::string_view line) { return emulator_.command(line); });
-  if (plugged_ != emulator_.ohc_plugged()) {
-    plugged_ = emulator_.ohc_plugged();
-    reader_.set_plugged(plugged_);
-    if (!plugged_) chunks_.clear();
+// From event to event, so that no unplugging is missed, however soon the file plugs in again.
+void EmulatorServer::advance_to(TimePoint moment) {
+  const hal::LabTime end = std::max(emulator_.now(), since_start(moment));
+  for (const EmulatorConfig::Event& event : emulator_.config().events) {
+    if (event.at <= emulator_.now() || event.at >= end) continue;
+    emulator_.advance_to(event.at);
+    follow_plug();
   }
-  take_pictures();
-  pictures_.serve();
-  const TimePoint frame_at = start_ + frame_ * emulator_.config().frame_period;
-  return std::min<TimePoint>(frame_at, std::chrono::steady_clock::now() + step_every);
+  emulator_.advance_to(end);
+  follow_plug();
 }
 
-// The emulator advances from chunk to chunk, so that each arrives at its own time, and then to now.
-void EmulatorServer::take_bytes() {
-  std::deque<SerialReader::Chunk> fresh = reader_.take(known_until_);
-  std::ranges::move(fresh, std::back_inserter(chunks_));
+// The emulator advances from chunk to chunk, so that each arrives at its own time.
+void EmulatorServer::write_bytes() {
   while (!chunks_.empty()) {
-    SerialReader::Chunk& chunk = chunks_.front();
-    emulator_.advance_to(std::max(emulator_.now(), since_start(chunk.at)));
-    const std::size_t fits = std::min(emulator_.serial_free(), chunk.bytes.size());
-    emulator_.write_serial({chunk.bytes.data(), fits});
-    chunk.bytes.erase(chunk.bytes.begin(), chunk.bytes.begin() + static_cast<std::ptrdiff_t>(fits));
-    if (!chunk.bytes.empty()) break;  // the line is full
+    advance_to(chunks_.front().at);
+    if (chunks_.empty()) return;  // unplugged on the way
+    std::vector<std::uint8_t>& bytes = chunks_.front().bytes;
+    const std::size_t fits = std::min(emulator_.serial_free(), bytes.size());
+    emulator_.write_serial({bytes.data(), fits});
+    reader_.done(fits);
+    bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(fits));
+    if (!bytes.empty()) break;
     chunks_.pop_front();
   }
-  emulator_.advance_to(std::max(emulator_.now(), since_start(known_until_)));
+  if (chunks_.empty()) return;
+  line_full_.expires_after(look_at_full_line_after);
+  line_full_.async_wait([this](auto error) {
+    if (error) return;
+    advance_to(std::chrono::steady_clock::now());
+    write_bytes();
+  });
+}
+
+// What was on its way to an unplugged controller is lost.
+void EmulatorServer::follow_plug() {
+  if (plugged_ == emulator_.ohc_plugged()) return;
+  plugged_ = !plugged_;
+  reader_.set_plugged(plugged_);
+  for (const SerialReader::Chunk& chunk : chunks_) reader_.done(chunk.bytes.size());
+  chunks_.clear();
+  on_terminal_();
+}
+
+void EmulatorServer::wait_for_frame() {
+  frame_due_.expires_at(start_ + frame_ * emulator_.config().frame_period);
+  frame_due_.async_wait([this](auto error) {
+    if (error) return;
+    advance_to(std::chrono::steady_clock::now());
+    take_pictures();
+    wait_for_frame();
+  });
 }
 
 void EmulatorServer::take_pictures() {
   const hal::LabTime period = emulator_.config().frame_period, wall = since_start(std::chrono::steady_clock::now());
-  if (frame_ * period > wall) return;
   // the machine is too slow: pictures that nobody could use any more are not taken
   const std::int64_t newest = wall / period;
   if (newest > frame_) counters_.add("emulator.frames_skipped", static_cast<std::uint64_t>(newest - frame_));

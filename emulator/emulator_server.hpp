@@ -2,32 +2,36 @@
 // the overhead controller as a pseudo-terminal and over TCP, a control port for faults.
 #pragma once
 
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <deque>
 #include <functional>
 #include <string>
 
+#include "emulator/control_port.hpp"
 #include "emulator/emulator.hpp"
 #include "emulator/emulator_record.hpp"
 #include "emulator/serial_reader.hpp"
+#include "hal/event_loop.hpp"
 #include "hal/mjpeg_server.hpp"
 
 namespace arkmesh::emulator {
 
 class EmulatorServer {
  public:
-  // Opens all ports. Both outlive the server. Throws std::runtime_error with one sentence when a port is taken.
-  EmulatorServer(Emulator& emulator, EmulatorRecord& record);
+  // Opens all ports and works while `loop` runs; the emulator's time 0 is now. All three outlive the server. Throws
+  // std::runtime_error with one sentence when a port is taken; the loop throws when a robot's program fails.
+  EmulatorServer(hal::EventLoop& loop, Emulator& emulator, EmulatorRecord& record);
 
   const hal::MjpegServer& pictures() const { return pictures_; }
   std::uint16_t ohc_port() const { return reader_.port(); }
   std::uint16_t control_port() const { return control_.port(); }
+  // Empty while the controller is unplugged.
   std::string terminal() const { return reader_.terminal(); }
   std::string url(std::size_t camera) const;
+  // Hears when the terminal has become another one, or none.
+  void listen(std::function<void()> on_terminal) { on_terminal_ = std::move(on_terminal); }
 
-  // Does what is due by now and returns the moment at which to call it again. The first call sets when the emulator's
-  // time 0 was: now.
-  std::chrono::steady_clock::time_point step();
   // The emulator's and the pictures' counters, and `emulator.frames_skipped` for pictures that came too late to be
   // taken.
   hal::Counters counters() const;
@@ -35,17 +39,22 @@ class EmulatorServer {
  private:
   using TimePoint = std::chrono::steady_clock::time_point;
   hal::LabTime since_start(TimePoint moment) const { return std::chrono::duration_cast<hal::LabTime>(moment - start_); }
-  void take_bytes();
+  void advance_to(TimePoint moment);
+  void write_bytes();
+  void follow_plug();
+  void wait_for_frame();
   void take_pictures();
 
   Emulator& emulator_;
   EmulatorRecord& record_;
+  const TimePoint start_;
   hal::MjpegServer pictures_;
+  std::deque<SerialReader::Chunk> chunks_;  // read, but not on the line yet
   SerialReader reader_;
-  LinePort control_;
-  bool started_ = false, plugged_ = true;
-  TimePoint start_{}, known_until_{};
-  std::deque<SerialReader::Chunk> chunks_;
+  ControlPort control_;
+  boost::asio::steady_timer frame_due_, line_full_;
+  bool plugged_ = true;
+  std::function<void()> on_terminal_ = [] {};
   std::int64_t frame_ = 0;  // the next one's number
   hal::Counters counters_;
 };

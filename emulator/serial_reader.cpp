@@ -1,91 +1,134 @@
-// The thread waits in poll() without the mutex, for a few milliseconds at most, so that nobody has to wake it.
+// Nothing is shared: what one thread wants of the other it posts to the other's loop.
 #include "emulator/serial_reader.hpp"
 
-#include <poll.h>
-
 #include <array>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <utility>
+
+#include "hal/listen.hpp"
 
 namespace arkmesh::emulator {
 namespace {
 
-// Enough for what a line takes in a second; what is more stays with the writer, as at a real port.
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+// Enough for what a line takes in a second.
 constexpr std::size_t max_held_bytes = 4096;
-constexpr int wait_ms = 20;
+constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
+
+template <class Stream>
+struct Source {
+  Stream stream;
+  std::array<std::uint8_t, 512> buffer{};
+  bool reading = false;
+};
 
 }  // namespace
 
-SerialReader::SerialReader(const std::string& address, std::uint16_t port, const std::string& link)
+struct SerialReader::Thread {
+  asio::io_context own{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work{own.get_executor()};
+  asio::io_context& loop;
+  std::weak_ptr<std::function<void(Chunk)>> take;
+  tcp::acceptor acceptor;
+  asio::steady_timer again{own};
+  Source<asio::posix::stream_descriptor> terminal{asio::posix::stream_descriptor(own)};
+  Source<tcp::socket> host{tcp::socket(own)};
+  bool plugged = false;
+  std::size_t held_bytes = 0;
+
+  Thread(asio::io_context& of_owner, const std::string& address, std::uint16_t port)
+      : loop(of_owner), acceptor(hal::listen_on(own, address, port, "the overhead controller (emulator.ohc_port)")) {}
+
+  void accept() {
+    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+      if (error) {
+        again.expires_after(accept_again_after);
+        return again.async_wait([this](error_code) { accept(); });
+      }
+      // others are sent away at once, as from a port that is in use
+      if (plugged && !host.stream.is_open()) {
+        host.stream = std::move(socket);
+        read(host);
+      }
+      accept();
+    });
+  }
+
+  template <class Stream>
+  void read(Source<Stream>& from) {
+    if (from.reading || !from.stream.is_open() || held_bytes >= max_held_bytes) return;
+    from.reading = true;
+    from.stream.async_read_some(asio::buffer(from.buffer), [this, &from](error_code error, std::size_t bytes) {
+      const TimePoint now = std::chrono::steady_clock::now();
+      from.reading = false;
+      if (bytes > 0) {
+        held_bytes += bytes;
+        asio::post(loop, [to = take, chunk = Chunk{now, {from.buffer.begin(), from.buffer.begin() + bytes}}]() mutable {
+          if (const auto living = to.lock()) (*living)(std::move(chunk));
+        });
+      }
+      // cut off by set_plugged(): there may be another terminal by now
+      if (error && error != asio::error::operation_aborted) close(from.stream);
+      read(from);
+    });
+  }
+
+  template <class Stream>
+  static void close(Stream& stream) {
+    error_code ignored;
+    stream.close(ignored);
+  }
+};
+
+SerialReader::SerialReader(hal::EventLoop& loop, const std::string& address, std::uint16_t port,
+                           const std::string& link, std::function<void(Chunk)> take)
     : link_(link),
-      terminal_(std::make_unique<PseudoTerminal>(link)),
-      tcp_(address, port, "the overhead controller (emulator.ohc_port)") {
-  tcp_port_ = tcp_.port();
-  thread_ = std::thread([this] { run(); });
+      take_(std::make_shared<std::function<void(Chunk)>>(std::move(take))),
+      reading_(std::make_unique<Thread>(loop, address, port)) {
+  port_ = reading_->acceptor.local_endpoint().port();
+  reading_->take = take_;
+  reading_->accept();
+  set_plugged(true);
+  thread_ = std::thread([this] { reading_->own.run(); });
 }
 
 SerialReader::~SerialReader() {
-  {
-    const std::lock_guard lock(mutex_);
-    ends_ = true;
-  }
+  reading_->own.stop();
   thread_.join();
 }
 
-void SerialReader::run() {
-  for (;;) {
-    std::array<pollfd, 3> wanted{};
-    bool full = false;
-    {
-      const std::lock_guard lock(mutex_);
-      if (ends_) return;
-      full = held_bytes_ >= max_held_bytes;
-      wanted[0] = {terminal_ && !full ? terminal_->handle() : -1, POLLIN, 0};
-      wanted[1] = {full ? -1 : tcp_.client(), POLLIN, 0};
-      wanted[2] = {tcp_.listener(), POLLIN, 0};
-    }
-    // a closed descriptor that has a number anew does no harm: reads never block
-    ::poll(wanted.data(), wanted.size(), full ? 2 : wait_ms);
-
-    const std::lock_guard lock(mutex_);
-    tcp_.accept();
-    if (!terminal_) {
-      tcp_.send_away();
-      continue;
-    }
-    const TimePoint now = std::chrono::steady_clock::now();
-    for (const bool from_terminal : {true, false}) {
-      const std::size_t room = max_held_bytes - std::min(max_held_bytes, held_bytes_);
-      std::vector<std::uint8_t> bytes = from_terminal ? terminal_->read(room) : tcp_.read(room);
-      if (bytes.empty()) continue;
-      held_bytes_ += bytes.size();
-      chunks_.push_back({now, std::move(bytes)});
-    }
-  }
-}
-
-std::deque<SerialReader::Chunk> SerialReader::take(TimePoint& until) {
-  const std::lock_guard lock(mutex_);
-  until = std::chrono::steady_clock::now();
-  held_bytes_ = 0;
-  return std::exchange(chunks_, {});
+void SerialReader::done(std::size_t bytes) {
+  asio::post(reading_->own, [t = reading_.get(), bytes] {
+    t->held_bytes -= bytes;
+    t->read(t->terminal);
+    t->read(t->host);
+  });
 }
 
 void SerialReader::set_plugged(bool plugged) {
-  const std::lock_guard lock(mutex_);
-  if (plugged == (terminal_ != nullptr)) return;
-  if (plugged) {
-    terminal_ = std::make_unique<PseudoTerminal>(link_);
-    return;
+  if (plugged == terminal_.has_value()) return;
+  if (!plugged) {
+    terminal_.reset();
+    return asio::post(reading_->own, [t = reading_.get()] {
+      t->plugged = false;
+      t->close(t->terminal.stream);
+      t->close(t->host.stream);
+    });
   }
-  terminal_.reset();
-  tcp_.send_away();
-  chunks_.clear();
-  held_bytes_ = 0;
-}
-
-std::string SerialReader::terminal() const {
-  const std::lock_guard lock(mutex_);
-  return terminal_ ? terminal_->path() : std::string{};
+  terminal_.emplace(link_);
+  asio::post(reading_->own, [t = reading_.get(), master = terminal_->take_master()]() mutable {
+    t->plugged = true;
+    t->terminal.stream.assign(master.release());
+    t->read(t->terminal);
+  });
 }
 
 }  // namespace arkmesh::emulator

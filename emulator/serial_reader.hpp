@@ -1,18 +1,19 @@
-// Reads what hosts write to the emulator's overhead controller, and notes when it came. A thread of its own: the
-// emulator's pictures take tens of milliseconds, but on a serial line milliseconds count (packets 55 ms apart would
-// otherwise come in one piece).
+// Reads what hosts write to the emulator's overhead controller, over a pseudo-terminal, which looks like a serial port,
+// and over TCP, as ser2net offers one, and notes when it came. On a loop and a thread of its own: the emulator's loop
+// draws pictures for tens of milliseconds, but on a serial line milliseconds count (docs/decisions.md has the figures).
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
-#include <deque>
+#include <cstdint>
+#include <functional>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "emulator/byte_ports.hpp"
+#include "emulator/pseudo_terminal.hpp"
+#include "hal/event_loop.hpp"
 
 namespace arkmesh::emulator {
 
@@ -24,33 +25,33 @@ class SerialReader {
     std::vector<std::uint8_t> bytes;
   };
 
-  // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port. Throws std::runtime_error with
-  // one sentence.
-  SerialReader(const std::string& address, std::uint16_t port, const std::string& link);
+  // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port, which takes one host at a time,
+  // as a serial port does. `take` is called on `loop`, which outlives the reader, for each chunk in the order of their
+  // times. Throws std::runtime_error with one sentence.
+  SerialReader(hal::EventLoop& loop, const std::string& address, std::uint16_t port, const std::string& link,
+               std::function<void(Chunk)> take);
   ~SerialReader();
   SerialReader(const SerialReader&) = delete;
   SerialReader& operator=(const SerialReader&) = delete;
 
-  // What has come since the last call; nothing that comes later bears an earlier time than `until`.
-  std::deque<Chunk> take(TimePoint& until);
-  // Unplugged, the pseudo-terminal is gone and TCP clients are sent away; plugged in again there is a new
+  // So many of the bytes taken are dealt with. What is not is bounded: the rest stays with the writer, as at a real
+  // port.
+  void done(std::size_t bytes);
+  // Unplugged, the pseudo-terminal is gone and the TCP host is sent away; plugged in again there is a new
   // pseudo-terminal.
   void set_plugged(bool plugged);
   // Empty while unplugged.
-  std::string terminal() const;
-  std::uint16_t port() const { return tcp_port_; }
+  std::string terminal() const { return terminal_ ? terminal_->path() : std::string{}; }
+  std::uint16_t port() const { return port_; }
 
  private:
-  void run();
+  struct Thread;  // what only the thread touches
 
   std::string link_;
-  std::uint16_t tcp_port_ = 0;
-  mutable std::mutex mutex_;  // guards everything below
-  std::unique_ptr<PseudoTerminal> terminal_;
-  TcpPort tcp_;
-  std::deque<Chunk> chunks_;
-  std::size_t held_bytes_ = 0;
-  bool ends_ = false;
+  std::optional<PseudoTerminal> terminal_;
+  std::uint16_t port_ = 0;
+  std::shared_ptr<std::function<void(Chunk)>> take_;  // what is under way on the loop holds it weakly
+  std::unique_ptr<Thread> reading_;
   std::thread thread_;
 };
 

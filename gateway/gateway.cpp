@@ -99,12 +99,15 @@ Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vec
     };
     state->subscriptions.push_back(bus.subscribe(exact_pattern(rule.channel), std::move(to_all)));
   }
-  for (Peer& peer : state->peers) {
+}
+
+void Gateway::start() {
+  for (Peer& peer : state_->peers) {
     Link::Events events;
-    events.arrived = [state, &peer](std::string_view channel, std::span<const std::byte> bytes) {
+    events.arrived = [state = state_.get(), &peer](std::string_view channel, std::span<const std::byte> bytes) {
       state->arrived(peer, channel, bytes);
     };
-    events.changed = [state](bool, std::string_view) { state->changed = true; };
+    events.changed = [state = state_.get()](bool, std::string_view) { state->changed = true; };
     peer.link->start(std::move(events));
   }
 }

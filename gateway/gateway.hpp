@@ -16,10 +16,13 @@ namespace arkmesh::gateway {
 
 class Gateway {
  public:
-  // The bus outlives the gateway. `boot_id` is new at each start (0 is not allowed). Starts the links.
+  // The bus outlives the gateway. `boot_id` is new at each start (0 is not allowed). What is exported from now on waits
+  // in the links until start().
   Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
           std::vector<std::unique_ptr<Link>> links);
   ~Gateway();
+  // Starts the links, once.
+  void start();
   // Publishes `peers` (arkmesh.peers_t): ages are computed against `now`, any monotonic time that the caller keeps to
   // (wall time in a gateway process, step time inside `arkmesh run`). Call it once a second; changes of a link are
   // published at the next call of tick() as well. Returns whether it published. `more`: counters of the process around

@@ -35,8 +35,8 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto tick_period = 100ms;
-// How long others on our LCM port have to answer before we connect to peers, and how long after that one who was here
-// before ends us. Peers may connect to us meanwhile.
+// How long others on our LCM port have to answer before we meet any peer, and how long after that one who was here
+// before ends us.
 constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
 constexpr std::chrono::milliseconds port_time{900};
@@ -99,8 +99,9 @@ class GatewayProcess {
     });
     serve_bus();
     monitor_.ask();
-    // Who is first does not wait for an answer that never comes: peers may connect at once. A port that is taken may be
-    // that of somebody who has yet to answer, or of a later one who is about to give way to us.
+    // Nobody is met before the answers are in, but who is first loses no more than that: its port is open, so that
+    // peers wait there and not for their next attempt, and what its lab says meanwhile is kept for them. A port that is
+    // taken may be that of somebody who has yet to answer, or of a later one who is about to give way to us.
     try_to_begin();
     begun_ = Clock::now();
     look_around();
@@ -116,12 +117,13 @@ class GatewayProcess {
     timer_.expires_after(answer_time);
     timer_.async_wait([this](auto error) {
       if (error) return;
-      bus_.drain(0ms, max_per_turn);  // a busy machine may have kept us from an answer that is here
+      // An answer that is here has been heard: the loop turns to descriptors before timers.
       refuse_if_not_alone();
       if (failure_) try_to_begin();
       if (failure_ && Clock::now() - begun_ >= port_time) std::rethrow_exception(failure_);
       if (failure_) return look_around();
       begun_ = Clock::now();
+      gateway_->start();
       for (const PeerConfig& peer : config_.gateway.peers)
         if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
       tick();
@@ -155,7 +157,6 @@ class GatewayProcess {
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
-    settings.first_attempt = answer_time;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 

@@ -41,10 +41,10 @@ class Link {
   virtual ~Link() = default;
   // Name of the peer lab.
   virtual const std::string& peer() const = 0;
-  // Begins to connect (or to accept). Events may come from then on until stop() returns.
+  // Begins to connect (or to accept), and not before. Events may come from then on until stop() returns.
   virtual void start(Events events) = 0;
-  // Takes a copy for sending; never blocks. While the link is down `latest` keeps the newest, `ordered` the newest that
-  // fit.
+  // Takes a copy for sending; never blocks. While the link is down, or not started yet, `latest` keeps the newest,
+  // `ordered` the newest that fit.
   virtual void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) = 0;
   virtual LinkStats stats() const = 0;
   // Closes for good; returns at once; no event comes afterwards.

@@ -29,7 +29,7 @@ TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip:
       peer_(std::move(peer)),
       connect_(connect),
       outbox_(node.settings_.outbox_bytes),
-      pause_(node.settings_.times.first_retry) {
+      pause_(node.settings_.first_retry) {
   outbox_.set_longest(longest_frame(node_.settings_.max_message_bytes));
   stats_.why = connect_ ? "not connected yet" : "has not connected yet";
   node_.links_.push_back(this);
@@ -43,7 +43,8 @@ TcpLink::~TcpLink() {
 void TcpLink::start(Events events) {
   events_ = std::move(events);
   started_ = true;
-  next_attempt_ = std::chrono::steady_clock::now() + node_.settings_.first_attempt;
+  next_attempt_ = std::chrono::steady_clock::now();
+  node_.accept();
 }
 
 void TcpLink::stop() {
@@ -73,7 +74,7 @@ LinkStats TcpLink::stats() const {
   return stats;
 }
 
-void TcpLink::check(TcpSession::Time now) {
+void TcpLink::check(Session::Time now) {
   if (stopped_ || !started_) return;
   if (session_) {
     session_->check(now);
@@ -84,8 +85,8 @@ void TcpLink::check(TcpSession::Time now) {
 }
 
 void TcpLink::connect() {
-  session_ = node_.make_session(TcpSession::Socket(node_.io_));
-  session_->connect(*connect_, *this);
+  session_ = node_.make_session(boost::asio::ip::tcp::socket(node_.io_), connect_);
+  session_->begin(*this);
 }
 
 void TcpLink::forget_session() {
@@ -94,12 +95,12 @@ void TcpLink::forget_session() {
   stats_.sent_bytes += session_->sent_bytes();
   session_.reset();
   // Half to whole of the pause by chance, so that many peers of a gateway that comes back do not come all at once.
-  const auto pause = std::chrono::duration_cast<TcpSession::Time::duration>(pause_ * node_.chance_.uniform(0.5, 1.0));
+  const auto pause = std::chrono::duration_cast<Session::Time::duration>(pause_ * node_.chance_.uniform(0.5, 1.0));
   next_attempt_ = std::chrono::steady_clock::now() + pause;
-  pause_ = std::min(2 * pause_, node_.settings_.times.longest_retry);
+  pause_ = std::min(2 * pause_, node_.settings_.longest_retry);
 }
 
-bool TcpLink::take(const std::shared_ptr<TcpSession>& session, const Hello& hello) {
+bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) {
   if (session_ && hello.version == protocol_version && hello.boot_id < session_->peer().boot_id) {
     stats_.counters.add("session.refused.older_boot");
     session->refuse(fmt::format("a gateway of lab {} that started later is connected already", peer_));
@@ -117,13 +118,13 @@ bool TcpLink::take(const std::shared_ptr<TcpSession>& session, const Hello& hell
   return true;
 }
 
-void TcpLink::welcome(TcpSession& session, const Hello& hello) {
+void TcpLink::welcome(Session& session, const Hello& hello) {
   const std::uint32_t ours = node_.settings_.max_message_bytes;
   outbox_.set_longest(longest_frame(std::min(hello.max_message_bytes, ours)));
   session.accept(*this, outbox_, hello, max_payload_bytes(ours));
 }
 
-void TcpLink::on_hello(TcpSession& session, const Hello& hello) {
+void TcpLink::on_hello(Session& session, const Hello& hello) {
   if (hello.lab != peer_) {
     const std::string why = fmt::format("at {} there is lab {}, not lab {}", to_text(*connect_), hello.lab, peer_);
     stats_.counters.add("session.refused.lab_name");
@@ -133,7 +134,7 @@ void TcpLink::on_hello(TcpSession& session, const Hello& hello) {
   if (judge(session, hello)) welcome(session, hello);
 }
 
-bool TcpLink::judge(TcpSession& session, const Hello& hello) {
+bool TcpLink::judge(Session& session, const Hello& hello) {
   const auto refusal = why_refused(node_.hello_, hello);
   if (!refusal) return true;
   stats_.counters.add(refusal->counter);
@@ -142,14 +143,14 @@ bool TcpLink::judge(TcpSession& session, const Hello& hello) {
   return false;
 }
 
-void TcpLink::on_up(TcpSession& session) {
+void TcpLink::on_up(Session& session) {
   stats_.peer_boot_id = session.peer().boot_id;
   stats_.counters.add("session.opened");
-  pause_ = node_.settings_.times.first_retry;
+  pause_ = node_.settings_.first_retry;
   change(true, "connected");
 }
 
-void TcpLink::on_message(TcpSession& session, const MessageView& message) {
+void TcpLink::on_message(Session& session, const MessageView& message) {
   const auto& listed = session.peer().channels;
   if (std::ranges::find(listed, message.channel, &ExportedChannel::name) == listed.end())
     return stats_.counters.add("received.refused.unlisted_channel");
@@ -158,7 +159,7 @@ void TcpLink::on_message(TcpSession& session, const MessageView& message) {
   if (events_.arrived) events_.arrived(message.channel, message.bytes);
 }
 
-void TcpLink::on_ended(TcpSession&, const TcpSession::End& end) {
+void TcpLink::on_ended(Session&, const Session::End& end) {
   stats_.counters.add(end.counter);
   forget_session();
   change(false, end.why);

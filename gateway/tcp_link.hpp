@@ -11,13 +11,13 @@
 
 #include "gateway/link.hpp"
 #include "gateway/outbox.hpp"
-#include "gateway/tcp_session.hpp"
+#include "gateway/session.hpp"
 
 namespace arkmesh::gateway {
 
 class TcpNode;
 
-class TcpLink final : public Link, private TcpSession::Owner {
+class TcpLink final : public Link, private Session::Owner {
  public:
   TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect);
   ~TcpLink() override;
@@ -29,20 +29,21 @@ class TcpLink final : public Link, private TcpSession::Owner {
   void stop() override;
 
   // For the node.
+  bool started() const { return started_; }
   // Started, and expects the peer to connect.
   bool accepts() const { return started_ && !stopped_ && !connect_; }
   // An accepted connection said hello for this peer. False when it was refused.
-  bool take(const std::shared_ptr<TcpSession>& session, const Hello& hello);
-  void check(TcpSession::Time now);
+  bool take(const std::shared_ptr<Session>& session, const Hello& hello);
+  void check(Session::Time now);
 
  private:
-  void on_hello(TcpSession& session, const Hello& hello) override;
-  void on_up(TcpSession& session) override;
-  void on_message(TcpSession& session, const MessageView& message) override;
-  void on_ended(TcpSession& session, const TcpSession::End& end) override;
+  void on_hello(Session& session, const Hello& hello) override;
+  void on_up(Session& session) override;
+  void on_message(Session& session, const MessageView& message) override;
+  void on_ended(Session& session, const Session::End& end) override;
 
-  bool judge(TcpSession& session, const Hello& hello);
-  void welcome(TcpSession& session, const Hello& hello);
+  bool judge(Session& session, const Hello& hello);
+  void welcome(Session& session, const Hello& hello);
   void change(bool up, std::string_view why);
   void forget_session();
   void connect();
@@ -53,9 +54,9 @@ class TcpLink final : public Link, private TcpSession::Owner {
   Events events_;
   bool started_ = false, stopped_ = false;
   Outbox outbox_;
-  std::shared_ptr<TcpSession> session_;  // shared with the loop's operations
-  TcpTimes::Duration pause_;             // before the next attempt but for chance
-  TcpSession::Time next_attempt_;
+  std::shared_ptr<Session> session_;  // shared with the loop's operations
+  std::chrono::milliseconds pause_;   // before the next attempt but for chance
+  Session::Time next_attempt_;
   LinkStats stats_;  // of the sessions that ended, and what is true now
 };
 

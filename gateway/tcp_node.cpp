@@ -9,6 +9,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/tcp_link.hpp"
+#include "gateway/tcp_stream.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -50,7 +51,6 @@ void TcpNode::listen() {
                       endpoint.port(), endpoint.address().to_string()));
     throw std::runtime_error(fmt::format("cannot listen on {}: {}", to_text(endpoint), error.code().message()));
   }
-  accept();
 }
 
 asio::ip::tcp::endpoint TcpNode::listening() const {
@@ -58,9 +58,11 @@ asio::ip::tcp::endpoint TcpNode::listening() const {
   return acceptor_.local_endpoint(not_open);
 }
 
+// Who connects earlier waits in the kernel and hears no word, not even a refusal.
 void TcpNode::accept() {
+  if (accepting_ || !acceptor_.is_open()) return;
   accepting_ = true;
-  acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, TcpSession::Socket socket) {
+  acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, asio::ip::tcp::socket socket) {
     if (alive.expired()) return;
     accepting_ = false;
     if (error) return counters_.add("session.failed.accept");  // out of descriptors, say; tick() tries again
@@ -78,8 +80,9 @@ void TcpNode::accept() {
   });
 }
 
-std::shared_ptr<TcpSession> TcpNode::make_session(TcpSession::Socket socket) const {
-  return std::make_shared<TcpSession>(std::move(socket), settings_.times, hello_frame_);
+std::shared_ptr<Session> TcpNode::make_session(asio::ip::tcp::socket socket,
+                                               std::optional<asio::ip::tcp::endpoint> to) const {
+  return std::make_shared<Session>(tcp_stream(std::move(socket), to), settings_.times, hello_frame_);
 }
 
 std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {
@@ -95,14 +98,14 @@ void TcpNode::tick() {
   std::erase_if(pending_, [](const auto& session) { return session->closed(); });
   for (TcpLink* link : std::vector(links_))
     if (std::ranges::find(links_, link) != links_.end()) link->check(now);
-  if (acceptor_.is_open() && !accepting_) accept();
+  if (std::ranges::any_of(links_, &TcpLink::started)) accept();
   timer_.expires_after(tick_period);
   timer_.async_wait([this, alive = std::weak_ptr(alive_)](error_code error) {
     if (!error && !alive.expired()) tick();
   });
 }
 
-void TcpNode::on_hello(TcpSession& session, const Hello& hello) {
+void TcpNode::on_hello(Session& session, const Hello& hello) {
   const auto link =
       std::ranges::find_if(links_, [&](TcpLink* each) { return each->peer() == hello.lab && each->accepts(); });
   if (link == links_.end()) {
@@ -118,7 +121,7 @@ void TcpNode::on_hello(TcpSession& session, const Hello& hello) {
   if ((*link)->take(shared, hello)) std::erase(pending_, shared);
 }
 
-void TcpNode::on_ended(TcpSession&, const TcpSession::End& end) {
+void TcpNode::on_ended(Session&, const Session::End& end) {
   counters_.add(end.counter);
   notice(fmt::format("a connection from an unknown program was closed: {}", end.why));
 }

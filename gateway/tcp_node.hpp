@@ -1,5 +1,6 @@
-// A gateway's place in the network: listens once for all peers, hands each accepted connection to the link of the lab
-// that it says hello for, and makes the links. Speaks to this machine only.
+// A gateway's place in the network: listens once for all peers, from its making; accepts from the first start of a
+// link, hands each accepted connection to the link of the lab that it says hello for, and makes the links. Speaks to
+// this machine only.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,13 +10,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "gateway/hello.hpp"
 #include "gateway/link.hpp"
-#include "gateway/tcp_session.hpp"
+#include "gateway/session.hpp"
 #include "hal/counters.hpp"
 #include "hal/random.hpp"
 
@@ -28,16 +30,17 @@ struct TcpSettings {
   std::string listen;                    // "127.0.0.1:7801"; empty: does not listen
   std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
-  std::chrono::milliseconds first_attempt{0};  // how long after its start a link connects for the first time
-  std::size_t max_pending = 16;                // connections that have not said hello
+  std::size_t max_pending = 16;  // connections that have not said hello
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
-  TcpTimes times;
+  SessionTimes times;
+  std::chrono::milliseconds first_retry{50};  // then doubling, each time half to whole of it by chance
+  std::chrono::milliseconds longest_retry{2'000};
 };
 
 class TcpLink;
 
-class TcpNode final : private TcpSession::Owner {
+class TcpNode final : private Session::Owner {
  public:
   // `io` outlives the node. Throws hal::ConfigError (no loopback address) and std::runtime_error (port in use), one
   // sentence.
@@ -57,16 +60,18 @@ class TcpNode final : private TcpSession::Owner {
 
  private:
   friend class TcpLink;
-  void on_hello(TcpSession& session, const Hello& hello) override;
-  void on_up(TcpSession&) override {}                           // never: pending sessions are not accepted here
-  void on_message(TcpSession&, const MessageView&) override {}  // never
-  void on_ended(TcpSession& session, const TcpSession::End& end) override;
+  void on_hello(Session& session, const Hello& hello) override;
+  void on_up(Session&) override {}                           // never: pending sessions are not accepted here
+  void on_message(Session&, const MessageView&) override {}  // never
+  void on_ended(Session& session, const Session::End& end) override;
 
   void listen();
   void accept();
   void tick();
   void notice(std::string sentence);
-  std::shared_ptr<TcpSession> make_session(TcpSession::Socket socket) const;
+  // Over an accepted socket, or one that connects to `to`.
+  std::shared_ptr<Session> make_session(boost::asio::ip::tcp::socket socket,
+                                        std::optional<boost::asio::ip::tcp::endpoint> to = {}) const;
 
   boost::asio::io_context& io_;
   TcpSettings settings_;
@@ -75,7 +80,7 @@ class TcpNode final : private TcpSession::Owner {
   boost::asio::ip::tcp::acceptor acceptor_;
   bool accepting_ = false;
   boost::asio::steady_timer timer_;
-  std::vector<std::shared_ptr<TcpSession>> pending_;  // oldest first; shared with the loop's operations
+  std::vector<std::shared_ptr<Session>> pending_;  // oldest first; shared with the loop's operations
   std::vector<TcpLink*> links_;
   hal::RandomStream chance_;  // for the retry times
   std::string last_notice_;

@@ -1,265 +1,358 @@
-// Plain sockets that never block. All pictures in flight are shared: a client holds a reference to one of them at most.
+// Callbacks on the loop. All pictures in flight are shared: a client holds a reference to one of them at most.
 #include "hal/mjpeg_server.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_static_buffer.hpp>
+#include <boost/beast/http.hpp>
 #include <chrono>
-#include <initializer_list>
-#include <list>
+#include <functional>
 #include <map>
-#include <stdexcept>
+#include <set>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
-#include "hal/listening_socket.hpp"
+#include "hal/listen.hpp"
 
 namespace arkmesh::hal {
 namespace {
 
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::asio::ip::tcp;
 using Monotonic = std::chrono::steady_clock;
 using Bytes = std::shared_ptr<const std::string>;
+using Error = boost::system::error_code;
 
 constexpr std::size_t most_request_bytes = 4096;
 constexpr std::chrono::seconds request_within{5}, progress_within{10};
 constexpr std::chrono::seconds fresh_for{1},
     picture_within{5};  // an older picture is shown only when no newer one comes
+constexpr std::chrono::milliseconds accept_again_after{100};
 constexpr std::string_view boundary = "arkmeshpicture";
 
-std::string response(std::string_view status, std::string_view type, std::string_view body) {
-  return fmt::format(
-      "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n{}",
-      status, type, body.size(), body);
+Bytes shared(std::string bytes) {
+  return std::make_shared<const std::string>(std::move(bytes));
 }
 
-}  // namespace
+http::response<http::string_body> answer(http::status status, std::string_view type, std::string body) {
+  http::response<http::string_body> out(status, 11, std::move(body));
+  out.set(http::field::content_type, {type.data(), type.size()});
+  out.set(http::field::cache_control, "no-store");
+  out.keep_alive(false);
+  return out;
+}
 
-struct MjpegServer::State {
-  // glancing: wants one picture, the next; leaving: as soon as everything is sent
-  enum class Stage { asking, watching, glancing, leaving };
-  struct Client {
-    Handle socket;
-    Stage stage = Stage::asking;
-    std::string request, stream;
-    Bytes out;  // in flight
-    std::size_t sent = 0;
-    Monotonic::time_point since;  // of the stage, or of the last byte that it took
-  };
+template <class Message>
+std::string in_bytes(const Message& message) {
+  std::ostringstream out;
+  out << message;
+  return std::move(out).str();
+}
 
-  State(const std::string& address, std::uint16_t wanted)
-      : listener(listen_on(address, wanted, "pictures")), port(port_of(listener.get())) {}
+// With its length: nothing comes after it.
+Bytes complete(http::status status, std::string_view type, std::string body) {
+  auto message = answer(status, type, std::move(body));
+  message.prepare_payload();
+  return shared(in_bytes(message));
+}
 
-  void accept() {
-    for (std::size_t k = 0; k < most_clients; ++k) {
-      Handle socket(::accept(listener.get(), nullptr, nullptr));
-      if (socket.get() < 0) return;
-      if (clients.size() >= most_clients) {
-        counters.add("mjpeg.refused.too_many");
-        continue;
-      }
-      no_waiting(socket.get());
-      const int yes = 1;
-      ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-      clients.push_back({.socket = std::move(socket), .since = Monotonic::now()});
-      counters.add("mjpeg.clients");
-    }
+Bytes plain(http::status status, std::string_view sentence) {
+  return complete(status, "text/plain", std::string(sentence) + "\n");
+}
+
+// A picture in two forms: by itself, and as one part of a stream with what separates it from the next. Neither: none
+// has been shown.
+struct Stream {
+  Bytes jpeg, part;
+  Monotonic::time_point shown;
+  bool fresh() const { return jpeg && Monotonic::now() - shown < fresh_for; }
+  Bytes single() const { return complete(http::status::ok, "image/jpeg", *jpeg); }
+};
+
+using Streams = std::map<std::string, Stream, std::less<>>;
+
+// All streams one below the other. A picture whose stream ended is asked for again until it is back; a page without
+// any, as well.
+std::string page_of(const Streams& streams) {
+  std::string out =
+      "<!DOCTYPE html><title>arkmesh</title>\n<style>body { background: #222; color: #ccc; font-family: sans-serif "
+      "}\n"
+      "img { max-width: 100% } a { color: inherit }</style>\n";
+  for (const auto& [name, stream] : streams) {
+    std::string text;
+    for (char c : name) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+    out += fmt::format("<p><a href=\"/{0}\">{0}</a><br><img src=\"/{0}\" alt=\"no picture\"></p>\n", text);
   }
+  if (streams.empty()) return out + "<meta http-equiv=\"refresh\" content=\"2\"><p>No pictures yet.</p>\n";
+  return out +
+         "<script>\nfor (const picture of document.images) {\n  const path = picture.getAttribute('src');\n"
+         "  picture.onerror = () => setTimeout(() => { picture.src = path + '?' + Date.now(); }, "
+         "1000);\n}\n</script>\n";
+}
 
-  // False: the client has gone.
-  bool read(Client& client) {
-    std::array<char, 2048> some;
-    for (int k = 0; k < 4; ++k) {
-      const ssize_t n = ::recv(client.socket.get(), some.data(), some.size(), 0);
-      if (n == 0) return client.stage == Stage::leaving && client.out;  // it says no more, but may still listen
-      if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
-      if (client.stage != Stage::asking) continue;  // whatever it says now is of no interest
-      client.request.append(some.data(), static_cast<std::size_t>(n));
-      if (client.request.find("\r\n\r\n") != std::string::npos || client.request.find("\n\n") != std::string::npos)
-        answer(client);
-      else if (client.request.size() > most_request_bytes) {
-        counters.add("mjpeg.refused.request_too_long");
-        leave_with(client, response("431 Request Header Fields Too Large", "text/plain", "request too long\n"));
-      }
-    }
-    return true;
-  }
+class Client;
 
-  void leave_with(Client& client, std::string bytes) {
-    client.stage = Stage::leaving;
-    client.out = std::make_shared<const std::string>(std::move(bytes));
-    client.sent = 0;
-    client.since = Monotonic::now();
-  }
-
-  void answer(Client& client) {
-    const std::string_view line = std::string_view(client.request).substr(0, client.request.find_first_of("\r\n"));
-    const std::size_t first = line.find(' '), second = line.find(' ', first + 1);
-    if (first == std::string_view::npos || !line.starts_with("GET ")) {
-      counters.add("mjpeg.refused.request");
-      return leave_with(client, response("405 Method Not Allowed", "text/plain", "only GET\n"));
-    }
-    std::string_view path = line.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
-    path = path.substr(0, path.find('?'));
-    if (path == "/") return leave_with(client, response("200 OK", "text/html; charset=utf-8", page()));
-    std::string name(path.substr(std::min<std::size_t>(1, path.size())));
-    const bool single = name.ends_with(".jpg") && !streams.contains(name);
-    if (single) name.resize(name.size() - 4);
-    const auto stream = streams.find(name);
-    if (stream == streams.end()) {
-      counters.add("mjpeg.refused.no_such_stream");
-      return leave_with(client, response("404 Not Found", "text/plain", "no such stream; / lists them\n"));
-    }
-    client.since = Monotonic::now();
-    const bool fresh = stream->second.jpeg && client.since - stream->second.shown < fresh_for;
-    if (single && fresh) return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
-    client.stage = single ? Stage::glancing : Stage::watching;
-    client.stream = name;
-    if (single) return;
-    client.out = std::make_shared<const std::string>(
-        fmt::format("HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary={0}\r\nCache-Control: "
-                    "no-store\r\nConnection: close\r\n\r\n"
-                    "--{0}\r\n{1}",
-                    boundary, fresh ? *stream->second.part : ""));
-    client.sent = 0;
-  }
-
-  // Who waited for one picture and sees none come gets the last there was.
-  void give_up_waiting(Client& client, Monotonic::time_point now) {
-    if (client.stage != Stage::glancing || now - client.since <= picture_within) return;
-    const auto stream = streams.find(client.stream);
-    if (stream != streams.end() && stream->second.jpeg)
-      return leave_with(client, response("200 OK", "image/jpeg", *stream->second.jpeg));
-    counters.add("mjpeg.refused.no_picture");
-    leave_with(client, response("503 Service Unavailable", "text/plain", "no picture has come yet\n"));
-  }
-
-  // All streams one below the other. A picture whose stream ended is asked for again until it is back; a page without
-  // any, as well.
-  std::string page() const {
-    std::string out =
-        "<!DOCTYPE html><title>arkmesh</title>\n<style>body { background: #222; color: #ccc; font-family: sans-serif "
-        "}\n"
-        "img { max-width: 100% } a { color: inherit }</style>\n";
-    for (const auto& [name, stream] : streams) {
-      std::string text;
-      for (char c : name) text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-      out += fmt::format("<p><a href=\"/{0}\">{0}</a><br><img src=\"/{0}\" alt=\"no picture\"></p>\n", text);
-    }
-    if (streams.empty()) return out + "<meta http-equiv=\"refresh\" content=\"2\"><p>No pictures yet.</p>\n";
-    return out +
-           "<script>\nfor (const picture of document.images) {\n  const path = picture.getAttribute('src');\n"
-           "  picture.onerror = () => setTimeout(() => { picture.src = path + '?' + Date.now(); }, "
-           "1000);\n}\n</script>\n";
-  }
-
-  // False: the client has gone, or is done.
-  bool write(Client& client) {
-    while (client.out) {
-      const ssize_t n =
-          ::send(client.socket.get(), client.out->data() + client.sent, client.out->size() - client.sent, MSG_NOSIGNAL);
-      if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
-      client.since = Monotonic::now();
-      client.sent += static_cast<std::size_t>(n);
-      if (client.sent < client.out->size()) return true;
-      client.out.reset();
-    }
-    return client.stage != Stage::leaving;
-  }
-
-  bool too_slow(const Client& client, Monotonic::time_point now) {
-    if (client.stage == Stage::asking && now - client.since > request_within)
-      counters.add("mjpeg.sent_away.no_request");
-    else if (client.out && now - client.since > progress_within)
-      counters.add("mjpeg.sent_away.takes_nothing");
-    else
-      return false;
-    return true;
-  }
-
-  // A picture in two forms: by itself, and as one part of a stream with what separates it from the next. Neither: none
-  // has been shown.
-  struct Stream {
-    Bytes jpeg, part;
-    Monotonic::time_point shown;
-  };
-
-  std::size_t waiting_for(const std::string& stream, std::initializer_list<Stage> stages) const {
-    return static_cast<std::size_t>(std::ranges::count_if(clients, [&](const Client& client) {
-      return client.stream == stream && std::ranges::find(stages, client.stage) != stages.end();
-    }));
-  }
-
-  Handle listener;
-  std::uint16_t port;
-  std::list<Client> clients;
-  std::map<std::string, Stream> streams;
+// What all clients of a server share.
+struct Shared {
+  std::set<std::shared_ptr<Client>> clients;
+  Streams streams;
   Counters counters;
 };
 
-MjpegServer::MjpegServer(const std::string& address, std::uint16_t port)
-    : state_(std::make_unique<State>(address, port)) {}
-MjpegServer::~MjpegServer() = default;
+// One connection. The loop keeps it while something is on its way; it does nothing more once it has left.
+class Client : public std::enable_shared_from_this<Client> {
+ public:
+  Client(tcp::socket socket, Shared& shared)
+      : socket_(std::move(socket)), timer_(socket_.get_executor()), all_(&shared) {
+    ::fcntl(socket_.native_handle(), F_SETFD, FD_CLOEXEC);
+    Error ignored;
+    socket_.set_option(tcp::no_delay(true), ignored);
+  }
+
+  void ask() {
+    parser_.header_limit(most_request_bytes);
+    wait_for(request_within);
+    http::async_read_header(socket_, buffer_, parser_, [self = shared_from_this()](Error error, std::size_t) {
+      if (self->all_) self->asked(error);
+    });
+  }
+
+  // The server is no more, the client has gone, or it is done.
+  void leave() {
+    if (!all_) return;
+    Shared& all = *std::exchange(all_, nullptr);
+    Error ignored;
+    socket_.close(ignored);
+    timer_.cancel();
+    all.clients.erase(shared_from_this());
+  }
+
+  bool waits_for(std::string_view stream) const {
+    return stream_ == stream && (stage_ == Stage::watching || stage_ == Stage::glancing);
+  }
+
+  // A new picture of the stream that it waits for.
+  void show(const Stream& stream) {
+    if (stage_ == Stage::glancing) return leave_with(stream.single());
+    if (out_) return all_->counters.add("mjpeg.skipped");
+    send(stream.part);
+  }
+
+ private:
+  // glancing: wants one picture, the next; leaving: as soon as everything is sent
+  enum class Stage { asking, watching, glancing, leaving };
+
+  void asked(Error error) {
+    if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+      all_->counters.add("mjpeg.refused.request_too_long");
+      return leave_with(plain(http::status::request_header_fields_too_large, "request too long"));
+    }
+    const bool ended = error == http::error::end_of_stream || error == http::error::partial_message;
+    if (!ended && error.category() == Error(http::error::bad_method).category())
+      return refuse("request", http::status::bad_request, "no HTTP request");
+    if (error) return leave();
+    if (parser_.get().method() != http::verb::get)
+      return refuse("request", http::status::method_not_allowed, "only GET");
+    answer_to({parser_.get().target().data(), parser_.get().target().size()});
+  }
+
+  void answer_to(std::string_view path) {
+    path = path.substr(0, path.find('?'));
+    if (path == "/") return leave_with(complete(http::status::ok, "text/html; charset=utf-8", page_of(all_->streams)));
+    std::string name(path.substr(std::min<std::size_t>(1, path.size())));
+    const bool single = name.ends_with(".jpg") && !all_->streams.contains(name);
+    if (single) name.resize(name.size() - 4);
+    const auto stream = all_->streams.find(name);
+    if (stream == all_->streams.end())
+      return refuse("no_such_stream", http::status::not_found, "no such stream; / lists them");
+    const bool fresh = stream->second.fresh();
+    if (single && fresh) return leave_with(stream->second.single());
+    stage_ = single ? Stage::glancing : Stage::watching;
+    stream_ = name;
+    notice_end();
+    if (single) return wait_for(picture_within);
+    const std::string type = fmt::format("multipart/x-mixed-replace; boundary={}", boundary);
+    send(shared(fmt::format("{}--{}\r\n{}", in_bytes(answer(http::status::ok, type, "")), boundary,
+                            fresh ? *stream->second.part : "")));
+  }
+
+  void refuse(std::string_view why, http::status status, std::string_view sentence) {
+    all_->counters.add(fmt::format("mjpeg.refused.{}", why));
+    leave_with(plain(status, sentence));
+  }
+
+  void leave_with(Bytes bytes) {
+    stage_ = Stage::leaving;
+    send(std::move(bytes));
+  }
+
+  void send(Bytes bytes) {
+    out_ = std::move(bytes);
+    sent_ = 0;
+    send_some();
+  }
+
+  void send_some() {
+    wait_for(progress_within);
+    socket_.async_write_some(asio::buffer(out_->data() + sent_, out_->size() - sent_),
+                             [self = shared_from_this()](Error error, std::size_t n) {
+                               if (self->all_) self->took(error, n);
+                             });
+  }
+
+  void took(Error error, std::size_t n) {
+    if (error) return leave();
+    sent_ += n;
+    if (sent_ < out_->size()) return send_some();
+    out_.reset();
+    timer_.cancel();
+    if (stage_ == Stage::leaving) leave();
+  }
+
+  // Whatever a client says after its request is of no interest, but for its end; one that has all it will get may be
+  // still and listen.
+  void notice_end() {
+    socket_.async_read_some(asio::buffer(ignored_), [self = shared_from_this()](Error error, std::size_t) {
+      if (!self->all_ || self->stage_ == Stage::leaving) return;
+      if (error) return self->leave();
+      self->notice_end();
+    });
+  }
+
+  void wait_for(std::chrono::seconds time) {
+    timer_.expires_after(time);
+    timer_.async_wait([self = shared_from_this()](Error error) {
+      // one that was set anew meanwhile may have been on its way already
+      if (!error && self->all_ && self->timer_.expiry() <= Monotonic::now()) self->waited();
+    });
+  }
+
+  void waited() {
+    if (stage_ == Stage::asking) {
+      all_->counters.add("mjpeg.sent_away.no_request");
+      return leave();
+    }
+    if (out_) {
+      all_->counters.add("mjpeg.sent_away.takes_nothing");
+      return leave();
+    }
+    if (stage_ != Stage::glancing) return;
+    // Who waited for one picture and sees none come gets the last there was.
+    const auto stream = all_->streams.find(stream_);
+    if (stream != all_->streams.end() && stream->second.jpeg) return leave_with(stream->second.single());
+    refuse("no_picture", http::status::service_unavailable, "no picture has come yet");
+  }
+
+  tcp::socket socket_;
+  asio::steady_timer timer_;
+  Shared* all_;  // null: it has left
+  Stage stage_ = Stage::asking;
+  beast::flat_static_buffer<most_request_bytes> buffer_;
+  http::request_parser<http::empty_body> parser_;
+  std::array<char, 512> ignored_;
+  std::string stream_;
+  Bytes out_;  // in flight
+  std::size_t sent_ = 0;
+};
+
+}  // namespace
+
+struct MjpegServer::State : std::enable_shared_from_this<State> {
+  State(EventLoop& loop, const std::string& address, std::uint16_t wanted)
+      : acceptor(listen_on(loop, address, wanted, "pictures")), again(loop), port(acceptor.local_endpoint().port()) {}
+
+  void accept() {
+    acceptor.async_accept([weak = weak_from_this()](Error error, tcp::socket socket) {
+      const auto self = weak.lock();
+      if (!self || error == asio::error::operation_aborted) return;
+      if (error) return self->accept_later();
+      // those who have left make room for those who come
+      if (self->all.clients.size() >= most_clients)
+        asio::post(self->acceptor.get_executor(), [weak, socket = std::move(socket)]() mutable {
+          if (const auto later = weak.lock()) later->take(std::move(socket));
+        });
+      else
+        self->take(std::move(socket));
+    });
+  }
+
+  void take(tcp::socket socket) {
+    if (all.clients.size() >= most_clients) {
+      all.counters.add("mjpeg.refused.too_many");
+    } else {
+      all.counters.add("mjpeg.clients");
+      (*all.clients.insert(std::make_shared<Client>(std::move(socket), all)).first)->ask();
+    }
+    accept();
+  }
+
+  // Without a file descriptor to spare, say.
+  void accept_later() {
+    again.expires_after(accept_again_after);
+    again.async_wait([weak = weak_from_this()](Error error) {
+      if (const auto self = weak.lock(); self && !error) self->accept();
+    });
+  }
+
+  void leave_all(const std::function<bool(const Client&)>& which) {
+    for (const auto clients = all.clients; const auto& client : clients)
+      if (which(*client)) client->leave();
+  }
+
+  tcp::acceptor acceptor;
+  asio::steady_timer again;
+  std::uint16_t port;
+  Shared all;
+};
+
+MjpegServer::MjpegServer(EventLoop& loop, const std::string& address, std::uint16_t port)
+    : state_(std::make_shared<State>(loop, address, port)) {
+  state_->accept();
+}
+MjpegServer::~MjpegServer() {
+  state_->leave_all([](const Client&) { return true; });
+}
 
 std::uint16_t MjpegServer::port() const {
   return state_->port;
 }
 const Counters& MjpegServer::counters() const {
-  return state_->counters;
+  return state_->all.counters;
 }
 
 void MjpegServer::announce(const std::string& stream) {
-  state_->streams[stream];
+  state_->all.streams[stream];
 }
 
 void MjpegServer::show(const std::string& stream, std::span<const std::byte> jpeg) {
   const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
-  State::Stream& entry = state_->streams[stream];
-  entry.jpeg = std::make_shared<const std::string>(bytes);
-  entry.part = std::make_shared<const std::string>(fmt::format(
-      "Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(), bytes, boundary));
+  Stream& entry = state_->all.streams[stream];
+  entry.jpeg = shared(std::string(bytes));
+  entry.part = shared(fmt::format("Content-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n{}\r\n--{}\r\n", bytes.size(),
+                                  bytes, boundary));
   entry.shown = Monotonic::now();
-  for (State::Client& client : state_->clients) {
-    if (client.stream != stream) continue;
-    if (client.stage == State::Stage::glancing)
-      state_->leave_with(client, response("200 OK", "image/jpeg", *entry.jpeg));
-    if (client.stage != State::Stage::watching) continue;
-    if (client.out) {
-      state_->counters.add("mjpeg.skipped");
-      continue;
-    }
-    client.out = entry.part;
-    client.sent = 0;
-    client.since = Monotonic::now();
-  }
-  serve();
+  for (const auto& client : state_->all.clients)
+    if (client->waits_for(stream)) client->show(entry);
 }
 
 void MjpegServer::close(const std::string& stream) {
-  if (state_->streams.erase(stream) == 0) return;
-  std::erase_if(state_->clients, [&](const State::Client& client) {
-    return client.stream == stream &&
-           (client.stage == State::Stage::watching || client.stage == State::Stage::glancing);
-  });
+  if (state_->all.streams.erase(stream) == 0) return;
+  state_->leave_all([&](const Client& client) { return client.waits_for(stream); });
 }
 
 std::size_t MjpegServer::watchers(const std::string& stream) const {
-  return state_->waiting_for(stream, {State::Stage::watching, State::Stage::glancing});
-}
-
-// Those who have left make room for those who come.
-void MjpegServer::serve() {
-  const Monotonic::time_point now = Monotonic::now();
-  std::erase_if(state_->clients, [&](State::Client& client) {
-    if (!state_->read(client)) return true;
-    state_->give_up_waiting(client, now);
-    return !state_->write(client) || state_->too_slow(client, now);
-  });
-  state_->accept();
+  const auto& clients = state_->all.clients;
+  return static_cast<std::size_t>(
+      std::ranges::count_if(clients, [&](const auto& client) { return client->waits_for(stream); }));
 }
 
 }  // namespace arkmesh::hal

@@ -1,5 +1,5 @@
 // Pictures as a camera on the network serves them: motion JPEG over HTTP, which browsers and OpenCV open by URL. Takes
-// pictures that are encoded already. One thread: everything happens inside serve() and show(); nothing here blocks.
+// pictures that are encoded already. Works while the event loop runs; nothing here blocks, and there is no thread.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +9,7 @@
 #include <string>
 
 #include "hal/counters.hpp"
+#include "hal/event_loop.hpp"
 
 namespace arkmesh::hal {
 
@@ -19,9 +20,9 @@ class MjpegServer {
  public:
   static constexpr std::size_t most_clients = 32;
 
-  // Listens on `address` (127.0.0.1 unless told otherwise) and `port`; 0 takes any free one.
-  // Throws std::runtime_error with one sentence when the port is taken or not allowed.
-  MjpegServer(const std::string& address, std::uint16_t port);
+  // Listens on `address` (127.0.0.1 unless told otherwise) and `port`; 0 takes any free one. `loop` outlives the
+  // server. Throws std::runtime_error with one sentence when the port is taken or not allowed.
+  MjpegServer(EventLoop& loop, const std::string& address, std::uint16_t port);
   ~MjpegServer();
   MjpegServer(const MjpegServer&) = delete;
   MjpegServer& operator=(const MjpegServer&) = delete;
@@ -38,13 +39,11 @@ class MjpegServer {
   // How many clients watch that stream now, or wait for one picture of it: nobody needs pictures encoded that nobody
   // watches.
   std::size_t watchers(const std::string& stream) const;
-  // Takes connections, reads requests, sends what the sockets take. Call it often: at least every few milliseconds.
-  void serve();
   const Counters& counters() const;
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;  // shared with the loop's next call, which looks whether it still lives
 };
 
 }  // namespace arkmesh::hal

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -30,13 +31,15 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
 
 }  // namespace
 
-ArenaView::ArenaView(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory)
-    : lab_(settings.arena.info.name),
+ArenaView::ArenaView(const KilobotSettings& settings, hal::Bus& bus, hal::EventLoop& loop,
+                     std::filesystem::path directory)
+    : loop_(loop),
+      lab_(settings.arena.info.name),
       frame_period_(settings.arena.info.frame_period),
       directory_(std::move(directory)),
       keep_video_(settings.window.keep_video) {
   if (settings.window.open) {
-    server_ = std::make_unique<hal::MjpegServer>("127.0.0.1", settings.window.port);
+    server_ = std::make_unique<hal::MjpegServer>(loop, "127.0.0.1", settings.window.port);
     for (std::size_t k = 0; k < settings.cameras.size(); ++k) server_->announce(stream(k));
     spdlog::info("the testbed is to be seen at http://127.0.0.1:{}/", server_->port());
   }
@@ -67,7 +70,7 @@ void ArenaView::hear_shared(std::span<const std::byte> bytes) {
 }
 
 void ArenaView::look(const testbed::Look& look) {
-  if (server_) server_->serve();
+  loop_.poll();
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];
     if (picture.empty()) {
@@ -82,7 +85,7 @@ void ArenaView::look(const testbed::Look& look) {
     tracker::draw_caption(drawn, caption(look.tracker.tracks(), look.now));
     show(k, drawn);
   }
-  if (server_) server_->serve();
+  loop_.poll();
 }
 
 cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
@@ -139,7 +142,7 @@ void ArenaView::store(std::size_t camera, const cv::Mat& drawn) {
 Observer make_window(const hal::Section& kilobot, const KilobotSettings& settings, const hal::ArenaRequest& request) {
   if (!request.bus) return {};
   try {
-    const auto window = std::make_shared<ArenaView>(settings, *request.bus, request.directory);
+    const auto window = std::make_shared<ArenaView>(settings, *request.bus, *request.loop, request.directory);
     return [window](const Look& look) { window->look(look); };
   } catch (const std::runtime_error& wrong) {
     kilobot.refuse("window_port", wrong.what());

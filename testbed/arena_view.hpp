@@ -11,6 +11,7 @@
 
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
+#include "hal/event_loop.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/arena_monitor.hpp"
 
@@ -19,8 +20,8 @@ namespace arkmesh::testbed {
 class ArenaView {
  public:
   // Live pictures are at http://127.0.0.1:PORT/, which the log says; videos come into `directory`. Virtual things to
-  // draw come over `bus`, which outlives the window. Throws std::runtime_error when the port is taken.
-  ArenaView(const KilobotSettings& settings, hal::Bus& bus, std::filesystem::path directory);
+  // draw come over `bus`; it and `loop` outlive the window. Throws std::runtime_error when the port is taken.
+  ArenaView(const KilobotSettings& settings, hal::Bus& bus, hal::EventLoop& loop, std::filesystem::path directory);
 
   // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
   void look(const testbed::Look& look);
@@ -39,6 +40,7 @@ class ArenaView {
   void store(std::size_t camera, const cv::Mat& drawn);
   static std::string stream(std::size_t camera) { return "camera" + std::to_string(camera); }
 
+  hal::EventLoop& loop_;
   std::string lab_;
   hal::LabTime frame_period_;
   std::filesystem::path directory_;

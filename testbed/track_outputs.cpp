@@ -67,7 +67,7 @@ TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s, 
   }
   if (!options.publish.empty()) bus_.emplace(options.publish);
   if (options.serve_port >= 0) {
-    server_.emplace("127.0.0.1", static_cast<std::uint16_t>(options.serve_port));
+    server_.emplace(loop_, "127.0.0.1", static_cast<std::uint16_t>(options.serve_port));
     server_->announce("arena");
     fmt::print(stderr, "http://127.0.0.1:{}/arena shows the robots\n", server_->port());
   }
@@ -94,7 +94,7 @@ void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTrac
 
 void TrackOutputs::serve_until(TimePoint then) {
   do {
-    if (server_) server_->serve();
+    loop_.poll();
     const TimePoint now = std::chrono::steady_clock::now();
     if (now >= then || stop_.stopped()) return;
     std::this_thread::sleep_until(std::min(then, now + serve_every));

@@ -2,6 +2,7 @@
 // in a file.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdint>
 #include <fstream>
@@ -48,6 +49,7 @@ class TrackOutputs {
   hal::StopRequest& stop_;
   std::ofstream csv_;
   std::optional<hal::Bus> bus_;
+  hal::EventLoop loop_;
   std::optional<hal::MjpegServer> server_;
   cv::VideoWriter video_;
   std::int64_t in_video_ = 0;  // pictures written, by the video's clock

@@ -9,12 +9,14 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
+#include <vector>
 
 #include "tests/emulator/emulator_builder.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
@@ -23,6 +25,8 @@ using namespace arkmesh;
 using namespace arkmesh::emulator;
 
 namespace {
+
+using hal::Handle;
 
 Handle connect_to(std::uint16_t port) {
   Handle out(::socket(AF_INET, SOCK_STREAM, 0));
@@ -35,22 +39,23 @@ Handle connect_to(std::uint16_t port) {
   return out;
 }
 
-// Serves until the condition holds; false after `seconds`.
-bool run_until(EmulatorServer& server, const std::function<bool()>& condition, int seconds = 20) {
+// Lets the loop turn until the condition holds; false after `seconds`.
+bool run_until(hal::EventLoop& loop, const std::function<bool()>& condition, int seconds = 20) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_until(server.step());
+    loop.restart();  // it may have had nothing to do
+    loop.run_one_for(std::chrono::milliseconds(2));
   }
   return true;
 }
 
 // What the control port answers.
-std::string ask(EmulatorServer& server, const std::string& line) {
+std::string ask(hal::EventLoop& loop, const EmulatorServer& server, const std::string& line) {
   const Handle client = connect_to(server.control_port());
   std::string got;
   REQUIRE(::send(client.get(), line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size()));
-  run_until(server, [&] {
+  run_until(loop, [&] {
     char some[4096];
     const ssize_t n = ::recv(client.get(), some, sizeof some, 0);
     if (n > 0) got.append(some, static_cast<std::size_t>(n));
@@ -68,8 +73,20 @@ TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplu
   const std::string link = (folder.path() / "ohc").string();
   Emulator emulator = TestEmulator{.robots = 2, .emulator = "ids = \"in_order\"\nohc_link = \"" + link + "\""}.make();
   EmulatorRecord record(emulator, (folder.path() / "truth.csv").string(), "");
-  EmulatorServer server(emulator, record);
-  REQUIRE(run_until(server, [&] { return emulator.now() > ms(2'050); }));
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  // more than the line takes by then: it waits outside, and none is lost
+  const std::vector<std::uint8_t> idle(10'000);
+  std::size_t idled = 0;
+  {
+    const Handle host(::open(link.c_str(), O_WRONLY | O_NOCTTY | O_NONBLOCK));
+    REQUIRE(host);
+    REQUIRE(run_until(loop, [&] {
+      const ssize_t n = ::write(host.get(), idle.data(), idle.size() - idled);
+      if (n > 0) idled += static_cast<std::size_t>(n);
+      return idled == idle.size() && emulator.now() > ms(2'050);
+    }));
+  }
   const std::string terminal = server.terminal();
   CHECK(std::filesystem::read_symlink(link) == terminal);
   const Packet run = make_packet(2, {}, 0x88), message = make_packet(2, {1}, 7);
@@ -77,24 +94,25 @@ TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplu
     const Handle host(::open(link.c_str(), O_WRONLY | O_NOCTTY));
     REQUIRE(host);
     REQUIRE(::write(host.get(), run.data(), run.size()) == static_cast<ssize_t>(run.size()));
-    CHECK(run_until(server, [&] { return led_of(emulator, 1) == hal::Led::red; }));
+    CHECK(run_until(loop, [&] { return led_of(emulator, 1) == hal::Led::red; }));
     CHECK(emulator.counters()["ohc.packets.forward"] == 1);
+    CHECK(emulator.counters()["serial.bytes_lost.overflow"] == 0);
   }
-  CHECK(ask(server, "ohc unplug\n") == "ok\n");
-  CHECK(run_until(server, [&] { return server.terminal().empty(); }));
+  CHECK(ask(loop, server, "ohc unplug\n") == "ok\n");
+  CHECK(run_until(loop, [&] { return server.terminal().empty(); }));
   CHECK_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
-  CHECK(ask(server, "ohc plug\n") == "ok\n");
-  CHECK(run_until(server, [&] { return !server.terminal().empty(); }));
+  CHECK(ask(loop, server, "ohc plug\n") == "ok\n");
+  CHECK(run_until(loop, [&] { return !server.terminal().empty(); }));
   CHECK(std::filesystem::read_symlink(link) == server.terminal());
 
   const hal::LabTime plugged = emulator.now();
-  CHECK(run_until(server, [&] { return emulator.now() > plugged + ms(2'100); }));
+  CHECK(run_until(loop, [&] { return emulator.now() > plugged + ms(2'100); }));
   const Handle first = connect_to(server.ohc_port());
   REQUIRE(::send(first.get(), message.data(), message.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(message.size()));
-  CHECK(run_until(server, [&] { return led_of(emulator, 1) == hal::Led::white; }));
+  CHECK(run_until(loop, [&] { return led_of(emulator, 1) == hal::Led::white; }));
   // a second host is sent away, as from a port that is in use
   const Handle second = connect_to(server.ohc_port());
-  CHECK(run_until(server, [&] {
+  CHECK(run_until(loop, [&] {
     char byte;
     return ::recv(second.get(), &byte, 1, 0) == 0;
   }));
@@ -108,12 +126,51 @@ TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplu
   CHECK(rows >= 2 * 15 * 2);
 }
 
+TEST_CASE("bytes keep the time of their arrival while the emulator draws") {
+  // The loop is away for longer than two packets are apart: what came meanwhile is handed over piece by piece, each
+  // with its time. Nothing comes of a writer that does not stop but what the line will take: the rest stays with him.
+  hal::EventLoop loop;
+  std::vector<SerialReader::Chunk> chunks;
+  std::size_t bytes = 0;
+  SerialReader reader(loop, "127.0.0.1", 0, "", [&](SerialReader::Chunk chunk) {
+    bytes += chunk.bytes.size();
+    chunks.push_back(std::move(chunk));
+  });
+  const Handle host(::open(reader.terminal().c_str(), O_WRONLY | O_NOCTTY | O_NONBLOCK));
+  REQUIRE(host);
+  const Packet packet = make_packet(2, {}, 0x88);
+  const auto begun = std::chrono::steady_clock::now();
+  REQUIRE(::write(host.get(), packet.data(), packet.size()) == static_cast<ssize_t>(packet.size()));
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));  // drawing
+  const auto then = std::chrono::steady_clock::now();
+  REQUIRE(::write(host.get(), packet.data(), packet.size()) == static_cast<ssize_t>(packet.size()));
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  const auto ended = std::chrono::steady_clock::now();
+  CHECK(run_until(loop, [&] { return bytes == 2 * packet.size(); }));
+  CHECK(chunks.front().at >= begun);
+  CHECK(chunks.front().at < then);
+  CHECK(chunks.back().at >= then);
+  CHECK(chunks.back().at < ended);
+
+  reader.done(bytes);
+  bytes = 0;
+  const std::vector<std::uint8_t> endless(1000, 0x55);
+  const auto enough = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+  CHECK(run_until(loop, [&] {
+    [[maybe_unused]] const ssize_t ignored = ::write(host.get(), endless.data(), endless.size());
+    return std::chrono::steady_clock::now() > enough;
+  }));
+  CHECK(bytes >= 4096);
+  CHECK(bytes < 4096 + 1024);
+}
+
 TEST_CASE("OpenCV opens an emulator's camera, loses it while it is gone, and opens it again") {
   // The picture is the emulator's own; a camera that is gone ends its stream and is not found.
   Emulator emulator = TestEmulator{.robots = 2}.make();
   EmulatorRecord record(emulator, "", "");
-  EmulatorServer server(emulator, record);
-  REQUIRE(run_until(server, [&] { return emulator.now() > ms(100); }));
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  REQUIRE(run_until(loop, [&] { return emulator.now() > ms(100); }));
   const std::string url = server.url(0);
   for (int turn = 0; turn < 2; ++turn) {
     std::atomic<int> pictures = 0, ended = 0;
@@ -126,19 +183,19 @@ TEST_CASE("OpenCV opens an emulator's camera, loses it while it is gone, and ope
       }
       ended = 1;
     });
-    CHECK(run_until(server, [&] { return pictures >= 8 || ended; }));
-    CHECK(ask(server, "camera camera0 gone\n") == "ok\n");
-    CHECK(run_until(server, [&] { return ended == 1; }));
+    CHECK(run_until(loop, [&] { return pictures >= 8 || ended; }));
+    CHECK(ask(loop, server, "camera camera0 gone\n") == "ok\n");
+    CHECK(run_until(loop, [&] { return ended == 1; }));
     viewer.join();
     REQUIRE(pictures >= 8);
     CHECK(last.cols == 320);
-    CHECK(ask(server, "camera camera0 ok\n") == "ok\n");
+    CHECK(ask(loop, server, "camera camera0 ok\n") == "ok\n");
     cv::Mat own;
     REQUIRE(emulator.picture(0, own));
     CHECK(cv::norm(own, last, cv::NORM_L1) / static_cast<double>(own.total() * 3) < 4);
-    CHECK(run_until(server, [&] { return server.pictures().counters()["mjpeg.clients"] > 0; }));
+    CHECK(run_until(loop, [&] { return server.pictures().counters()["mjpeg.clients"] > 0; }));
     const hal::LabTime back = emulator.now();
-    CHECK(run_until(server, [&] { return emulator.now() > back + ms(500); }));
+    CHECK(run_until(loop, [&] { return emulator.now() > back + ms(500); }));
   }
 }
 
@@ -146,13 +203,14 @@ TEST_CASE("the control port answers line by line, and sends away who never ends 
   // Two lines in one packet, two answers; 2 kB without an end are too much.
   Emulator emulator = TestEmulator{.robots = 2}.make();
   EmulatorRecord record(emulator, "", "");
-  EmulatorServer server(emulator, record);
-  CHECK(ask(server, "bogus\n").starts_with("error: "));
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  CHECK(ask(loop, server, "bogus\n").starts_with("error: "));
   const Handle client = connect_to(server.control_port());
   const std::string two = "robot 0 take\r\nrobot 0 put 0 0 0\r\n";
   REQUIRE(::send(client.get(), two.data(), two.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(two.size()));
   std::string got;
-  CHECK(run_until(server, [&] {
+  CHECK(run_until(loop, [&] {
     char some[256];
     const ssize_t n = ::recv(client.get(), some, sizeof some, 0);
     if (n > 0) got.append(some, static_cast<std::size_t>(n));
@@ -161,7 +219,7 @@ TEST_CASE("the control port answers line by line, and sends away who never ends 
   CHECK(emulator.truth()[0].seen.pose.x_m == 0);
   const std::string endless(2'000, 'x');
   const Handle rude = connect_to(server.control_port());
-  CHECK(run_until(server, [&] {
+  CHECK(run_until(loop, [&] {
     ::send(rude.get(), endless.data(), endless.size(), MSG_NOSIGNAL);
     char byte;
     const ssize_t n = ::recv(rude.get(), &byte, 1, 0);
@@ -174,12 +232,14 @@ TEST_CASE("a taken port, a link that is a file and a video without a folder are 
   const tests::TemporaryDirectory folder;
   Emulator emulator = TestEmulator{.robots = 2}.make();
   EmulatorRecord record(emulator, "", "");
-  const EmulatorServer first(emulator, record);
+  hal::EventLoop loop;
+  const EmulatorServer first(loop, emulator, record);
   Emulator other = TestEmulator{.robots = 2, .emulator = fmt::format("[emulator.scene]\ntexture = 0.0")}.make();
-  CHECK_THROWS_WITH_AS(SerialReader("127.0.0.1", first.ohc_port(), ""),
+  CHECK_THROWS_WITH_AS(SerialReader(loop, "127.0.0.1", first.ohc_port(), "", {}),
                        doctest::Contains("is in use by another program"), std::runtime_error);
   const std::string file = folder.write("occupied", "text").string();
-  CHECK_THROWS_WITH_AS(SerialReader("127.0.0.1", 0, file), doctest::Contains("no symbolic link"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(SerialReader(loop, "127.0.0.1", 0, file, {}), doctest::Contains("no symbolic link"),
+                       std::runtime_error);
   CHECK(std::filesystem::exists(file));
   CHECK_THROWS_WITH_AS(EmulatorRecord(emulator, "/nowhere/truth.csv", ""), doctest::Contains("/nowhere/truth.csv"),
                        std::runtime_error);

@@ -40,13 +40,19 @@ struct TwoLabs {
   LoopbackNetwork network{1};
   std::unique_ptr<Gateway> of_shark, of_roark;
 
-  explicit TwoLabs(std::vector<Rule> exports = {{"world", Delivery::latest}, {"status", Delivery::latest}}) {
+  explicit TwoLabs(std::vector<Rule> exports = {{"world", Delivery::latest}, {"status", Delivery::latest}},
+                   bool started = true) {
     std::vector<std::unique_ptr<Link>> links;
     links.push_back(network.end("shark", "roark"));
     of_shark = std::make_unique<Gateway>(shark.bus, "shark", 11, exports, std::move(links));
     links.clear();
     links.push_back(network.end("roark", "shark"));
     of_roark = std::make_unique<Gateway>(roark.bus, "roark", 22, exports, std::move(links));
+    if (started) start();
+  }
+  void start() {
+    of_shark->start();
+    of_roark->start();
     network.step();
   }
   void settle() {
@@ -67,6 +73,19 @@ TEST_CASE("exported channels arrive under the sender's name") {
   CHECK(labs.roark.heard.size() == 1);
   CHECK(labs.roark.heard.find("shark/world")->second == "period 7");
   CHECK(labs.shark.heard.size() == 1);  // its own
+}
+
+TEST_CASE("what is published before the links start is kept for the peers") {
+  // A gateway that still looks around loses nothing of its lab's, and nothing crosses before.
+  TwoLabs labs({{"events", Delivery::ordered}}, false);
+  for (const char* text : {"1", "2"}) labs.shark.bus.publish("events", bytes_of(text));
+  labs.settle();
+  labs.network.step();
+  CHECK_FALSE(labs.of_shark->links()[0]->stats().up);
+  CHECK(labs.roark.heard.empty());
+  labs.start();
+  labs.settle();
+  CHECK(labs.roark.heard.count("shark/events") == 2);
 }
 
 TEST_CASE("other channels stay at home") {

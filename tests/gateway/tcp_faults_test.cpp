@@ -75,6 +75,7 @@ struct TwoLabs {
     std::vector<std::unique_ptr<Link>> links;
     links.push_back(lab.node->link(peer, connect));
     lab.gateway = std::make_unique<Gateway>(lab.bus, name, boot, exports, std::move(links));
+    lab.gateway->start();
   }
   template <class Condition>
   bool until(Condition condition) {

@@ -270,6 +270,27 @@ TEST_CASE("a channel that the hello did not list is refused") {
   CHECK(shark.count("received.refused.unlisted_channel") == 1);
 }
 
+TEST_CASE("nobody is met before a link starts") {
+  // The port is open and peers may come, but they wait without a word until the first link starts.
+  boost::asio::io_context io;
+  TcpSettings settings = tcp_settings("shark", 100);
+  settings.listen = "127.0.0.1:0";
+  TcpNode node(io, std::move(settings));
+  const auto link = node.link("roark");
+  RawPeer peer(io, node.listening().port());
+  peer.listen();
+  peer.say(Listening::hello());
+  peer.say(FrameKind::heartbeat);
+  // Longer than the node's own timer takes.
+  const auto begun = std::chrono::steady_clock::now();
+  REQUIRE(run_until(io, [&] { return std::chrono::steady_clock::now() - begun > std::chrono::milliseconds(120); }));
+  CHECK_FALSE(peer.hello);
+  CHECK_FALSE(peer.closed);
+  link->start({.arrived = [](auto, auto) {}, .changed = [](auto, auto) {}});
+  REQUIRE(run_until(io, [&] { return link->stats().up && peer.heartbeats > 0; }));
+  CHECK(peer.hello->lab == "shark");
+}
+
 TEST_CASE("who says nothing is closed in time") {
   // A silent connection, and one that says hello byte by byte, are closed when the time for a hello is over.
   Listening shark;

@@ -1,4 +1,6 @@
 // `arkmesh gateway` as a user starts it: real processes on real LCM ports.
+#include "gateway/gateway_process.hpp"
+
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -10,6 +12,7 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
+#include "gateway/links.hpp"
 #include "hal/bus.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/processes/process.hpp"
@@ -192,6 +195,55 @@ TEST_CASE("another lab on our LCM port is refused") {
     CHECK(shark.output().ends_with(sentence));
     CHECK(roark.running());
   }
+}
+
+// A link of another scheme, and a stranger who is at the gateway's port before it can look around.
+struct Eager final : gateway::Link {
+  static inline boost::asio::io_context io;
+  static inline std::unique_ptr<RawPeer> stranger;
+  static inline bool started = false;
+  const std::string name = "lynx";
+
+  const std::string& peer() const override { return name; }
+  void start(Events) override { started = true; }
+  void offer(const gateway::Rule&, std::string_view, std::span<const std::byte>) override {}
+  gateway::LinkStats stats() const override { return {}; }
+  void stop() override {}
+
+  static std::unique_ptr<gateway::Link> make(const gateway::LinkSurroundings&, const std::string&, std::string_view) {
+    stranger = std::make_unique<RawPeer>(io, free_port);
+    gateway::Hello hello;
+    hello.lab = "roark";
+    hello.boot_id = 1;
+    hello.max_message_bytes = 1 << 20;
+    stranger->say(hello);
+    return std::make_unique<Eager>();
+  }
+};
+
+TEST_CASE("a newcomer that gives way has met nobody") {
+  // Although its port is free and its peer is waiting there: a gateway that is not alone starts no link, of whatever
+  // scheme, and says not even hello.
+  const Files files;
+  Process shark = files.start(files.shark, "shark");
+  REQUIRE(says(shark, "listening"));
+  gateway::link_kinds().push_back({"eager", [](std::string_view) { return std::string(); }, Eager::make});
+  const std::string text = fmt::format(
+      "lab.name = \"shark\"\nbus.url = \"{}\"\nshared.labs = [\"lynx\", \"roark\", \"shark\"]\n[gateway]\n"
+      "listen = \"127.0.0.1:{}\"\npeers = [{{lab = \"roark\"}}, {{lab = \"lynx\", connect = \"eager://\"}}]\n",
+      url(shark_port), free_port);
+  CHECK_THROWS_WITH_AS(
+      gateway::run_gateway(hal::Config::from_text(text, "newcomer.toml")),
+      fmt::format("bus {}: another gateway of lab shark runs already; stop it first", url(shark_port)).c_str(),
+      hal::ConfigError);
+  gateway::link_kinds().pop_back();
+  REQUIRE(Eager::stranger);
+  CHECK_FALSE(Eager::started);
+  Eager::stranger->listen();
+  Eager::io.run_for(10s);
+  CHECK(Eager::stranger->closed);
+  CHECK_FALSE(Eager::stranger->hello);
+  Eager::stranger.reset();
 }
 
 TEST_CASE("a port in use is named") {

@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <span>
 #include <string>
@@ -15,7 +17,6 @@
 #include <vector>
 
 #include "emulator/serial_reader.hpp"
-#include "hal/listening_socket.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "tracker/live_camera.hpp"
 
@@ -39,13 +40,14 @@ bool soon(const std::function<bool()>& each) {
 TEST_CASE("threads: a camera comes, goes and comes back") {
   // Pictures, troubles and counters are asked for by one thread while another reads the stream; the feed ends while
   // pictures still come.
-  hal::MjpegServer server("127.0.0.1", 0);
+  hal::EventLoop loop;
+  hal::MjpegServer server(loop, "127.0.0.1", 0);
   std::vector<std::uint8_t> jpeg;
   std::uint8_t grey = 0;
   const auto show = [&] {
     cv::imencode(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(++grey)), jpeg);
     server.show("camera0", std::as_bytes(std::span(jpeg)));
-    server.serve();
+    loop.poll();
   };
   server.announce("camera0");
   {
@@ -59,7 +61,7 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
       }));
       server.close("camera0");
       CHECK(soon([&] {
-        server.serve();
+        loop.poll();
         static_cast<void>(feed->newest());
         return !feed->trouble().empty();
       }));
@@ -75,29 +77,35 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
 
 TEST_CASE("threads: a serial line that is written to, unplugged and plugged in") {
   // Every byte that a host writes is taken once and in order, while the line's end is taken away and put back.
-  emulator::SerialReader line("127.0.0.1", 0, "");
+  hal::EventLoop loop;
   std::uint8_t next = 0, expected = 0;
+  std::size_t taken = 0;
+  std::unique_ptr<emulator::SerialReader> line;
+  const auto take = [&](const emulator::SerialReader::Chunk& chunk) {
+    for (const std::uint8_t byte : chunk.bytes) REQUIRE(byte == expected++);
+    taken += chunk.bytes.size();
+    line->done(chunk.bytes.size());
+  };
+  line = std::make_unique<emulator::SerialReader>(loop, "127.0.0.1", 0, "", take);
   for (int times = 0; times < 3; ++times) {
-    const int host = ::open(line.terminal().c_str(), O_WRONLY | O_NOCTTY);
+    const int host = ::open(line->terminal().c_str(), O_WRONLY | O_NOCTTY);
     REQUIRE(host >= 0);
-    std::size_t written = 0, taken = 0;
+    std::size_t written = 0;
+    taken = 0;
+    // more than the reader holds at once
     CHECK(soon([&] {
-      if (written < 2000) {
+      if (written < 6000) {
         const std::uint8_t bytes[] = {next++, next++};
         REQUIRE(::write(host, bytes, 2) == 2);
         written += 2;
       }
-      emulator::SerialReader::TimePoint until;
-      for (const auto& chunk : line.take(until))
-        for (const std::uint8_t byte : chunk.bytes) {
-          REQUIRE(byte == expected++);
-          ++taken;
-        }
-      return taken == 2000;
+      loop.restart();
+      loop.poll();
+      return taken == 6000;
     }));
     ::close(host);
-    line.set_plugged(false);
-    CHECK(line.terminal().empty());
-    line.set_plugged(true);
+    line->set_plugged(false);
+    CHECK(line->terminal().empty());
+    line->set_plugged(true);
   }
 }

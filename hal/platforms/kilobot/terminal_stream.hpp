@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "hal/listening_socket.hpp"
+#include "hal/handle.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 
 namespace arkmesh::hal::kilobot {

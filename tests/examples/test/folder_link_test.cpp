@@ -45,7 +45,9 @@ struct Lab {
       : config(read(name, peer, folder)),
         node(io, {.lab = name, .boot_id = 1}),
         gateway(bus, name, 1, config.exports,
-                one(gateway::make_link({io, node, name, 1, config}, config.peers.at(0)))) {}
+                one(gateway::make_link({io, node, name, 1, config}, config.peers.at(0)))) {
+    gateway.start();
+  }
 };
 
 template <class Condition>

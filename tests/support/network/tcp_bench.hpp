@@ -12,15 +12,14 @@
 namespace arkmesh::tests {
 
 // A fifth of the real limits, and below.
-inline gateway::TcpTimes short_times() {
+inline gateway::SessionTimes short_times() {
   using std::chrono::milliseconds;
-  gateway::TcpTimes times;
+  gateway::SessionTimes times;
   times.heartbeat = milliseconds(200);
   times.silence = milliseconds(700);
   times.stall = milliseconds(1500);
   times.hello = milliseconds(600);
   times.goodbye = milliseconds(300);
-  times.longest_retry = milliseconds(200);
   return times;
 }
 
@@ -30,6 +29,7 @@ inline gateway::TcpSettings tcp_settings(const std::string& lab, std::uint64_t b
   settings.boot_id = boot_id;
   for (const char* channel : {"world", "status", "events"}) settings.exports.push_back(gateway::exported(channel));
   settings.times = short_times();
+  settings.longest_retry = std::chrono::milliseconds(200);
   return settings;
 }
 

@@ -1,36 +1,33 @@
-// One TCP connection to another gateway, from connecting or accepting until it is closed: frames in and out,
-// heartbeats, time limits. Does not know which peer it should be talking to: its owner judges the hello.
+// One connection to another gateway over any byte stream, until it is closed: frames in and out, heartbeats, time
+// limits. Does not know which peer it should be talking to: its owner judges the hello.
 #pragma once
 
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gateway/byte_stream.hpp"
 #include "gateway/frame.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/outbox.hpp"
 
 namespace arkmesh::gateway {
 
-// Time limits of TCP links. Tests shorten them.
-struct TcpTimes {
+// Time limits of a session. Tests shorten them.
+struct SessionTimes {
   using Duration = std::chrono::milliseconds;
   Duration heartbeat{1'000};  // something is sent at least so often
   Duration silence{3'000};    // nothing came for so long: the peer is gone
   Duration stall{10'000};     // it took nothing for so long: it does not read
   Duration hello{5'000};      // to connect, and to say hello
   Duration goodbye{1'000};    // for a refused peer to read why
-  Duration first_retry{50};   // then doubling, each time half to whole of it by chance
-  Duration longest_retry{2'000};
 };
 
-class TcpSession : public std::enable_shared_from_this<TcpSession> {
+class Session : public std::enable_shared_from_this<Session> {
  public:
-  using Socket = boost::asio::ip::tcp::socket;
   using Time = std::chrono::steady_clock::time_point;
 
   // Why a session ended: a counter name ("session.closed.silent") and words for people.
@@ -43,22 +40,22 @@ class TcpSession : public std::enable_shared_from_this<TcpSession> {
   class Owner {
    public:
     // The peer's hello came and is well-formed. Answer with accept() or refuse(), or close().
-    virtual void on_hello(TcpSession& session, const Hello& hello) = 0;
+    virtual void on_hello(Session& session, const Hello& hello) = 0;
     // Both sides accepted each other; messages may flow.
-    virtual void on_up(TcpSession& session) = 0;
-    virtual void on_message(TcpSession& session, const MessageView& message) = 0;
+    virtual void on_up(Session& session) = 0;
+    virtual void on_message(Session& session, const MessageView& message) = 0;
     // Over; never called after close() or refuse().
-    virtual void on_ended(TcpSession& session, const End& end) = 0;
+    virtual void on_ended(Session& session, const End& end) = 0;
 
    protected:
     ~Owner() = default;
   };
 
-  // The socket is open, or will be by connect(). `hello` is the whole frame. Use through a shared_ptr: the loop's
-  // pending operations keep the session alive until they have ended.
-  TcpSession(Socket socket, const TcpTimes& times, std::vector<std::byte> hello_frame);
+  // `hello_frame` is the first that is written. Use through a shared_ptr: the loop's pending operations keep the
+  // session alive until they have ended.
+  Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, std::vector<std::byte> hello_frame);
 
-  void connect(const boost::asio::ip::tcp::endpoint& to, Owner& owner);
+  // Opens the stream and says hello.
   void begin(Owner& owner);
 
   // The hello is fine: from now on frames up to `max_payload_bytes`, sending from `outbox`, which outlives the session
@@ -83,7 +80,7 @@ class TcpSession : public std::enable_shared_from_this<TcpSession> {
   std::uint64_t sent_bytes() const { return sent_bytes_; }
 
  private:
-  enum class State { connecting, greeting, accepted, up, refused, closed };
+  enum class State { opening, greeting, accepted, up, refused, closed };
 
   void read();
   void on_bytes(std::span<const std::byte> bytes);
@@ -94,11 +91,11 @@ class TcpSession : public std::enable_shared_from_this<TcpSession> {
   void end(std::string_view counter, std::string why);
   void shut();
 
-  Socket socket_;
-  const TcpTimes& times_;
+  const std::unique_ptr<ByteStream> stream_;
+  const SessionTimes& times_;
   Owner* owner_ = nullptr;    // null once nobody is to be told
   Outbox* outbox_ = nullptr;  // from accept() to the end
-  State state_ = State::greeting;
+  State state_ = State::opening;
   Hello peer_;
   FrameDecoder decoder_{max_hello_bytes};
   std::vector<std::byte> read_buffer_;

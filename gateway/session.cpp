@@ -1,15 +1,12 @@
 // Reads and writes what fits, never waits. Control frames (hello, heartbeat, bye) go between messages, never into one.
-#include "gateway/tcp_session.hpp"
+#include "gateway/session.hpp"
 
 #include <fmt/format.h>
-#include <netinet/tcp.h>
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <cassert>
 #include <utility>
-
-#include "gateway/address.hpp"
 
 namespace arkmesh::gateway {
 
@@ -19,17 +16,14 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::size_t read_bytes = 64 << 10;
-constexpr std::size_t most_messages_per_write = 60, most_bytes_per_write = 256 << 10;
-// Unsent bytes in the kernel: enough to keep it busy, little enough that newer messages can still replace older ones
-// here.
-constexpr int max_unsent_bytes = 64 << 10;
+constexpr std::size_t max_messages_per_write = 60, max_bytes_per_write = 256 << 10;
 constexpr std::size_t longest_bye = 255;
 
-TcpSession::Time now() {
+Session::Time now() {
   return std::chrono::steady_clock::now();
 }
 
-std::string seconds(TcpTimes::Duration duration) {
+std::string seconds(SessionTimes::Duration duration) {
   return fmt::format("{:g} s", duration.count() / 1000.0);
 }
 
@@ -39,34 +33,24 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-TcpSession::TcpSession(Socket socket, const TcpTimes& times, std::vector<std::byte> hello_frame)
-    : socket_(std::move(socket)), times_(times), read_buffer_(read_bytes), control_(std::move(hello_frame)) {
+Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, std::vector<std::byte> hello_frame)
+    : stream_(std::move(stream)), times_(times), read_buffer_(read_bytes), control_(std::move(hello_frame)) {
   began_ = heard_ = wrote_ = state_since_ = now();
 }
 
-void TcpSession::connect(const asio::ip::tcp::endpoint& to, Owner& owner) {
+void Session::begin(Owner& owner) {
   owner_ = &owner;
-  state_ = State::connecting;
-  socket_.async_connect(to, [self = shared_from_this(), to](error_code error) {
+  stream_->open([self = shared_from_this()](const std::string& error) {
     if (self->closed()) return;
-    if (error) return self->end("session.failed.connect", fmt::format("{}: {}", to_text(to), error.message()));
-    self->begin(*self->owner_);
+    if (!error.empty()) return self->end("session.failed.connect", error);
+    self->state_ = State::greeting;
+    self->heard_ = self->wrote_ = now();
+    self->read();
+    self->write();
   });
 }
 
-void TcpSession::begin(Owner& owner) {
-  owner_ = &owner;
-  state_ = State::greeting;
-  heard_ = wrote_ = now();
-  error_code ignored;  // a socket that fails here fails at its first read as well
-  socket_.non_blocking(true, ignored);
-  socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-  setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
-  read();
-  write();
-}
-
-void TcpSession::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t max_payload_bytes) {
+void Session::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t max_payload_bytes) {
   owner_ = &owner;
   outbox_ = &outbox;
   peer_ = hello;
@@ -75,7 +59,7 @@ void TcpSession::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::s
   send_control(FrameKind::heartbeat, {});
 }
 
-void TcpSession::refuse(std::string_view why) {
+void Session::refuse(std::string_view why) {
   if (closed()) return;
   assert(!outbox_ && "an accepted peer is closed, not refused");
   owner_ = nullptr;
@@ -84,33 +68,31 @@ void TcpSession::refuse(std::string_view why) {
   send_control(FrameKind::bye, why.substr(0, longest_bye));
 }
 
-void TcpSession::close(std::string_view bye) {
+void Session::close(std::string_view bye) {
   if (closed()) return;
   owner_ = nullptr;
   // In the middle of a message a bye would be taken for its continuation.
-  if (state_ != State::connecting && state_ != State::refused && !writing_ && !(outbox_ && outbox_->in_message())) {
+  if (state_ != State::opening && state_ != State::refused && !writing_ && !(outbox_ && outbox_->in_message())) {
     const auto frame = encode_frame(FrameKind::bye, std::as_bytes(std::span(bye.substr(0, longest_bye))));
-    error_code ignored;
-    socket_.write_some(asio::buffer(frame), ignored);
+    stream_->write_now(asio::buffer(frame));
   }
   shut();
 }
 
-void TcpSession::end(std::string_view counter, std::string why) {
+void Session::end(std::string_view counter, std::string why) {
   if (closed()) return;
   shut();
   if (Owner* owner = std::exchange(owner_, nullptr)) owner->on_ended(*this, End{std::string(counter), std::move(why)});
 }
 
-void TcpSession::shut() {
+void Session::shut() {
   state_ = State::closed;
   if (outbox_) std::exchange(outbox_, nullptr)->rewind();
-  error_code ignored;
-  socket_.close(ignored);
+  stream_->close();
 }
 
-void TcpSession::read() {
-  socket_.async_read_some(asio::buffer(read_buffer_), [self = shared_from_this()](error_code error, std::size_t bytes) {
+void Session::read() {
+  stream_->read(asio::buffer(read_buffer_), [self = shared_from_this()](error_code error, std::size_t bytes) {
     if (self->closed()) return;
     if (error == asio::error::eof) return self->end("session.closed.by_peer", "connection closed by the peer");
     if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
@@ -119,7 +101,7 @@ void TcpSession::read() {
   });
 }
 
-void TcpSession::on_bytes(std::span<const std::byte> bytes) {
+void Session::on_bytes(std::span<const std::byte> bytes) {
   heard_ = now();
   // A refused peer is only listened to until it has read why.
   while (!closed() && state_ != State::refused) {
@@ -131,7 +113,7 @@ void TcpSession::on_bytes(std::span<const std::byte> bytes) {
     end(fmt::format("session.closed.{}", to_text(decoder_.fault())), decoder_.complaint());
 }
 
-void TcpSession::on_frame(const FrameDecoder::Frame& frame) {
+void Session::on_frame(const FrameDecoder::Frame& frame) {
   if (frame.kind == FrameKind::bye) {
     std::string why(text_of(frame.payload.first(std::min(frame.payload.size(), longest_bye))));
     for (char& c : why)
@@ -158,23 +140,23 @@ void TcpSession::on_frame(const FrameDecoder::Frame& frame) {
   owner_->on_message(*this, *message);
 }
 
-void TcpSession::flush_soon() {
+void Session::flush_soon() {
   if (flush_posted_ || writing_ || closed()) return;
   flush_posted_ = true;
-  asio::post(socket_.get_executor(), [self = shared_from_this()] {
+  asio::post(stream_->executor(), [self = shared_from_this()] {
     self->flush_posted_ = false;
     if (!self->closed()) self->write();
   });
 }
 
-void TcpSession::send_control(FrameKind kind, std::string_view text) {
+void Session::send_control(FrameKind kind, std::string_view text) {
   const auto frame = encode_frame(kind, std::as_bytes(std::span(text)));
   control_.insert(control_.end(), frame.begin(), frame.end());
   flush_soon();
 }
 
-void TcpSession::write() {
-  if (writing_ || closed() || state_ == State::connecting) return;
+void Session::write() {
+  if (writing_ || closed() || state_ == State::opening) return;
   if (control_written_ == control_in_write_.size()) {
     control_in_write_.clear();
     control_written_ = 0;
@@ -185,23 +167,22 @@ void TcpSession::write() {
   if (control_written_ < control_in_write_.size())
     in_write_.push_back(asio::buffer(control_in_write_) + control_written_);
   if (state_ == State::up)
-    for (const auto part : outbox_->batch(most_messages_per_write, most_bytes_per_write))
+    for (const auto part : outbox_->batch(max_messages_per_write, max_bytes_per_write))
       in_write_.push_back(asio::buffer(part.data(), part.size()));
   if (in_write_.empty()) return;
 
   writing_ = true;
   wrote_ = now();
-  socket_.async_write_some(
-      std::span<const asio::const_buffer>(in_write_), [self = shared_from_this()](error_code error, std::size_t bytes) {
-        self->writing_ = false;
-        if (self->closed()) return;
-        if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
-        self->on_written(bytes);
-        self->write();
-      });
+  stream_->write(in_write_, [self = shared_from_this()](error_code error, std::size_t bytes) {
+    self->writing_ = false;
+    if (self->closed()) return;
+    if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
+    self->on_written(bytes);
+    self->write();
+  });
 }
 
-void TcpSession::on_written(std::size_t bytes) {
+void Session::on_written(std::size_t bytes) {
   wrote_ = now();
   const std::size_t control = std::min(bytes, control_in_write_.size() - control_written_);
   control_written_ += control;
@@ -213,15 +194,14 @@ void TcpSession::on_written(std::size_t bytes) {
   if (state_ == State::refused && !goodbye_written_ && control_.empty() &&
       control_written_ == control_in_write_.size()) {
     goodbye_written_ = true;
-    error_code ignored;  // the peer reads the bye, then the end; what it sends meanwhile is read and forgotten
-    socket_.shutdown(Socket::shutdown_send, ignored);
+    stream_->finish();  // the peer reads the bye, then the end; what it sends meanwhile is read and forgotten
   }
 }
 
-void TcpSession::check(Time at) {
+void Session::check(Time at) {
   if (closed()) return;
   switch (state_) {
-    case State::connecting:
+    case State::opening:
       if (at - began_ > times_.hello) end("session.failed.connect", "no answer for " + seconds(times_.hello));
       return;
     case State::greeting:

@@ -1,0 +1,71 @@
+// A connection as a session needs it: bytes both ways, whatever carries them. AsioStream makes one of any asio stream:
+// a TCP or local socket, an ssl::stream around one. A session that is a template would be compiled for each of them; a
+// virtual call is nothing beside the system call that it makes.
+// Threading: everything happens on the thread that runs the stream's loop.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/buffer.hpp>
+#include <functional>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace arkmesh::gateway {
+
+class ByteStream {
+ public:
+  using Opened = std::function<void(const std::string& error)>;  // empty: open
+  using Done = std::function<void(boost::system::error_code error, std::size_t bytes)>;
+
+  virtual ~ByteStream() = default;
+  virtual boost::asio::any_io_executor executor() = 0;
+  // Does what it takes before the first byte: connects, shakes hands. May call `opened` before it returns. What is
+  // given to open(), read() and write() is kept until it was called and keeps the stream alive.
+  virtual void open(Opened opened) = 0;
+  // At least one byte, into memory that stays until `done`; at most one at a time.
+  virtual void read(boost::asio::mutable_buffer into, Done done) = 0;
+  // Some of the bytes, from memory that stays until `done`; at most one at a time.
+  virtual void write(std::span<const boost::asio::const_buffer> from, Done done) = 0;
+  // As many of the bytes as need no waiting. Not during a write().
+  virtual void write_now(boost::asio::const_buffer from) = 0;
+  // Nothing more will be written: the peer reads what was written, then the end. Reading goes on.
+  virtual void finish() = 0;
+  // Ends at once; what is under way is done with an error.
+  virtual void close() = 0;
+};
+
+// Over a stream that is open already.
+template <class Stream>
+class AsioStream : public ByteStream {
+ public:
+  explicit AsioStream(Stream stream) : stream_(std::move(stream)) {}
+
+  boost::asio::any_io_executor executor() override { return stream_.get_executor(); }
+  void open(Opened opened) override {
+    boost::system::error_code ignored;  // a stream that fails here fails at its first read as well
+    stream_.lowest_layer().non_blocking(true, ignored);
+    opened({});
+  }
+  void read(boost::asio::mutable_buffer into, Done done) override { stream_.async_read_some(into, std::move(done)); }
+  void write(std::span<const boost::asio::const_buffer> from, Done done) override {
+    stream_.async_write_some(from, std::move(done));
+  }
+  void write_now(boost::asio::const_buffer from) override {
+    boost::system::error_code ignored;
+    stream_.write_some(from, ignored);
+  }
+  void finish() override {
+    boost::system::error_code ignored;
+    stream_.lowest_layer().shutdown(Stream::lowest_layer_type::shutdown_send, ignored);
+  }
+  void close() override {
+    boost::system::error_code ignored;
+    stream_.lowest_layer().close(ignored);
+  }
+
+ protected:
+  Stream stream_;
+};
+
+}  // namespace arkmesh::gateway

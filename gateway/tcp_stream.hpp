@@ -1,0 +1,16 @@
+// A session's connection over TCP.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <memory>
+#include <optional>
+
+#include "gateway/byte_stream.hpp"
+
+namespace arkmesh::gateway {
+
+// Over a socket that was accepted, or that connects to `to` when it is opened.
+std::unique_ptr<ByteStream> tcp_stream(boost::asio::ip::tcp::socket socket,
+                                       std::optional<boost::asio::ip::tcp::endpoint> to = {});
+
+}  // namespace arkmesh::gateway

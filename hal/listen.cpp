@@ -1,0 +1,41 @@
+#include "hal/listen.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <boost/asio/io_context.hpp>
+#include <stdexcept>
+
+namespace arkmesh::hal {
+
+namespace asio = boost::asio;
+using boost::asio::ip::tcp;
+
+tcp::acceptor listen_on(EventLoop& loop, const std::string& address, std::uint16_t port, const std::string& what) {
+  boost::system::error_code wrong;
+  const auto ip = asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, wrong);
+  if (wrong)
+    throw std::runtime_error(
+        fmt::format("'{}' is no address to listen on for {}; give an IP address of this machine, such as 127.0.0.1",
+                    address, what));
+  const tcp::endpoint here(ip, port);
+  tcp::acceptor out(loop);
+  out.open(here.protocol(), wrong);
+  if (!wrong) out.set_option(tcp::acceptor::reuse_address(true), wrong);
+  if (!wrong) out.bind(here, wrong);
+  if (!wrong) out.listen(16, wrong);
+  if (wrong == asio::error::address_in_use)
+    throw std::runtime_error(fmt::format(
+        "TCP port {} of {}, for {}, is in use by another program; stop it (ss -ltnp shows it) or give another port",
+        port, address, what));
+  if (wrong == asio::error::access_denied)
+    throw std::runtime_error(
+        fmt::format("TCP port {}, for {}, is not allowed to ordinary users; take one above 1023", port, what));
+  if (wrong)
+    throw std::runtime_error(
+        fmt::format("cannot listen on {} port {} for {}: {}", address, port, what, wrong.message()));
+  ::fcntl(out.native_handle(), F_SETFD, FD_CLOEXEC);
+  return out;
+}
+
+}  // namespace arkmesh::hal
