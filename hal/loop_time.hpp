@@ -1,0 +1,44 @@
+// The machine's time for programs with an event loop: to wait is to serve what is on the loop. The one place where such
+// a program sleeps.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "hal/event_loop.hpp"
+#include "hal/wall_time.hpp"
+
+namespace arkmesh::hal {
+
+class LoopTime final : public WallTime {
+ public:
+  // `loop` outlives this; nobody else runs it, and nobody waits from within what it calls.
+  explicit LoopTime(EventLoop& loop);
+  ~LoopTime() override;
+
+  Moment now() override { return Moment::clock::now(); }
+  // What is ready is served in any case.
+  void wait_until(Moment then) override;
+  // Returns at `then` at the latest, and as soon as anything was served.
+  void wait_for_anything(Moment then);
+  // What is ready now.
+  void serve() { wait_for_anything(Moment::min()); }
+
+ private:
+  struct Alarm;
+  EventLoop& loop_;
+  std::unique_ptr<Alarm> alarm_;
+};
+
+// Calls `ready` from the loop whenever `descriptor` is readable, while it lives. The descriptor remains its owner's.
+class Readable {
+ public:
+  Readable(EventLoop& loop, int descriptor, std::function<void()> ready);
+  ~Readable();
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the loop's next call
+};
+
+}  // namespace arkmesh::hal
