@@ -28,10 +28,10 @@ std::unique_ptr<lab::Scenario> make_scenario(const hal::Section& root, const lab
 }
 
 // 64 random bits, never 0.
-std::uint64_t random_nonce() {
+std::uint64_t random_run_id() {
   std::random_device device;
-  const std::uint64_t nonce = static_cast<std::uint64_t>(device()) << 32 | device();
-  return nonce == 0 ? 1 : nonce;
+  const std::uint64_t run_id = static_cast<std::uint64_t>(device()) << 32 | device();
+  return run_id == 0 ? 1 : run_id;
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
     : loop_(loop),
       config_(std::move(config)),
       run_config_(lab::read_run_config(config_.root())),
-      nonce_(random_nonce()),
+      run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_url_ = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
@@ -52,7 +52,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
 
   folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(), recorder);
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
-                                          folder_->recorder(), nonce_);
+                                          folder_->recorder(), run_id_);
 }
 
 // Robots do not go on when a run ends by an exception.

@@ -34,7 +34,7 @@ LabProcess::LabProcess(hal::Config config, const std::filesystem::path& director
 void LabProcess::refuse_neighbours() {
   std::string other;
   const hal::NeighbourDetector detector(public_bus_, [&](const hal::Talker& talker) {
-    if (!talker.is_gateway && talker.number != lab_.nonce()) other = talker.lab;
+    if (!talker.is_gateway && talker.number != lab_.run_id()) other = talker.lab;
   });
   for (const TimePoint until = time_.now() + neighbours_speak_within; other.empty() && time_.now() < until;)
     time_.wait_for_anything(until);

@@ -28,8 +28,8 @@ void read_rules(const hal::Section& gateway, std::string_view key, Delivery deli
       gateway.refuse(key, fmt::format("channel '{}' is listed twice in gateway.exports and gateway.ordered", channel));
     rules.push_back({channel, delivery});
   }
-  if (rules.size() > most_hello_channels)
-    gateway.refuse(key, fmt::format("at most {} channels can be exported", most_hello_channels));
+  if (rules.size() > max_hello_channels)
+    gateway.refuse(key, fmt::format("at most {} channels can be exported", max_hello_channels));
 }
 
 // An address with which nothing is wrong, or empty.
@@ -52,11 +52,11 @@ GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string
       static_cast<std::uint32_t>(gateway.integer("max_message_bytes", config.max_message_bytes, 1 << 10, 64 << 20));
   config.outbox_bytes = static_cast<std::size_t>(
       gateway.integer("outbox_bytes", static_cast<std::int64_t>(config.outbox_bytes), 1 << 10, 1LL << 32));
-  if (config.outbox_bytes < config.max_message_bytes + Outbox::overhead_bytes + most_hello_bytes)
+  if (config.outbox_bytes < config.max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
     gateway.refuse("outbox_bytes",
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
-                               config.max_message_bytes, Outbox::overhead_bytes + most_hello_bytes));
+                               config.max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
 
   std::vector<std::string> seen;
   bool listens = false;

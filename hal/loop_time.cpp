@@ -18,12 +18,12 @@ struct LoopTime::Alarm {
 LoopTime::LoopTime(EventLoop& loop) : loop_(loop), alarm_(std::make_unique<Alarm>(loop)) {}
 LoopTime::~LoopTime() = default;
 
-void LoopTime::wait_until(Moment then) {
+void LoopTime::wait_until(TimePoint then) {
   do wait_for_anything(then);
   while (now() < then);
 }
 
-void LoopTime::wait_for_anything(Moment then) {
+void LoopTime::wait_for_anything(TimePoint then) {
   loop_.restart();  // with nothing on it, it has stopped
   if (loop_.poll() > 0 || then <= now()) return;
   alarm_->timer.expires_at(then);

@@ -16,13 +16,13 @@ class LoopTime final : public WallTime {
   explicit LoopTime(EventLoop& loop);
   ~LoopTime() override;
 
-  Moment now() override { return Moment::clock::now(); }
+  TimePoint now() override { return TimePoint::clock::now(); }
   // What is ready is served in any case.
-  void wait_until(Moment then) override;
+  void wait_until(TimePoint then) override;
   // Returns at `then` at the latest, and as soon as anything was served.
-  void wait_for_anything(Moment then);
+  void wait_for_anything(TimePoint then);
   // What is ready now.
-  void serve() { wait_for_anything(Moment::min()); }
+  void serve() { wait_for_anything(TimePoint::min()); }
 
  private:
   struct Alarm;

@@ -18,7 +18,7 @@ void tell_merged(LabData& data, std::uint32_t period,
                  const std::vector<std::pair<std::string, const LabState*>>& merged) {
   data.period = period;
   data.now = data.period_length * period;
-  data.marks.clear();
+  data.overlay.clear();
   for (const auto& [lab, state] : merged) {
     if (period == 0) data.initial_states.insert_or_assign(lab, *state);
     data.states.insert_or_assign(lab, *state);
@@ -30,8 +30,8 @@ void write_rows(LabData& data, hal::Recorder& recorder) {
   data.rows.clear();
 }
 
-void forget_said(LabData& data) {
-  data.said.clear();
+void forget_sent(LabData& data) {
+  data.to_robots.clear();
   data.commands.clear();
   data.rows.clear();
 }

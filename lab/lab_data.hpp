@@ -44,9 +44,9 @@ struct LabData {
   std::vector<FieldRule> rules;
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, hal::RandomStream, std::less<>> streams;
-  std::vector<hal::ToRobot> said;
+  std::vector<hal::ToRobot> to_robots;
   std::vector<hal::FleetCommand> commands;
-  std::vector<hal::Mark> marks;
+  std::vector<hal::OverlayCircle> overlay;
   std::vector<Row> rows;
   hal::Counters counts;
 };
@@ -59,6 +59,6 @@ void tell_merged(LabData& data, std::uint32_t period,
 // The rows that the scenario said, to their tables.
 void write_rows(LabData& data, hal::Recorder& recorder);
 // What the scenario said has gone out.
-void forget_said(LabData& data);
+void forget_sent(LabData& data);
 
 }  // namespace arkmesh::lab

@@ -38,7 +38,7 @@ class Runner {
 
   // The references outlive the runner. `settings` is what all labs must have alike (shared_settings).
   Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce);
+         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id);
 
   // Serves the arena, handles what is on the private bus, says in the status each second how it is, then handles at
   // most one frame or one boundary; none after the end, while the arena ends. Throws what arena or scenario throw.
@@ -90,7 +90,7 @@ class Runner {
   Scenario& scenario_;
   hal::Bus& bus_;
   hal::Recorder& recorder_;
-  const std::uint64_t nonce_;
+  const std::uint64_t run_id_;
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;
