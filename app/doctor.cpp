@@ -27,6 +27,7 @@
 #include "hal/listening_socket.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "hal/on_loop.hpp"
 #include "hal/sender.hpp"
 
 namespace arkmesh::app {

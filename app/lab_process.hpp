@@ -12,6 +12,7 @@
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "hal/loop_time.hpp"
+#include "hal/on_loop.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
 #include "lab/result.hpp"

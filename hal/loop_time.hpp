@@ -2,7 +2,6 @@
 // a program sleeps.
 #pragma once
 
-#include <functional>
 #include <memory>
 
 #include "hal/event_loop.hpp"
@@ -28,17 +27,6 @@ class LoopTime final : public WallTime {
   struct Alarm;
   EventLoop& loop_;
   std::unique_ptr<Alarm> alarm_;
-};
-
-// Calls `ready` from the loop whenever `descriptor` is readable, while it lives. The descriptor remains its owner's.
-class Readable {
- public:
-  Readable(EventLoop& loop, int descriptor, std::function<void()> ready);
-  ~Readable();
-
- private:
-  struct State;
-  std::shared_ptr<State> state_;  // shared with the loop's next call
 };
 
 }  // namespace arkmesh::hal
