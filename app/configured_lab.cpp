@@ -7,6 +7,7 @@
 
 #include "app/arenas.hpp"
 #include "app/scenarios.hpp"
+#include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::app {
@@ -36,7 +37,8 @@ std::uint64_t random_run_id() {
 }  // namespace
 
 ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
-    : config_(std::move(config)),
+    : loop_(loop),
+      config_(std::move(config)),
       run_config_(lab::read_run_config(config_.root())),
       run_id_(random_run_id()),
       private_bus_("memq://") {
@@ -56,14 +58,15 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
 // Robots do not go on when a run ends by an exception.
 ConfiguredLab::~ConfiguredLab() {
   try {
-    hal::end(*arena_);
+    hal::LoopTime time(loop_);
+    hal::end(*arena_, time);
   } catch (const std::exception&) {
     // the arena is lost
   }
 }
 
-void ConfiguredLab::join(hal::Bus& public_bus) {
-  tap_ = std::make_unique<hal::Tap>(
+std::unique_ptr<hal::Tap> ConfiguredLab::join(hal::Bus& public_bus) {
+  return std::make_unique<hal::Tap>(
       private_bus_, public_bus,
       std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel});
 }

@@ -23,8 +23,9 @@ class ConfiguredLab {
   ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop);
   ~ConfiguredLab();
 
-  // Copies the private bus to `public_bus` and lets in what a lab wants from others. The bus outlives the lab.
-  void join(hal::Bus& public_bus);
+  // Copies the private bus to `public_bus` and lets in what a lab wants from others, as long as what it returns lives:
+  // no longer than bus and lab.
+  [[nodiscard]] std::unique_ptr<hal::Tap> join(hal::Bus& public_bus);
 
   const std::string& name() const { return run_config_.lab; }
   lab::Runner& runner() { return *runner_; }
@@ -40,6 +41,7 @@ class ConfiguredLab {
   hal::Bus& bus() { return private_bus_; }
 
  private:
+  hal::EventLoop& loop_;
   hal::Config config_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
@@ -50,7 +52,6 @@ class ConfiguredLab {
   std::unique_ptr<lab::Scenario> scenario_;
   std::unique_ptr<lab::RunFolder> folder_;
   std::unique_ptr<lab::Runner> runner_;
-  std::unique_ptr<hal::Tap> tap_;
 };
 
 }  // namespace arkmesh::app

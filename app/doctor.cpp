@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -24,7 +25,9 @@
 #include "arkmesh/world_t.hpp"
 #include "hal/bus.hpp"
 #include "hal/handle.hpp"
+#include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "hal/on_loop.hpp"
 #include "hal/sender.hpp"
 
 namespace arkmesh::app {
@@ -135,9 +138,10 @@ Heard listen_on(hal::Bus& bus) {
   };
   const auto status = bus.subscribe(hal::channel::status, hear), peers = bus.subscribe(hal::channel::peers, hear),
              world = bus.subscribe(hal::channel::world, hear);
-  const auto end = std::chrono::steady_clock::now() + 1500ms;
-  for (auto now = std::chrono::steady_clock::now(); now < end; now = std::chrono::steady_clock::now())
-    bus.drain(std::chrono::ceil<std::chrono::milliseconds>(end - now));
+  hal::EventLoop loop;
+  const hal::Readable heard_any(loop, bus.descriptor(), [&] { bus.drain(); });
+  hal::LoopTime time(loop);
+  time.wait_until(time.now() + 1500ms);
   return heard;
 }
 

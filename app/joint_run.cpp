@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::microseconds step_time{1000};
 constexpr std::uint64_t deadlock_steps = 10'000;  // repetition and dead-peer rules have long had their say by then
 constexpr std::uint64_t show_steps = 64;
+constexpr std::uint64_t serve_steps = 256;  // an arena that shows something is waited for, and is served then
 
 std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) {
   std::map<std::string, lab::Traffic> by_peer;
@@ -61,7 +62,6 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->lab.name() == name; }))
       throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
     auto member = std::make_unique<Member>(std::move(config), directory / name, loop_);
-    member->lab.join(member->public_bus);
     labs_.push_back(std::move(member));
   }
   for (const auto& member : labs_)
@@ -105,7 +105,7 @@ bool JointRun::step() {
     const auto step = m.lab.runner().step(now);
     // The others stand still meanwhile, so that the course does not depend on how long it takes.
     if (m.lab.runner().awaits_arena()) {
-      hal::wait_for_service(m.lab.arena());
+      hal::wait_for_service(m.lab.arena(), time_);
       return true;
     }
     advanced_ = advanced_ || step == lab::Runner::Step::advanced;
@@ -116,6 +116,7 @@ bool JointRun::step() {
   turn_ = 0;
   ++steps_;
   network_.step();
+  if (steps_ % serve_steps == 0) time_.serve();
   // While a link is down waiting is right, however long.
   idle_steps_ = advanced_ || !links_up() ? 0 : idle_steps_ + 1;
   if (idle_steps_ > deadlock_steps)

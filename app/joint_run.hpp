@@ -15,6 +15,7 @@
 #include "gateway/gateway.hpp"
 #include "gateway/loopback.hpp"
 #include "hal/bus.hpp"
+#include "hal/loop_time.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
 
@@ -52,8 +53,9 @@ class JointRun {
   struct Member {
     Member(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
         : lab(std::move(config), directory, loop) {}
-    hal::Bus public_bus{"memq://"};  // outlives the lab, which is joined to it
+    hal::Bus public_bus{"memq://"};
     ConfiguredLab lab;
+    std::unique_ptr<hal::Tap> tap = lab.join(public_bus);
     std::unique_ptr<gateway::Gateway> gateway;
   };
   Member& member(const std::string& name);
@@ -62,6 +64,7 @@ class JointRun {
 
   std::filesystem::path directory_;
   hal::EventLoop loop_;  // serves what arenas show
+  hal::LoopTime time_{loop_};
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;

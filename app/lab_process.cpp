@@ -3,71 +3,92 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "hal/neighbour_detector.hpp"
-#include "hal/wall_time.hpp"
 
 namespace arkmesh::app {
+namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto neighbours_speak_within = 1200ms;
+constexpr auto serve_every = 1ms;  // while the lab computes; a look at the loop costs about a microsecond
+
+lab::Runner::Now since_boot(hal::TimePoint moment) {
+  return std::chrono::duration_cast<lab::Runner::Now>(moment.time_since_epoch());
+}
+
+}  // namespace
+
 LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory)
-    : lab_(std::move(config), directory, loop_), public_bus_(lab_.bus_url()), traffic_(lab_.bus()) {
+    : lab_(std::move(config), directory, loop_),
+      public_bus_(lab_.bus_url()),
+      heard_(loop_, public_bus_.descriptor(), [this] { public_bus_.drain(); }),
+      traffic_(lab_.bus()) {
   refuse_neighbours();
-  lab_.join(public_bus_);
+  tap_ = lab_.join(public_bus_);
 }
 
 void LabProcess::refuse_neighbours() {
   std::string other;
-  hal::NeighbourDetector detector(public_bus_, [&](const hal::Talker& talker) {
+  const hal::NeighbourDetector detector(public_bus_, [&](const hal::Talker& talker) {
     if (!talker.is_gateway && talker.number != lab_.run_id()) other = talker.lab;
   });
-  detector.listen(1200ms, [&] { return !other.empty(); });
+  for (const TimePoint until = time_.now() + neighbours_speak_within; other.empty() && time_.now() < until;)
+    time_.wait_for_anything(until);
   if (!other.empty())
     throw hal::ConfigError(fmt::format(
         "{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",
         lab_.file(), lab_.bus_url(), other));
 }
 
-// Serves the public bus, at most for `time` and not beyond the moment at which the arena wants service.
-void LabProcess::serve_bus(std::chrono::milliseconds time) {
-  // An arena that nobody asks to go on may still want it: it is served every millisecond then, not without a pause.
-  const auto least = lab_.runner().awaits_arena() ? 0ms : std::min(time, 1ms);
-  const auto now = Clock::now(), until = std::clamp(lab_.arena().next_service(), now + least, now + time);
-  public_bus_.drain(std::chrono::floor<std::chrono::milliseconds>(until - now));
-  if (until - now < 1ms) hal::machine_time().wait_until(until);
+lab::Runner::Step LabProcess::step() {
+  return lab_.runner().step(since_boot(time_.now()));
 }
 
-void LabProcess::count(bool waits, Clock::time_point from, Clock::time_point to) {
-  (waits ? wall_.waiting_s : wall_.computing_s) += std::chrono::duration<double>(to - from).count();
+// When the lab wants to go on, if nobody says anything.
+hal::TimePoint LabProcess::wanted_at(lab::Runner::Step after) {
+  const TimePoint now = time_.now();
+  if (after == lab::Runner::Step::advanced) return now;
+  // An arena that nobody asks to go on may still want service: every millisecond then, not without a pause.
+  const auto least = lab_.runner().awaits_arena() ? 0ms : 1ms;
+  return std::min(std::max(lab_.arena().next_service(), now + least), TimePoint(lab_.runner().due()));
+}
+
+void LabProcess::serve_until(TimePoint then) {
+  const TimePoint now = time_.now();
+  if (then <= now && now - served_ < serve_every) return;
+  time_.wait_for_anything(then);
+  served_ = time_.now();
 }
 
 void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   lab::Runner& runner = lab_.runner();
   const double period_s = static_cast<double>(lab_.config().period.count()) * 1e-6;
-  auto before = Clock::now();
   bool moves = false;
-  for (;;) {
+  for (TimePoint before = time_.now();;) {
     if (stop.stopped()) runner.stop("stopped by the operator");
-    const auto step = runner.step(std::chrono::duration_cast<lab::Runner::Now>(before.time_since_epoch()));
-    if (step == lab::Runner::Step::ended) break;
-    const bool waits = step == lab::Runner::Step::waiting;
-    const auto between = Clock::now();
-    if (moves) count(waits, before, between);
-    serve_bus(waits ? 20ms : 0ms);
-    before = Clock::now();
-    if (moves) count(waits, between, before);
+    const auto stepped = step();
+    if (stepped == lab::Runner::Step::ended) break;
+    const TimePoint then = wanted_at(stepped), between = time_.now();
+    serve_until(then);
+    const TimePoint after = time_.now();
+    if (moves)
+      (then > between ? wall_.waiting_s : wall_.computing_s) += std::chrono::duration<double>(after - before).count();
+    before = after;
     // From the first period until the last is complete; the lingering for slow peers afterwards is no part of the run.
     moves = runner.period() > 0 && runner.state_text() != "finished";
     progress.show(runner.period(), runner.last_period(), period_s, runner.state_text());
   }
   progress.done();
-  public_bus_.drain();
+  time_.serve();
   lab_.folder().save_result(lab::lab_result(runner, wall_, traffic_.by_peer()));
+  // The status goes on meanwhile.
   while (!lab_.arena().end()) {
-    serve_bus(20ms);
-    lab_.arena().serve();
+    hal::wait_for_service(lab_.arena(), time_);
+    step();
   }
 }
 

@@ -1,15 +1,18 @@
-// One lab as a process of its own, on its LCM bus; its gateway is another process. Waits in one place: for messages,
-// and for when the arena wants service.
+// One lab as a process of its own, on its LCM bus; its gateway is another process. Everything is on one event loop: it
+// runs for a moment while the lab computes, and sleeps, in one place, while the lab waits for messages, for the arena,
+// or for its own next word.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <filesystem>
+#include <memory>
 
 #include "app/configured_lab.hpp"
 #include "app/traffic_monitor.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
+#include "hal/loop_time.hpp"
+#include "hal/on_loop.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
 #include "lab/result.hpp"
@@ -27,16 +30,21 @@ class LabProcess {
   const ConfiguredLab& lab() const { return lab_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
+  using TimePoint = hal::TimePoint;
   void refuse_neighbours();
-  void serve_bus(std::chrono::milliseconds time);
-  void count(bool waits, Clock::time_point from, Clock::time_point to);
+  lab::Runner::Step step();
+  TimePoint wanted_at(lab::Runner::Step after);
+  void serve_until(TimePoint then);
 
   hal::EventLoop loop_;
+  hal::LoopTime time_{loop_};
   ConfiguredLab lab_;
   hal::Bus public_bus_;
+  hal::Readable heard_;
+  std::unique_ptr<hal::Tap> tap_;
   TrafficMonitor traffic_;
   lab::WallTime wall_;
+  TimePoint served_{};
 };
 
 }  // namespace arkmesh::app

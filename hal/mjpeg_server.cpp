@@ -32,7 +32,7 @@ using Monotonic = std::chrono::steady_clock;
 using Bytes = std::shared_ptr<const std::string>;
 using Error = boost::system::error_code;
 
-constexpr std::size_t most_request_bytes = 4096;
+constexpr std::size_t max_request_bytes = 4096;
 constexpr std::chrono::seconds request_within{5}, progress_within{10};
 constexpr std::chrono::seconds fresh_for{1},
     picture_within{5};  // an older picture is shown only when no newer one comes
@@ -119,7 +119,7 @@ class Client : public std::enable_shared_from_this<Client> {
   }
 
   void ask() {
-    parser_.header_limit(most_request_bytes);
+    parser_.header_limit(max_request_bytes);
     wait_for(request_within);
     http::async_read_header(socket_, buffer_, parser_, [self = shared_from_this()](Error error, std::size_t) {
       if (self->all_) self->asked(error);
@@ -256,7 +256,7 @@ class Client : public std::enable_shared_from_this<Client> {
   asio::steady_timer timer_;
   Shared* all_;  // null: it has left
   Stage stage_ = Stage::asking;
-  beast::flat_static_buffer<most_request_bytes> buffer_;
+  beast::flat_static_buffer<max_request_bytes> buffer_;
   http::request_parser<http::empty_body> parser_;
   std::array<char, 512> ignored_;
   std::string stream_;
@@ -276,7 +276,7 @@ struct MjpegServer::State : std::enable_shared_from_this<State> {
       if (!self || error == asio::error::operation_aborted) return;
       if (error) return self->accept_later();
       // those who have left make room for those who come
-      if (self->all.clients.size() >= most_clients)
+      if (self->all.clients.size() >= max_clients)
         asio::post(self->acceptor.get_executor(), [weak, socket = std::move(socket)]() mutable {
           if (const auto later = weak.lock()) later->take(std::move(socket));
         });
@@ -286,7 +286,7 @@ struct MjpegServer::State : std::enable_shared_from_this<State> {
   }
 
   void take(tcp::socket socket) {
-    if (all.clients.size() >= most_clients) {
+    if (all.clients.size() >= max_clients) {
       all.counters.add("mjpeg.refused.too_many");
     } else {
       all.counters.add("mjpeg.clients");

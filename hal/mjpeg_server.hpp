@@ -18,7 +18,7 @@ namespace arkmesh::hal {
 // each; who sends no request or takes nothing for long is sent away.
 class MjpegServer {
  public:
-  static constexpr std::size_t most_clients = 32;
+  static constexpr std::size_t max_clients = 32;
 
   // Listens on `address` (127.0.0.1 unless told otherwise) and `port`; 0 takes any free one. `loop` outlives the
   // server. Throws std::runtime_error with one sentence when the port is taken or not allowed.

@@ -10,8 +10,7 @@
 
 namespace arkmesh::hal {
 NeighbourDetector::NeighbourDetector(Bus& bus, std::function<void(const Talker&)> heard)
-    : bus_(bus),
-      heard_(std::move(heard)),
+    : heard_(std::move(heard)),
       status_(bus.subscribe(channel::status,
                             [this](std::string_view, auto bytes) { hear(false, lab_status_t::getHash(), bytes); })),
       peers_(bus.subscribe(channel::peers,
@@ -21,12 +20,6 @@ void NeighbourDetector::hear(bool is_gateway, std::int64_t fingerprint, std::spa
   const auto sender = read_sender(bytes, fingerprint);
   if (!sender) return counters_.add(is_gateway ? "bus.ignored.peers" : "bus.ignored.status");
   heard_({.lab = sender->lab, .is_gateway = is_gateway, .number = sender->number});
-}
-
-void NeighbourDetector::listen(std::chrono::milliseconds time, const std::function<bool()>& enough) {
-  const auto until = std::chrono::steady_clock::now() + time;
-  for (auto now = until - time; now < until && !enough(); now = std::chrono::steady_clock::now())
-    bus_.drain(std::chrono::ceil<std::chrono::milliseconds>(until - now));
 }
 
 }  // namespace arkmesh::hal

@@ -2,7 +2,6 @@
 // would mix two labs' messages without any error.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -22,19 +21,16 @@ struct Talker {
 
 class NeighbourDetector {
  public:
-  // `heard` is called for each such message on `bus`, own ones included, while the detector lives. The bus outlives it.
+  // `heard` is called for each such message on `bus`, own ones included, while the detector lives and somebody serves
+  // the bus, which outlives it. Labs and gateways speak once a second.
   NeighbourDetector(Bus& bus, std::function<void(const Talker&)> heard);
 
-  // Serves the bus for `time`, or until `enough`. Labs and gateways speak once a second.
-  void listen(
-      std::chrono::milliseconds time, const std::function<bool()>& enough = [] { return false; });
   // What came on these channels and names no lab: "bus.ignored.status", "bus.ignored.peers".
   const Counters& counters() const { return counters_; }
 
  private:
   void hear(bool is_gateway, std::int64_t fingerprint, std::span<const std::byte> bytes);
 
-  Bus& bus_;
   std::function<void(const Talker&)> heard_;
   Counters counters_;
   std::unique_ptr<Bus::Subscription> status_, peers_;

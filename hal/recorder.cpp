@@ -131,6 +131,12 @@ void Recorder::record(LabTime stamp, std::string_view channel, std::span<const s
   state_->end_record(*state_->log);
 }
 
+std::unique_ptr<Bus::Subscription> Recorder::record_all(Bus& bus, const Clock& clock) {
+  return bus.subscribe(".*", [this, &clock](std::string_view channel, std::span<const std::byte> bytes) {
+    record(clock.now(), channel, bytes);
+  });
+}
+
 void Recorder::row(std::string_view name, std::string_view header, std::string_view values) {
   assert(name.find('/') == std::string_view::npos && "a table is a file of the run's directory");
   if (!state_->may_record()) return;

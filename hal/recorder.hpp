@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "hal/bus.hpp"
+#include "hal/clock.hpp"
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
 
@@ -30,6 +31,8 @@ class Recorder {
 
   // One message at lab time `stamp`.
   void record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes);
+  // Whatever passes `bus`, stamped by `clock`, while what it returns lives; all three outlive that.
+  [[nodiscard]] std::unique_ptr<Bus::Subscription> record_all(Bus& bus, const Clock& clock);
   // One row of table `name`; the first call of a table gives its header row.
   void row(std::string_view name, std::string_view header, std::string_view values);
   // Everything so far reaches the file system: called at each period, so that a killed process leaves whole periods.

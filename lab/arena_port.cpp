@@ -27,16 +27,17 @@ void ArenaPort::publish_info() {
   bus_.publish(hal::channel::arena, hal::to_message(arena_.info()));
 }
 
-void ArenaPort::say(std::span<const hal::ToRobot> messages, hal::LabTime now, std::uint32_t frame) {
-  if (messages.empty()) return;
-  bus_.publish(hal::channel::to_robots, hal::to_message(messages, now, frame));
-  arena_.robots().offer(messages);
-}
-
-void ArenaPort::command(const hal::FleetCommand& command, hal::LabTime now) {
-  const fleet_command_t message = hal::to_message(command, now);
-  bus_.publish(hal::channel::fleet_command, message);
-  obey(message);
+void ArenaPort::say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands,
+                    hal::LabTime now, std::uint32_t frame) {
+  if (!messages.empty()) {
+    bus_.publish(hal::channel::to_robots, hal::to_message(messages, now, frame));
+    arena_.robots().offer(messages);
+  }
+  for (const hal::FleetCommand& command : commands) {
+    const fleet_command_t message = hal::to_message(command, now);
+    bus_.publish(hal::channel::fleet_command, message);
+    obey(message);
+  }
 }
 
 bool ArenaPort::obey(const fleet_command_t& command) {

@@ -32,8 +32,8 @@ class ArenaPort {
   void publish_info();
   // What a scenario answers to frame `frame` at lab time `now`, as one batch each. Commands that no platform knows are
   // refused and counted.
-  void say(std::span<const hal::ToRobot> messages, hal::LabTime now, std::uint32_t frame);
-  void command(const hal::FleetCommand& command, hal::LabTime now);
+  void say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands, hal::LabTime now,
+           std::uint32_t frame);
 
   // Everything dropped, replaced or refused on the way, and inside the arena ("arena.").
   hal::Counters counters() const;

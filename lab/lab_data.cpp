@@ -25,6 +25,11 @@ void tell_merged(LabData& data, std::uint32_t period,
   }
 }
 
+void write_rows(LabData& data, hal::Recorder& recorder) {
+  for (const Row& row : data.rows) recorder.row(row.table, row.header, row.values);
+  data.rows.clear();
+}
+
 void forget_sent(LabData& data) {
   data.to_robots.clear();
   data.commands.clear();

@@ -11,6 +11,7 @@
 #include "hal/counters.hpp"
 #include "hal/projection.hpp"
 #include "hal/random.hpp"
+#include "hal/recorder.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
 #include "lab/lab_state.hpp"
@@ -55,6 +56,8 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
 // The states merged at boundary `period` are in force.
 void tell_merged(LabData& data, std::uint32_t period,
                  const std::vector<std::pair<std::string, const LabState*>>& merged);
+// The rows that the scenario said, to their tables.
+void write_rows(LabData& data, hal::Recorder& recorder);
 // What the scenario said has gone out.
 void forget_sent(LabData& data);
 

@@ -52,6 +52,7 @@ class PeerExchange {
   bool may_begin_next_period() const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
+  Now world_due() const { return world_due_; }
   // `wanted`: the period of the peers' states that the lab waits for since its last boundary.
   PeerWait wait_for(std::uint32_t wanted) const;
 

@@ -27,10 +27,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       bus_(private_bus),
       recorder_(recorder),
       run_id_(run_id),
-      recording_(bus_.subscribe(".*",
-                                [this](std::string_view channel, std::span<const std::byte> bytes) {
-                                  recorder_.record(arena_.clock().now(), channel, bytes);
-                                })),
+      recording_(recorder_.record_all(bus_, arena_.clock())),
       port_(arena, private_bus),
       peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings)),
@@ -39,7 +36,6 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
 // ---------------------------------------------------------------- one step
 
 Runner::Step Runner::step(Now now) {
-  if (phase_ == Phase::ended) return Step::ended;
   now_ = now;
   peers_.set_now(now);
   arena_.serve();
@@ -49,7 +45,7 @@ Runner::Step Runner::step(Now now) {
   try {
     return go_on();
   } catch (...) {
-    write_rows();  // what a scenario wrote before it, or the arena, failed is not lost
+    write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
     throw;
   }
 }
@@ -130,15 +126,9 @@ bool Runner::advance_to(hal::LabTime t) {
 
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
-  port_.say(data_.to_robots, data_.now, own_.frame().number);
-  for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
-  write_rows();
+  port_.say(data_.to_robots, data_.commands, data_.now, own_.frame().number);
+  write_rows(data_, recorder_);
   forget_sent(data_);
-}
-
-void Runner::write_rows() {
-  for (const Row& row : data_.rows) recorder_.row(row.table, row.header, row.values);
-  data_.rows.clear();
 }
 
 // ---------------------------------------------------------------- boundaries
@@ -193,11 +183,10 @@ void Runner::publish_status() {
   status_due_ = now_ + repeat_status;
 }
 
-// An arena that computes its own time goes on with the next call; others say when.
 Runner::Step Runner::wait_for_arena() {
   awaits_arena_ = true;
   if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_text_ = "waiting for " + wanted;
-  return arena_.next_service() > hal::machine_time().now() ? Step::waiting : Step::advanced;
+  return Step::waiting;
 }
 
 // `wanted`: the period of the peers' states that is waited for.
@@ -223,18 +212,20 @@ void Runner::fail(std::string_view why) {
   if (failed_ || phase_ == Phase::ended) return;
   awaits_arena_ = false;
   reason_ = why;
-  state_text_ = "failed: " + reason_;
   enter(Phase::failing);
   failed_ = true;
   peers_.linger_after_failure();
-  publish_status();
-  recorder_.flush();
+  say_last("failed: " + reason_);
 }
 
 void Runner::finish() {
-  state_text_ = "finished";
   enter(Phase::lingering);
   peers_.linger_after_last_period();
+  say_last("finished");
+}
+
+void Runner::say_last(std::string state) {
+  state_text_ = std::move(state);
   publish_status();
   bus_.drain();
   recorder_.flush();

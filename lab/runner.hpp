@@ -3,6 +3,7 @@
 // here blocks: the caller waits, in one place, for messages and for the arena. Single-threaded.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -30,8 +31,8 @@ class Runner {
 
   enum class Step {
     advanced,  // did something; call again
-    waiting,   // can do nothing before a message comes, a timer is due or the arena wants service:
-               // serve the buses for a while, then call again
+    waiting,   // can do nothing before a message comes, due() is there or the arena wants service: serve the buses
+               // meanwhile, then call again
     ended,     // over; see finished() and reason()
   };
 
@@ -39,8 +40,11 @@ class Runner {
   Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
          Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id);
 
-  // Handles what is on the private bus, then at most one frame or one boundary. Throws what arena or scenario throw.
+  // Serves the arena, handles what is on the private bus, says in the status each second how it is, then handles at
+  // most one frame or one boundary; none after the end, while the arena ends. Throws what arena or scenario throw.
   Step step(Now now);
+  // When step() is wanted at the latest after it has waited.
+  Now due() const { return awaits_arena_ ? status_due_ : std::min(status_due_, peers_.world_due()); }
   // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
   void stop(std::string_view why);
   // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the
@@ -70,7 +74,6 @@ class Runner {
   Step next_event();
   bool advance_to(hal::LabTime t);
   void deliver();
-  void write_rows();
   void close_period();
   void merge_period();
   void publish_status();
@@ -78,6 +81,7 @@ class Runner {
   Step wait_for_peers(std::uint32_t wanted);
   void fail(std::string_view why);
   void finish();
+  void say_last(std::string state);
   Step linger();
   void enter(Phase phase);
 

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <boost/asio/io_context.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
@@ -18,7 +17,8 @@ namespace arkmesh::testbed {
 namespace {
 
 constexpr int jpeg_quality = 80;
-constexpr hal::LabTime outage_after{1'500'000}, outage_every{1'000'000};
+constexpr hal::LabTime outage_after{1'500'000};
+constexpr std::chrono::milliseconds again_after{950}, look_for_it_every{250};
 
 // What people want to know at a glance.
 std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now) {
@@ -33,14 +33,14 @@ std::string caption(const std::vector<tracker::Track>& tracks, hal::LabTime now)
 
 ArenaView::ArenaView(const KilobotSettings& settings, hal::Bus& bus, hal::EventLoop& loop,
                      std::filesystem::path directory)
-    : loop_(loop),
-      lab_(settings.arena.info.name),
+    : lab_(settings.arena.info.name),
       frame_period_(settings.arena.info.frame_period),
       directory_(std::move(directory)),
       keep_video_(settings.window.keep_video) {
   if (settings.window.open) {
     server_ = std::make_unique<hal::MjpegServer>(loop, "127.0.0.1", settings.window.port);
     for (std::size_t k = 0; k < settings.cameras.size(); ++k) server_->announce(stream(k));
+    again_.emplace(loop, look_for_it_every, [this] { show_again(); });
     spdlog::info("the testbed is to be seen at http://127.0.0.1:{}/", server_->port());
   }
   subscriptions_.push_back(
@@ -70,22 +70,22 @@ void ArenaView::hear_shared(std::span<const std::byte> bytes) {
 }
 
 void ArenaView::look(const testbed::Look& look) {
-  loop_.poll();
+  tracker_ = &look.tracker;
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];
     if (picture.empty()) {
-      show_outage(k, look.now);
+      if (const auto last = last_.find(k); last != last_.end()) last->second.missing = look.now - last->second.at;
       continue;
     }
-    last_[k] = {.picture = picture, .at = look.now, .said = look.now};
+    Last& last = last_[k];
+    last.picture = picture;
+    last.at = look.now;
+    last.missing = {};
     if (!watched(k) && !keep_video_) continue;
     cv::Mat drawn = draw(picture, k, look.tracker);
     if (keep_video_) store(k, drawn);
-    if (!watched(k)) continue;
-    tracker::draw_caption(drawn, caption(look.tracker.tracks(), look.now));
-    show(k, drawn);
+    if (watched(k)) show(k, drawn, caption(look.tracker.tracks(), look.now));
   }
-  loop_.poll();
 }
 
 cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
@@ -100,23 +100,26 @@ cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracke
 }
 
 // Nobody takes a picture that stands still for the testbed.
-void ArenaView::show_outage(std::size_t camera, hal::LabTime now) {
-  const auto last = last_.find(camera);
-  if (last == last_.end() || now - last->second.at < outage_after || now - last->second.said < outage_every ||
-      !watched(camera))
-    return;
-  last->second.said = now;
-  cv::Mat drawn;
-  last->second.picture.convertTo(drawn, -1, 0.4);
-  tracker::draw_caption(
-      drawn, fmt::format("no new picture for {:.0f} s", static_cast<double>((now - last->second.at).count()) * 1e-6));
-  show(camera, drawn);
+void ArenaView::show_again() {
+  const auto now = std::chrono::steady_clock::now();
+  for (const auto& [camera, last] : last_) {
+    if (now - last.shown < again_after || !watched(camera)) continue;
+    if (last.missing < outage_after) {
+      show(camera, draw(last.picture, camera, *tracker_), caption(tracker_->tracks(), last.at));
+      continue;
+    }
+    cv::Mat dark;
+    last.picture.convertTo(dark, -1, 0.4);
+    show(camera, dark, fmt::format("no new picture for {:.0f} s", static_cast<double>(last.missing.count()) * 1e-6));
+  }
 }
 
-void ArenaView::show(std::size_t camera, const cv::Mat& drawn) {
+void ArenaView::show(std::size_t camera, cv::Mat drawn, const std::string& words) {
+  tracker::draw_caption(drawn, words);
   std::vector<unsigned char> jpeg;
   if (cv::imencode(".jpg", drawn, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality}))
     server_->show(stream(camera), std::as_bytes(std::span(jpeg)));
+  last_[camera].shown = std::chrono::steady_clock::now();
 }
 
 void ArenaView::store(std::size_t camera, const cv::Mat& drawn) {

@@ -2,10 +2,12 @@
 // on this machine and, on request, as videos beside the other results.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "hal/bus.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/mjpeg_server.hpp"
+#include "hal/on_loop.hpp"
 #include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::testbed {
@@ -23,7 +26,8 @@ class ArenaView {
   // draw come over `bus`; it and `loop` outlive the window. Throws std::runtime_error when the port is taken.
   ArenaView(const KilobotSettings& settings, hal::Bus& bus, hal::EventLoop& loop, std::filesystem::path directory);
 
-  // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made.
+  // Draws, shows and stores what was just seen. Costs nothing while nobody watches and no video is made. What is shown
+  // last is shown again each second, with what the bus has told since, while nothing new is seen.
   void look(const testbed::Look& look);
 
  private:
@@ -35,12 +39,11 @@ class ArenaView {
   void hear_shared(std::span<const std::byte> bytes);
   bool watched(std::size_t camera) const { return server_ && server_->watchers(stream(camera)) > 0; }
   cv::Mat draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const;
-  void show(std::size_t camera, const cv::Mat& drawn);
-  void show_outage(std::size_t camera, hal::LabTime now);
+  void show(std::size_t camera, cv::Mat drawn, const std::string& words);
+  void show_again();
   void store(std::size_t camera, const cv::Mat& drawn);
   static std::string stream(std::size_t camera) { return "camera" + std::to_string(camera); }
 
-  hal::EventLoop& loop_;
   std::string lab_;
   hal::LabTime frame_period_;
   std::filesystem::path directory_;
@@ -49,12 +52,15 @@ class ArenaView {
   std::map<std::size_t, Video> videos_;
   struct Last {
     cv::Mat picture;
-    hal::LabTime at{0}, said{0};  // when it came; when it was last shown as one that is all there is
+    hal::LabTime at{0}, missing{0};  // when it came; how long none has come since
+    std::chrono::steady_clock::time_point shown{};
   };
-  std::map<std::size_t, Last> last_;  // of each camera
+  std::map<std::size_t, Last> last_;                // of each camera
+  const tracker::TableTracker* tracker_ = nullptr;  // of who calls look() and owns this
   std::vector<hal::OverlayCircle> overlay_,
       ghosts_;  // the scenario's; robots of other labs, where they are in this arena
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
+  std::optional<hal::Repeating> again_;
 };
 
 // Nothing when nobody watches the arena that is asked for. Refuses `kilobot`'s port when it is taken.

@@ -2,14 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
+#include "hal/loop_time.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
@@ -21,10 +23,17 @@ namespace {
 namespace fs = std::filesystem;
 using hal::Finding;
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds answers_within = 8s;
 constexpr std::chrono::milliseconds look_every = 10ms;
+
+// Until the device has answered, or had its time.
+void wait_until(const std::function<bool()>& answered) {
+  hal::EventLoop loop;
+  hal::LoopTime time(loop);
+  for (const hal::TimePoint end = time.now() + answers_within; !answered() && time.now() < end;)
+    time.wait_until(time.now() + look_every);
+}
 
 Finding controller(const std::string& port) {
   Finding finding{"overhead controller " + port, "",
@@ -32,10 +41,8 @@ Finding controller(const std::string& port) {
   try {
     const std::unique_ptr<hal::kilobot::ByteStream> stream = hal::kilobot::make_byte_stream(port);
     stream->open();
-    const auto end = Clock::now() + answers_within;
-    auto state = stream->check();
-    for (; state == hal::kilobot::ByteStream::State::opening && Clock::now() < end; state = stream->check())
-      std::this_thread::sleep_for(look_every);
+    auto state = hal::kilobot::ByteStream::State::opening;
+    wait_until([&] { return (state = stream->check()) != hal::kilobot::ByteStream::State::opening; });
     if (state == hal::kilobot::ByteStream::State::open) return finding;
     finding.problem =
         stream->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : stream->trouble();
@@ -59,9 +66,8 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
       no_calibration = wrong.what();
     }
     const auto feed = tracker::open_camera(source, lens.width_px, lens.height_px);
-    const auto end = Clock::now() + answers_within;
     cv::Mat picture;
-    while ((picture = feed->newest()).empty() && Clock::now() < end) std::this_thread::sleep_for(look_every);
+    wait_until([&] { return !(picture = feed->newest()).empty(); });
     if (picture.empty()) throw std::runtime_error(feed->trouble());
     finding.what += fmt::format(", {} x {} pixels", picture.cols, picture.rows);
     finding.mend = "calibrate it with: arkmesh calibrate";

@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <span>
 #include <stdexcept>
-#include <thread>
 
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
@@ -20,7 +19,7 @@ namespace {
 
 using TimePoint = std::chrono::steady_clock::time_point;
 
-constexpr std::chrono::milliseconds serve_every{3};
+constexpr std::chrono::milliseconds stop_within{20};
 constexpr double longest_still_s = 1;  // a camera that gave nothing for longer leaves a jump in the video
 
 double seconds(hal::LabTime t) {
@@ -93,12 +92,8 @@ void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTrac
 }
 
 void TrackOutputs::serve_until(TimePoint then) {
-  do {
-    loop_.poll();
-    const TimePoint now = std::chrono::steady_clock::now();
-    if (now >= then || stop_.stopped()) return;
-    std::this_thread::sleep_until(std::min(then, now + serve_every));
-  } while (true);
+  do time_.wait_until(std::min(then, time_.now() + stop_within));
+  while (time_.now() < then && !stop_.stopped());
 }
 
 void TrackOutputs::finish(const tracker::TableTracker& tracker) {

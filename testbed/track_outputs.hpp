@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/bus.hpp"
+#include "hal/loop_time.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/source.hpp"
@@ -50,6 +51,7 @@ class TrackOutputs {
   std::ofstream csv_;
   std::optional<hal::Bus> bus_;
   hal::EventLoop loop_;
+  hal::LoopTime time_{loop_};
   std::optional<hal::MjpegServer> server_;
   cv::VideoWriter video_;
   std::int64_t in_video_ = 0;  // pictures written, by the video's clock

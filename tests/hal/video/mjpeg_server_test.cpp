@@ -222,13 +222,13 @@ TEST_CASE("no more clients than there is room for") {
   MjpegServer server("127.0.0.1", 0);
   show(server, "table", jpeg(100));
   std::vector<std::unique_ptr<RawClient>> clients;
-  for (std::size_t k = 0; k < MjpegServer::most_clients + 5; ++k) {
+  for (std::size_t k = 0; k < MjpegServer::max_clients + 5; ++k) {
     clients.push_back(std::make_unique<RawClient>(server.port()));
     REQUIRE(serve_until(server, [&] {
       return server.counters()["mjpeg.clients"] + server.counters()["mjpeg.refused.too_many"] == k + 1;
     }));
   }
-  CHECK(server.counters()["mjpeg.clients"] == MjpegServer::most_clients);
+  CHECK(server.counters()["mjpeg.clients"] == MjpegServer::max_clients);
   CHECK(server.counters()["mjpeg.refused.too_many"] == 5);
   clients.clear();
   CHECK(answer_to(server, "GET /table.jpg HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 200"));

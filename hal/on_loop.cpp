@@ -1,0 +1,63 @@
+#include "hal/on_loop.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <utility>
+
+namespace arkmesh::hal {
+
+namespace asio = boost::asio;
+using Error = boost::system::error_code;
+
+struct Readable::State : std::enable_shared_from_this<State> {
+  State(EventLoop& loop, int descriptor, std::function<void()> what)
+      : stream(loop, descriptor), ready(std::move(what)) {}
+
+  void watch() {
+    stream.async_wait(asio::posix::stream_descriptor::wait_read, [weak = weak_from_this()](Error error) {
+      const auto self = weak.lock();
+      if (!self || error) return;
+      self->ready();
+      self->watch();
+    });
+  }
+
+  asio::posix::stream_descriptor stream;
+  std::function<void()> ready;
+};
+
+Readable::Readable(EventLoop& loop, int descriptor, std::function<void()> ready)
+    : state_(std::make_shared<State>(loop, descriptor, std::move(ready))) {
+  state_->watch();
+}
+
+Readable::~Readable() {
+  state_->stream.release();
+}
+
+struct Repeating::State : std::enable_shared_from_this<State> {
+  State(EventLoop& loop, std::chrono::milliseconds each, std::function<void()> what)
+      : timer(loop), period(each), due(std::move(what)) {}
+
+  void wait() {
+    timer.expires_after(period);
+    timer.async_wait([weak = weak_from_this()](Error error) {
+      const auto self = weak.lock();
+      if (!self || error) return;
+      self->due();
+      self->wait();
+    });
+  }
+
+  asio::steady_timer timer;
+  std::chrono::milliseconds period;
+  std::function<void()> due;
+};
+
+Repeating::Repeating(EventLoop& loop, std::chrono::milliseconds period, std::function<void()> due)
+    : state_(std::make_shared<State>(loop, period, std::move(due))) {
+  state_->wait();
+}
+
+}  // namespace arkmesh::hal
