@@ -42,8 +42,10 @@ std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
                    [](const std::string& s) { return s.starts_with("shared.labs="); })) {
     std::vector<std::string> names;
     for (const std::string& file : labs.files)
-      names.push_back(
-          fmt::format("\"{}\"", hal::Config::from_file(file, overrides).root().section("lab").required_text("name")));
+      names.push_back(fmt::format("\"{}\"", hal::Config::from_file(file, overrides)
+                                                .root()
+                                                .section("lab")
+                                                .get("name", std::string(), {.required = true})));
     overrides.push_back(fmt::format("shared.labs=[{}]", fmt::join(names, ",")));
   }
   std::vector<hal::Config> configs;

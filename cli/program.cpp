@@ -112,7 +112,7 @@ void hand_over_cameras(const std::vector<std::string>& files, const std::vector<
   for (const std::string& file : files) {
     std::string use;
     try {
-      use = hal::Config::from_file(file, sets).root().section("arena").text("use", "");
+      use = hal::Config::from_file(file, sets).root().section("arena").get("use", std::string());
     } catch (const hal::ConfigError&) {
       continue;
     }

@@ -208,6 +208,15 @@ class LogArena final : public Arena {
   LabTime newest_{-1};              // stamp of the newest frame given out
 };
 
+struct ReplayConfig {
+  std::filesystem::path log;
+
+  void fields(const Section& replay) {
+    replay.field("log", log,
+                 {.help = "the LCM log whose poses are replayed", .sample = "\"log.lcm\"", .required = true});
+  }
+};
+
 std::string seconds(LabTime t) {
   return fmt::format("{} s", std::chrono::duration<double>(t).count());
 }
@@ -223,9 +232,8 @@ ArenaRow log_arena_row() {
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
                                       LabTime run_length) {
   const Section replay = arena.section("replay");
-  const std::filesystem::path file = replay.path("log", "");
+  const std::filesystem::path file = replay.read<ReplayConfig>().log;
   const auto refuse = [&](std::string_view sentence) { replay.refuse("log", sentence); };
-  if (file.empty()) refuse("must name the LCM log whose poses are replayed");
 
   Survey found;
   try {
@@ -257,8 +265,9 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.width_m = found.info->width_m;
     info.height_m = found.info->height_m;
   } else {
-    info.width_m = read_side(arena, "width_m");
-    info.height_m = read_side(arena, "height_m");
+    const auto sides = arena.read<ArenaSides>();
+    info.width_m = sides.width_m;
+    info.height_m = sides.height_m;
   }
   if (found.info && found.info->max_robot >= 0 && found.info->kinds >= 0 && found.info->kinds <= 255 &&
       found.info->values >= 0 && found.info->values <= 65'535) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/config_tree.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/ode_arena.hpp"
 

@@ -320,7 +320,7 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
 
 std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
                                   const TableOptions& options) {
-  if (arena.number("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
+  if (arena.get("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
   return make(arena, lab, seed, options);
 }
 
