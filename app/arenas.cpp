@@ -9,7 +9,7 @@
 #include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/ode_arena.hpp"
 #if ARKMESH_CAMERAS
-#include "emulator/room_arena.hpp"
+#include "emulator/emulated_arena.hpp"
 #include "testbed/kilobot_row.hpp"
 #endif
 
@@ -20,11 +20,11 @@ std::vector<hal::ArenaRow>& arena_rows() {
     sim_ode::ode_arena_row(),
 #if ARKMESH_CAMERAS
     testbed::kilobot_arena_row(),
-    emulator::room_arena_row(),
+    emulator::emulated_arena_row(),
 #else
     // Known by name, for whoever reads a lab's file without them.
     {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, nullptr},
-    {"room", {"room", "kilobot"}, hal::ArenaRow::Robots::simulated, nullptr},
+    {"emulated", {"emulated", "kilobot"}, hal::ArenaRow::Robots::simulated, nullptr},
 #endif
     hal::log_arena_row(),
     hal::null_arena_row(),

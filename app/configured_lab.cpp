@@ -28,10 +28,10 @@ std::unique_ptr<lab::Scenario> make_scenario(const hal::Section& root, const lab
 }
 
 // 64 random bits, never 0.
-std::uint64_t random_nonce() {
+std::uint64_t random_run_id() {
   std::random_device device;
-  const std::uint64_t nonce = static_cast<std::uint64_t>(device()) << 32 | device();
-  return nonce == 0 ? 1 : nonce;
+  const std::uint64_t run_id = static_cast<std::uint64_t>(device()) << 32 | device();
+  return run_id == 0 ? 1 : run_id;
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ std::uint64_t random_nonce() {
 ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory)
     : config_(std::move(config)),
       run_config_(config_.root().read<lab::RunConfig>()),
-      nonce_(random_nonce()),
+      run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_url_ = root.section("bus").read<hal::BusConfig>().url;
@@ -51,7 +51,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
 
   folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(directory), recorder.options());
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
-                                          folder_->recorder(), nonce_);
+                                          folder_->recorder(), run_id_);
 }
 
 // Robots do not go on when a run ends by an exception.

@@ -34,7 +34,7 @@ class ConfiguredLab {
   // The file that it was read from.
   std::string file() const { return config_.file().string(); }
   const lab::RunFolder& folder() const { return *folder_; }
-  std::uint64_t nonce() const { return nonce_; }
+  std::uint64_t run_id() const { return run_id_; }
   hal::Bus& bus() { return private_bus_; }
 
  private:
@@ -42,7 +42,7 @@ class ConfiguredLab {
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
   std::string bus_url_;
-  std::uint64_t nonce_;
+  std::uint64_t run_id_;
   hal::Bus private_bus_;
   std::unique_ptr<hal::Arena> arena_;
   std::unique_ptr<lab::Scenario> scenario_;

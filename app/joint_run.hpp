@@ -1,4 +1,4 @@
-// Several labs in one process and one thread: each with its own buses, nonce and gateway, joined by loopback links.
+// Several labs in one process and one thread: each with its own buses, run id and gateway, joined by loopback links.
 // Time-outs, repetition and lingering count steps of one millisecond, not wall time, so a run's course depends on its
 // configuration alone.
 #pragma once

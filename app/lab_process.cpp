@@ -21,7 +21,7 @@ LabProcess::LabProcess(hal::Config config, const std::filesystem::path& director
 void LabProcess::refuse_neighbours() {
   std::string other;
   hal::NeighbourDetector detector(public_bus_, [&](const hal::Talker& talker) {
-    if (!talker.is_gateway && talker.number != lab_.nonce()) other = talker.lab;
+    if (!talker.is_gateway && talker.number != lab_.run_id()) other = talker.lab;
   });
   detector.listen(1200ms, [&] { return !other.empty(); });
   if (!other.empty())

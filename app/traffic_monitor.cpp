@@ -2,7 +2,7 @@
 
 #include "arkmesh/peers_t.hpp"
 #include "hal/messages.hpp"
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::app {
 

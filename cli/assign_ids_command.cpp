@@ -1,4 +1,4 @@
-// `arkmesh assign-ids`: gives each robot on the table an id of its own.
+// `arkmesh assign-ids`: gives each robot in the arena an id of its own.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -18,12 +18,12 @@ namespace {
 
 struct AssignOptions {
   SetUpOptions common{.program = "assign_ids"};
-  double most_s = 0;
+  double max_s = 0;
 };
 
 int assign(const AssignOptions& options) {
   OperatorStop stop;
-  testbed::AssignIdsSettings settings{.ids = options.common.listed_ids(1022), .most_s = options.most_s};
+  testbed::AssignIdsSettings settings{.ids = options.common.listed_ids(1022), .max_s = options.max_s};
   testbed::SetUpArena arena = options.common.open_arena(stop);
   if (settings.ids.empty()) settings.ids = arena.info().robots;
   options.common.say_program(arena);
@@ -53,8 +53,7 @@ void add_assign_ids_command(CLI::App& app) {
   command->add_option("--ids", options->common.ids,
                       "Ids to give, such as 0-11,40, in rows from north to south (default: the lab's robots)");
   command
-      ->add_option("--seconds", options->most_s,
-                   "Give up after this time (default: 180, and half a second for each id)")
+      ->add_option("--seconds", options->max_s, "Give up after this time (default: 180, and half a second for each id)")
       ->check(CLI::Range(1.0, 1e5));
   command->footer(
       "Examples:\n  arkmesh assign-ids lab.toml\n  arkmesh assign-ids lab.toml --ids 100-149\n"

@@ -61,7 +61,7 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
     throw std::runtime_error(
-        fmt::format("{}: no table stands out from its surroundings; give its corners with --corner x,y, four times",
+        fmt::format("{}: no arena stands out from its surroundings; give its corners with --corner x,y, four times",
                     options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
@@ -94,14 +94,14 @@ void calibrate(const CalibrateOptions& options) {
       "{:.3f} px)\n",
       fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
       lens.pictures, fisheye ? "pinhole" : "fisheye", lens.other_error_px);
-  const std::vector<tracker::Mark> marks = options.given_marks();
+  const std::vector<tracker::Mark> landmarks = options.given_landmarks();
   const tracker::CameraData data =
-      marks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
-                    : tracker::place_camera(lens.lens, marks, width_m, height_m);
+      landmarks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
+                        : tracker::place_camera(lens.lens, landmarks, width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
-  fmt::print("camera: {:.3f} m above the table, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
-             place[0], place[1], marks.empty() ? "corners" : "marks", data.error_px, data.error_mm);
+  fmt::print("camera: {:.3f} m above the arena, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
+             place[0], place[1], landmarks.empty() ? "corners" : "landmarks", data.error_px, data.error_mm);
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
   const std::size_t cameras = testbed::put_into(options.out, options.name, data);
@@ -134,9 +134,9 @@ void add_calibrate_command(CLI::App& app) {
   const auto options = std::make_shared<CalibrateOptions>();
   options->add_to(*command);
   command->footer(
-      "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners table.png --arena 1x1 --out "
-      "table.yaml\n"
-      "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out table.yaml");
+      "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners arena.png --arena 1x1 --out "
+      "testbed.yaml\n"
+      "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out testbed.yaml");
   command->callback([options] {
     tracker::quieten_libraries();
     options->ark.empty() ? calibrate(*options) : import_ark(*options);

@@ -1,4 +1,4 @@
-// `arkmesh calibrate-motors`: duties at which each robot on the table turns and goes straight as it should.
+// `arkmesh calibrate-motors`: duties at which each robot in the arena turns and goes straight as it should.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -21,7 +21,7 @@ namespace {
 struct CalibrateOptions {
   SetUpOptions common{.program = "calibrate_motors"};
   int first_duty = 60;
-  double most_s = 900;
+  double max_s = 900;
 };
 
 std::string result(const tracker::MotorCalibrator::Robot& robot) {
@@ -47,13 +47,13 @@ void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
 int calibrate(const CalibrateOptions& options) {
   OperatorStop stop;
   testbed::CalibrateMotorsSettings settings{
-      .ids = options.common.listed_ids(1022), .first_duty = options.first_duty, .most_s = options.most_s};
+      .ids = options.common.listed_ids(1022), .first_duty = options.first_duty, .max_s = options.max_s};
   testbed::SetUpArena arena = options.common.open_arena(stop);
   if (settings.ids.empty()) settings.ids = arena.info().robots;
   std::ranges::sort(settings.ids);
-  if (settings.ids.size() > testbed::most_robots_to_calibrate)
+  if (settings.ids.size() > testbed::max_robots_to_calibrate)
     throw CLI::ValidationError("--ids", fmt::format("{} robots are too many at once; calibrate at most {} at a time",
-                                                    settings.ids.size(), testbed::most_robots_to_calibrate));
+                                                    settings.ids.size(), testbed::max_robots_to_calibrate));
   options.common.say_program(arena);
   ProgressLine progress("calibrate-motors");
   const testbed::CalibrateMotorsReport report = testbed::calibrate_motors(arena, settings, stop, progress);
@@ -72,7 +72,7 @@ void add_calibrate_motors_command(CLI::App& app) {
   command->add_option("--duty", options->first_duty, "To begin with, of 255")
       ->check(CLI::Range(40, 110))
       ->capture_default_str();
-  command->add_option("--seconds", options->most_s, "Give a robot up after this time")
+  command->add_option("--seconds", options->max_s, "Give a robot up after this time")
       ->check(CLI::Range(10.0, 1e5))
       ->capture_default_str();
   command->footer(

@@ -37,22 +37,22 @@ void CalibrateOptions::add_to(CLI::App& command) {
                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
   command
       .add_option("--corners", corner_picture,
-                  "A picture of the whole table; without --corner its corners are looked for, the upper left "
+                  "A picture of the whole arena; without --corner its corners are looked for, the upper left "
                   "one being north-west")
       ->check(CLI::ExistingFile);
   command
-      .add_option("--mark", marks,
-                  "A point of the table, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
+      .add_option("--landmark", landmarks,
+                  "A point of the testbed, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
                   "east, y north of the "
                   "arena's middle); "
                   "four times or more, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command.add_option("--name", name, "The camera's name in the file")->capture_default_str();
-  command.add_option("--png", png, "Draw the arena over the picture of the table, to see whether it fits");
+  command.add_option("--png", png, "Draw the arena over the picture of the testbed, to see whether it fits");
   command.add_option("--out", out, "The calibration file (.yaml); other cameras in it are kept")->required();
   auto* import_ark =
       command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
-  command.add_option("--camera-height", camera_height_m, "Metres of ARK's cameras above the table")
+  command.add_option("--camera-height", camera_height_m, "Metres of ARK's cameras above the arena")
       ->check(CLI::Range(0.1, 50.0))
       ->needs(import_ark)
       ->capture_default_str();
@@ -93,9 +93,9 @@ std::vector<tracker::Point> CalibrateOptions::given_corners() const {
 }
 
 // "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
-std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
+std::vector<tracker::Mark> CalibrateOptions::given_landmarks() const {
   std::vector<tracker::Mark> found;
-  for (const std::string& text : marks) {
+  for (const std::string& text : landmarks) {
     tracker::Mark mark;
     char rest = 0;
     const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
@@ -104,7 +104,8 @@ std::vector<tracker::Mark> CalibrateOptions::given_marks() const {
     if (read != 4 ||
         !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
       throw CLI::ValidationError(
-          "--mark", fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+          "--landmark",
+          fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
     found.push_back(mark);
   }
   return found;

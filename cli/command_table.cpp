@@ -11,13 +11,13 @@ constexpr CommandRow rows[] = {
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
     {"doctor", "Says what is wrong with this machine, and the command that mends it", light_program},
     {"controller", "Runs or checks a robot's program by itself", lab_program},
-    {"room", "A virtual room: simulated Kilobots behind cameras and an overhead controller", testbed_program},
+    {"emulator", "An emulated testbed: simulated Kilobots behind cameras and an overhead controller", testbed_program},
     {"ohc", "Drives an overhead controller by hand", light_program},
     {"track", "Finds the robots on pictures; follows them in videos and before cameras", testbed_program},
     {"calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners",
      testbed_program},
-    {"identify", "Find out which robot on a lab's table is which", testbed_program},
-    {"assign-ids", "Give each robot on a lab's table an id of its own", testbed_program},
+    {"identify", "Find out which robot in a lab's arena is which", testbed_program},
+    {"assign-ids", "Give each robot in a lab's arena an id of its own", testbed_program},
     {"calibrate-motors", "Find and store the duties at which each robot turns and goes straight as it should",
      testbed_program},
 };
@@ -33,8 +33,12 @@ const CommandRow* find_command(std::string_view name) {
   return row == std::end(rows) ? nullptr : row;
 }
 
+const char* new_name(std::string_view old_name) {
+  return old_name == "room" ? "emulator" : nullptr;
+}
+
 bool needs_cameras(std::string_view arena) {
-  return arena == "kilobot" || arena == "room";
+  return arena == "kilobot" || arena == "emulated";
 }
 
 }  // namespace arkmesh::cli

@@ -9,19 +9,21 @@ namespace arkmesh::cli {
 
 struct CommandRow {
   const char* name;
-  const char* purpose;  // as --help lists it
-  const char* program;  // the smallest that runs it
+  const char* purpose;       // as --help lists it
+  std::string_view program;  // the smallest that runs it
 };
 
-inline constexpr const char* light_program = "arkmesh";
-inline constexpr const char* gateway_program = "arkmesh-gateway";
-inline constexpr const char* lab_program = "arkmesh-lab";          // simulated arenas
-inline constexpr const char* testbed_program = "arkmesh-testbed";  // cameras, and all that arkmesh-lab does
+inline constexpr std::string_view light_program = "arkmesh";
+inline constexpr std::string_view gateway_program = "arkmesh-gateway";
+inline constexpr std::string_view lab_program = "arkmesh-lab";          // simulated arenas
+inline constexpr std::string_view testbed_program = "arkmesh-testbed";  // cameras, and all that arkmesh-lab does
 
 // In the order in which --help lists them.
 std::span<const CommandRow> command_table();
 // Null when there is no such command.
 const CommandRow* find_command(std::string_view name);
+// What the command of that old name is called today; null when it is no old name.
+const char* new_name(std::string_view old_name);
 // Whether a lab with this arena.use is run by arkmesh-testbed only.
 bool needs_cameras(std::string_view arena);
 

@@ -22,7 +22,7 @@ void add_gateway_command(CLI::App& app);
 void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
 void add_controller_command(CLI::App& app);
 void add_controller_run_command(CLI::App& controller);
-void add_room_command(CLI::App& app);
+void add_emulator_command(CLI::App& app);
 void add_ohc_command(CLI::App& app);
 void add_track_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);

@@ -39,7 +39,7 @@ void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testb
   const auto file = std::make_shared<std::string>();
   command->add_option(
       "LABFILE", *file,
-      "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real table");
+      "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real testbed");
   const auto sets = std::make_shared<std::vector<std::string>>();
   command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
   command->footer(

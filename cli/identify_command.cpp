@@ -1,4 +1,4 @@
-// `arkmesh identify`: which robot on the table is which.
+// `arkmesh identify`: which robot in the arena is which.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ struct IdentifyOptions {
   SetUpOptions common;
   std::string protocol = "spelled";
   bool any = false;
-  double most_s = 0;  // 0: as long as it may take
+  double max_s = 0;  // 0: as long as it may take
 };
 
 void print(const testbed::IdentifyReport& report) {
@@ -50,7 +50,7 @@ int identify(const IdentifyOptions& options) {
                                                  : options.protocol == "ark"   ? Protocol::ark
                                                                                : Protocol::ark_runtime,
                                      .expected = options.common.listed_ids(arena.info().max_robot),
-                                     .most_s = options.most_s};
+                                     .max_s = options.max_s};
   if (settings.expected.empty() && !options.any) settings.expected = arena.info().robots;
   std::ranges::sort(settings.expected);
   ProgressLine progress("identify");
@@ -75,7 +75,7 @@ void add_identify_command(CLI::App& app) {
   command->add_option("--ids", options->common.ids, "Whom to expect, such as 0-11,40 (default: the lab's robots)");
   command->add_flag("--any", options->any, "Expect nobody in particular: whoever answers")->excludes("--ids");
   command
-      ->add_option("--seconds", options->most_s,
+      ->add_option("--seconds", options->max_s,
                    "Give up after this time (default: 120, with ARK's messages 3 for each id)")
       ->check(CLI::Range(1.0, 1e5));
   command->footer(

@@ -27,18 +27,18 @@ std::vector<Packet> give_id(const std::string& text) {
   return set_id_packets(id);
 }
 
-bool say(const OhcOptions& options, const OhcSaying& saying) {
+bool say(const OhcOptions& options, const OhcCommand& command) {
   OperatorStop stop;
   ProgressLine status;
   OhcSession session(options.port, from_seconds(options.settle_s), stop, status);
-  const OhcSaid said = session.say(saying);
+  const OhcSaid said = session.say(command);
   if (!said.all)
-    fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s\n", saying.name, said.seconds,
+    fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s\n", command.name, said.seconds,
                said.of_seconds);
   return said.all;
 }
 
-void add_sayings(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
+void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   // `packets` is called when the command is, so that its numbers are there
   const auto add = [&ohc, options](const std::string& name, const std::string& help, double usual_s, auto packets) {
     CLI::App* command = ohc.add_subcommand(name, help)->fallthrough();
@@ -91,7 +91,7 @@ void add_ohc_command(CLI::App& app) {
   const auto options = std::make_shared<OhcOptions>();
   CLI::App* ohc = add_command(app, "ohc");
   ohc->add_option("PORT", options->port,
-                  "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh room)")
+                  "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
   ohc->add_option("--seconds", options->seconds, "Repeat the command for so long (usually 1, wake 10)")
       ->check(CLI::Range(0.04, 86400.0));
@@ -109,7 +109,7 @@ void add_ohc_command(CLI::App& app) {
       "killed, or the\n"
       "cable pulled, it goes on with what it was told: arkmesh ohc PORT stop. Ends with 1 when it cannot be reached.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
-  add_sayings(*ohc, options);
+  add_commands(*ohc, options);
   add_ohc_upload_command(*ohc, options);
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/ohc_packets.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
 
 namespace arkmesh::cli {
 

@@ -27,12 +27,15 @@ bool is_own(std::string_view name) {
 
 // Becomes another program of our folder; PATH, which may hold another version, is not asked. `purpose`: what it is
 // needed for.
-[[noreturn]] void become(const char* program, const std::string& purpose) {
-  if (!ARKMESH_CAMERAS && program == std::string_view(testbed_program))
+[[noreturn]] void become(std::string_view program, const std::string& purpose) {
+  if (!ARKMESH_CAMERAS && program == testbed_program)
     throw hal::ConfigError(fmt::format(
         "{} needs cameras, and this arkmesh was built without OpenCV; install libopencv-dev and build it again",
         purpose));
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe"), folder = self.parent_path();
+  if (self.filename() == program)  // it would start itself for ever
+    throw std::runtime_error(
+        fmt::format("{} is not in {}; install all programs of one arkmesh anew", purpose, self.string()));
   ::execv((folder / program).c_str(), arguments);
   if (errno == ENOENT)
     throw std::runtime_error(
@@ -63,6 +66,9 @@ int parse(CLI::App& app, int argc, char** argv) {
 }
 
 int run(int argc, char** argv) {
+  if (argc > 1)
+    if (const char* const now = new_name(argv[1]))
+      throw hal::ConfigError(fmt::format("the command {} is called {} now: arkmesh {}", argv[1], now, now));
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;

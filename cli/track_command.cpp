@@ -118,7 +118,7 @@ void add_track_command(CLI::App& app) {
   command->footer(
       "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
       "drawn.mp4\n"
-      "  arkmesh track 0 --calibration table.yaml --serve 8095\n"
+      "  arkmesh track 0 --calibration testbed.yaml --serve 8095\n"
       "With --json a picture's robots are a list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, "
       "led_heading_rad}; heading_rad "
       "is the\n"

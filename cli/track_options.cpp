@@ -22,7 +22,7 @@ void add_track_options(CLI::App& command, testbed::StreamOptions& options) {
       ->needs(calibration);
   command.add_option("--csv", options.csv, "Write a row for each robot and picture");
   command.add_option("--video", options.video, "Write a video with the robots drawn on it (.mp4 or .avi)");
-  command.add_option("--serve", options.serve_port, "Show it live in browsers: http://127.0.0.1:PORT/table")
+  command.add_option("--serve", options.serve_port, "Show it live in browsers: http://127.0.0.1:PORT/arena")
       ->check(CLI::Range(0, 65535));
   command.add_option("--publish", options.publish, "Publish poses on this LCM bus, tracks' numbers as ids");
   command.add_option("--seconds", options.seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));

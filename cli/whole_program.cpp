@@ -21,8 +21,8 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"controller", add_controller_command},
     {"ohc", add_ohc_command},
 #if ARKMESH_CAMERAS
-    {"doctor", [](CLI::App& app) { add_doctor_command(app, testbed::table_of); }},
-    {"room", add_room_command},
+    {"doctor", [](CLI::App& app) { add_doctor_command(app, testbed::find_devices); }},
+    {"emulator", add_emulator_command},
     {"track", add_track_command},
     {"calibrate", add_calibrate_command},
     {"identify", add_identify_command},

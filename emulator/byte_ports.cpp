@@ -19,7 +19,7 @@
 namespace arkmesh::emulator {
 namespace {
 
-constexpr std::size_t most_clients = 8, most_line_bytes = 1024, most_answer_bytes = 1 << 16;
+constexpr std::size_t max_clients = 8, max_line_bytes = 1024, max_answer_bytes = 1 << 16;
 
 bool would_wait() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
@@ -48,13 +48,13 @@ PseudoTerminal::PseudoTerminal(const std::string& link) : master_(::posix_openpt
   if (std::filesystem::exists(status) && !std::filesystem::is_symlink(status)) {
     const std::string there = std::exchange(link_, {});
     throw std::runtime_error(
-        fmt::format("room.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
+        fmt::format("emulator.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
   }
   std::filesystem::remove(link_, error);
   std::filesystem::create_symlink(path_, link_, error);
   if (error)
     throw std::runtime_error(
-        fmt::format("cannot make the link room.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
+        fmt::format("cannot make the link emulator.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {
@@ -76,7 +76,7 @@ std::uint16_t TcpPort::port() const {
 }
 
 void TcpPort::accept() {
-  for (std::size_t k = 0; k < most_clients; ++k) {
+  for (std::size_t k = 0; k < max_clients; ++k) {
     Handle client(::accept(listener_.get(), nullptr, nullptr));
     if (!client) return;
     hal::no_waiting(client.get());
@@ -100,11 +100,11 @@ std::uint16_t LinePort::port() const {
 }
 
 void LinePort::serve(const std::function<std::string(std::string_view)>& answer) {
-  for (std::size_t k = 0; k < most_clients; ++k) {
+  for (std::size_t k = 0; k < max_clients; ++k) {
     Handle client(::accept(listener_.get(), nullptr, nullptr));
     if (!client) break;
     hal::no_waiting(client.get());
-    if (clients_.size() < most_clients) clients_.push_back({.handle = std::move(client)});
+    if (clients_.size() < max_clients) clients_.push_back({.handle = std::move(client)});
   }
   std::erase_if(clients_, [&answer](Client& client) { return !serve(client, answer); });
 }
@@ -120,7 +120,7 @@ bool LinePort::serve(Client& client, const std::function<std::string(std::string
   if (n > 0) client.in.append(some.data(), static_cast<std::size_t>(n));
   for (std::size_t end; (end = client.in.find('\n')) != std::string::npos; client.in.erase(0, end + 1))
     client.out += answer(std::string_view(client.in).substr(0, end)) + "\n";
-  if (client.in.size() > most_line_bytes || client.out.size() > most_answer_bytes) return false;
+  if (client.in.size() > max_line_bytes || client.out.size() > max_answer_bytes) return false;
   if (!client.out.empty()) {
     const ssize_t sent = ::send(client.handle.get(), client.out.data(), client.out.size(), MSG_NOSIGNAL);
     if (sent < 0 && !would_wait()) return false;

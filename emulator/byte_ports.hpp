@@ -1,4 +1,4 @@
-// The two ways to the room's overhead controller: a pseudo-terminal, which looks like a serial port, and TCP, as
+// The two ways to the emulator's overhead controller: a pseudo-terminal, which looks like a serial port, and TCP, as
 // ser2net offers one; and TCP for lines of text. Nothing here blocks; all that is held is bounded.
 #pragma once
 

@@ -70,7 +70,7 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
   }
   model_ = first_model_ = make_model(pose_);
   const auto middle = model_.project_near(settings.pose.look_x_m, settings.pose.look_y_m, scene.robot_height_m);
-  if (!middle) throw std::invalid_argument("does not see the table");
+  if (!middle) throw std::invalid_argument("does not see the arena");
   radius_px_ = radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
   if (radius_px_ < 2 || radius_px_ > 200)
     throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
@@ -117,16 +117,16 @@ void Camera::draw_table() {
   if (settings_.brightness != 1) table_.convertTo(table_, -1, settings_.brightness);
 }
 
-void Camera::picture(std::span<const sim_ode::Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number,
-                     cv::Mat& out) const {
+void Camera::picture(std::span<const sim_ode::SimulatedArena::Seen> robots, std::span<const Hand> hands,
+                     std::uint64_t number, cv::Mat& out) const {
   table_.copyTo(out);
   const auto look_of = [this](std::size_t i) -> const RobotLook& { return looks_[i % looks_.size()]; };
-  for (const sim_ode::Table::Seen& robot : robots)
-    if (robot.on_table) add_shadow(robot, out);
+  for (const sim_ode::SimulatedArena::Seen& robot : robots)
+    if (robot.in_arena) add_shadow(robot, out);
   for (std::size_t i = 0; i < robots.size(); ++i)
-    if (robots[i].on_table) add_body(robots[i], look_of(i), out);
+    if (robots[i].in_arena) add_body(robots[i], look_of(i), out);
   for (std::size_t i = 0; i < robots.size(); ++i)
-    if (robots[i].on_table && robots[i].red + robots[i].green + robots[i].blue > 0) add_led(robots[i], look_of(i), out);
+    if (robots[i].in_arena && robots[i].red + robots[i].green + robots[i].blue > 0) add_led(robots[i], look_of(i), out);
   for (const Hand& hand : hands) add_hand(hand, out);
   add_noise(number, out);
 }
@@ -137,13 +137,13 @@ void Camera::dark_picture(std::uint64_t number, cv::Mat& out) const {
   add_noise(number, out);
 }
 
-double Camera::gain(const sim_ode::Table::Seen& robot, const LocalMap& at) const {
+double Camera::gain(const sim_ode::SimulatedArena::Seen& robot, const LocalMap& at) const {
   return settings_.brightness * scene_.light_at(robot.pose.x_m, robot.pose.y_m) *
          vignetting_at(model_, settings_.vignetting, at.x_px, at.y_px);
 }
 
 // Right under the robot, and falling away from the lamp.
-void Camera::add_shadow(const sim_ode::Table::Seen& robot, cv::Mat& out) const {
+void Camera::add_shadow(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const {
   const double reach_m = (shade_reach + 0.4) * radius_m;
   const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, 0);
   if (!at) return;
@@ -170,14 +170,14 @@ void Camera::add_shadow(const sim_ode::Table::Seen& robot, cv::Mat& out) const {
   }
 }
 
-void Camera::add_body(const sim_ode::Table::Seen& robot, const RobotLook& look, cv::Mat& out) const {
+void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const {
   const double c = std::cos(robot.pose.heading_rad), s = std::sin(robot.pose.heading_rad),
                board_m = scene_.robot_height_m;
   const auto middle = model_.project_near(robot.pose.x_m, robot.pose.y_m, board_m);
   if (!middle) return;
   const auto light = static_cast<float>(gain(robot, *middle));
 
-  // three thin legs, from the board's edge down to the table
+  // three thin legs, from the board's edge down to the arena
   if (radius_px_ > 8)
     for (double angle : {0.0, 2.19, -2.19}) {
       const double x = robot.pose.x_m + 0.017 * std::cos(robot.pose.heading_rad + angle),
@@ -217,13 +217,13 @@ void Camera::add_body(const sim_ode::Table::Seen& robot, const RobotLook& look, 
   }
 }
 
-void Camera::add_led(const sim_ode::Table::Seen& robot, const RobotLook& look, cv::Mat& out) const {
+void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const {
   const double angle = robot.pose.heading_rad + led_off_heading_rad, far_m = look.led_radius * radius_m;
   const double led_x = robot.pose.x_m + far_m * std::cos(angle), led_y = robot.pose.y_m + far_m * std::sin(angle);
   const float strongest = std::max({robot.blue, robot.green, robot.red});
   const auto light = static_cast<float>(settings_.brightness);
 
-  // first on the table around, then in the lens and on the board
+  // first on the arena around, then in the lens and on the board
   for (const bool ground : {true, false}) {
     const auto at = model_.project_near(led_x, led_y, ground ? 0 : scene_.robot_height_m + led_above_board_m);
     if (!at) continue;

@@ -1,4 +1,4 @@
-// One camera over the table: takes pictures of the robots at their true places. The empty table is drawn once; robots
+// One camera over the arena: takes pictures of the robots at their true places. The empty arena is drawn once; robots
 // are laid over it at fractions of a pixel. The same robots and number give the same picture.
 #pragma once
 
@@ -12,7 +12,7 @@
 #include "emulator/robot_look.hpp"
 #include "emulator/scene.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 
 namespace arkmesh::emulator {
 
@@ -30,7 +30,7 @@ struct CameraSettings {
   double led_brightness = 1;                // 1: the core saturates
 };
 
-// A hand over the table: hides what is under it.
+// A hand over the arena: hides what is under it.
 struct Hand {
   double x_m = 0, y_m = 0;
 };
@@ -44,12 +44,12 @@ class Camera {
   // As it is now; calibration files are written from the one it was made with.
   const CameraModel& model() const { return model_; }
   const CameraModel& model_at_first() const { return first_model_; }
-  // Somebody has knocked against it: it hangs elsewhere. Draws the table anew.
+  // Somebody has knocked against it: it hangs elsewhere. Draws the arena anew.
   void move_to(const CameraPose& pose);
   const CameraPose& pose() const { return pose_; }
 
   // BGR, 8 bit. `number` chooses the noise.
-  void picture(std::span<const sim_ode::Table::Seen> robots, std::span<const Hand> hands, std::uint64_t number,
+  void picture(std::span<const sim_ode::SimulatedArena::Seen> robots, std::span<const Hand> hands, std::uint64_t number,
                cv::Mat& out) const;
   // Without light: noise only.
   void dark_picture(std::uint64_t number, cv::Mat& out) const;
@@ -59,11 +59,11 @@ class Camera {
  private:
   CameraModel make_model(const CameraPose& pose) const;
   void draw_table();
-  void add_shadow(const sim_ode::Table::Seen& robot, cv::Mat& out) const;
-  void add_body(const sim_ode::Table::Seen& robot, const RobotLook& look, cv::Mat& out) const;
-  void add_led(const sim_ode::Table::Seen& robot, const RobotLook& look, cv::Mat& out) const;
+  void add_shadow(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const;
+  void add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
+  void add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
   void add_hand(const Hand& hand, cv::Mat& out) const;
-  double gain(const sim_ode::Table::Seen& robot, const LocalMap& at) const;
+  double gain(const sim_ode::SimulatedArena::Seen& robot, const LocalMap& at) const;
 
   CameraSettings settings_;
   Scene scene_;
@@ -73,7 +73,7 @@ class Camera {
   cv::Mat table_;
   std::vector<RobotLook> looks_;
   std::vector<float> light_, ground_light_,
-      shade_;  // by squared distance: an LED's light in the air and on the table, a robot's shadow
+      shade_;  // by squared distance: an LED's light in the air and on the arena, a robot's shadow
   std::vector<std::int8_t> noise_;
   hal::RandomStream chance_;
 };

@@ -9,7 +9,7 @@ namespace {
 
 cv::Matx33d rotation_of(const CameraPose& pose) {
   const cv::Vec3d sight(pose.look_x_m - pose.x_m, pose.look_y_m - pose.y_m, -pose.z_m);
-  if (pose.z_m <= 0) throw std::invalid_argument("must hang above the table");
+  if (pose.z_m <= 0) throw std::invalid_argument("must hang above the arena");
   const cv::Vec3d ahead = sight / cv::norm(sight), north(0, 1, 0);
   cv::Vec3d right = ahead.cross(north);
   if (cv::norm(right) < 1e-6) throw std::invalid_argument("looks along the arena's north; let it look down");
@@ -43,7 +43,7 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
     before = out;
     radius = r;
   }
-  most_radius2_ = radius * radius;
+  max_radius2_ = radius * radius;
   const double corner =
       std::hypot(std::max(centre_x_px, width_px - centre_x_px), std::max(centre_y_px, height_px - centre_y_px)) /
       focal_px;
@@ -77,7 +77,7 @@ std::optional<cv::Point2d> CameraModel::project(double x_m, double y_m, double z
   const cv::Vec3d at = rotation_ * cv::Vec3d(x_m, y_m, z_m) + translation_;
   if (!(at[2] > 1e-3)) return std::nullopt;
   const double x = at[0] / at[2], y = at[1] / at[2];
-  if (!(x * x + y * y < most_radius2_)) return std::nullopt;
+  if (!(x * x + y * y < max_radius2_)) return std::nullopt;
   const cv::Point2d out = distort(x, y);
   return cv::Point2d(matrix_(0, 0) * out.x + matrix_(0, 2), matrix_(1, 1) * out.y + matrix_(1, 2));
 }
@@ -101,7 +101,7 @@ std::optional<LocalMap> CameraModel::project_near(double x_m, double y_m, double
 cv::Point2d CameraModel::ideal(cv::Point2d pixel) const {
   const double to_x = (pixel.x - matrix_(0, 2)) / matrix_(0, 0), to_y = (pixel.y - matrix_(1, 2)) / matrix_(1, 1);
   double x = to_x, y = to_y;
-  if (const double most = std::sqrt(most_radius2_), r = std::hypot(x, y); r > 0.99 * most) {
+  if (const double most = std::sqrt(max_radius2_), r = std::hypot(x, y); r > 0.99 * most) {
     x *= 0.99 * most / r;
     y *= 0.99 * most / r;
   }

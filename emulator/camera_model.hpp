@@ -10,10 +10,10 @@
 
 namespace arkmesh::emulator {
 
-// Where a camera hangs and where it looks, arena frame, z up from the table.
+// Where a camera hangs and where it looks, arena frame, z up from the arena.
 struct CameraPose {
   double x_m = 0, y_m = 0, z_m = 1.5;
-  double look_x_m = 0, look_y_m = 0;  // the point of the table in the line of sight
+  double look_x_m = 0, look_y_m = 0;  // the point of the arena in the line of sight
   double roll_rad = 0;                // about that line; at 0 the picture's upper side is the arena's north
 };
 
@@ -30,7 +30,7 @@ class CameraModel {
   // like that.
   CameraModel(int width_px, int height_px, double focal_px, double centre_x_px, double centre_y_px,
               const std::array<double, 5>& distortion, const CameraPose& pose);
-  // The focal length, in pixels, at which all of `corners` (on the table) fit into a picture with a margin of `margin`
+  // The focal length, in pixels, at which all of `corners` (in the arena) fit into a picture with a margin of `margin`
   // of its size.
   static double focal_to_fit(int width_px, int height_px, const CameraPose& pose,
                              const std::vector<cv::Point2d>& corners, double margin);
@@ -59,7 +59,7 @@ class CameraModel {
   cv::Matx33d matrix_ = cv::Matx33d::eye(), rotation_ = cv::Matx33d::eye();
   cv::Vec3d translation_;
   std::array<double, 5> distortion_{};
-  double most_radius2_ = 0;  // of ideal directions: beyond it the distortion folds the picture over
+  double max_radius2_ = 0;  // of ideal directions: beyond it the distortion folds the picture over
 };
 
 }  // namespace arkmesh::emulator

@@ -14,7 +14,7 @@ constexpr std::int64_t latency_us = 200;
 constexpr std::int64_t message_us = 4371, repeat_us = 10'409;
 constexpr std::int64_t page_message_us = 4443, page_lamp_us = 20'000;
 constexpr std::int64_t position_pause_us = 50;
-constexpr std::size_t most_waiting = 4096, most_lit = 64;
+constexpr std::size_t max_waiting = 4096, max_lit = 64;
 constexpr std::uint8_t header = 0x55;
 
 enum PacketType : std::uint8_t { stop, toggle_lamp, forward, forward_raw, boot_page, positions, forward_once };
@@ -172,13 +172,13 @@ void OhcDevice::end_burst(std::int64_t now_us) {
 }
 
 void OhcDevice::send(const Message& message, std::int64_t start_us, bool clean) {
-  if (sent_.size() >= most_waiting) {
+  if (sent_.size() >= max_waiting) {
     sent_.pop_front();
     counters_.add("ohc.transmissions_dropped");
   }
   sent_.push_back({.start_us = start_us, .end_us = start_us + message_us, .message = message, .clean = clean});
   lit_.push_back({start_us, start_us + message_us});
-  if (lit_.size() > most_lit) lit_.pop_front();
+  if (lit_.size() > max_lit) lit_.pop_front();
 }
 
 void OhcDevice::sent_until(std::int64_t until_us, std::vector<sim_ode::Transmission>& out) {

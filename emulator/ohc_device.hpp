@@ -10,7 +10,7 @@
 
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/message.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 
 namespace arkmesh::emulator {
 

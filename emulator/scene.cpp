@@ -1,4 +1,4 @@
-// Each pixel's sight is followed to the table, four times for smooth edges; in between a grid of exact sights it is
+// Each pixel's sight is followed to the arena, four times for smooth edges; in between a grid of exact sights it is
 // interpolated.
 #include "emulator/scene.hpp"
 
@@ -80,12 +80,12 @@ class Surface {
     if (out <= 0) {
       const double shade =
           1 + scene_.texture * (0.6 * mottle(x * 9, y * 9, key_) + 0.4 * mottle(x * 160, y * 160, key_ + 1));
-      colour = Colour(1.0F, 1.005F, 0.99F) * static_cast<float>(scene_.table_grey * shade);
+      colour = Colour(1.0F, 1.005F, 0.99F) * static_cast<float>(scene_.arena_grey * shade);
     } else if (out < scene_.wall_m) {
       colour = Colour(0.95F, 0.99F, 1.06F) *
                static_cast<float>(scene_.wall_grey * (1 + 0.06 * mottle(x * 60, y * 60, key_ + 2)));
     } else {
-      // the rest of the table: wood
+      // the rest of the arena: wood
       const double grain = mottle(x * 6, y * 90, key_ + 3) + 0.5 * mottle(x * 20, y * 300, key_ + 4);
       colour = Colour(92, 112, 130) * static_cast<float>(1 + 0.08 * grain);
     }

@@ -1,5 +1,5 @@
-// What a room looks like apart from its robots: table, walls, light, and things that lie about. Drawn once for each
-// camera.
+// What an emulator looks like apart from its robots: floor, walls, light, and things that lie about. Drawn once for
+// each camera.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,23 @@ namespace arkmesh::emulator {
 
 struct Scene {
   double width_m = 1, height_m = 1;  // of the arena
-  double table_grey = 165;           // of 255, where the light is 1
-  double texture = 0.03;             // share by which the table's surface is mottled
+  double arena_grey = 165;           // of 255, where the light is 1
+  double texture = 0.03;             // share by which the arena's surface is mottled
   double wall_m = 0.012;             // width of the frame around the arena
   double wall_grey = 125;            // of 255; robots are about 40
   double light_slope = 0.2;          // how much brighter the arena is on the lamp's side than in its middle
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
-  double shadow = 0.4;               // share of the light that a robot takes from the table under it
+  double shadow = 0.4;               // share of the light that a robot takes from the arena under it
   bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
   double robot_height_m =
-      0.0217;  // of the upper side of robots' boards above the table (ARGoS kilobot_measures.h); cells lie 7 mm higher
+      0.0217;  // of the upper side of robots' boards above the arena (ARGoS kilobot_measures.h); cells lie 7 mm higher
   std::uint64_t seed = 1;
 
   // 1 in the arena's middle.
   double light_at(double x_m, double y_m) const;
 };
 
-// The empty table as that camera sees it, without noise and blur; `vignetting` is the share of light lost in the
+// The empty arena as that camera sees it, without noise and blur; `vignetting` is the share of light lost in the
 // corners.
 cv::Mat draw_scene(const Scene& scene, const CameraModel& camera, double vignetting);
 // Share of the light that reaches a pixel.

@@ -29,8 +29,8 @@ void add_rules(const hal::Section& gateway, std::string_view key, Delivery deliv
       gateway.refuse(key, fmt::format("channel '{}' is listed twice in gateway.exports and gateway.ordered", channel));
     rules.push_back({channel, delivery});
   }
-  if (rules.size() > most_hello_channels)
-    gateway.refuse(key, fmt::format("at most {} channels can be exported", most_hello_channels));
+  if (rules.size() > max_hello_channels)
+    gateway.refuse(key, fmt::format("at most {} channels can be exported", max_hello_channels));
 }
 
 void check_address(const hal::Section& section, std::string_view key, const std::string& address,
@@ -68,11 +68,11 @@ void GatewayConfig::check(const hal::Section& gateway) {
   exports.clear();
   add_rules(gateway, "exports", Delivery::latest, latest, exports);
   add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);
-  if (outbox_bytes < max_message_bytes + Outbox::overhead_bytes + most_hello_bytes)
+  if (outbox_bytes < max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
     gateway.refuse("outbox_bytes",
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
-                               max_message_bytes, Outbox::overhead_bytes + most_hello_bytes));
+                               max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
 }
 
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,

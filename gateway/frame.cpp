@@ -145,8 +145,8 @@ bool FrameDecoder::check_header(std::span<const std::byte> header) {
     fail(Fault::bad_kind, fmt::format("a frame of unknown kind {} came", kind));
     return false;
   }
-  if (length > most_payload_bytes_) {
-    fail(Fault::bad_length, fmt::format("a frame of {} bytes came; the limit is {}", length, most_payload_bytes_));
+  if (length > max_payload_bytes_) {
+    fail(Fault::bad_length, fmt::format("a frame of {} bytes came; the limit is {}", length, max_payload_bytes_));
     return false;
   }
   payload_bytes_ = length;

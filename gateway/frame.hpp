@@ -46,7 +46,7 @@ class FrameDecoder {
   enum class Fault { none, bad_header, bad_kind, bad_length, bad_checksum };
 
   // Longer payloads are a fault before any memory is asked for.
-  explicit FrameDecoder(std::size_t most_payload_bytes) : most_payload_bytes_(most_payload_bytes) {}
+  explicit FrameDecoder(std::size_t max_payload_bytes) : max_payload_bytes_(max_payload_bytes) {}
 
   // Takes bytes from the front of `bytes`, up to the end of the next frame, and returns that frame when it is complete.
   // Call it until it returns nothing. The frame is valid until the next call, and as long as the bytes given. After a
@@ -56,7 +56,7 @@ class FrameDecoder {
   // In words, with the numbers that matter.
   const std::string& complaint() const { return complaint_; }
   // From the next frame on.
-  void set_most_payload_bytes(std::size_t most) { most_payload_bytes_ = most; }
+  void set_max_payload_bytes(std::size_t most) { max_payload_bytes_ = most; }
   // Memory held for an incomplete frame.
   std::size_t held_bytes() const { return partial_.capacity(); }
 
@@ -65,7 +65,7 @@ class FrameDecoder {
   std::optional<Frame> finish(std::span<const std::byte> whole);
   void fail(Fault fault, std::string complaint);
 
-  std::size_t most_payload_bytes_;
+  std::size_t max_payload_bytes_;
   std::vector<std::byte> partial_;  // beginning of an incomplete frame
   bool returned_partial_ = false;   // partial_ holds the frame that was returned last
   std::size_t payload_bytes_ = 0;   // of the frame whose header is complete

@@ -17,7 +17,7 @@ namespace {
 using Now = std::chrono::microseconds;
 constexpr Now publish_period{1'000'000};
 // A peer that names more channels is not one of ours; bounds what it can make us remember.
-constexpr std::size_t most_channels = 256;
+constexpr std::size_t max_channels = 256;
 
 // What one peer has sent on one channel.
 struct Received {
@@ -49,7 +49,7 @@ struct Gateway::State {
     std::string name = foreign_name(peer.link->peer(), channel);
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
-      if (peer.channels.size() == most_channels) return counters.add("received.refused.too_many_channels");
+      if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");
       received = peer.channels.emplace(name, Received{}).first;
     }
     ++received->second.messages;

@@ -22,7 +22,7 @@
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links.hpp"
-#include "gateway/port_watch.hpp"
+#include "gateway/port_monitor.hpp"
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
@@ -42,7 +42,7 @@ constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
 constexpr std::chrono::milliseconds port_time{900};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
-constexpr int most_per_turn = 100;
+constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
@@ -87,7 +87,7 @@ class GatewayProcess {
       : config_(std::move(config)),
         boot_id_(new_boot_id()),
         bus_(config_.bus_url),
-        watch_(bus_, config_.lab, boot_id_),
+        monitor_(bus_, config_.lab, boot_id_),
         readable_(io_, bus_.descriptor()),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM) {}
@@ -99,7 +99,7 @@ class GatewayProcess {
       if (!error) io_.stop();
     });
     serve_bus();
-    watch_.ask();
+    monitor_.ask();
     // Who is first does not wait for an answer that never comes: peers may connect at once. A port that is taken may be
     // that of somebody who has yet to answer, or of a later one who is about to give way to us.
     try_to_begin();
@@ -117,7 +117,7 @@ class GatewayProcess {
     timer_.expires_after(answer_time);
     timer_.async_wait([this](auto error) {
       if (error) return;
-      bus_.drain(0ms, most_per_turn);  // a busy machine may have kept us from an answer that is here
+      bus_.drain(0ms, max_per_turn);  // a busy machine may have kept us from an answer that is here
       refuse_if_not_alone();
       if (failure_) try_to_begin();
       if (failure_ && Clock::now() - begun_ >= port_time) std::rethrow_exception(failure_);
@@ -143,7 +143,7 @@ class GatewayProcess {
   void serve_bus() {
     readable_.async_wait(asio::posix::stream_descriptor::wait_read, [this](auto error) {
       if (error) return;
-      bus_.drain(0ms, most_per_turn);
+      bus_.drain(0ms, max_per_turn);
       serve_bus();
     });
   }
@@ -173,9 +173,9 @@ class GatewayProcess {
 
   void tick() {
     if (Clock::now() - begun_ < start_time) refuse_if_not_alone();
-    if (watch_.heard_other()) gateway_->announce();
+    if (monitor_.heard_other()) gateway_->announce();
     hal::Counters all = node_->counters();
-    all.merge(watch_.counters());
+    all.merge(monitor_.counters());
     gateway_->tick(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()), all);
     say_changes();
     timer_.expires_after(tick_period);
@@ -186,7 +186,7 @@ class GatewayProcess {
 
   // Whoever came later gives way, so that a lab at work is not disturbed.
   void refuse_if_not_alone() const {
-    if (!watch_.earlier().empty()) throw hal::ConfigError(watch_.earlier());
+    if (!monitor_.earlier().empty()) throw hal::ConfigError(monitor_.earlier());
   }
 
   struct Said {
@@ -210,7 +210,7 @@ class GatewayProcess {
                           : fmt::format("{} not connected: {}", link->peer(), stats.why));
     }
     if (!notice_.empty()) say_change("", notice_, notice_);
-    if (!watch_.earlier().empty()) say_change("bus", watch_.earlier(), watch_.earlier());
+    if (!monitor_.earlier().empty()) say_change("bus", monitor_.earlier(), monitor_.earlier());
   }
 
   // To standard output, at once. Nobody may be reading it any more; that is no reason to stop.
@@ -225,7 +225,7 @@ class GatewayProcess {
   std::uint64_t boot_id_;
   asio::io_context io_{1};
   hal::Bus bus_;
-  PortWatch watch_;
+  PortMonitor monitor_;
   asio::posix::stream_descriptor readable_;
   asio::steady_timer timer_;
   asio::signal_set signals_;

@@ -93,7 +93,7 @@ std::optional<Hello> read_hello(std::span<const std::byte> payload) {
   hello.boot_id = in.take<std::uint64_t>();
   hello.max_message_bytes = in.take<std::uint32_t>();
   const std::size_t channels = in.take<std::uint16_t>();
-  if (channels > most_hello_channels) return {};
+  if (channels > max_hello_channels) return {};
   for (std::size_t i = 0; i < channels && in.good(); ++i) {
     ExportedChannel channel;
     channel.name = in.take_name();

@@ -78,7 +78,7 @@ void Outbox::set_longest(std::size_t message_bytes) {
   }
 }
 
-std::vector<std::span<const std::byte>> Outbox::batch(std::size_t most_messages, std::size_t most_bytes) {
+std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_messages, std::size_t max_bytes) {
   std::vector<std::span<const std::byte>> parts;
   std::size_t bytes = 0;
   handed_out_ = 0;
@@ -86,7 +86,7 @@ std::vector<std::span<const std::byte>> Outbox::batch(std::size_t most_messages,
     std::span<const std::byte> part(entry.message);
     if (parts.empty())
       part = part.subspan(first_written_);
-    else if (parts.size() == most_messages || bytes + part.size() > most_bytes)
+    else if (parts.size() == max_messages || bytes + part.size() > max_bytes)
       break;
     bytes += part.size();
     parts.push_back(part);

@@ -27,18 +27,18 @@ class Outbox {
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // Takes a message as it goes on the wire. `latest`: replaces a waiting one of the same channel, in its place in the
-  // queue. When there is no room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted. False
-  // when it was refused: too long, or all room is taken by what is being written.
+  // Takes a message as it goes on the byte stream. `latest`: replaces a waiting one of the same channel, in its place
+  // in the queue. When there is no room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted.
+  // False when it was refused: too long, or all room is taken by what is being written.
   bool put(Delivery delivery, std::string_view channel, std::vector<std::byte> message);
 
   // Longer messages are refused from now on; those that wait are dropped. All counted.
   void set_longest(std::size_t message_bytes);
 
-  // The next messages to write, oldest first: at most `most_messages`, and at most `most_bytes` unless the first alone
+  // The next messages to write, oldest first: at most `max_messages`, and at most `max_bytes` unless the first alone
   // is larger. Begins where written() left off. Valid until the next call of written() or rewind(); put() does not
   // touch them.
-  std::vector<std::span<const std::byte>> batch(std::size_t most_messages, std::size_t most_bytes);
+  std::vector<std::span<const std::byte>> batch(std::size_t max_messages, std::size_t max_bytes);
   // So many bytes of the batch have been written. Returns what is complete by that.
   struct Written {
     std::size_t messages = 0;

@@ -15,8 +15,8 @@ namespace arkmesh::gateway {
 namespace {
 
 // The longest channel name is allowed for, so that both sides compute the same limit whatever the channel.
-std::size_t most_payload_bytes(std::size_t max_message_bytes) {
-  return std::max(most_hello_bytes, max_message_bytes + 1 + hal::max_channel_name);
+std::size_t max_payload_bytes(std::size_t max_message_bytes) {
+  return std::max(max_hello_bytes, max_message_bytes + 1 + hal::max_channel_name);
 }
 std::size_t longest_frame(std::size_t max_message_bytes) {
   return max_message_bytes + message_overhead_bytes + hal::max_channel_name;
@@ -120,7 +120,7 @@ bool TcpLink::take(const std::shared_ptr<TcpSession>& session, const Hello& hell
 void TcpLink::welcome(TcpSession& session, const Hello& hello) {
   const std::uint32_t ours = node_.settings_.max_message_bytes;
   outbox_.set_longest(longest_frame(std::min(hello.max_message_bytes, ours)));
-  session.accept(*this, outbox_, hello, most_payload_bytes(ours));
+  session.accept(*this, outbox_, hello, max_payload_bytes(ours));
 }
 
 void TcpLink::on_hello(TcpSession& session, const Hello& hello) {

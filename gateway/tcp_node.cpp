@@ -66,10 +66,9 @@ void TcpNode::accept() {
     if (error) return counters_.add("session.failed.accept");  // out of descriptors, say; tick() tries again
     std::erase_if(pending_, [](const auto& session) { return session->closed(); });
     // Who is honest says hello at once, so the oldest is the one to give way.
-    if (pending_.size() >= settings_.most_pending) {
+    if (pending_.size() >= settings_.max_pending) {
       counters_.add("session.closed.too_many_pending");
-      notice(
-          fmt::format("more than {} connections have not said hello; the oldest was closed", settings_.most_pending));
+      notice(fmt::format("more than {} connections have not said hello; the oldest was closed", settings_.max_pending));
       pending_.front()->close("too many connections");
       pending_.erase(pending_.begin());
     }

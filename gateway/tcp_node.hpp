@@ -29,7 +29,7 @@ struct TcpSettings {
   std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
   std::chrono::milliseconds first_attempt{0};  // how long after its start a link connects for the first time
-  std::size_t most_pending = 16;               // connections that have not said hello
+  std::size_t max_pending = 16;                // connections that have not said hello
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
   TcpTimes times;

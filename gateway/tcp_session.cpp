@@ -22,7 +22,7 @@ constexpr std::size_t read_bytes = 64 << 10;
 constexpr std::size_t most_messages_per_write = 60, most_bytes_per_write = 256 << 10;
 // Unsent bytes in the kernel: enough to keep it busy, little enough that newer messages can still replace older ones
 // here.
-constexpr int most_unsent_bytes = 64 << 10;
+constexpr int max_unsent_bytes = 64 << 10;
 constexpr std::size_t longest_bye = 255;
 
 TcpSession::Time now() {
@@ -61,17 +61,17 @@ void TcpSession::begin(Owner& owner) {
   error_code ignored;  // a socket that fails here fails at its first read as well
   socket_.non_blocking(true, ignored);
   socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-  setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent_bytes, sizeof most_unsent_bytes);
+  setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
   read();
   write();
 }
 
-void TcpSession::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t most_payload_bytes) {
+void TcpSession::accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t max_payload_bytes) {
   owner_ = &owner;
   outbox_ = &outbox;
   peer_ = hello;
   state_ = State::accepted;
-  decoder_.set_most_payload_bytes(most_payload_bytes);
+  decoder_.set_max_payload_bytes(max_payload_bytes);
   send_control(FrameKind::heartbeat, {});
 }
 

@@ -61,9 +61,9 @@ class TcpSession : public std::enable_shared_from_this<TcpSession> {
   void connect(const boost::asio::ip::tcp::endpoint& to, Owner& owner);
   void begin(Owner& owner);
 
-  // The hello is fine: from now on frames up to `most_payload_bytes`, sending from `outbox`, which outlives the session
+  // The hello is fine: from now on frames up to `max_payload_bytes`, sending from `outbox`, which outlives the session
   // or its close(). The owner may be another than before.
-  void accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t most_payload_bytes);
+  void accept(Owner& owner, Outbox& outbox, const Hello& hello, std::size_t max_payload_bytes);
   // Only in answer to on_hello(): tells the peer why and ends by itself within the goodbye time.
   void refuse(std::string_view why);
   // Ends at once; says bye when that needs no waiting.
@@ -100,7 +100,7 @@ class TcpSession : public std::enable_shared_from_this<TcpSession> {
   Outbox* outbox_ = nullptr;  // from accept() to the end
   State state_ = State::greeting;
   Hello peer_;
-  FrameDecoder decoder_{most_hello_bytes};
+  FrameDecoder decoder_{max_hello_bytes};
   std::vector<std::byte> read_buffer_;
   std::vector<std::byte> control_, control_in_write_;  // frames that do not come from the outbox
   std::size_t control_written_ = 0;

@@ -34,7 +34,7 @@ struct ArenaInfo : RobotModel {
   double width_m = 1;             // along x
   double height_m = 1;            // along y
   std::vector<RobotId> robots;    // ids that are expected, ascending
-  bool can_wait = true;           // false: lab time passes by itself, as in a room
+  bool can_wait = true;           // false: lab time passes by itself, as on a testbed
   LabTime frame_period{100'000};  // frames are stamped n * frame_period, n = 0, 1, ...
 };
 
@@ -85,7 +85,7 @@ class Arena {
   // so while it is not there yet, because only calls let its time pass.
   virtual TimePoint next_service() const = 0;
   // What keeps an advance_to that was answered with false, other than the passing of time, as the end of a sentence:
-  // "the table: the cameras give no picture". Empty: nothing.
+  // "the testbed: the cameras give no picture". Empty: nothing.
   virtual std::string waiting_for() const = 0;
   // The run is over: what waits for single robots is dropped, fleet commands still go out, and then the way to the
   // robots falls silent. Never blocks. False: not silent yet; serve(), and call again at next_service() at the latest.
@@ -103,7 +103,7 @@ void advance(Arena& arena, LabTime t, StopRequest& stop = nobody_stops(), WallTi
 void end(Arena& arena, WallTime& wall = machine_time());
 // Until the arena's next_service(), but for 20 ms at most, because somebody may want to stop.
 void wait_for_service(const Arena& arena, WallTime& wall = machine_time());
-// `why`, and what the arena was waiting for when that happened: "stopped by the operator; waited for the table: ...".
+// `why`, and what the arena was waiting for when that happened: "stopped by the operator; waited for the testbed: ...".
 std::string stopped(std::string_view why, const Arena& arena);
 
 }  // namespace arkmesh::hal

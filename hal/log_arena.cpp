@@ -26,7 +26,7 @@ namespace arkmesh::hal {
 
 namespace {
 
-constexpr std::size_t most_robots = 100'000;
+constexpr std::size_t max_robots = 100'000;
 
 // Whether the bytes are as long as the robots that they claim to hold: the generated decoder would ask for memory
 // first.
@@ -50,7 +50,7 @@ bool is_sane(const pose_frame_t& part) {
   return true;
 }
 
-bool is_ascending(const std::vector<Sighting>& robots) {
+bool is_ascending(const std::vector<Observation>& robots) {
   for (std::size_t i = 1; i < robots.size(); ++i)
     if (robots[i].robot <= robots[i - 1].robot) return false;
   return true;
@@ -97,7 +97,7 @@ class FrameReader {
     } else {
       building_.robots.insert(building_.robots.end(), part.robots.begin(), part.robots.end());
     }
-    if (building_.robots.size() > most_robots) {
+    if (building_.robots.size() > max_robots) {
       building_ = {};
       next_part_ = -1;
       return refuse("replay.refused.damaged");
@@ -152,7 +152,7 @@ Survey survey(const std::filesystem::path& file) {
       out.frame_period = (frame->stamp - out.first_stamp) / (frame->number - out.first_number);
     out.even = out.even && frame->stamp == frame->number * out.frame_period;
     out.last_stamp = frame->stamp;
-    for (const Sighting& sighting : frame->robots) out.robots.insert(sighting.robot);
+    for (const Observation& observation : frame->robots) out.robots.insert(observation.robot);
   }
   out.truncated = reader.truncated();
   out.info = reader.info;

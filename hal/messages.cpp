@@ -9,20 +9,20 @@ namespace {
 
 constexpr std::size_t robots_per_part = 1000;
 
-robot_pose_t to_message(const Sighting& sighting) {
+robot_pose_t to_message(const Observation& observation) {
   robot_pose_t out;
-  out.robot = sighting.robot;
-  out.x_m = sighting.pose.x_m;
-  out.y_m = sighting.pose.y_m;
-  out.heading_rad = sighting.pose.heading_rad;
-  out.led = static_cast<std::uint8_t>(sighting.led);
-  out.confidence = sighting.confidence;
-  out.age_us = static_cast<std::int32_t>(sighting.age.count());
+  out.robot = observation.robot;
+  out.x_m = observation.pose.x_m;
+  out.y_m = observation.pose.y_m;
+  out.heading_rad = observation.pose.heading_rad;
+  out.led = static_cast<std::uint8_t>(observation.led);
+  out.confidence = observation.confidence;
+  out.age_us = static_cast<std::int32_t>(observation.age.count());
   return out;
 }
 
-Sighting from_message(const robot_pose_t& pose) {
-  Sighting out;
+Observation from_message(const robot_pose_t& pose) {
+  Observation out;
   out.robot = static_cast<RobotId>(pose.robot);
   out.pose = {pose.x_m, pose.y_m, pose.heading_rad};
   out.led = static_cast<Led>(pose.led & 7);
@@ -134,23 +134,23 @@ arena_info_t to_message(const ArenaInfo& info) {
   return out;
 }
 
-marks_t to_message(std::span<const Mark> marks, LabTime stamp) {
-  marks_t out;
+overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp) {
+  overlay_t out;
   out.stamp_us = stamp.count();
-  for (const Mark& mark : marks) {
-    mark_t& m = out.marks.emplace_back();
-    m.x_m = mark.x_m, m.y_m = mark.y_m, m.radius_m = mark.radius_m;
-    m.colour = static_cast<std::uint8_t>(mark.colour);
-    m.dashed = mark.dashed;
-    m.text = mark.text;
+  for (const OverlayCircle& circle : circles) {
+    overlay_circle_t& m = out.circles.emplace_back();
+    m.x_m = circle.x_m, m.y_m = circle.y_m, m.radius_m = circle.radius_m;
+    m.colour = static_cast<std::uint8_t>(circle.colour);
+    m.dashed = circle.dashed;
+    m.text = circle.text;
   }
-  out.n_marks = static_cast<std::int32_t>(out.marks.size());
+  out.n_circles = static_cast<std::int32_t>(out.circles.size());
   return out;
 }
 
-std::vector<Mark> from_message(const marks_t& message) {
-  std::vector<Mark> out;
-  for (const mark_t& m : message.marks)
+std::vector<OverlayCircle> from_message(const overlay_t& message) {
+  std::vector<OverlayCircle> out;
+  for (const overlay_circle_t& m : message.circles)
     out.push_back({m.x_m, m.y_m, m.radius_m, static_cast<Led>(m.colour & 7), m.dashed != 0, m.text});
   return out;
 }

@@ -10,7 +10,7 @@
 #include "arkmesh/counter_t.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/from_robots_t.hpp"
-#include "arkmesh/marks_t.hpp"
+#include "arkmesh/overlay_t.hpp"
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
 #include "hal/arena.hpp"
@@ -23,7 +23,7 @@ namespace arkmesh::hal {
 namespace channel {
 inline const std::string poses = "poses", to_robots = "to_robots", from_robots = "from_robots",
                          fleet_command = "fleet_command", arena = "arena", world = "world", status = "status",
-                         shared = "shared", peers = "peers", marks = "marks";
+                         shared = "shared", peers = "peers", overlay = "overlay";
 }
 inline constexpr std::size_t max_lab_name = 15;  // LCM allows 63 bytes a channel: lab + '/' + channel
 inline constexpr std::size_t max_channel_name = 47;
@@ -40,8 +40,8 @@ fleet_command_t to_message(const FleetCommand& command, LabTime stamp);
 // Nothing when the command is none of ours.
 std::optional<FleetCommand> from_message(const fleet_command_t& message);
 arena_info_t to_message(const ArenaInfo& info);
-marks_t to_message(std::span<const Mark> marks, LabTime stamp);
-std::vector<Mark> from_message(const marks_t& message);
+overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp);
+std::vector<OverlayCircle> from_message(const overlay_t& message);
 std::vector<counter_t> to_message(const Counters& counters);
 
 }  // namespace arkmesh::hal

@@ -17,7 +17,7 @@ namespace arkmesh::hal {
 struct Talker {
   std::string lab;
   bool is_gateway = false;
-  std::uint64_t number = 0;  // the nonce of the lab's run, or the gateway's boot id
+  std::uint64_t number = 0;  // the run id of the lab's run, or the gateway's boot id
 };
 
 class NeighbourDetector {

@@ -35,10 +35,10 @@ class NullArena final : public Arena {
     for (int i = 0; i < config.robots; ++i) {
       const auto id = static_cast<RobotId>(i);
       info_.robots.push_back(id);
-      Sighting& sighting = frame_.robots.emplace_back();
-      sighting.robot = id;
-      sighting.pose.x_m = ((i % columns + 0.5) / columns - 0.5) * config.width_m;
-      sighting.pose.y_m = ((i / columns + 0.5) / rows - 0.5) * config.height_m;
+      Observation& observation = frame_.robots.emplace_back();
+      observation.robot = id;
+      observation.pose.x_m = ((i % columns + 0.5) / columns - 0.5) * config.width_m;
+      observation.pose.y_m = ((i / columns + 0.5) / rows - 0.5) * config.height_m;
     }
   }
 

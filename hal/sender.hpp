@@ -11,7 +11,7 @@ namespace arkmesh::hal {
 
 struct Sender {
   std::string lab;
-  std::uint64_t number = 0;  // the field behind the name: a gateway's boot id, or a lab's nonce
+  std::uint64_t number = 0;  // the field behind the name: a gateway's boot id, or a lab's run id
 };
 
 // Of a message of the type with this fingerprint, which begins with a lab's name and a 64-bit number as lab_status_t,

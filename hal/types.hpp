@@ -25,18 +25,18 @@ struct Pose {
 // The eight colours a camera tells apart: bit 0 red, bit 1 green, bit 2 blue.
 enum class Led : std::uint8_t { off = 0, red = 1, green = 2, yellow = 3, blue = 4, magenta = 5, cyan = 6, white = 7 };
 
-struct Sighting {
+struct Observation {
   RobotId robot = 0;
   Pose pose;
   Led led = Led::off;
   float confidence = 1;  // 0..1: position and id are right
-  LabTime age{0};        // stamp of the frame minus time of the last true sighting
+  LabTime age{0};        // stamp of the frame minus time of the last true observation
 };
 
 struct PoseFrame {
   LabTime stamp{0};
-  std::uint32_t number = 0;      // counts from 0; a gap is a lost frame
-  std::vector<Sighting> robots;  // ascending id, each id at most once
+  std::uint32_t number = 0;         // counts from 0; a gap is a lost frame
+  std::vector<Observation> robots;  // ascending id, each id at most once
 };
 
 // The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message
@@ -48,8 +48,8 @@ struct ToRobot {
   std::uint16_t value = 0;
 };
 
-// A circle of the virtual environment as people may see it drawn on the table. Robots see nothing of it.
-struct Mark {
+// A circle of the virtual environment as people may see it drawn in the arena. Robots see nothing of it.
+struct OverlayCircle {
   double x_m = 0, y_m = 0;  // arena frame
   double radius_m = 0;
   Led colour = Led::off;  // off is drawn grey

@@ -9,8 +9,8 @@ namespace {
 
 class MachineTime final : public WallTime {
  public:
-  Moment now() override { return Moment::clock::now(); }
-  void wait_until(Moment then) override {
+  TimePoint now() override { return TimePoint::clock::now(); }
+  void wait_until(TimePoint then) override {
     if (then <= now()) return;
     // steady_clock is CLOCK_MONOTONIC here
     const auto since_boot = std::chrono::duration_cast<std::chrono::nanoseconds>(then.time_since_epoch());

@@ -1,6 +1,6 @@
-// The time that rooms and devices live by. Usually the machine's monotonic clock; a virtual room that is computed
-// faster than life brings its own, so that the same code runs in it. None of it reaches a result of an arena that can
-// wait.
+// The time that emulators and devices live by. Usually the machine's monotonic clock; an emulated testbed that is
+// computed faster than life brings its own, so that the same code runs in it. None of it reaches a result of an arena
+// that can wait.
 #pragma once
 
 #include <chrono>
@@ -12,12 +12,10 @@ using TimePoint = std::chrono::steady_clock::time_point;
 
 class WallTime {
  public:
-  using Moment = TimePoint;
-
   virtual ~WallTime() = default;
-  virtual Moment now() = 0;
+  virtual TimePoint now() = 0;
   // Returns at `then`, or at once when that is past. For whoever runs an arena: arenas themselves never wait.
-  virtual void wait_until(Moment then) = 0;
+  virtual void wait_until(TimePoint then) = 0;
 };
 
 // The machine's own. Lives as long as the process.

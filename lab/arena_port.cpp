@@ -1,6 +1,6 @@
 #include "lab/arena_port.hpp"
 
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
 
@@ -14,12 +14,13 @@ ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus)
         if (obey(message)) counters_.add("operator.commands");
       })) {}
 
-ArenaPort::News ArenaPort::take_news() {
-  News news{.heard = arena_.robots().heard(), .frame = arena_.poses().latest()};
-  if (!news.heard.empty()) bus_.publish(hal::channel::from_robots, hal::to_message(news.heard, arena_.clock().now()));
-  if (news.frame)
-    for (const pose_frame_t& part : hal::to_messages(*news.frame)) bus_.publish(hal::channel::poses, part);
-  return news;
+ArenaPort::Snapshot ArenaPort::take_snapshot() {
+  Snapshot snapshot{.heard = arena_.robots().heard(), .frame = arena_.poses().latest()};
+  if (!snapshot.heard.empty())
+    bus_.publish(hal::channel::from_robots, hal::to_message(snapshot.heard, arena_.clock().now()));
+  if (snapshot.frame)
+    for (const pose_frame_t& part : hal::to_messages(*snapshot.frame)) bus_.publish(hal::channel::poses, part);
+  return snapshot;
 }
 
 void ArenaPort::publish_info() {

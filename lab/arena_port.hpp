@@ -24,11 +24,11 @@ class ArenaPort {
   ArenaPort(const ArenaPort&) = delete;
 
   // What the arena has had to tell since the last call: published, and handed over.
-  struct News {
+  struct Snapshot {
     std::vector<hal::FromRobot> heard;
     std::optional<hal::PoseFrame> frame;
   };
-  News take_news();
+  Snapshot take_snapshot();
   void publish_info();
   // What a scenario answers to frame `frame` at lab time `now`, as one batch each. Commands that no platform knows are
   // refused and counted.

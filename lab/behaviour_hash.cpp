@@ -17,7 +17,7 @@ void BehaviourHash::add(const hal::PoseFrame& frame) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
   };
   add(frame.number);
-  for (const hal::Sighting& s : frame.robots) {
+  for (const hal::Observation& s : frame.robots) {
     add(pair(to_micro(s.pose.x_m), to_micro(s.pose.y_m)));
     add(pair(to_micro(s.pose.heading_rad), s.robot << 8 | static_cast<std::int32_t>(s.led)));
   }

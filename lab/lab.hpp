@@ -58,7 +58,7 @@ class Lab {
 
   // --- acting ---
   // Tells a robot something; goes out after on_poses, on_heard or on_period returns. Newest per (robot, slot) wins.
-  void say(const hal::ToRobot& message) { data_.said.push_back(message); }
+  void say(const hal::ToRobot& message) { data_.to_robots.push_back(message); }
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
   // The stream "<lab>/<purpose>"; the reference stays good.
   hal::RandomStream& random(std::string_view purpose);
@@ -68,8 +68,8 @@ class Lab {
   void row(std::string_view table, std::string_view header, std::string_view values) {
     data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
   }
-  // Something virtual to draw on the arena until the next boundary; called in on_period.
-  void mark(hal::Mark mark) { data_.marks.push_back(std::move(mark)); }
+  // Something virtual to draw in the arena until the next boundary; called in on_period.
+  void draw(hal::OverlayCircle circle) { data_.overlay.push_back(std::move(circle)); }
   // A total of the result (result.json "counts") and of the status message.
   hal::Counters& counts() { return data_.counts; }
   const hal::Counters& counts() const { return data_.counts; }

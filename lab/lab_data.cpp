@@ -18,15 +18,15 @@ void tell_merged(LabData& data, std::uint32_t period,
                  const std::vector<std::pair<std::string, const LabState*>>& merged) {
   data.period = period;
   data.now = data.period_length * period;
-  data.marks.clear();
+  data.overlay.clear();
   for (const auto& [lab, state] : merged) {
     if (period == 0) data.initial_states.insert_or_assign(lab, *state);
     data.states.insert_or_assign(lab, *state);
   }
 }
 
-void forget_said(LabData& data) {
-  data.said.clear();
+void forget_sent(LabData& data) {
+  data.to_robots.clear();
   data.commands.clear();
   data.rows.clear();
 }

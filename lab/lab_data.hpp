@@ -43,9 +43,9 @@ struct LabData {
   std::vector<FieldRule> rules;
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, hal::RandomStream, std::less<>> streams;
-  std::vector<hal::ToRobot> said;
+  std::vector<hal::ToRobot> to_robots;
   std::vector<hal::FleetCommand> commands;
-  std::vector<hal::Mark> marks;
+  std::vector<hal::OverlayCircle> overlay;
   std::vector<Row> rows;
   hal::Counters counts;
 };
@@ -56,6 +56,6 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
 void tell_merged(LabData& data, std::uint32_t period,
                  const std::vector<std::pair<std::string, const LabState*>>& merged);
 // What the scenario said has gone out.
-void forget_said(LabData& data);
+void forget_sent(LabData& data);
 
 }  // namespace arkmesh::lab

@@ -12,7 +12,7 @@ LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
   own.period = period;
   const hal::Projection& projection = lab.projections.at(lab.name);
   own.robots.reserve(frame_.robots.size());
-  for (const hal::Sighting& s : frame_.robots) {
+  for (const hal::Observation& s : frame_.robots) {
     hal::Pose shared = projection.to_shared(s.pose);
     // As others will decode it, so that all labs merge equal values.
     shared = {to_micro(shared.x_m) * 1e-6, to_micro(shared.y_m) * 1e-6, to_micro(shared.heading_rad) * 1e-6};

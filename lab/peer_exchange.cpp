@@ -19,7 +19,7 @@ std::string_view origin_of(std::string_view channel) {
 
 }  // namespace
 
-PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t nonce, hal::Bus& private_bus)
+PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
     : lab_(config.lab),
       period_length_(config.period),
       patience_(config.patience),
@@ -28,14 +28,14 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .labs = config.labs,
              .slack = config.slack,
              .last_period = config.last_period,
-             .nonce = nonce,
+             .run_id = run_id,
              .can_wait = can_wait}),
       monitor_(config.lab, gate_.peers()) {
   subscriptions_.push_back(bus_.subscribe(
       "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
   subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
     const std::string_view peer = origin_of(channel);
-    monitor_.hear_status(peer, gate_.nonce(peer), bytes, now_);
+    monitor_.hear_status(peer, gate_.run_id(peer), bytes, now_);
   }));
   subscriptions_.push_back(
       bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { monitor_.hear_peers(bytes, now_); }));
@@ -48,10 +48,10 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       monitor_.hear_state(origin, now_);
-      if (!message.can_wait) last_news_ = now_;
+      if (!message.can_wait) last_state_ = now_;
       break;
     case PeriodGate::Heard::taught:
-      publish_world();  // so that the peer learns our nonce without waiting for a repetition
+      publish_world();  // so that the peer learns our run id without waiting for a repetition
       break;
     case PeriodGate::Heard::refused:
       break;
@@ -79,7 +79,7 @@ std::vector<std::pair<std::string, const LabState*>> PeerExchange::merge(std::ui
 
 bool PeerExchange::may_begin_next_period() const {
   if (period_ == 0 || gate_.may_begin(period_ + 1)) return true;
-  return now_ - last_news_ > 2 * period_length_ && now_ - merged_ >= period_length_;
+  return now_ - last_state_ > 2 * period_length_ && now_ - merged_ >= period_length_;
 }
 
 void PeerExchange::publish_world() {

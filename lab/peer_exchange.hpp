@@ -30,8 +30,8 @@ class PeerExchange {
  public:
   using Now = PeerMonitor::Now;
 
-  // The bus outlives the exchange. `can_wait`: the own arena can. `nonce`: of this run, never 0.
-  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t nonce, hal::Bus& private_bus);
+  // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0.
+  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus);
   PeerExchange(const PeerExchange&) = delete;
 
   // Time of the current step: to be set before the bus is drained.
@@ -47,8 +47,8 @@ class PeerExchange {
   void publish(LabState own);
   // As PeriodGate::merge; from now on the lab has passed boundary `k`.
   std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
-  // Free mode, arena that can wait: not ahead of the real-time arenas; without news of any of them for two periods, at
-  // real time by the own clock.
+  // Free mode, arena that can wait: not ahead of the real-time arenas; without a state of any of them for two periods,
+  // at real time by the own clock.
   bool may_begin_next_period() const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
@@ -78,7 +78,7 @@ class PeerExchange {
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last
   std::string failure_;
-  Now now_{0}, world_due_{0}, boundary_{0}, merged_{0}, last_news_{0};
+  Now now_{0}, world_due_{0}, boundary_{0}, merged_{0}, last_state_{0};
   hal::Counters counters_;
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };

@@ -7,7 +7,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
 
@@ -15,7 +15,7 @@ PeerMonitor::PeerMonitor(std::string lab, const std::vector<std::string>& peers)
   for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
 }
 
-void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes,
+void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes,
                               Now now) {
   const auto it = peers_.find(peer);
   if (it == peers_.end()) return counters_.add("status.refused.unknown_lab");
@@ -24,7 +24,7 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_nonce, 
   lab_status_t status;
   if (!hal::decode(bytes, status)) return counters_.add("status.refused.undecodable");
   if (status.lab != peer) return counters_.add("status.refused.other_name");
-  if (bound_nonce != 0 && static_cast<std::uint64_t>(status.nonce) != bound_nonce)
+  if (bound_run_id != 0 && static_cast<std::uint64_t>(status.nonce) != bound_run_id)
     return counters_.add("status.refused.other_run");
   it->second.status = now;
   it->second.state = status.state.substr(0, 200);

@@ -24,9 +24,9 @@ class PeerMonitor {
   PeerMonitor(std::string lab, const std::vector<std::string>& peers);
 
   // `<peer>/status` and our gateway's `peers`, as they came; what is ill-formed or about others is refused and counted.
-  // `bound_nonce`: the nonce of the run that counts, 0 before it is known. A status of another run is ignored and
+  // `bound_run_id`: the run id of the run that counts, 0 before it is known. A status of another run is ignored and
   // counted.
-  void hear_status(std::string_view peer, std::uint64_t bound_nonce, std::span<const std::byte> bytes, Now now);
+  void hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes, Now now);
   void hear_peers(std::span<const std::byte> bytes, Now now);
   // A state of the peer counted: as much a sign of life as a status, which a fast run may not have come to yet.
   void hear_state(std::string_view peer, Now now) { peers_.find(peer)->second.status = now; }

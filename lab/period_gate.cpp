@@ -17,8 +17,8 @@ PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
     }
 }
 
-// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A room runs ahead by as
-// much as its clock began earlier; 256 periods of it are kept.
+// Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A real-time arena runs
+// ahead by as much as its clock began earlier; 256 periods of it are kept.
 std::size_t PeriodGate::kept() const {
   return mode_ == Mode::free ? 256 : 2 * options_.slack + 2;
 }
@@ -35,12 +35,12 @@ void PeriodGate::publish(LabState own) {
 WorldMessage PeriodGate::message() const {
   WorldMessage m;
   m.lab = options_.lab;
-  m.nonce = options_.nonce;
+  m.run_id = options_.run_id;
   m.can_wait = options_.can_wait;
   m.done = published_ == static_cast<std::int64_t>(options_.last_period);
   bool initial_known = true;
   for (const auto& [name, peer] : peers_) {
-    m.acks.emplace(name, Ack{peer.nonce, peer.received});
+    m.acks.emplace(name, Ack{peer.run_id, peer.received});
     initial_known = initial_known && peer.acknowledged >= 0;
   }
   const std::size_t skip = own_.size() > options_.window ? own_.size() - options_.window : 0;
@@ -105,24 +105,24 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   const auto it = peers_.find(origin);
   if (it == peers_.end()) return refuse("unknown_lab");
   Peer& peer = it->second;
-  if (message.nonce == 0) return refuse("nonce");
+  if (message.run_id == 0) return refuse("run_id");
   const auto ack = message.acks.find(options_.lab);
   if (ack == message.acks.end()) return refuse("not_for_us");
-  if (ack->second.nonce != options_.nonce) {
-    // From before it knew us, or from an earlier run: teaches its nonce unless we hold on to one that counts.
-    if (!peer.bound) peer.nonce = message.nonce;
+  if (ack->second.run_id != options_.run_id) {
+    // From before it knew us, or from an earlier run: teaches its run id unless we hold on to one that counts.
+    if (!peer.bound) peer.run_id = message.run_id;
     counters_.add("world.taught");
     return Heard::taught;
   }
   if (published_ < 0) return refuse("early");
-  if (peer.bound && peer.nonce != message.nonce) return counters_.add("world.restarted"), Heard::restarted;
+  if (peer.bound && peer.run_id != message.run_id) return counters_.add("world.restarted"), Heard::restarted;
   if (!peer.bound && !message.window.empty() && message.window.front().period == 0 &&
       find_difference(origin, message.window.front()))
     return Heard::different;
   if (const std::string_view why = why_refused(peer, message); !why.empty()) return refuse(why);
 
   peer.bound = true;
-  peer.nonce = message.nonce;
+  peer.run_id = message.run_id;
   peer.can_wait = message.can_wait;
   peer.acknowledged = std::max(peer.acknowledged, ack->second.received);
   for (const LabState& state : message.window) accept(peer, state);
@@ -172,7 +172,7 @@ std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint
     Peer& peer = peers_.find(lab)->second;
     // The newest at or before; in strict mode exactly `want`. What is older is needed no more.
     auto newest = peer.states.upper_bound(want);
-    if (newest == peer.states.begin()) {  // a room ran so far ahead that what it said for this boundary is gone
+    if (newest == peer.states.begin()) {  // a real-time arena ran so far ahead that its state for this boundary is gone
       counters_.add("gate.missing." + lab);
     } else {
       newest = peer.states.erase(peer.states.begin(), std::prev(newest));
@@ -190,7 +190,7 @@ std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint
 bool PeriodGate::may_begin(std::uint32_t k) const {
   if (mode_ != Mode::free || !options_.can_wait) return true;
   return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(room_period(k));
+    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(awaited_period(k));
   });
 }
 
@@ -224,9 +224,9 @@ const LabState* PeriodGate::initial(std::string_view peer) const {
   const Peer& p = peers_.find(peer)->second;
   return p.received < 0 ? nullptr : &p.initial;
 }
-std::uint64_t PeriodGate::nonce(std::string_view peer) const {
+std::uint64_t PeriodGate::run_id(std::string_view peer) const {
   const auto it = peers_.find(peer);
-  return it != peers_.end() && it->second.bound ? it->second.nonce : 0;
+  return it != peers_.end() && it->second.bound ? it->second.run_id : 0;
 }
 
 }  // namespace arkmesh::lab

@@ -28,7 +28,7 @@ class PeriodGate {
     std::vector<std::string> labs;  // all, own included
     std::uint32_t slack = 0;        // 0..8
     std::uint32_t last_period = 0;  // K
-    std::uint64_t nonce = 1;        // of this lab and run, never 0
+    std::uint64_t run_id = 1;       // of this lab and run, never 0
     bool can_wait = true;
     std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
   };
@@ -36,7 +36,7 @@ class PeriodGate {
   explicit PeriodGate(Options options);
 
   // Peers' states that cannot be true by these rules are refused from now on. Before own state 0 none counts anyway.
-  void judge_by(StateRules rules) { rules_ = std::move(rules); }
+  void set_rules(StateRules rules) { rules_ = std::move(rules); }
 
   // --- own side ---
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
@@ -51,7 +51,7 @@ class PeriodGate {
   // --- peers ---
   enum class Heard {
     counted,    // its states count (all of them, or those not yet known)
-    taught,     // it does not know our nonce yet; learnt its nonce, nothing else
+    taught,     // it does not know our run id yet; learnt its run id, nothing else
     refused,    // cannot be true or is not for us; changed nothing; the reason is counted
     restarted,  // a peer whose states count began anew: its run is another one
     different,  // its settings differ: see difference()
@@ -66,10 +66,10 @@ class PeriodGate {
   // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const
   // member. Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
   std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
-  // Free mode, for a lab that can wait: every room has told state k - slack - 1, so that period k may begin.
+  // Free mode, for a lab that can wait: every real-time arena has sent state k - slack - 1, so that period k may begin.
   bool may_begin(std::uint32_t k) const;
-  // The period of the rooms' states that may_begin(k) waits for.
-  std::uint32_t room_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
+  // The period of the real-time arenas' states that may_begin(k) waits for.
+  std::uint32_t awaited_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
   // States `period` of every peer have been received (strict: and all before).
   bool received_from_all(std::uint32_t period) const;
   // Every peer has told that it has received our state `period`.
@@ -82,14 +82,14 @@ class PeriodGate {
   bool acknowledged(std::string_view peer, std::uint32_t period) const;
   const LabState* newest(std::string_view peer) const;   // null before state 0
   const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
-  std::uint64_t nonce(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
+  std::uint64_t run_id(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
   const std::vector<std::string>& peers() const { return peer_names_; }
 
   const hal::Counters& counters() const { return counters_; }
 
  private:
   struct Peer {
-    std::uint64_t nonce = 0;  // as last heard
+    std::uint64_t run_id = 0;  // as last heard
     bool bound = false;
     bool can_wait = true;
     bool done = false;

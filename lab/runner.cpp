@@ -20,19 +20,19 @@ constexpr hal::LabTime repeat_info = 60s;
 }  // namespace
 
 Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce)
+               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id)
     : config_(std::move(config)),
       arena_(arena),
       scenario_(scenario),
       bus_(private_bus),
       recorder_(recorder),
-      nonce_(nonce),
+      run_id_(run_id),
       recording_(bus_.subscribe(".*",
                                 [this](std::string_view channel, std::span<const std::byte> bytes) {
                                   recorder_.record(arena_.clock().now(), channel, bytes);
                                 })),
       port_(arena, private_bus),
-      peers_(config_, arena.info().can_wait, nonce, private_bus),
+      peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings)),
       data_(make_lab_data(config_, arena.info())) {}
 
@@ -59,7 +59,7 @@ Runner::Step Runner::go_on() {
     case Phase::starting:
       return start();
     case Phase::running:
-      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().room_period(data_.period + 1));
+      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().awaited_period(data_.period + 1));
       return next_event();
     case Phase::at_boundary:
       if (!peers_.gate().may_merge(boundary_))
@@ -86,7 +86,7 @@ Runner::Step Runner::start() {
     lab_.publish(arena_rule().name, arena_values(arena_.info()));
     scenario_.begin(lab_);
     data_.declaring = false;
-    peers_.gate().judge_by({config_.owner, data_.rules, config_.projections});
+    peers_.gate().set_rules({config_.owner, data_.rules, config_.projections});
   }
   if (!advance_to(hal::LabTime{0})) return wait_for_arena();
   close_period();
@@ -109,17 +109,17 @@ Runner::Step Runner::next_event() {
 bool Runner::advance_to(hal::LabTime t) {
   if (!arena_.advance_to(t)) return false;
   if (std::exchange(awaits_arena_, false)) state_text_ = phase_ == Phase::starting ? "starting" : "running";
-  const ArenaPort::News news = port_.take_news();
-  if (news.frame || !news.heard.empty()) {
+  const ArenaPort::Snapshot snapshot = port_.take_snapshot();
+  if (snapshot.frame || !snapshot.heard.empty()) {
     bus_.drain();
-    if (news.frame) {
-      own_.add(*news.frame);
-      data_.now = news.frame->stamp;
-      scenario_.on_poses(lab_, *news.frame);
+    if (snapshot.frame) {
+      own_.add(*snapshot.frame);
+      data_.now = snapshot.frame->stamp;
+      scenario_.on_poses(lab_, *snapshot.frame);
     }
-    if (!news.heard.empty()) {
+    if (!snapshot.heard.empty()) {
       data_.now = t;
-      scenario_.on_heard(lab_, news.heard);
+      scenario_.on_heard(lab_, snapshot.heard);
     }
     deliver();
     bus_.drain();
@@ -130,10 +130,10 @@ bool Runner::advance_to(hal::LabTime t) {
 
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
-  port_.say(data_.said, data_.now, own_.frame().number);
+  port_.say(data_.to_robots, data_.now, own_.frame().number);
   for (const hal::FleetCommand& command : data_.commands) port_.command(command, data_.now);
   write_rows();
-  forget_said(data_);
+  forget_sent(data_);
 }
 
 void Runner::write_rows() {
@@ -163,7 +163,7 @@ void Runner::merge_period() {
   if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
   deliver();
   bus_.publish(hal::channel::shared, view);
-  if (!data_.marks.empty()) bus_.publish(hal::channel::marks, hal::to_message(data_.marks, data_.now));
+  if (!data_.overlay.empty()) bus_.publish(hal::channel::overlay, hal::to_message(data_.overlay, data_.now));
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
   recorder_.flush();
@@ -181,7 +181,7 @@ void Runner::merge_period() {
 
 void Runner::publish_status() {
   bus_.publish(hal::channel::status, to_message({.lab = config_.lab,
-                                                 .nonce = nonce_,
+                                                 .run_id = run_id_,
                                                  .state = state_text_,
                                                  .stamp = arena_.clock().now(),
                                                  .period = data_.period,

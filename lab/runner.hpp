@@ -37,7 +37,7 @@ class Runner {
 
   // The references outlive the runner. `settings` is what all labs must have alike (shared_settings).
   Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t nonce);
+         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id);
 
   // Handles what is on the private bus, then at most one frame or one boundary. Throws what arena or scenario throw.
   Step step(Now now);
@@ -86,7 +86,7 @@ class Runner {
   Scenario& scenario_;
   hal::Bus& bus_;
   hal::Recorder& recorder_;
-  const std::uint64_t nonce_;
+  const std::uint64_t run_id_;
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;

@@ -9,7 +9,7 @@ namespace arkmesh::lab {
 lab_status_t to_message(const Status& status) {
   lab_status_t m;
   m.lab = status.lab;
-  m.nonce = static_cast<std::int64_t>(status.nonce);
+  m.nonce = static_cast<std::int64_t>(status.run_id);
   m.state = status.state;
   m.stamp_us = status.stamp.count();
   m.period = static_cast<std::int32_t>(status.period);

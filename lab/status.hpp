@@ -13,8 +13,8 @@ namespace arkmesh::lab {
 
 struct Status {
   std::string lab;
-  std::uint64_t nonce = 0;  // of the run
-  std::string state;        // what the lab is doing, in words
+  std::uint64_t run_id = 0;  // of the run
+  std::string state;         // what the lab is doing, in words
   hal::LabTime stamp{0};
   std::uint32_t period = 0, last_period = 0;
   std::chrono::microseconds moving{0};  // how long its robots have moved, in the caller's time; 0 not yet

@@ -2,7 +2,7 @@
 
 #include "hal/bus.hpp"
 #include "lab/behaviour_hash.hpp"
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
 
@@ -67,7 +67,7 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
   if (!hal::decode(bytes, m)) return "undecodable";
   WorldMessage out;
   out.lab = m.lab;
-  out.nonce = static_cast<std::uint64_t>(m.nonce);
+  out.run_id = static_cast<std::uint64_t>(m.nonce);
   out.can_wait = m.can_wait;
   out.done = m.done;
   for (const ack_t& a : m.acks)
@@ -91,13 +91,13 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
 world_t to_message(const WorldMessage& message) {
   world_t m;
   m.lab = message.lab;
-  m.nonce = static_cast<std::int64_t>(message.nonce);
+  m.nonce = static_cast<std::int64_t>(message.run_id);
   m.can_wait = message.can_wait;
   m.done = message.done;
   for (const auto& [peer, ack] : message.acks) {
     m.acks.emplace_back();
     m.acks.back().peer = peer;
-    m.acks.back().nonce = static_cast<std::int64_t>(ack.nonce);
+    m.acks.back().nonce = static_cast<std::int64_t>(ack.run_id);
     m.acks.back().received = static_cast<std::int32_t>(ack.received);
   }
   m.n_acks = static_cast<std::int32_t>(m.acks.size());

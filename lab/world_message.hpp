@@ -1,4 +1,4 @@
-// The `world` message as values, and its way onto and off the wire.
+// The `world` message as values, and its way to and from bytes.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ namespace arkmesh::lab {
 
 // How far a lab has heard a peer.
 struct Ack {
-  std::uint64_t nonce = 0;     // the peer's nonce as last heard; 0 never
+  std::uint64_t run_id = 0;    // the peer's run id as last heard; 0 never
   std::int64_t received = -1;  // highest period received without gap; -1 none
 };
 
 struct WorldMessage {
   std::string lab;
-  std::uint64_t nonce = 0;
+  std::uint64_t run_id = 0;
   bool can_wait = true;
   bool done = false;
   std::map<std::string, Ack, std::less<>> acks;

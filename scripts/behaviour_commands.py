@@ -1,5 +1,5 @@
 """What scripts/behaviour runs: whole labs, robots' programs by themselves, and commands with right and wrong arguments. None needs a network,
-a real table or a screen."""
+a real testbed or a screen."""
 import dataclasses
 
 
@@ -13,12 +13,12 @@ class Command:
     limit_s: float = 60
 
 
-SHARK, ROARK, LYNX, ROARK_ROOM = (f"TREE/experiments/dhtf/{name}.toml" for name in ("shark", "roark", "lynx", "roark_room"))
-ROOM = "TREE/experiments/room/roark.toml"
+SHARK, ROARK, LYNX, ROARK_EMULATED = (f"TREE/experiments/dhtf/{name}.toml" for name in ("shark", "roark", "lynx", "roark_emulated"))
+EMULATOR = "TREE/experiments/emulator/roark.toml"
 PICTURES = "TREE/tests/data/kilobot-images/"
-HELP = ["", "run", "lab", "gateway", "doctor", "controller", "controller run", "controller check", "room", "ohc", "ohc upload", "track",
+HELP = ["", "run", "lab", "gateway", "doctor", "controller", "controller run", "controller check", "emulator", "ohc", "ohc upload", "track",
         "calibrate", "identify", "assign-ids", "calibrate-motors"]
-OHC_SAYINGS = ["run", "pause", "reset", "sleep", "wake", "voltage", "charge", "stop", "lamp", "message", "set-uid", "left", "right", "straight",
+OHC_COMMANDS = ["run", "pause", "reset", "sleep", "wake", "voltage", "charge", "stop", "lamp", "message", "set-uid", "left", "right", "straight",
                "save"]
 # Settings that `arkmesh run` of lab shark refuses, by the name of the text.
 REFUSED_SETTINGS = {
@@ -50,9 +50,9 @@ def whole_labs():
         sets = [part for setting in settings for part in ("--set", setting)]
         return Command(f"labs/{name}", [["run", *files, "--out", "FOLDER/out", *sets]], short=short, limit_s=300)
 
-    pair, emulated = (SHARK, ROARK), (SHARK, ROARK_ROOM)
-    yield labs("room-120-s", emulated, "run.duration_s=120", "run.seed=2")
-    yield labs("room-20-s", emulated, "run.duration_s=20", short=True)
+    pair, emulated = (SHARK, ROARK), (SHARK, ROARK_EMULATED)
+    yield labs("emulator-120-s", emulated, "run.duration_s=120", "run.seed=2")
+    yield labs("emulator-20-s", emulated, "run.duration_s=20", short=True)
     for preset in ("paper", "original"):
         for seed in range(1, 6):
             yield labs(f"{preset}-seed-{seed}", pair, f'preset="{preset}"', f"run.seed={seed}", short=seed <= 2)
@@ -110,10 +110,10 @@ def lab_commands():
     yield Command("doctor-unknown-option", [["doctor", "--nonsense"]])
     yield Command("identify", [["identify", ROARK]])
     yield Command("identify-as-ark", [["identify", ROARK, "--protocol", "ark"]], short=False)
-    yield Command("identify-in-room", [["identify", ROARK_ROOM]], short=False)
+    yield Command("identify-in-emulator", [["identify", ROARK_EMULATED]], short=False)
     yield Command("identify-unknown-protocol", [["identify", ROARK, "--protocol", "morse"]])
     yield Command("identify-bad-ids", [["identify", ROARK, "--ids", "7-3"]])
-    yield Command("identify-no-table", [["identify", ROARK, "--set", "arena.use=null"]])
+    yield Command("identify-no-testbed", [["identify", ROARK, "--set", "arena.use=null"]])
     yield Command("assign-ids-bad-ids", [["assign-ids", ROARK, "--ids", "some"]])
     yield Command("assign-ids-large-id", [["assign-ids", ROARK, "--ids", "0-5000"]])
     yield Command("calibrate-motors", [["calibrate-motors", ROARK]])
@@ -121,25 +121,25 @@ def lab_commands():
     yield Command("calibrate-motors-bad-ids", [["calibrate-motors", ROARK, "--ids", "0-5000"]])
 
 
-def room_and_ohc_commands():
-    yield Command("room-no-file", [["room"]])
-    yield Command("room-missing-file", [["room", "/nowhere.toml"]])
-    yield Command("room-file-of-a-lab", [["room", SHARK, "--offline", "--seconds", "1"]], short=False)
-    yield Command("room-unknown-key", [["room", ROOM, "--set", "room.nonsense=1"]], short=False)
-    yield Command("room-bad-value", [["room", ROOM, "--set", "room.frames_per_s=0"]])
-    yield Command("room-offline-without-seconds", [["room", ROOM, "--offline"]], short=False)
-    yield Command("room-offline", [["room", ROOM, "--offline", "--seconds", "2", "--truth", "truth.csv", "--calibration", "table.yaml",
-                                    "--video", "room.avi"]])
+def emulator_and_ohc_commands():
+    yield Command("emulator-no-file", [["emulator"]])
+    yield Command("emulator-missing-file", [["emulator", "/nowhere.toml"]])
+    yield Command("emulator-file-of-a-lab", [["emulator", SHARK, "--offline", "--seconds", "1"]], short=False)
+    yield Command("emulator-unknown-key", [["emulator", EMULATOR, "--set", "emulator.nonsense=1"]], short=False)
+    yield Command("emulator-bad-value", [["emulator", EMULATOR, "--set", "emulator.frames_per_s=0"]])
+    yield Command("emulator-offline-without-seconds", [["emulator", EMULATOR, "--offline"]], short=False)
+    yield Command("emulator-offline", [["emulator", EMULATOR, "--offline", "--seconds", "2", "--truth", "truth.csv", "--calibration", "testbed.yaml",
+                                    "--video", "emulator.avi"]])
     board = [f"FOLDER/board/camera0-0{i}.png" for i in range(4)]
-    yield Command("room-chessboard-and-calibrate",
-                  [["room", ROOM, "--chessboard", "4", "FOLDER/board"],
+    yield Command("emulator-chessboard-and-calibrate",
+                  [["emulator", EMULATOR, "--chessboard", "4", "FOLDER/board"],
                    ["calibrate", *board, "--board", "9x6", "--corner", "250,80", "--corner", "1000,80", "--corner", "1000,880", "--corner",
-                    "250,880", "--arena", "0.5x0.5", "--out", "table.yaml"]], short=False)
+                    "250,880", "--arena", "0.5x0.5", "--out", "testbed.yaml"]], short=False)
     yield Command("calibrate-nothing", [["calibrate"]])
-    yield Command("calibrate-no-pictures", [["calibrate", "--out", "table.yaml"]])
-    yield Command("calibrate-no-chessboard", [["calibrate", PICTURES + "table_6robots.png", "--out", "table.yaml"]])
-    yield Command("calibrate-bad-arena", [["calibrate", PICTURES + "table_6robots.png", "--arena", "wide", "--out", "table.yaml"]])
-    yield Command("calibrate-missing-ark", [["calibrate", "--import-ark", "/nowhere.xml", "--out", "table.yaml"]])
+    yield Command("calibrate-no-pictures", [["calibrate", "--out", "testbed.yaml"]])
+    yield Command("calibrate-no-chessboard", [["calibrate", PICTURES + "table_6robots.png", "--out", "testbed.yaml"]])
+    yield Command("calibrate-bad-arena", [["calibrate", PICTURES + "table_6robots.png", "--arena", "wide", "--out", "testbed.yaml"]])
+    yield Command("calibrate-missing-ark", [["calibrate", "--import-ark", "/nowhere.xml", "--out", "testbed.yaml"]])
     yield Command("ohc-nothing", [["ohc"]])
     yield Command("ohc-no-command", [["ohc", "tcp://127.0.0.1:1"]])
     yield Command("ohc-unknown-command", [["ohc", "tcp://127.0.0.1:1", "dance"]])
@@ -182,8 +182,8 @@ def other_commands():
     yield Command("unknown-option", [["--nonsense"]])
     for name in HELP:
         yield Command("-".join(["help", *name.split()]), [[*name.split(), "--help"]])
-    yield Command("help-ohc-sayings", [["ohc", name, "--help"] for name in OHC_SAYINGS], short=False)
-    for group in (run_commands, lab_commands, room_and_ohc_commands, track_and_controller_commands):
+    yield Command("help-ohc-commands", [["ohc", name, "--help"] for name in OHC_COMMANDS], short=False)
+    for group in (run_commands, lab_commands, emulator_and_ohc_commands, track_and_controller_commands):
         yield from group()
 
 

@@ -14,9 +14,9 @@ import time
 from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
-# With --room roark is a table of Kilobots: the lab's cameras and overhead controller are those of a virtual room, a process of its own.
-ROOM = ROOT / "experiments/room/roark.toml"
-ROOM_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
+# With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
+EMULATOR = ROOT / "experiments/emulator/roark.toml"
+EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
 
 
 class Progress:
@@ -68,10 +68,10 @@ def summary(joint, out):
 
 
 @contextlib.contextmanager
-def virtual_room(out, seconds, program=PROGRAM):
-    """The room's process, ready: cameras and overhead controller can be reached."""
-    said = out / "room.txt"
-    command = [program, "room", ROOM, "--truth", out / "truth.csv"]
+def emulated_testbed(out, seconds, program=PROGRAM):
+    """The emulator's process, ready: cameras and overhead controller can be reached."""
+    said = out / "emulator.txt"
+    command = [program, "emulator", EMULATOR, "--truth", out / "truth.csv"]
     with open(said, "wb") as file:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, preexec_fn=end_with_parent)
     try:
@@ -79,7 +79,7 @@ def virtual_room(out, seconds, program=PROGRAM):
         while "commands:" not in said.read_text(errors="replace"):
             if process.poll() is not None or time.monotonic() > end:
                 words = said.read_text(errors="replace").strip().splitlines() or ["it said nothing"]
-                raise Failed(f"The virtual room did not start: {words[-1]}")
+                raise Failed(f"The emulated testbed did not start: {words[-1]}")
             time.sleep(0.05)
         yield
     finally:
@@ -98,12 +98,12 @@ def run(arguments, files=LABS, program=PROGRAM):
     out.mkdir(parents=True, exist_ok=True)
     overrides = [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"]
     with contextlib.ExitStack() as ending:
-        if arguments.room:
-            ending.enter_context(virtual_room(out, arguments.seconds, program))
-        labs = ending.enter_context(LabProcesses(files, out, overrides, ROOM_OVERRIDES if arguments.room else None, program=program))
+        if arguments.emulated:
+            ending.enter_context(emulated_testbed(out, arguments.seconds, program))
+        labs = ending.enter_context(LabProcesses(files, out, overrides, EMULATED_OVERRIDES if arguments.emulated else None, program=program))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
-        if arguments.room:
-            print("demo: roark's robots stand in a virtual room; they are asked who they are, and then play in real time", flush=True)
+        if arguments.emulated:
+            print("demo: roark's robots stand on an emulated testbed; they are asked who they are, and then play in real time", flush=True)
         progress = Progress(labs)
         try:
             labs.wait(patience_s=max(600, 2 * arguments.seconds), each=progress.show)
@@ -116,18 +116,18 @@ def run(arguments, files=LABS, program=PROGRAM):
     if drawn.returncode != 0:
         raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
     print("\n" + summary(joint, out))
-    for video in sorted(out.glob("*/table-*.mp4")):
+    for video in sorted(out.glob("*/arena-*.mp4")):
         print(f"annotated video      {video}")
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/demo")
-    parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --room 120")
-    parser.add_argument("--room", action="store_true", help="roark is a table in a virtual room, seen by a camera, in real time")
+    parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated 120")
+    parser.add_argument("--emulated", action="store_true", help="roark is an emulated testbed, seen by a camera, in real time")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    arguments.seconds = arguments.seconds or (120 if arguments.room else 1800)
+    arguments.seconds = arguments.seconds or (120 if arguments.emulated else 1800)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
     try:
         run(arguments)

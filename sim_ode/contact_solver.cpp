@@ -23,7 +23,7 @@ constexpr int ode_iterations = 8;
 // Contacts of a cluster that is not worth the way to ODE (measured: at 400 robots/m2 the way costs a fifth), and when
 // it is solved.
 constexpr std::size_t small_cluster = 256;
-constexpr int most_rounds = 16;
+constexpr int max_rounds = 16;
 constexpr double solved_m = 1e-5;
 
 double allowed_m(double gap_m) {
@@ -198,7 +198,7 @@ void ContactSolver::solve_small(std::span<Contact> cluster) {
   for (const Contact& contact : cluster) bodies_[index(contact.a)].moved_at = bodies_[index(contact.b)].moved_at = 0;
   // from the second round on only where a body has moved since
   now_ = 0;
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     bool moved = false;
     for (Contact& contact : cluster) {
       Body &a = bodies_[index(contact.a)], &b = bodies_[index(contact.b)];

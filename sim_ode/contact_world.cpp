@@ -12,8 +12,8 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double radius_m = hal::kilobot::body_radius_m;
-constexpr double step_s = tick_us * 1e-6;
+using hal::kilobot::body_radius_m;
+constexpr double tick_s = tick_us * 1e-6;
 // No two robots come nearer to each other than this in one step (two pivots at the largest duty: 1.2 mm).
 constexpr double reach_m = 0.0015;
 // Pairs are listed while nearer than a diameter plus this; the list then serves many steps.
@@ -32,7 +32,7 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
                            const std::vector<hal::Pose>& start)
     : width_m_(width_m),
       height_m_(height_m),
-      grid_(width_m, height_m, 2 * radius_m + skin_m, static_cast<int>(start.size())),
+      grid_(width_m, height_m, 2 * body_radius_m + skin_m, static_cast<int>(start.size())),
       solver_(friction, seed) {
   const std::size_t n = start.size();
   for (const hal::Pose& pose : start) {
@@ -45,16 +45,16 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
   before_ = now_;
   for (std::vector<double>* zeros : {&ahead_, &left_, &turn_, &turn_sin_}) zeros->assign(n, 0);
   turn_cos_.assign(n, 1);
-  on_table_.assign(n, 1);
+  in_arena_.assign(n, 1);
   body_of_.assign(n, -1);
 }
 
 void ContactWorld::set_velocity(int robot, const Velocity& velocity) {
   const std::size_t i = index(robot);
-  const double turn = velocity.turn_rad_s * step_s;
+  const double turn = velocity.turn_rad_s * tick_s;
   const double half_cos = std::cos(turn / 2), half_sin = std::sin(turn / 2);
-  ahead_[i] = step_s * (velocity.ahead_m_s * half_cos - velocity.left_m_s * half_sin);
-  left_[i] = step_s * (velocity.ahead_m_s * half_sin + velocity.left_m_s * half_cos);
+  ahead_[i] = tick_s * (velocity.ahead_m_s * half_cos - velocity.left_m_s * half_sin);
+  left_[i] = tick_s * (velocity.ahead_m_s * half_sin + velocity.left_m_s * half_cos);
   turn_[i] = turn;
   turn_cos_[i] = half_cos * half_cos - half_sin * half_sin;
   turn_sin_[i] = 2 * half_cos * half_sin;
@@ -72,13 +72,13 @@ void ContactWorld::place(int robot, const hal::Pose& pose) {
     places->cos[i] = std::cos(pose.heading_rad);
     places->sin[i] = std::sin(pose.heading_rad);
   }
-  on_table_[i] = 1;
+  in_arena_[i] = 1;
 }
 
 void ContactWorld::take_off(int robot) {
   // beyond anybody's reach, each on a shelf of its own
   place(robot, {10 * width_m_ + 10 + robot, 10 * height_m_ + 10, now_.heading[index(robot)]});
-  on_table_[index(robot)] = 0;
+  in_arena_[index(robot)] = 0;
 }
 
 void ContactWorld::step() {
@@ -120,12 +120,12 @@ void ContactWorld::find_pairs() {
   grid_.build(now_.x, now_.y);
   pairs_.clear();
   walls_.clear();
-  grid_.visit_pairs(2 * radius_m + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
+  grid_.visit_pairs(2 * body_radius_m + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
   for (int i = 0; i < robots(); ++i) {
     const double x = now_.x[index(i)], y = now_.y[index(i)];
-    if (!on_table_[index(i)]) continue;
-    if (width_m_ / 2 - radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
-    if (height_m_ / 2 - radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
+    if (!in_arena_[index(i)]) continue;
+    if (width_m_ / 2 - body_radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
+    if (height_m_ / 2 - body_radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
   }
   slack_m_ = skin_m - reach_m - 4 * NeighbourGrid::rounded_m;
 }
@@ -160,20 +160,20 @@ int ContactWorld::body(int robot) {
   int& body = body_of_[index(robot)];
   if (body < 0) {
     const auto [dx, dy] = motion(robot);
-    body = solver_.add_body(robot, dx, dy, radius_m * turn_[index(robot)]);
+    body = solver_.add_body(robot, dx, dy, body_radius_m * turn_[index(robot)]);
   }
   return body;
 }
 
 void ContactWorld::find_contacts() {
   solver_.clear();
-  constexpr double near_m = 2 * radius_m + reach_m;
+  constexpr double near_m = 2 * body_radius_m + reach_m;
   const double *const px = before_.x.data(), *const py = before_.y.data();
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     Pair& pair = pairs_[k];
     const double x = px[pair.b] - px[pair.a], y = py[pair.b] - py[pair.a], d2 = x * x + y * y;
     if (d2 >= near_m * near_m) continue;
-    const double d = std::max(std::sqrt(d2), 1e-9), nx = x / d, ny = y / d, gap = d - 2 * radius_m;
+    const double d = std::max(std::sqrt(d2), 1e-9), nx = x / d, ny = y / d, gap = d - 2 * body_radius_m;
     const int a = body(pair.a), b = body(pair.b);
     const auto &one = solver_.bodies()[index(a)], &other = solver_.bodies()[index(b)];
     const bool closes = (one.dx - other.dx) * nx + (one.dy - other.dy) * ny > gap;
@@ -181,7 +181,7 @@ void ContactWorld::find_contacts() {
     pair.push_m = pair.rub_m = 0;
   }
 
-  const double free_x = width_m_ / 2 - radius_m, free_y = height_m_ / 2 - radius_m;
+  const double free_x = width_m_ / 2 - body_radius_m, free_y = height_m_ / 2 - body_radius_m;
   for (std::size_t k = 0; k < walls_.size(); ++k) {
     Pair& wall = walls_[k];
     const double nx = wall.b == -1 ? -1 : wall.b == -2 ? 1 : 0, ny = wall.b == -3 ? -1 : wall.b == -4 ? 1 : 0;
@@ -206,7 +206,7 @@ void ContactWorld::correct_touched() {
     ++totals_.touching;
     now_.x[i] = before_.x[i] + body.dx;
     now_.y[i] = before_.y[i] + body.dy;
-    const double turned = body.roll / radius_m;
+    const double turned = body.roll / body_radius_m;
     now_.heading[i] = before_.heading[i] + turned;
     // a third of a radian at most: the next terms are below 1e-9
     const double t2 = turned * turned, c = 1 - t2 / 2 * (1 - t2 / 12 * (1 - t2 / 30)),
@@ -223,11 +223,11 @@ void ContactWorld::correct_touched() {
     const std::size_t a = index(bodies[index(contact.a)].robot);
     double deep;
     if (contact.wall()) {
-      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + radius_m - width_m_ / 2
-                                   : std::abs(now_.y[a]) + radius_m - height_m_ / 2;
+      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + body_radius_m - width_m_ / 2
+                                   : std::abs(now_.y[a]) + body_radius_m - height_m_ / 2;
     } else {
       const std::size_t b = index(bodies[index(contact.b)].robot);
-      const double x = now_.x[b] - now_.x[a], y = now_.y[b] - now_.y[a], touching_m = 2 * radius_m;
+      const double x = now_.x[b] - now_.x[a], y = now_.y[b] - now_.y[a], touching_m = 2 * body_radius_m;
       deep = touching_m - std::sqrt(x * x + y * y);
     }
     totals_.deepest_m = std::max(totals_.deepest_m, deep);

@@ -1,5 +1,5 @@
 // Where robots are and how they move, touch and push in the plane. Bodies are discs without momentum: at each step a
-// robot sets out with the velocity its motors give it, and contacts share the motion out (friction with the table
+// robot sets out with the velocity its motors give it, and contacts share the motion out (friction with the arena
 // outweighs inertia by far). Finds the contacts; ContactSolver makes them hold.
 #pragma once
 
@@ -27,10 +27,10 @@ class ContactWorld {
   void list_pairs();     // who may touch, when the old list has served its time
   void move_alone();     // everybody as if alone
   void hold_contacts();  // then those who touch
-  // A hand moves a robot. Off the table it stands where nobody can meet it.
+  // A hand moves a robot. Off the arena it stands where nobody can meet it.
   void place(int robot, const hal::Pose& pose);
   void take_off(int robot);
-  bool on_table(int robot) const { return on_table_[index(robot)] != 0; }
+  bool in_arena(int robot) const { return in_arena_[index(robot)] != 0; }
 
   int robots() const { return static_cast<int>(now_.x.size()); }
   const std::vector<double>& x() const { return now_.x; }
@@ -77,7 +77,7 @@ class ContactWorld {
   Places now_, before_;                             // the last step
   std::vector<double> ahead_, left_;                // metres per step at mid-turn, robot frame
   std::vector<double> turn_, turn_cos_, turn_sin_;  // per step
-  std::vector<std::uint8_t> on_table_;
+  std::vector<std::uint8_t> in_arena_;
   double fastest2_ = 0;  // square of the longest step that motors made since headings were aligned
   std::vector<Pair> pairs_, walls_;
   std::vector<int> body_of_;  // by robot, in this step; -1

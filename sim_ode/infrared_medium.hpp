@@ -16,7 +16,7 @@
 #include "sim_ode/host/send_timer.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/settings.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 
 namespace arkmesh::sim_ode {
 

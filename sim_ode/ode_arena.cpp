@@ -16,7 +16,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
@@ -25,29 +25,30 @@
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/settings.hpp"
+#include "sim_ode/simulated_arena.hpp"
 #include "sim_ode/start_places.hpp"
-#include "sim_ode/table.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-class OdeArena final : public Table {
+class OdeArena final : public SimulatedArena {
  public:
   OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program,
-           const std::vector<hal::Pose>& start, const std::string& lab, std::uint64_t seed, const TableOptions& table)
+           const std::vector<hal::Pose>& start, const std::string& lab, std::uint64_t seed,
+           const SimulatedArenaOptions& options)
       : settings_(settings),
         info_(make_info(config, lab)),
         poses_(counters_),
-        board_(info_, counters_),
+        registers_(info_, counters_),
         motors_(settings, config.robots, lab, seed),
         leds_(config.robots),
         world_(config.width_m, config.height_m, settings.friction, seed, start),
         light_(settings, config.robots, lab, seed),
         host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread,
-              table.ids),
+              options.ids),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
         overhead_chance_(seed, lab + "/ode/overhead_loss"),
-        overhead_(table.overhead) {
+        overhead_(options.overhead) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (!overhead_) return;
     host_.nothing_is_repeated();
@@ -57,7 +58,7 @@ class OdeArena final : public Table {
   const hal::ArenaInfo& info() const override { return info_; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return poses_; }
-  hal::RobotLink& robots() override { return board_; }
+  hal::RobotLink& robots() override { return registers_; }
 
   bool advance_to(hal::LabTime t) override {
     assert(t >= clock_.now() && "lab time never decreases");
@@ -97,20 +98,20 @@ class OdeArena final : public Table {
       out[i].red = light_of_[i][0] / 3;
       out[i].green = light_of_[i][1] / 3;
       out[i].blue = light_of_[i][2] / 3;
-      out[i].on_table = world_.on_table(robot);
+      out[i].in_arena = world_.in_arena(robot);
       out[i].powered = host_.powered(robot);
     }
   }
 
   void take_off(int robot) override {
-    if (!world_.on_table(robot)) return;
+    if (!world_.in_arena(robot)) return;
     world_.take_off(robot);
-    ++off_table_;
+    ++off_arena_;
   }
 
   std::string put(int robot, const hal::Pose& pose) override {
     for (int i = 0; i < world_.robots(); ++i)
-      if (i != robot && world_.on_table(i)) {
+      if (i != robot && world_.in_arena(i)) {
         const hal::Pose other = world_.pose(i, 1);
         if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot::body_radius_m)
           return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
@@ -119,7 +120,7 @@ class OdeArena final : public Table {
     if (!std::isfinite(pose.heading_rad) || !trouble_with({pose}, info_.width_m, info_.height_m).empty() ||
         !std::isfinite(pose.x_m + pose.y_m))
       return fmt::format("{}, {} is not wholly inside the walls", pose.x_m, pose.y_m);
-    if (!world_.on_table(robot)) --off_table_;
+    if (!world_.in_arena(robot)) --off_arena_;
     world_.place(robot, pose);
     return {};
   }
@@ -185,7 +186,7 @@ class OdeArena final : public Table {
   void send_composite() {
     ++composites_;
     if (overhead_) return;
-    const std::optional<Message> message = board_.next();
+    const std::optional<Message> message = registers_.next();
     if (!message) return;
     infrared_.overhead_sends(clock_.now().count());
     Inbox::Overhead& heard = inbox_.overhead.emplace_back();
@@ -219,10 +220,10 @@ class OdeArena final : public Table {
       heard.at_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(sent.end_us - since_us, 0, tick_us - 1));
       heard.message = sent.message;
       if (settings_.overhead_loss > 0) draw_missed(heard);
-      if (off_table_ == 0) continue;
+      if (off_arena_ == 0) continue;
       heard.missed.resize(info_.robots.size());
       for (std::size_t i = 0; i < heard.missed.size(); ++i)
-        if (!world_.on_table(static_cast<int>(i))) heard.missed[i] = 1;
+        if (!world_.in_arena(static_cast<int>(i))) heard.missed[i] = 1;
     }
   }
 
@@ -236,10 +237,10 @@ class OdeArena final : public Table {
     if (!settings_.blank_leds) leds_.look(since_us, seen_);
     frame.robots.resize(info_.robots.size());
     for (std::size_t i = 0; i < info_.robots.size(); ++i) {
-      hal::Sighting& sighting = frame.robots[i];
-      sighting.robot = info_.robots[i];
-      sighting.pose = world_.pose(static_cast<int>(i), share);
-      if (!settings_.blank_leds) sighting.led = seen_[i];
+      hal::Observation& observation = frame.robots[i];
+      observation.robot = info_.robots[i];
+      observation.pose = world_.pose(static_cast<int>(i), share);
+      if (!settings_.blank_leds) observation.led = seen_[i];
     }
     poses_.put(std::move(frame));
   }
@@ -249,7 +250,7 @@ class OdeArena final : public Table {
   hal::ArenaInfo info_;
   hal::OwnedClock clock_;
   hal::NewestFrame poses_;
-  hal::kilobot::MessageBoard board_;
+  hal::kilobot::MessageRegisters registers_;
   Motors motors_;
   LedLights leds_;
   ContactWorld world_;
@@ -258,7 +259,7 @@ class OdeArena final : public Table {
   InfraredMedium infrared_;
   hal::RandomStream overhead_chance_;
   OverheadSource* overhead_;        // none: own composites
-  int off_table_ = 0;               // robots
+  int off_arena_ = 0;               // robots
   std::vector<Transmission> sent_;  // since the last tick
   mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
@@ -269,7 +270,7 @@ class OdeArena final : public Table {
 };
 
 std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                               const TableOptions& table, const std::filesystem::path& program = {}) {
+                               const SimulatedArenaOptions& options, const std::filesystem::path& program = {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const Settings settings = read_settings(arena, program);
 
@@ -293,7 +294,7 @@ std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab
 
   try {
     return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed,
-                                      table);
+                                      options);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
@@ -318,8 +319,8 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
   return make(arena, lab, seed, {});
 }
 
-std::unique_ptr<Table> make_table(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                  const TableOptions& options) {
+std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,
+                                                     std::uint64_t seed, const SimulatedArenaOptions& options) {
   if (arena.get("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
   return make(arena, lab, seed, options);
 }

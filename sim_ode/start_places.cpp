@@ -17,7 +17,7 @@ namespace arkmesh::sim_ode {
 namespace {
 
 constexpr double apart_m = 2 * hal::kilobot::body_radius_m + 0.001;
-constexpr int most_tries = 300;
+constexpr int max_tries = 300;
 
 }  // namespace
 
@@ -45,7 +45,7 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
   };
   for (bool found = true; found && static_cast<int>(out.size()) < robots;) {
     found = false;
-    for (int k = 0; k < most_tries && !found; ++k) {
+    for (int k = 0; k < max_tries && !found; ++k) {
       const double x = chance.uniform(-half_width_m, half_width_m), y = chance.uniform(-half_height_m, half_height_m);
       const int column = static_cast<int>((x + half_width_m) / apart_m),
                 row = static_cast<int>((y + half_height_m) / apart_m);

@@ -9,10 +9,10 @@ namespace arkmesh::testbed {
 AssignIdsReport assign_ids(SetUpArena& arena, const AssignIdsSettings& settings, hal::StopRequest& stop,
                            hal::Progress& progress) {
   using tracker::IdAssigner;
-  const double most_s = settings.most_s > 0 ? settings.most_s : 180 + 0.5 * static_cast<double>(settings.ids.size());
+  const double max_s = settings.max_s > 0 ? settings.max_s : 180 + 0.5 * static_cast<double>(settings.ids.size());
   arena.run();
   IdAssigner assigner({.ids = settings.ids, .session = settings.session});
-  while (!assigner.finished() && arena.seconds() < most_s && !stop.stopped()) {
+  while (!assigner.finished() && arena.seconds() < max_s && !stop.stopped()) {
     const auto seen = arena.next_picture(assigner.question());
     assigner.on_frame(arena.now(), seen);
     const auto now = assigner.progress();

@@ -14,7 +14,7 @@ namespace arkmesh::testbed {
 struct AssignIdsSettings {
   std::vector<hal::RobotId> ids;  // to give, in this order
   std::uint8_t session = 1;       // another one for each call: robots draw once per session
-  double most_s = 0;              // 0: 180, and half a second for each id
+  double max_s = 0;               // 0: 180, and half a second for each id
 };
 
 struct AssignIdsReport {

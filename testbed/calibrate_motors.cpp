@@ -28,7 +28,7 @@ hal::PoseFrame named(hal::LabTime now, std::span<const tracker::Track> tracks, c
                               .confidence = track.confidence,
                               .age = track.age});
   }
-  std::ranges::sort(frame.robots, {}, &hal::Sighting::robot);
+  std::ranges::sort(frame.robots, {}, &hal::Observation::robot);
   return frame;
 }
 
@@ -50,7 +50,7 @@ CalibrateMotorsReport calibrate_motors(SetUpArena& arena, const CalibrateMotorsS
   tracker::IdentityKeeper keeper({.expected = ids});
   std::vector<hal::RobotId> present;
   std::optional<MotorCalibrator> calibrator;
-  const double end_s = settings.most_s + naming_takes_s;
+  const double end_s = settings.max_s + naming_takes_s;
   while (!(calibrator && calibrator->finished()) && arena.seconds() < end_s && !stop.stopped()) {
     // a robot in doubt comes first
     const auto question = keeper.question();
@@ -68,7 +68,7 @@ CalibrateMotorsReport calibrate_motors(SetUpArena& arena, const CalibrateMotorsS
                                                 .height_m = arena.info().height_m,
                                                 .body_radius_m = arena.info().body_radius_m,
                                                 .first_duty = settings.first_duty,
-                                                .most_per_robot_s = settings.most_s},
+                                                .max_per_robot_s = settings.max_s},
                          present);
     }
     calibrator->on_frame(named(arena.now(), seen, keeper));

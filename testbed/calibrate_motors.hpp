@@ -12,12 +12,12 @@
 
 namespace arkmesh::testbed {
 
-inline constexpr std::size_t most_robots_to_calibrate = 256;
+inline constexpr std::size_t max_robots_to_calibrate = 256;
 
 struct CalibrateMotorsSettings {
-  std::vector<hal::RobotId> ids;  // ascending, at most most_robots_to_calibrate
+  std::vector<hal::RobotId> ids;  // ascending, at most max_robots_to_calibrate
   int first_duty = 60;            // of 255
-  double most_s = 900;            // then a robot is given up
+  double max_s = 900;             // then a robot is given up
 };
 
 struct CalibrateMotorsReport {

@@ -1,4 +1,4 @@
-// What `arkmesh calibrate` shows people of a camera's calibration, and the file that holds those of a table.
+// What `arkmesh calibrate` shows people of a camera's calibration, and the file that holds those of a testbed.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace arkmesh::testbed {
 
-// The arena's outline and a grid of tenths over the picture, so that one sees whether it lies on the table.
+// The arena's outline and a grid of tenths over the picture, so that one sees whether it lies on the arena.
 void draw_arena(cv::Mat& picture, const tracker::CameraData& camera);
 
 // Whether robots are large enough in the picture is what people can still change. Nothing where the camera does not

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
 #include "tracker/source.hpp"
@@ -30,15 +30,15 @@ Finding controller(const std::string& port) {
   Finding finding{"overhead controller " + port, "",
                   "see what arkmesh ohc PORT lamp does; arkmesh doctor lists the serial ports there are"};
   try {
-    const std::unique_ptr<hal::kilobot::Wire> wire = hal::kilobot::make_wire(port);
-    wire->open();
+    const std::unique_ptr<hal::kilobot::ByteStream> stream = hal::kilobot::make_byte_stream(port);
+    stream->open();
     const auto end = Clock::now() + answers_within;
-    auto state = wire->check();
-    for (; state == hal::kilobot::Wire::State::opening && Clock::now() < end; state = wire->check())
+    auto state = stream->check();
+    for (; state == hal::kilobot::ByteStream::State::opening && Clock::now() < end; state = stream->check())
       std::this_thread::sleep_for(look_every);
-    if (state == hal::kilobot::Wire::State::open) return finding;
+    if (state == hal::kilobot::ByteStream::State::open) return finding;
     finding.problem =
-        wire->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : wire->trouble();
+        stream->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : stream->trouble();
   } catch (const std::exception& wrong) {
     finding.problem = wrong.what();
   }
@@ -77,7 +77,7 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
 
 }  // namespace
 
-std::vector<hal::Finding> table_of(const hal::Section& arena) {
+std::vector<hal::Finding> find_devices(const hal::Section& arena) {
   const hal::Section kilobot = arena.section("kilobot");
   std::vector<Finding> findings{controller(kilobot.get("port", std::string(), {.required = true}))};
   const std::vector<CameraSettings> all = read_cameras(kilobot);

@@ -20,7 +20,7 @@ class Identification {
       : arena_(arena), settings_(settings), stop_(stop), progress_(progress) {
     const auto ids =
         static_cast<double>(settings.expected.empty() ? arena.info().max_robot + 1 : settings.expected.size());
-    most_s_ = settings.most_s > 0 ? settings.most_s : settings.protocol == Protocol::spelled ? 120 : 60 + 3 * ids;
+    max_s_ = settings.max_s > 0 ? settings.max_s : settings.protocol == Protocol::spelled ? 120 : 60 + 3 * ids;
   }
 
   void ask_spelled() {
@@ -80,7 +80,7 @@ class Identification {
   }
 
  private:
-  bool goes_on() { return arena_.seconds() < most_s_ && !stop_.stopped(); }
+  bool goes_on() { return arena_.seconds() < max_s_ && !stop_.stopped(); }
 
   std::span<const tracker::Track> look(const std::optional<tracker::Question>& question) {
     const auto seen = arena_.next_picture(question);
@@ -93,7 +93,7 @@ class Identification {
   const IdentifySettings& settings_;
   hal::StopRequest& stop_;
   hal::Progress& progress_;
-  double most_s_;
+  double max_s_;
   std::map<tracker::TrackNumber, tracker::Track> tracks_;
   std::map<hal::RobotId, tracker::Naming> found_;
   IdentifyReport report_;

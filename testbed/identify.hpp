@@ -15,7 +15,7 @@ struct IdentifySettings {
   enum class Protocol : std::uint8_t { spelled, ark, ark_runtime };
   Protocol protocol = Protocol::spelled;
   std::vector<hal::RobotId> expected;  // ascending; nobody: whoever answers
-  double most_s = 0;                   // 0: 120, with ARK's messages 3 for each id
+  double max_s = 0;                    // 0: 120, with ARK's messages 3 for each id
 };
 
 struct IdentifyReport {

@@ -1,9 +1,9 @@
 #include "testbed/kilobot_row.hpp"
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "testbed/arena_monitor.hpp"
+#include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
-#include "testbed/table_watch.hpp"
-#include "testbed/table_window.hpp"
 #include "testbed/tracks.hpp"
 
 namespace arkmesh::testbed {
@@ -15,14 +15,14 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes =
-      make_table_watch(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
-  std::unique_ptr<hal::kilobot::Wire> wire;
+      make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
+  std::unique_ptr<hal::kilobot::ByteStream> stream;
   try {
-    wire = hal::kilobot::open_wire(settings.arena.port);
+    stream = hal::kilobot::open_byte_stream(settings.arena.port);
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
-  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(wire));
+  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream));
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

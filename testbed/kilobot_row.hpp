@@ -1,4 +1,4 @@
-// arena.use = "kilobot": the row of a table of real Kilobots.
+// arena.use = "kilobot": the row of a testbed of real Kilobots.
 #pragma once
 
 #include "hal/arena_row.hpp"

@@ -44,7 +44,7 @@ std::vector<CameraSettings> read_cameras(const hal::Section& kilobot) {
 
 tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all) {
   const std::vector<tracker::NamedCamera> cameras = tracker::read_calibrations(camera.calibration);
-  // A file of the whole table holds its cameras in the order of the configuration, unless they are named.
+  // A file of the whole arena holds its cameras in the order of the configuration, unless they are named.
   if (camera.name.empty() && cameras.size() > 1 && cameras.size() == all) return cameras[number].data;
   return tracker::read_calibration(camera.calibration, camera.name);
 }
@@ -60,7 +60,7 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
   const std::vector<hal::Section> sections = kilobot.sections("cameras");
   if (emulated_cameras) {
     if (sections.size() != *emulated_cameras)
-      kilobot.refuse("cameras", fmt::format("must be as many as the room's, which has {}", *emulated_cameras));
+      kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
     kilobot.leave_alone("port");
   }
   out.tracking.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;

@@ -1,4 +1,4 @@
-// What a lab's file says of its table of Kilobots, [arena.kilobot], read once for everybody.
+// What a lab's file says of its testbed of Kilobots, [arena.kilobot], read once for everybody.
 #pragma once
 
 #include <cstdint>

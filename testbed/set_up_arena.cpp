@@ -60,7 +60,7 @@ void SetUpArena::look_at_poses() {
   if (!frame) return;
   seen_.clear();
   for (std::size_t i = 0; i < frame->robots.size(); ++i) {
-    const hal::Sighting& seen = frame->robots[i];
+    const hal::Observation& seen = frame->robots[i];
     seen_.push_back({.number = numbers_[i],
                      .in_arena = seen.pose,
                      .led = seen.led,

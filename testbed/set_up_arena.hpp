@@ -18,8 +18,8 @@ namespace arkmesh::testbed {
 
 class SetUpArena {
  public:
-  // Waits, at a real table, until cameras and overhead controller are there; throws std::runtime_error when they do not
-  // come, or when somebody stops it. The robots of a simulated arena have the procedure's program already; where it
+  // Waits, at a real testbed, until cameras and overhead controller are there; throws std::runtime_error when they do
+  // not come, or when somebody stops it. The robots of a simulated arena have the procedure's program already; where it
   // gives poses instead of tracks, `seed` shuffles whose track is whose.
   SetUpArena(std::unique_ptr<hal::Arena> arena, bool simulated, std::uint64_t seed, hal::StopRequest& stop);
 

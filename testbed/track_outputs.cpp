@@ -18,7 +18,7 @@
 namespace arkmesh::testbed {
 namespace {
 
-using Moment = std::chrono::steady_clock::time_point;
+using TimePoint = std::chrono::steady_clock::time_point;
 
 constexpr std::chrono::milliseconds serve_every{3};
 constexpr double longest_still_s = 1;  // a camera that gave nothing for longer leaves a jump in the video
@@ -68,21 +68,21 @@ TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s, 
   if (!options.publish.empty()) bus_.emplace(options.publish);
   if (options.serve_port >= 0) {
     server_.emplace("127.0.0.1", static_cast<std::uint16_t>(options.serve_port));
-    server_->announce("table");
-    fmt::print(stderr, "http://127.0.0.1:{}/table shows the robots\n", server_->port());
+    server_->announce("arena");
+    fmt::print(stderr, "http://127.0.0.1:{}/arena shows the robots\n", server_->port());
   }
 }
 
-void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTracker& table) {
-  const std::vector<tracker::Track>& tracks = table.tracks();
-  const tracker::Calibration* camera = table.calibration(0);
+void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTracker& tracker) {
+  const std::vector<tracker::Track>& tracks = tracker.tracks();
+  const tracker::Calibration* camera = tracker.calibration(0);
   most_ = std::max(most_, tracks.size());
   robots_ = tracks.size();
   ++pictures_;
   if (options_.json) print_json(picture, tracks, camera);
   if (csv_.is_open()) write_rows(picture, tracks, camera);
   if (bus_) publish(picture, tracks);
-  const bool watched = server_ && server_->watchers("table") > 0;
+  const bool watched = server_ && server_->watchers("arena") > 0;
   if (options_.video.empty() && options_.png.empty() && !watched) return;
   cv::Mat drawn = picture.bgr.clone();
   if (camera && !options_.calibration.empty()) tracker::draw_border(drawn, *camera);
@@ -92,16 +92,16 @@ void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTrac
   if (watched) show(drawn, picture.stamp);
 }
 
-void TrackOutputs::serve_until(Moment then) {
+void TrackOutputs::serve_until(TimePoint then) {
   do {
     if (server_) server_->serve();
-    const Moment now = std::chrono::steady_clock::now();
+    const TimePoint now = std::chrono::steady_clock::now();
     if (now >= then || stop_.stopped()) return;
     std::this_thread::sleep_until(std::min(then, now + serve_every));
   } while (true);
 }
 
-void TrackOutputs::finish(const tracker::TableTracker& table) {
+void TrackOutputs::finish(const tracker::TableTracker& tracker) {
   if (csv_.is_open()) {
     csv_.close();
     if (!csv_)
@@ -111,7 +111,7 @@ void TrackOutputs::finish(const tracker::TableTracker& table) {
   if (options_.json) return;
   fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_,
              robots_ == 1 ? "" : "s", most_);
-  for (const auto& [name, total] : table.counters().all()) fmt::print("  {:<24} {}\n", name, total);
+  for (const auto& [name, total] : tracker.counters().all()) fmt::print("  {:<24} {}\n", name, total);
 }
 
 void TrackOutputs::write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,
@@ -159,7 +159,7 @@ void TrackOutputs::show(const cv::Mat& drawn, hal::LabTime stamp) {
   tracker::draw_caption(titled, fmt::format("{:.1f} s: {} robots", seconds(stamp), robots_));
   std::vector<unsigned char> jpeg;
   if (!cv::imencode(".jpg", titled, jpeg, {cv::IMWRITE_JPEG_QUALITY, 80})) return;
-  server_->show("table", std::as_bytes(std::span(jpeg)));
+  server_->show("arena", std::as_bytes(std::span(jpeg)));
 }
 
 }  // namespace arkmesh::testbed

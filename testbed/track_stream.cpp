@@ -23,7 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using Moment = Clock::time_point;
+using TimePoint = Clock::time_point;
 
 constexpr std::chrono::milliseconds first_picture_within = 10s;
 constexpr std::chrono::milliseconds look_every = 3ms;
@@ -33,7 +33,7 @@ constexpr double live_pictures_per_s = 15;  // of a camera's video
 class OutageReport {
  public:
   explicit OutageReport(hal::Progress& progress) : progress_(progress) {}
-  void watch(const std::string& trouble, Moment now) {
+  void watch(const std::string& trouble, TimePoint now) {
     if (!trouble.empty()) last_trouble_ = now;
     if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
                         : trouble == said_ || (!said_.empty() && now - said_at_ < 10s))
@@ -47,7 +47,7 @@ class OutageReport {
  private:
   hal::Progress& progress_;
   std::string said_;
-  Moment said_at_{}, last_trouble_{};
+  TimePoint said_at_{}, last_trouble_{};
 };
 
 std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) {
@@ -79,10 +79,10 @@ void refuse_other_size(const StreamOptions& options, const std::optional<tracker
 bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const auto recording = tracker::open_recording(options.source);
-  tracker::TableTracker table = make_tracker(options, calibration);
+  tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
-  const Moment begun = Clock::now();
+  const TimePoint begun = Clock::now();
   std::size_t damaged = 0;
   while (!stop.stopped()) {
     const auto picture = recording->next();
@@ -94,8 +94,8 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
       continue;
     }
     refuse_other_size(options, calibration, picture->bgr);
-    table.look(picture->stamp, std::span(&picture->bgr, 1));
-    outputs.add(*picture, table);
+    tracker.look(picture->stamp, std::span(&picture->bgr, 1));
+    outputs.add(*picture, tracker);
     // Somebody who watches sees it at life speed.
     outputs.serve_until(outputs.serving() ? begun + picture->stamp : begun);
     if (all && picture->number % 10 == 9) progress.show(picture->number + 1, *all, 1 / recording->pictures_per_s());
@@ -103,7 +103,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
   progress.done();
   if (outputs.pictures() == 0)
     throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
-  outputs.finish(table);
+  outputs.finish(tracker);
   return damaged == 0;
 }
 
@@ -111,13 +111,13 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
   const auto calibration = calibration_of(options);
   const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
   const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
-  tracker::TableTracker table = make_tracker(options, calibration);
+  tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);
-  const Moment begun = Clock::now();
+  const TimePoint begun = Clock::now();
   while (!stop.stopped()) {
     outputs.serve_until(Clock::now() + look_every);
-    const Moment now = Clock::now();
+    const TimePoint now = Clock::now();
     const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
     if (options.seconds > 0 && since.count() > options.seconds * 1e6) break;
     const cv::Mat bgr = camera->newest();
@@ -131,15 +131,15 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     refuse_other_size(options, calibration, bgr);
     const tracker::Picture picture{
         .bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
-    table.look(picture.stamp, std::span(&picture.bgr, 1));
-    outputs.add(picture, table);
+    tracker.look(picture.stamp, std::span(&picture.bgr, 1));
+    outputs.add(picture, tracker);
     const double since_s = static_cast<double>(since.count()) * 1e-6;
     progress.show(
         fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
   }
   progress.done();
   if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());
-  outputs.finish(table);
+  outputs.finish(tracker);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double known_heading_rad = 1.0;  // an arrow is drawn when the heading is surer than that
 constexpr int shift = 4;                   // lines to a sixteenth of a pixel
-constexpr double most_px = 1e5;            // beyond it nothing is drawn
+constexpr double max_px = 1e5;             // beyond it nothing is drawn
 
 cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
   const int bits = static_cast<int>(led);
@@ -23,7 +23,7 @@ cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
 }
 
 std::optional<cv::Point> fine(const std::optional<Point>& at) {
-  if (!at || !(std::abs(at->x) < most_px && std::abs(at->y) < most_px)) return {};
+  if (!at || !(std::abs(at->x) < max_px && std::abs(at->y) < max_px)) return {};
   return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))),
                    static_cast<int>(std::lround(at->y * (1 << shift))));
 }
@@ -80,18 +80,18 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
   }
 }
 
-void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks) {
-  for (const hal::Mark& mark : marks) {
-    const std::vector<cv::Point> circle = ring(camera, {mark.x_m, mark.y_m}, mark.radius_m, 0);
-    if (circle.empty()) continue;
-    const cv::Scalar colour = colour_of(mark.colour, cv::Scalar::all(150));
-    const std::size_t step = mark.dashed ? 2 : 1;
-    for (std::size_t i = 0; i < circle.size(); i += step)
-      cv::line(picture, circle[i], circle[(i + 1) % circle.size()], colour, 2, cv::LINE_AA, shift);
-    const auto scale = camera.scale({mark.x_m, mark.y_m}, 0);
-    const auto middle = camera.to_pixel({mark.x_m, mark.y_m}, 0);
-    if (middle && scale && !mark.text.empty())
-      write(picture, mark.text, *middle, scale->largest * mark.radius_m / 2, colour);
+void draw_overlay(cv::Mat& picture, const Calibration& camera, std::span<const hal::OverlayCircle> circles) {
+  for (const hal::OverlayCircle& circle : circles) {
+    const std::vector<cv::Point> outline = ring(camera, {circle.x_m, circle.y_m}, circle.radius_m, 0);
+    if (outline.empty()) continue;
+    const cv::Scalar colour = colour_of(circle.colour, cv::Scalar::all(150));
+    const std::size_t step = circle.dashed ? 2 : 1;
+    for (std::size_t i = 0; i < outline.size(); i += step)
+      cv::line(picture, outline[i], outline[(i + 1) % outline.size()], colour, 2, cv::LINE_AA, shift);
+    const auto scale = camera.scale({circle.x_m, circle.y_m}, 0);
+    const auto middle = camera.to_pixel({circle.x_m, circle.y_m}, 0);
+    if (middle && scale && !circle.text.empty())
+      write(picture, circle.text, *middle, scale->largest * circle.radius_m / 2, colour);
   }
 }
 

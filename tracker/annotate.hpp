@@ -20,7 +20,7 @@ namespace arkmesh::tracker {
 // is out of sight; its arrow is the driving direction, left out when that is not known. The text is the robot's id,
 // with a question mark while it is doubtful, or #number of a track that nobody has named.
 void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body = {});
-void draw_marks(cv::Mat& picture, const Calibration& camera, std::span<const hal::Mark> marks);
+void draw_overlay(cv::Mat& picture, const Calibration& camera, std::span<const hal::OverlayCircle> circles);
 // The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is
 // another's.
 void draw_border(cv::Mat& picture, const Calibration& camera);

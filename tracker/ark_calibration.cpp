@@ -15,7 +15,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& sentence) {
+[[noreturn]] void refuse_file(const std::filesystem::path& file, const std::string& sentence) {
   throw std::runtime_error(fmt::format("{}: {}", file.string(), sentence));
 }
 
@@ -110,22 +110,24 @@ CameraData camera_above(const Eigen::Matrix3d& to_pixels, const Eigen::Vector3d&
 
 std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file, const ArkTable& table) try {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) refuse(file, "there is no such calibration file");
+  if (!std::filesystem::is_regular_file(file, error)) refuse_file(file, "there is no such calibration file");
   const cv::FileStorage in(file.string(), cv::FileStorage::READ);
-  if (!in.isOpened()) refuse(file, "is no YAML or XML file as OpenCV writes it");
+  if (!in.isOpened()) refuse_file(file, "is no YAML or XML file as OpenCV writes it");
   const auto ks = matrices(in, "k"), rs = matrices(in, "r");
   std::vector<cv::Point2f> corners;
   for (const char digit : {'1', '2', '3', '4'})
     if (const auto found = corner(in, digit)) corners.push_back(*found);
   if (ks.empty() || ks.size() != rs.size() || ks.size() > 16 || corners.size() != 4)
-    refuse(file, fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
-                             "and holds {} K, {} R and {} corners",
-                             ks.size(), rs.size(), corners.size()));
+    refuse_file(file,
+                fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
+                            "and holds {} K, {} R and {} corners",
+                            ks.size(), rs.size(), corners.size()));
 
   if (!go_round(corners))
-    refuse(file,
-           "its corners 1 to 4 are not an arena's: upper left, upper right, lower left, lower right of the overview, "
-           "in pixels");
+    refuse_file(
+        file,
+        "its corners 1 to 4 are not an arena's: upper left, upper right, lower left, lower right of the overview, "
+        "in pixels");
 
   // The frame of the overview: all pictures' corners on the common plane, as the stitching's plane projection finds it.
   std::vector<Eigen::Matrix3d> onto_plane;
@@ -140,7 +142,7 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
       }
   }
   if (!least.allFinite() || !most.allFinite() || !((most - least).minCoeff() > 0))
-    refuse(file, "its matrices K and R do not see one common plane");
+    refuse_file(file, "its matrices K and R do not see one common plane");
 
   // The overview's corners, on the plane, are the arena's.
   std::vector<cv::Point2f> on_plane, in_arena;
@@ -171,12 +173,12 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
     try {
       cameras.push_back(Calibration(std::move(data)).data());
     } catch (const std::invalid_argument& wrong) {
-      refuse(file, fmt::format("camera {}: {}", i, wrong.what()));
+      refuse_file(file, fmt::format("camera {}: {}", i, wrong.what()));
     }
   }
   return cameras;
 } catch (const cv::Exception&) {
-  refuse(file, "is damaged or no YAML or XML file as OpenCV writes it");
+  refuse_file(file, "is damaged or no YAML or XML file as OpenCV writes it");
 }
 
 }  // namespace arkmesh::tracker

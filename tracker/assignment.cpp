@@ -9,7 +9,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unreached = std::numeric_limits<double>::infinity();
 
 // The pairs of one row, by column. Each row also has a column of its own that means "alone", at no cost.
 struct Graph {
@@ -38,7 +38,7 @@ class Solver {
         row_of_(columns + rows, alone),
         row_price_(rows, 0),
         column_price_(columns + rows, 0),
-        distance_(columns + rows, infinity),
+        distance_(columns + rows, unreached),
         reached_from_(columns + rows, 0),
         settled_(columns + rows) {}
 
@@ -60,7 +60,7 @@ class Solver {
       const auto offer = [&](std::uint32_t column, double cost) {
         const double there = base + cost - column_price_[column];
         if (settled_[column] || there >= distance_[column]) return;
-        if (distance_[column] == infinity) touched.push_back(column);
+        if (distance_[column] == unreached) touched.push_back(column);
         distance_[column] = there;
         reached_from_[column] = from;
         open.emplace(there, column);
@@ -94,7 +94,7 @@ class Solver {
     }
     row_price_[row] = length;
     for (const std::uint32_t column : touched) {
-      distance_[column] = infinity;
+      distance_[column] = unreached;
       settled_[column] = false;
     }
 

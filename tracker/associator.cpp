@@ -9,11 +9,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double seen_probability = 0.98;      // of a robot that was seen in the last frame
-constexpr double stranger_density = 1e-3;      // new robots and false sightings, per square metre and frame
+constexpr double stranger_density = 1e-3;      // new robots and false observations, per square metre and frame
 constexpr double jump_probability = 0.02;      // of being anywhere within reach, whatever the motion says
-constexpr float clear_confidence = 0.65f;      // a sighting this clear is a robot at once
+constexpr float clear_confidence = 0.65f;      // an observation this clear is a robot at once
 constexpr std::uint32_t times_to_believe = 3;  // one less clear must be repeated
-constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak sighting) nobody acts on the id
+constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak observation) nobody acts on the id
 constexpr float certain_led = 0.5f;            // colours less certain than this change nothing
 
 double seconds(hal::LabTime t) {
@@ -98,15 +98,15 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     const double mine = gain_of(other.row, column_of[other.row]).value_or(0);
     const std::int32_t holder = other.column < row_of.size() ? row_of[other.column] : alone;
     if (holder == alone) {
-      // Two sightings that could be this robot.
-      if (column_of[other.row] != alone && mine - other.gain < settings_.least_certainty) suspect(lives_[other.row]);
+      // Two observations that could be this robot.
+      if (column_of[other.row] != alone && mine - other.gain < settings_.min_certainty) suspect(lives_[other.row]);
       continue;
     }
     const auto exchanged = gain_of(static_cast<std::uint32_t>(holder), column_of[other.row]);
     if (!exchanged) continue;
     const double theirs =
         gain_of(static_cast<std::uint32_t>(holder), static_cast<std::int32_t>(other.column)).value_or(0);
-    if (mine + theirs - other.gain - *exchanged >= settings_.least_certainty) continue;
+    if (mine + theirs - other.gain - *exchanged >= settings_.min_certainty) continue;
     suspect(lives_[other.row]);
     suspect(lives_[holder]);
   }
@@ -156,7 +156,7 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
   std::vector<bool> taken(seen.size());
   for (const std::int32_t column : column_of)
     if (column != alone) taken[column] = true;
-  const double least_m = 0.7 * settings_.diameter_m;
+  const double min_m = 0.7 * settings_.diameter_m;
   std::vector<std::pair<double, double>> occupied;
   for (const Life& life : lives_)
     if (life.last_seen == now) occupied.emplace_back(life.motion.pose().x_m, life.motion.pose().y_m);
@@ -164,10 +164,10 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (taken[i]) continue;
     const auto close = [&](const auto& place) {
-      return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < least_m;
+      return std::hypot(place.first - seen[i].x_m, place.second - seen[i].y_m) < min_m;
     };
-    const auto begin = std::lower_bound(occupied.begin(), occupied.end(), std::pair(seen[i].x_m - least_m, -1e9));
-    const auto end = std::upper_bound(begin, occupied.end(), std::pair(seen[i].x_m + least_m, 1e9));
+    const auto begin = std::lower_bound(occupied.begin(), occupied.end(), std::pair(seen[i].x_m - min_m, -1e9));
+    const auto end = std::upper_bound(begin, occupied.end(), std::pair(seen[i].x_m + min_m, 1e9));
     if (std::any_of(begin, end, close)) {
       counters_.add("seen.too_close");
       continue;

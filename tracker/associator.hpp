@@ -1,4 +1,4 @@
-// Follows robots from frame to frame: gives all sightings of a frame to all tracks at once, so that the whole fits
+// Follows robots from frame to frame: gives all observations of a frame to all tracks at once, so that the whole fits
 // best. Says of a track when it may be somebody else; finding out who it is, is the identifier's work. Pure: no
 // pictures, no clock.
 #pragma once
@@ -25,7 +25,7 @@ struct AssociatorSettings {
       800'000};  // unseen for this long: it may be another one when it is seen again, and must be named anew
   hal::LabTime show_for{1'000'000};      // unseen for this long: no longer reported
   hal::LabTime forget_after{5'000'000};  // unseen for this long: gone; what appears there later is a new track
-  double least_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
+  double min_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
   MotionSettings motion;
 };
 
@@ -64,7 +64,8 @@ class Associator {
     std::uint32_t times_seen = 1;
     bool established = false;  // seen often or clearly enough to be reported
     bool suspected = false;    // doubtful until named again
-    bool jumped = false;  // last seen where no motion explains it: a hand, or something else; the next sighting tells
+    bool jumped =
+        false;  // last seen where no motion explains it: a hand, or something else; the next observation tells
     bool shown = true;
   };
 

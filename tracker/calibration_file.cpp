@@ -10,7 +10,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr std::size_t most_cameras = 16;
+constexpr std::size_t max_cameras = 16;
 constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& sentence) {
@@ -108,8 +108,8 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
       refuse(
           file,
           "holds no cameras; make a calibration with arkmesh calibrate (of an ARK calibration: with its --import-ark)");
-    if (cameras.size() > most_cameras)
-      refuse(file, fmt::format("holds {} cameras; {} are possible", cameras.size(), most_cameras));
+    if (cameras.size() > max_cameras)
+      refuse(file, fmt::format("holds {} cameras; {} are possible", cameras.size(), max_cameras));
     std::vector<NamedCamera> read;
     for (const cv::FileNode& node : cameras) {
       if (!node.isMap()) refuse(file, fmt::format("its list of cameras holds something else; {}", make_anew));

@@ -15,7 +15,7 @@ namespace {
 constexpr double clear_margin = 0.8;  // a fisheye is taken when its error is below this part of the pinhole's,
 constexpr double blind_margin = 1.5;  // or below this multiple when the pinhole cannot see to the picture's sides
 constexpr double worst_error_px = 5;  // a fit worse than this is none
-constexpr std::size_t least_pictures = 3;
+constexpr std::size_t min_pictures = 3;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Fit {
@@ -170,11 +170,11 @@ bool LensFit::add(const cv::Mat& picture) {
 }
 
 FittedLens LensFit::fit() const {
-  if (boards_->corners.size() < least_pictures)
+  if (boards_->corners.size() < min_pictures)
     throw std::runtime_error(
         fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all "
                     "over the view, and count its inner corners: {} x {} are looked for, as of {} x {} squares",
-                    boards_->corners.size(), least_pictures, boards_->board.columns, boards_->board.rows,
+                    boards_->corners.size(), min_pictures, boards_->board.columns, boards_->board.rows,
                     boards_->board.columns + 1, boards_->board.rows + 1));
   const Fit pinhole = boards_->pinhole(), fisheye = boards_->fisheye();
   const bool blind = pinhole.error_px < infinity && !sees_sides(as_lens(LensModel::pinhole, boards_->size, pinhole));

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tracker/median.hpp"
 #include "tracker/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
@@ -17,9 +18,9 @@ namespace {
 
 constexpr int half = 10, side = 2 * half + 1;  // pixels of a template
 constexpr int columns = 12, rows = 9;          // the picture is divided into so many fields, each with its best mark
-constexpr std::size_t most_marks = 40;         // the best of them
+constexpr std::size_t max_marks = 40;          // the best of them
 constexpr double certain_px = 0.12;            // a mark's place is known to so much, given the picture's noise
-constexpr double least_likeness = 0.75;        // correlation with the template
+constexpr double min_likeness = 0.75;          // correlation with the template
 constexpr double roughly_px = 0.3, precisely_px = 0.05;
 constexpr std::size_t turns = 4;
 constexpr double farthest_px = 5;  // that a mark is followed without searching
@@ -59,12 +60,6 @@ cv::Mat shrink(const cv::Mat& bgr, int by) {
   cv::resize(bgr, small, {}, 1.0 / by, 1.0 / by, cv::INTER_AREA);
   cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
   return grey;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -124,7 +119,7 @@ void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, cons
     if (mark.sigma_px < certain_px) marks_.push_back(std::move(mark));
   }
   std::ranges::stable_sort(marks_, {}, &Mark::sigma_px);
-  if (marks_.size() > most_marks) marks_.resize(most_marks);
+  if (marks_.size() > max_marks) marks_.resize(max_marks);
 }
 
 // Follows a mark from a place where it may be; false when it is not to be seen near there.
@@ -152,13 +147,13 @@ bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px,
     if (std::abs(move_x) + std::abs(move_y) < within_px) break;
   }
   mark.off_x_px = x_px - mark.at_x_px, mark.off_y_px = y_px - mark.at_y_px;
-  return likeness >= least_likeness;
+  return likeness >= min_likeness;
 }
 
 CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& calibration) {
   if (marks_.size() < fewest_marks) return Verdict::in_place;
   const auto scale = calibration.scale({0, 0}, 0);
-  const double most_px = std::max(settings_.tolerance_px, settings_.tolerance_m * (scale ? scale->smallest : 0));
+  const double max_px = std::max(settings_.tolerance_px, settings_.tolerance_m * (scale ? scale->smallest : 0));
   // By turns every fourth mark; when half of these are not seen where they belong, all of them. `seen` is what is
   // recognised.
   const auto compare = [&](std::size_t first, std::size_t step) {
@@ -169,13 +164,13 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
       if (marks_[i].seen) off.push_back(std::hypot(marks_[i].off_x_px, marks_[i].off_y_px));
     }
     const bool recognised = static_cast<double>(off.size()) >=
-                            std::max(4.0, (step > 1 ? 0.5 : settings_.least_seen) * static_cast<double>(looked_at));
+                            std::max(4.0, (step > 1 ? 0.5 : settings_.min_seen) * static_cast<double>(looked_at));
     off_px_ = off.empty() ? 0 : median(off);
     return recognised;
   };
   bool recognised = compare(turn_++ % turns, turns);
-  if (!recognised || off_px_ > most_px) recognised = compare(0, 1);
-  if (recognised && off_px_ <= most_px) {
+  if (!recognised || off_px_ > max_px) recognised = compare(0, 1);
+  if (recognised && off_px_ <= max_px) {
     amiss_ = 0;
     tried_.reset();
     return Verdict::in_place;
@@ -190,7 +185,7 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
         const auto a = now->to_pixel(mark.on_table, 0), b = tried_->to_pixel(mark.on_table, 0);
         apart_px = std::max(apart_px, a && b ? std::hypot(a->x - b->x, a->y - b->y) : 1e9);
       }
-      if (apart_px < most_px) found_ = now;
+      if (apart_px < max_px) found_ = now;
     }
     tried_ = now;
   }

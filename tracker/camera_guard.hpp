@@ -16,7 +16,7 @@ namespace arkmesh::tracker {
 struct GuardSettings {
   double tolerance_m = 0.0015;  // marks that are on the whole nearer than this to their places are in place
   double tolerance_px = 0.7;    // but so much is always allowed
-  double least_seen =
+  double min_seen =
       0.25;  // a picture that shows fewer of the marks than this part is not of that table, or there is no light
   int patience = 10;  // pictures between attempts to find out where the camera hangs now
 };

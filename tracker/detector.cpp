@@ -107,14 +107,14 @@ class Detector::Search {
     if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
       const Suspect one = suspect(*rim);
       const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
-      if (reached && one.evidence >= settings_.least_confidence &&
+      if (reached && one.evidence >= settings_.min_confidence &&
           std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance)
         return one;
     }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px),
                   static_cast<int>(place.x_px + far_px) + 2, static_cast<int>(place.y_px + far_px) + 2, block);
-    votes_.look_at(picture_, least_step());
+    votes_.look_at(picture_, min_step());
     std::optional<Suspect> best;
     double best_off_px = place.reach_px;
     for (const bool darker : {true, false}) {
@@ -128,7 +128,7 @@ class Detector::Search {
         if (!rim || std::abs(rim->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
         const Suspect one = suspect(*rim);
         const double off_px = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px);
-        if (one.evidence < settings_.least_confidence || off_px > best_off_px) continue;
+        if (one.evidence < settings_.min_confidence || off_px > best_off_px) continue;
         best = one;
         best_off_px = off_px;
       }
@@ -145,21 +145,21 @@ class Detector::Search {
 
   // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a
   // row are nothing.
-  void look(const cv::Mat& bgr, double least_r_px, double most_r_px, double least_votes, std::size_t patience,
+  void look(const cv::Mat& bgr, double min_r_px, double max_r_px, double min_votes, std::size_t patience,
             std::vector<Suspect>& suspects) {
     for (const bool darker : {true, false}) {
       candidates_.clear();
-      votes_.find(least_r_px / picture_.block, most_r_px / picture_.block, darker, least_votes, candidates_);
+      votes_.find(min_r_px / picture_.block, max_r_px / picture_.block, darker, min_votes, candidates_);
       // Strongest first; a long run of candidates that are nothing ends it. What lies inside a robot is no other robot.
-      Places robots(2 * most_r_px, bgr.cols, bgr.rows);
+      Places robots(2 * max_r_px, bgr.cols, bgr.rows);
       std::size_t in_vain = 0;
       for (const RoundCandidate& candidate : candidates_) {
         const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y),
                            candidate.r * picture_.block};
-        if (robots.taken(guess, 0.9 * least_r_px)) continue;
+        if (robots.taken(guess, 0.9 * min_r_px)) continue;
         if (++in_vain > patience) break;
         const auto rim = closely(bgr, guess, darker);
-        if (!rim || rim->circle.r_px < least_r_px * 0.85 || rim->circle.r_px > most_r_px * 1.15) continue;
+        if (!rim || rim->circle.r_px < min_r_px * 0.85 || rim->circle.r_px > max_r_px * 1.15) continue;
         const Suspect one = suspect(*rim);
         if (one.evidence <= 0) continue;
         suspects.push_back(one);
@@ -176,7 +176,7 @@ class Detector::Search {
       if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
       if (5.0 * block > settings_.largest_diameter_px / 2) break;
       picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-      votes_.look_at(picture_, least_step());
+      votes_.look_at(picture_, min_step());
       look(bgr, 5.0 * block, 7.1 * block, 0.3, 120, suspects);
       look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, suspects);
     }
@@ -194,7 +194,7 @@ class Detector::Search {
     const double r_px = diameter_px / 2;
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-    votes_.look_at(picture_, least_step());
+    votes_.look_at(picture_, min_step());
     std::vector<Suspect> suspects;
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5,
          60, suspects);
@@ -209,12 +209,12 @@ class Detector::Search {
     }
     std::sort(suspects.begin(), suspects.end());
     std::vector<Detection> found;
-    if (clearest < std::max(0.65, settings_.least_confidence)) return found;
+    if (clearest < std::max(0.65, settings_.min_confidence)) return found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
     std::vector<Circle> boards;
     std::erase_if(suspects, [&](const Suspect& one) {
       const Circle& circle = one.rim.circle;
-      if (one.evidence < settings_.least_confidence || places.taken(circle, 1.5 * r_px)) return true;
+      if (one.evidence < settings_.min_confidence || places.taken(circle, 1.5 * r_px)) return true;
       places.add(circle);
       boards.push_back(circle);
       return false;
@@ -225,7 +225,7 @@ class Detector::Search {
   }
 
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
-  double least_step() const { return std::max(4.0, 1.2 * noise_ / picture_.block); }
+  double min_step() const { return std::max(4.0, 1.2 * noise_ / picture_.block); }
 
   Detection detection(const cv::Mat& bgr, const Suspect& one) const {
     const Circle& circle = one.rim.circle;

@@ -22,7 +22,7 @@ struct DetectorSettings {
   std::optional<double>
       diameter_px;  // known from a calibration; else found in the first picture with three robots, and remembered
   double diameter_tolerance = 0.2;  // robots of one view differ from the common size by at most this part of it
-  double least_confidence = 0.5;    // detections below it are not reported
+  double min_confidence = 0.5;      // detections below it are not reported
 };
 
 // Where a robot should be, and how far off it may be.

@@ -48,7 +48,7 @@ class Greys {
 Face face_of(const ShrunkPicture& patch, float x, float y, float r) {
   static const Directions towards;
   Face face;
-  const float most_x = static_cast<float>(patch.width) - 1.001F, most_y = static_cast<float>(patch.height) - 1.001F;
+  const float max_x = static_cast<float>(patch.width) - 1.001F, max_y = static_cast<float>(patch.height) - 1.001F;
   // Where pixels are much smaller than what is looked at, the nearest one is as good as a mix of four.
   const bool nearest = r > 11;
   Greys<5 * of_ring> within, coin;
@@ -59,7 +59,7 @@ Face face_of(const ShrunkPicture& patch, float x, float y, float r) {
     int count = 0;
     for (std::size_t ray = ring % 2; ray < directions; ray += directions / of_ring) {
       const float px = x + far * towards.x[ray], py = y + far * towards.y[ray];
-      if (!(px >= 0 && py >= 0 && px <= most_x && py <= most_y)) continue;
+      if (!(px >= 0 && py >= 0 && px <= max_x && py <= max_y)) continue;
       const float value =
           nearest ? 0.125F * static_cast<float>(patch.row(static_cast<int>(py + 0.5F))[static_cast<int>(px + 0.5F)])
                   : patch.at(px, py);

@@ -9,11 +9,11 @@ namespace arkmesh::tracker {
 namespace {
 
 // A sector of the colour circle, in degrees of hue. Blue reaches far towards violet: cameras see the blue LED there.
-// Light paler than least_saturation is white; a little red, green or blue is enough, because light meant to be white is
+// Light paler than min_saturation is white; a little red, green or blue is enough, because light meant to be white is
 // rarely tinted so.
 struct Sector {
   double from_deg, to_deg;
-  double least_saturation;
+  double min_saturation;
   hal::Led led;
 };
 constexpr std::array<Sector, 7> sectors{{{-25, 25, 0.12, hal::Led::red},
@@ -46,10 +46,9 @@ LedColour led_colour(const Light& added) {
   if (hue_deg < -25) hue_deg += 360;
   for (const Sector& sector : sectors) {
     if (hue_deg < sector.from_deg || hue_deg >= sector.to_deg) continue;
-    if (saturation < sector.least_saturation)
-      return {hal::Led::white, sure(sector.least_saturation - saturation, 0.08)};
+    if (saturation < sector.min_saturation) return {hal::Led::white, sure(sector.min_saturation - saturation, 0.08)};
     const double inside_deg = std::min(hue_deg - sector.from_deg, sector.to_deg - hue_deg);
-    return {sector.led, std::min(sure(inside_deg, 15), sure(saturation - sector.least_saturation, 0.08))};
+    return {sector.led, std::min(sure(inside_deg, 15), sure(saturation - sector.min_saturation, 0.08))};
   }
   return {hal::Led::white, 0};
 }

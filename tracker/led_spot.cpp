@@ -209,8 +209,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   const LedColour colour = led_colour(added);
   std::tie(spot.primary, spot.primary_confidence) = primary_of(added);
   const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;
-  const double most_added = std::max({added.blue, added.green, added.red, 1e-9});
-  const double saturation = (most_added - std::min({added.blue, added.green, added.red})) / most_added;
+  const double max_added = std::max({added.blue, added.green, added.red, 1e-9});
+  const double saturation = (max_added - std::min({added.blue, added.green, added.red})) / max_added;
   // metal is warm, but never that colourful
   const double vivid = std::clamp((saturation - 0.6) / 0.25, 0.0, 1.0);
   const double bonus = cold_bonus * (cold ? 1.0 : vivid) * colour.confidence;

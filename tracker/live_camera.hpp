@@ -28,7 +28,7 @@ class CameraFeed {
 // camera at this machine when not 0.
 std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px = 0, int height_px = 0);
 
-// How a watch opens a camera's source; a virtual room may bring its own.
+// How a watch opens a camera's source; an emulated testbed may bring its own.
 using OpenCamera = std::function<std::unique_ptr<CameraFeed>(const std::string& source, int width_px, int height_px)>;
 
 }  // namespace arkmesh::tracker

@@ -1,4 +1,4 @@
-// Where one robot is, where it looks and how it moves, from noisy sightings: a Kalman filter on the plane and the
+// Where one robot is, where it looks and how it moves, from noisy observations: a Kalman filter on the plane and the
 // circle. It knows how a Kilobot moves (forwards only, turning about a rear leg, so that the body's centre always moves
 // when the robot turns), which is why the heading can be followed on the spot while the LED is dark.
 #pragma once
@@ -56,7 +56,7 @@ class Motion {
   double since_led_s_ = 1e9;   // since the LED last told the heading
   double since_anchor_s_ = 0;  // heading unknown: since the robot was at the anchor
   double anchor_x_m_ = 0, anchor_y_m_ = 0;
-  int backwards_ = 0;     // sightings in a row that seem to drive backwards
+  int backwards_ = 0;     // observations in a row that seem to drive backwards
   double misfit_ = 0;     // running mean of squared normalised surprise
   int odd_headings_ = 0;  // LED headings in a row that do not fit
 };

@@ -8,9 +8,9 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double round_enough = 1.12;   // longer axis of a robot's image by the shorter one
-constexpr double most_pixels_part = 2;  // of the camera's own picture
-constexpr int steps = 32;               // of the arena, each way
+constexpr double round_enough = 1.12;  // longer axis of a robot's image by the shorter one
+constexpr double max_pixels_part = 2;  // of the camera's own picture
+constexpr int steps = 32;              // of the arena, each way
 
 // The part of the arena that a camera sees, and how.
 struct Overlook {
@@ -51,7 +51,7 @@ std::optional<PlaneView> PlaneView::of(const Calibration& camera, double board_m
   // Half a step more on each side, since the grid's outermost places are not the view's edge.
   const double more_x = real.arena_width_m / steps, more_y = real.arena_height_m / steps;
   seen.west -= more_x, seen.east += more_x, seen.south -= more_y, seen.north += more_y;
-  const double most = most_pixels_part * real.lens.width_px * real.lens.height_px;
+  const double most = max_pixels_part * real.lens.width_px * real.lens.height_px;
   const double area_m2 = (seen.east - seen.west) * (seen.north - seen.south);
   const double px_per_m = std::min(seen.px_per_m, std::sqrt(most / area_m2)), down_m = place[2] - board_m;
   if (!(down_m > 0)) return {};

@@ -50,14 +50,14 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
   span_ = span;
   first_ = static_cast<float>(span.from * r);
   spacing_ = static_cast<float>((span.to - span.from) * r / (span.samples - 1));
-  const float most_x = static_cast<float>(picture.width) - 1.001F, most_y = static_cast<float>(picture.height) - 1.001F;
+  const float max_x = static_cast<float>(picture.width) - 1.001F, max_y = static_cast<float>(picture.height) - 1.001F;
   // Where pixels are much smaller than what is looked for, the nearest one is as good as a mix of four.
   const bool nearest = r > 11;
   const std::int16_t* grey = picture.grey.data();
   const int width = picture.width;
-  const auto inside = [&](float px, float py) { return px >= 0 && py >= 0 && px <= most_x && py <= most_y; };
-  std::array<float, most_samples> along;
-  std::array<std::int32_t, most_samples> index;
+  const auto inside = [&](float px, float py) { return px >= 0 && py >= 0 && px <= max_x && py <= max_y; };
+  std::array<float, max_samples> along;
+  std::array<std::int32_t, max_samples> index;
   const int reach = span.reach;
   for (int i = 0; i < rays; i += span.every) {
     const auto ray = static_cast<std::size_t>(i);
@@ -92,16 +92,16 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
 }
 
 // Along each ray the strongest edge near the circle, nearer ones preferred.
-void RimFinder::find_edges(const Fitted& circle, float window, bool darker, float least_step) {
+void RimFinder::find_edges(const Fitted& circle, float window, bool darker, float min_step) {
   const float sign = darker ? 1.0F : -1.0F, per_sample = 1 / spacing_;
   const int half = static_cast<int>(window * per_sample) + 1;
-  std::array<float, 2 * most_samples + 1> preference;
-  for (int j = -half; j <= half && half <= most_samples; ++j) {
+  std::array<float, 2 * max_samples + 1> preference;
+  for (int j = -half; j <= half && half <= max_samples; ++j) {
     const float off = static_cast<float>(j) * spacing_ / window;
     preference[static_cast<std::size_t>(j + half)] = std::max(0.0F, 1 - 0.7F * off * off);
   }
   strength_.fill(0);
-  if (half > most_samples) return;
+  if (half > max_samples) return;
   for (int i = 0; i < rays; i += span_.every) {
     const auto ray = static_cast<std::size_t>(i);
     const float expected = circle.r + circle.x * towards.x[ray] + circle.y * towards.y[ray];
@@ -119,7 +119,7 @@ void RimFinder::find_edges(const Fitted& circle, float window, bool darker, floa
     if (best_at < 0) continue;
     const auto at = static_cast<std::size_t>(best_at);
     const float here = sign * step[at], before = sign * step[at - 1], after = sign * step[at + 1];
-    if (here < least_step) continue;
+    if (here < min_step) continue;
     const float bend = before - 2 * here + after;
     const float shift = bend < 0 ? std::clamp(0.5F * (before - after) / bend, -1.0F, 1.0F) : 0.0F;
     edge_[ray] = first_ + (static_cast<float>(best_at) + shift) * spacing_;
@@ -160,12 +160,11 @@ bool RimFinder::adjust(Fitted& circle, float scale) const {
   return true;
 }
 
-RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double least_step,
-                                        std::initializer_list<double> windows) {
+RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double min_step, std::initializer_list<double> windows) {
   Fitted fitted{0, 0, static_cast<float>(r), false};
   for (const double part : windows) {
     const float window = static_cast<float>(part * r);
-    find_edges(fitted, window, darker, static_cast<float>(least_step));
+    find_edges(fitted, window, darker, static_cast<float>(min_step));
     const auto edges = std::count_if(strength_.begin(), strength_.end(), [](float strength) { return strength > 0; });
     if (edges < rays / span_.every / 3) return fitted;
     for (int turn = 0; turn < 2; ++turn)
@@ -177,7 +176,7 @@ RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double least_step
   return fitted;
 }
 
-void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, double least_step, Rim& rim) const {
+void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, double min_step, Rim& rim) const {
   const float sign = darker ? 1.0F : -1.0F;
   const float near = std::max(0.05F * fitted.r, 0.6F);
   const int reach = span_.reach;
@@ -195,7 +194,7 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
     if (strength_[ray] <= 0) continue;
     const float off = std::abs(edge_[ray] - expected);
     offs[static_cast<std::size_t>(offs_count++)] = off;
-    if (off <= near && strength_[ray] >= static_cast<float>(least_step)) ++on, ++eighth_on[ray / (rays / 8)];
+    if (off <= near && strength_[ray] >= static_cast<float>(min_step)) ++on, ++eighth_on[ray / (rays / 8)];
   }
   std::array<float, 8> eighths;
   eighths.fill(2);  // those outside the picture come last
@@ -221,9 +220,9 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
 
 std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise) {
   const double x = picture.shrunk_x(guess.x_px), y = picture.shrunk_y(guess.y_px), r = guess.r_px / picture.block;
-  const double least_step = std::max(3.0, 1.5 * noise / picture.block);
+  const double min_step = std::max(3.0, 1.5 * noise / picture.block);
   sample(picture, x, y, r, {.from = 0.58, .to = 1.42, .samples = 28, .reach = 2, .every = 2});
-  const Fitted found = fit_circle(r, darker, least_step, {0.32, 0.22, 0.16});
+  const Fitted found = fit_circle(r, darker, min_step, {0.32, 0.22, 0.16});
   if (!found.good) return {};
   // Generously: half of what will be asked of a robot.
   int on = 0, inside = 0;
@@ -248,20 +247,20 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, doubl
               block);
   if (patch_.width < 4 || patch_.height < 4) return {};
   const double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
-  const double least_step = std::max(3.0, 1.5 * noise / block);
+  const double min_step = std::max(3.0, 1.5 * noise / block);
   const double span = 0.14 + off;
   sample(patch_, x, y, r,
          {.from = 1 - span,
           .to = 1 + span,
-          .samples = std::min(most_samples, static_cast<int>(span * 94)),
+          .samples = std::min(max_samples, static_cast<int>(span * 94)),
           .reach = 3,
           .every = 1});
-  const Fitted found = off > 0.15 ? fit_circle(r, darker, least_step, {off, 0.12, 0.07})
-                                  : fit_circle(r, darker, least_step, {0.14, 0.09, 0.07});
+  const Fitted found = off > 0.15 ? fit_circle(r, darker, min_step, {off, 0.12, 0.07})
+                                  : fit_circle(r, darker, min_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
   Rim rim;
   rim.darker = darker;
-  judge(x, y, found, darker, least_step, rim);
+  judge(x, y, found, darker, min_step, rim);
   rim.circle = {patch_.picture_x(x + static_cast<double>(found.x)), patch_.picture_y(y + static_cast<double>(found.y)),
                 static_cast<double>(found.r) * block};
   return rim;

@@ -35,7 +35,7 @@ class RimFinder {
   std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
 
  private:
-  static constexpr int rays = 48, most_samples = 40;
+  static constexpr int rays = 48, max_samples = 40;
   // Where along a ray grey levels are taken: parts of the radius.
   struct Span {
     double from, to;
@@ -47,18 +47,18 @@ class RimFinder {
     bool good = false;
   };
   void sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span);
-  void find_edges(const Fitted& circle, float window, bool darker, float least_step);
+  void find_edges(const Fitted& circle, float window, bool darker, float min_step);
   bool adjust(Fitted& circle, float scale) const;
-  Fitted fit_circle(double r, bool darker, double least_step, std::initializer_list<double> windows);
-  void judge(double x, double y, const Fitted& fitted, bool darker, double least_step, Rim& rim) const;
+  Fitted fit_circle(double r, bool darker, double min_step, std::initializer_list<double> windows);
+  void judge(double x, double y, const Fitted& fitted, bool darker, double min_step, Rim& rim) const;
 
   ShrunkPicture patch_;
   Span span_{};
-  std::array<std::array<float, most_samples>, rays> step_{};  // rise of the grey level outwards along each ray
-  std::array<int, rays> known_{};                             // samples of the ray that lie inside the picture
-  std::array<float, rays> edge_{};                            // distance of the chosen edge
-  std::array<float, rays> strength_{};                        // its step; 0 when there is none
-  float first_ = 0, spacing_ = 0;                             // of the samples along a ray, in pixels of the patch
+  std::array<std::array<float, max_samples>, rays> step_{};  // rise of the grey level outwards along each ray
+  std::array<int, rays> known_{};                            // samples of the ray that lie inside the picture
+  std::array<float, rays> edge_{};                           // distance of the chosen edge
+  std::array<float, rays> strength_{};                       // its step; 0 when there is none
+  float first_ = 0, spacing_ = 0;                            // of the samples along a ray, in pixels of the patch
 };
 
 }  // namespace arkmesh::tracker

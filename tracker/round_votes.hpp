@@ -18,10 +18,10 @@ struct RoundCandidate {
 
 class RoundVotes {
  public:
-  // Finds the edges of a picture. An edge is at least `least_step` grey levels a pixel strong.
-  void look_at(const ShrunkPicture& picture, double least_step);
-  // Adds the candidates with radii in [least_r, most_r] and at least `least_votes`, strongest first.
-  void find(double least_r, double most_r, bool darker, double least_votes, std::vector<RoundCandidate>& found);
+  // Finds the edges of a picture. An edge is at least `min_step` grey levels a pixel strong.
+  void look_at(const ShrunkPicture& picture, double min_step);
+  // Adds the candidates with radii in [min_r, max_r] and at least `min_votes`, strongest first.
+  void find(double min_r, double max_r, bool darker, double min_votes, std::vector<RoundCandidate>& found);
 
  private:
   struct Edge {

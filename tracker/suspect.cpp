@@ -4,21 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracker/median.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 // Circles of different robots have their centres at least this part of a radius apart; touching ones, two radii.
-constexpr double least_apart = 1.5;
+constexpr double min_apart = 1.5;
 
 double ramp(double value, double none, double all) {
   return std::clamp((value - none) / (all - none), 0.0, 1.0);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin
@@ -97,11 +92,11 @@ std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_
     if (std::any_of(groups.begin(), groups.end(),
                     [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
       continue;
-    Places places(least_apart * r_px, width_px, height_px);
+    Places places(min_apart * r_px, width_px, height_px);
     std::vector<double> radii;
     Group group{r_px, 0};
     for (const Suspect& one : suspects) {
-      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, least_apart * r_px))
+      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, min_apart * r_px))
         continue;
       places.add(one.rim.circle);
       group.votes += vote(one);
@@ -191,12 +186,12 @@ void Places::add(const Circle& circle) {
   cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle);
 }
 
-bool Places::taken(const Circle& circle, double least_px) const {
+bool Places::taken(const Circle& circle, double min_px) const {
   const int x = column(circle.x_px), y = line(circle.y_px);
   for (int cy = std::max(0, y - 1); cy <= std::min(high_ - 1, y + 1); ++cy)
     for (int cx = std::max(0, x - 1); cx <= std::min(wide_ - 1, x + 1); ++cx)
       for (const Circle& other : cells_[cell(cx, cy)])
-        if (std::hypot(other.x_px - circle.x_px, other.y_px - circle.y_px) < least_px) return true;
+        if (std::hypot(other.x_px - circle.x_px, other.y_px - circle.y_px) < min_px) return true;
   return false;
 }
 

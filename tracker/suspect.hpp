@@ -45,8 +45,8 @@ class Places {
  public:
   Places(double cell_px, int width_px, int height_px);
   void add(const Circle& circle);
-  // Whether a circle already added has its centre nearer than `least_px`, which is at most the size of a cell.
-  bool taken(const Circle& circle, double least_px) const;
+  // Whether a circle already added has its centre nearer than `min_px`, which is at most the size of a cell.
+  bool taken(const Circle& circle, double min_px) const;
 
  private:
   int column(double x_px) const;

@@ -7,14 +7,14 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double least_part = 0.1, largest_part = 0.98;  // of the picture
-constexpr double straightness = 0.02;                    // of the outline's length: how far a lens may bend a side
+constexpr double min_part = 0.1, largest_part = 0.98;  // of the picture
+constexpr double straightness = 0.02;                  // of the outline's length: how far a lens may bend a side
 
 std::vector<cv::Point> largest_quadrilateral(const cv::Mat& mask) {
   std::vector<std::vector<cv::Point>> outlines;
   cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
   std::vector<cv::Point> best;
-  double best_area = least_part * mask.total();
+  double best_area = min_part * mask.total();
   for (const auto& outline : outlines) {
     std::vector<cv::Point> hull, corners;
     cv::convexHull(outline, hull);

@@ -6,18 +6,14 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "tracker/median.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
-constexpr std::size_t most_robots = 60;
+constexpr std::size_t max_robots = 60;
 constexpr double usual =
     0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // How much more blue and red than green things are, in logarithms.
 struct Ratios {
@@ -49,7 +45,7 @@ double shared(double one, double other) {
 
 Light untinting(const cv::Mat& bgr, std::span<const Circle> boards) {
   Ratios coins, table;
-  const std::size_t every = boards.size() / most_robots + 1;
+  const std::size_t every = boards.size() / max_robots + 1;
   for (std::size_t i = 0; i < boards.size(); i += every) {
     coins.look(bgr, boards[i], 0.35);
     table.look(bgr, boards[i], 1.25);

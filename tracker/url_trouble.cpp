@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds connect_within = 3s, answer_within = 3s;
-constexpr std::size_t most_answer_bytes = 8192;
+constexpr std::size_t max_answer_bytes = 8192;
 
 struct Address {
   std::string scheme, host, port, path;
@@ -91,7 +91,7 @@ std::string answer_of(const Socket& socket, const Address& to) {
   if (::send(socket.get(), request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
     return answer;
   const auto end = Clock::now() + answer_within;
-  while (answer.size() < most_answer_bytes && answer.find("\r\n\r\n") == std::string::npos &&
+  while (answer.size() < max_answer_bytes && answer.find("\r\n\r\n") == std::string::npos &&
          socket.wait_for(POLLIN, end)) {
     std::array<char, 2048> some;
     const ssize_t n = ::recv(socket.get(), some.data(), some.size(), 0);

@@ -11,7 +11,7 @@ constexpr double centre_noise_px = 0.5;      // of a detection's centre, and
 constexpr double centre_noise_part = 0.015;  // this part of its radius
 constexpr double camera_noise_m = 0.0003;    // of a calibration
 constexpr double led_noise_px = 0.8;
-constexpr double least_led_noise_rad = 0.035;
+constexpr double min_led_noise_rad = 0.035;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
       // Near the rim is where a robot's own LED is.
       if (led && off_px > 0.4 * found.r_px && off_px < 1.2 * found.r_px) {
         one.led_heading_rad = std::atan2(led->y - place->y, led->x - place->x);
-        one.led_heading_sigma_rad = std::max(least_led_noise_rad, cut * std::atan2(led_noise_px, off_px));
+        one.led_heading_sigma_rad = std::max(min_led_noise_rad, cut * std::atan2(led_noise_px, off_px));
       }
     }
     seen.push_back(one);

@@ -1,5 +1,5 @@
-// Brings what several cameras detected together on the arena plane: one sighting for each robot, however many cameras
-// saw it.
+// Brings what several cameras detected together on the arena plane: one observation for each robot, however many
+// cameras saw it.
 #pragma once
 
 #include <span>
@@ -21,7 +21,7 @@ struct Body {
 // picture.
 std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
 
-// Sightings of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
+// Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
 // headings weighted by their certainty, the colour of the one surest of it. `views[i]` is camera i's.
 std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& body);
 

@@ -30,7 +30,9 @@ double seconds(hal::LabTime t) {
 }  // namespace
 
 Dhtf::Dhtf(Settings settings)
-    : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0), teller_(settings_.repeat) {}
+    : settings_(std::move(settings)),
+      team_(static_cast<std::size_t>(settings_.sites), 0),
+      messages_(settings_.repeat) {}
 
 void Dhtf::begin(lab::Lab& lab) {
   const auto sites = static_cast<std::size_t>(settings_.sites);
@@ -77,10 +79,10 @@ void Dhtf::decide_sites(lab::Lab& lab) {
     auto& row = needed.emplace_back();
     for (int h : hard) row.push_back(static_cast<int>(requirement[h ? 1 : 0]));
   }
-  judge_.emplace(std::move(needed), settings_.respawn);
-  lab.publish("active", judge_->active());
-  lab.publish("executed", judge_->executed());
-  lab.publish("executed_by", judge_->executed_by());
+  coordinator_.emplace(std::move(needed), settings_.respawn);
+  lab.publish("active", coordinator_->active());
+  lab.publish("executed", coordinator_->executed());
+  lab.publish("executed_by", coordinator_->executed_by());
 }
 
 void Dhtf::place_sites(lab::Lab& lab) {
@@ -122,7 +124,7 @@ const Dhtf::Site* Dhtf::site_at(const hal::Pose& p) const {
 void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   if (sites_.empty()) return;
   std::vector<std::int64_t> team(sites_.size(), 0);
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) {
     const Site* site = site_at(lab.projection().to_shared(seen.pose));
     // A team is made of robots that show that they dwell. An inactive site has none.
     if (site && site->active && seen.led == dwelling) ++team[static_cast<std::size_t>(site - sites_.data())];
@@ -131,7 +133,7 @@ void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
         .active = site && site->active,
         .timeout_s = site ? site->timeout_s : 0,
         .wall_sectors = blocked_sectors(seen.pose, lab.arena().width_m, lab.arena().height_m, settings_.wall_zone_m)};
-    if (const auto message = teller_.next(frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
+    if (const auto message = messages_.next(frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
   }
   if (team == team_) return;
   team_ = team;
@@ -139,7 +141,7 @@ void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
 }
 
 // Takes over what the owner's merged state says: activity, and executed tasks.
-void Dhtf::take_news(lab::Lab& lab) {
+void Dhtf::take_snapshot(lab::Lab& lab) {
   const auto& active = lab.field(lab.owner(), "active");
   const auto& executed = lab.field(lab.owner(), "executed");
   const auto& executed_by = lab.field(lab.owner(), "executed_by");
@@ -177,7 +179,7 @@ void Dhtf::draw_sites(lab::Lab& lab) const {
       teams += fmt::format("{}{}", teams.empty() ? "" : "+", i < team.size() ? team[i] : 0);
     }
     const hal::Pose centre = lab.projection().to_arena(site.in_shared);
-    lab.mark({.x_m = centre.x_m,
+    lab.draw({.x_m = centre.x_m,
               .y_m = centre.y_m,
               .radius_m = settings_.site_radius_m / lab.projection().scale,
               .colour = site.hard[own] ? hal::Led::red : hal::Led::blue,
@@ -189,23 +191,23 @@ void Dhtf::draw_sites(lab::Lab& lab) const {
 void Dhtf::on_period(lab::Lab& lab) {
   if (lab.period() == 0) place_sites(lab);
   if (sites_.empty()) return;
-  take_news(lab);
+  take_snapshot(lab);
   draw_sites(lab);
-  if (!judge_) return;
+  if (!coordinator_) return;
   // The owner judges what all labs merged; its decisions are in force from when its next state is merged.
   std::vector<std::vector<std::int64_t>> teams;
   heard_.resize(lab.labs().size(), 0);
   for (std::size_t l = 0; l < heard_.size(); ++l) {
     const std::string& each = lab.labs()[l];
     // A lab whose state has not advanced since the last boundary may be cut off: its old team is no evidence.
-    const bool news = lab.state(each).period > heard_[l];
-    teams.push_back(news ? lab.field(each, "team") : std::vector<std::int64_t>{});
+    const bool is_heard = lab.state(each).period > heard_[l];
+    teams.push_back(is_heard ? lab.field(each, "team") : std::vector<std::int64_t>{});
     heard_[l] = lab.state(each).period;
   }
-  if (!judge_->judge(lab.now(), teams, lab.field(lab.owner(), "active"))) return;
-  lab.publish("active", judge_->active());
-  lab.publish("executed", judge_->executed());
-  lab.publish("executed_by", judge_->executed_by());
+  if (!coordinator_->update(lab.now(), teams, lab.field(lab.owner(), "active"))) return;
+  lab.publish("active", coordinator_->active());
+  lab.publish("executed", coordinator_->executed());
+  lab.publish("executed_by", coordinator_->executed_by());
 }
 
 bool Dhtf::finished(const lab::Lab&) const {

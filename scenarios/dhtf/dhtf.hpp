@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "lab/scenario.hpp"
-#include "scenarios/dhtf/robot_teller.hpp"
+#include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/dhtf/settings.hpp"
-#include "scenarios/dhtf/task_judge.hpp"
+#include "scenarios/dhtf/task_coordinator.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
@@ -37,16 +37,16 @@ class Dhtf final : public lab::Scenario {
 
   void decide_sites(lab::Lab& lab);
   void place_sites(lab::Lab& lab);
-  void take_news(lab::Lab& lab);
+  void take_snapshot(lab::Lab& lab);
   void draw_sites(lab::Lab& lab) const;
   const Site* site_at(const hal::Pose& in_shared) const;
 
   Settings settings_;
   std::vector<Site> sites_;         // empty until the first merge
   std::vector<std::int64_t> team_;  // own, per site, as last published
-  RobotTeller teller_;
-  std::optional<TaskJudge> judge_;    // the owner's
-  std::vector<std::uint32_t> heard_;  // the owner's: period of each lab's state at the last boundary
+  RobotMessages messages_;
+  std::optional<TaskCoordinator> coordinator_;  // the owner's
+  std::vector<std::uint32_t> heard_;            // the owner's: period of each lab's state at the last boundary
 };
 
 }  // namespace arkmesh::scenarios::dhtf

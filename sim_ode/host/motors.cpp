@@ -14,11 +14,11 @@ constexpr double legs_apart_m = 0.025;
 constexpr double centre_ahead_m = 0.0092;
 // kilolib.h: a motor is on above 10 % duty. The upper bound is ours: programs are told to stay below 90, and full power
 // during the 15 ms of spin-up is spent on getting started.
-constexpr int least_duty = 26;
+constexpr int min_duty = 26;
 constexpr double largest_factor = 1.5;
 
 double factor(int duty, int calibrated, double bias) {
-  if (duty < least_duty || calibrated == 0) return 0;
+  if (duty < min_duty || calibrated == 0) return 0;
   return std::min(largest_factor, static_cast<double>(duty) / calibrated) * std::max(0.0, 1 + bias);
 }
 
@@ -48,7 +48,7 @@ Motors::Motors(const DriveSettings& settings, int robots, const std::string& lab
 
 Velocity Motors::velocity(int robot, std::uint8_t left, std::uint8_t right) const {
   const Part& part = parts_[index(robot)];
-  const bool both = left >= least_duty && right >= least_duty;
+  const bool both = left >= min_duty && right >= min_duty;
   const double l = factor(left, both ? part.nominal.straight_left : part.nominal.turn_left, 0);
   const double r = factor(right, both ? part.nominal.straight_right : part.nominal.turn_right, 0);
 

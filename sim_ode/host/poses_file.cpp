@@ -25,7 +25,7 @@ PosesFile::~PosesFile() {
 
 void PosesFile::write(const hal::PoseFrame& frame) {
   const double time_s = static_cast<double>(frame.stamp.count()) * 1e-6;
-  for (const hal::Sighting& robot : frame.robots)
+  for (const hal::Observation& robot : frame.robots)
     out_ << fmt::format("{:.1f},{},{:.6f},{:.6f},{:.4f},{}\n", time_s, robot.robot, robot.pose.x_m, robot.pose.y_m,
                         robot.pose.heading_rad, hal::name_of(robot.led));
 }

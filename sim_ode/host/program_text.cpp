@@ -6,7 +6,7 @@
 namespace arkmesh::sim_ode {
 
 void ProgramText::say(int robot, std::int64_t at_us, const char* text, std::uint32_t size) noexcept {
-  if (used_ + size > most_bytes || pieces_.size() == most_pieces) {
+  if (used_ + size > max_bytes || pieces_.size() == max_pieces) {
     lost_ += size;
     return;
   }

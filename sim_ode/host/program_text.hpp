@@ -15,7 +15,7 @@ class ProgramText {
     std::string text;
   };
 
-  ProgramText() : bytes_(most_bytes) { pieces_.reserve(most_pieces); }
+  ProgramText() : bytes_(max_bytes) { pieces_.reserve(max_pieces); }
 
   // May be called from inside program code, which can be left at any instruction: allocates nothing.
   void say(int robot, std::int64_t at_us, const char* text, std::uint32_t size) noexcept;
@@ -26,7 +26,7 @@ class ProgramText {
   std::uint64_t lost() const { return lost_; }
 
  private:
-  static constexpr std::size_t most_bytes = 1 << 20, most_pieces = 1 << 16;
+  static constexpr std::size_t max_bytes = 1 << 20, max_pieces = 1 << 16;
   struct Place {
     int robot;
     std::uint32_t size;

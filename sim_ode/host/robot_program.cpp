@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Of a robot's static memory; text buffers of programs for PCs were seen to take 11 kB.
-constexpr std::size_t most_memory_bytes = 256 << 10;
+constexpr std::size_t max_memory_bytes = 256 << 10;
 
 // A directory of our own below the system's temporary one; removed with everything in it.
 class TemporaryDirectory {
@@ -280,10 +280,10 @@ void RobotProgram::load_object(const fs::path& object) {
       mprotect(end + page, page, PROT_NONE) != 0)
     throw ProgramError("does not load: its memory cannot be fenced");
 
-  if (const auto bytes = static_cast<std::size_t>(end - abi_->begin); bytes > most_memory_bytes)
+  if (const auto bytes = static_cast<std::size_t>(end - abi_->begin); bytes > max_memory_bytes)
     throw ProgramError(
         fmt::format("its variables take {} bytes; a robot has 2048, and the simulator gives it at most {}", bytes,
-                    most_memory_bytes));
+                    max_memory_bytes));
   const auto* begin = reinterpret_cast<const std::byte*>(abi_->begin);
   first_.assign(begin, begin + (end - abi_->begin));
 }

@@ -35,7 +35,7 @@ std::string RobotText::lines(std::span<const sim_ode::ProgramText::Piece> pieces
 
 void RobotText::end_line(int number, std::string& out) {
   Robot& robot = robots_[static_cast<std::size_t>(number)];
-  if (robot.shown < most_lines_ && shown_ < 100 * most_lines_) {
+  if (robot.shown < max_lines_ && shown_ < 100 * max_lines_) {
     ++robot.shown;
     ++shown_;
     out += fmt::format("{:9.3f} s  robot {}: {}{}\n", static_cast<double>(robot.at_us) * 1e-6, number, robot.line,
@@ -57,7 +57,7 @@ std::string RobotText::unfinished() {
 std::string RobotText::left_out(std::uint64_t lost) const {
   if (left_out_ == 0 && lost == 0) return {};
   std::string out = fmt::format("text       {} more lines not shown; --text {} shows more", left_out_,
-                                std::max<std::uint64_t>(10, most_lines_ * 10));
+                                std::max<std::uint64_t>(10, max_lines_ * 10));
   if (lost > 0) out += fmt::format("; {} characters came too fast to be kept", lost);
   return out + "\n";
 }

@@ -12,8 +12,8 @@ namespace arkmesh::sim_ode {
 
 class RobotText {
  public:
-  // At most `most_lines` of each robot, and a hundred times as many in all.
-  explicit RobotText(int most_lines) : most_lines_(static_cast<std::uint64_t>(most_lines)) {}
+  // At most `max_lines` of each robot, and a hundred times as many in all.
+  explicit RobotText(int max_lines) : max_lines_(static_cast<std::uint64_t>(max_lines)) {}
 
   // The lines that `pieces` complete, each with its end of line; empty when there is none to show.
   std::string lines(std::span<const sim_ode::ProgramText::Piece> pieces);
@@ -30,7 +30,7 @@ class RobotText {
     bool cut = false;
   };
   void end_line(int robot, std::string& out);
-  std::uint64_t most_lines_, shown_ = 0, left_out_ = 0;
+  std::uint64_t max_lines_, shown_ = 0, left_out_ = 0;
   std::vector<Robot> robots_;
 };
 

@@ -27,7 +27,7 @@ std::string centimetres(const std::vector<double>& values_m) {
 std::vector<double> nearest_neighbours(const hal::PoseFrame& frame) {
   // along x, so that a search ends once the difference in x alone is larger than what was found
   std::vector<const hal::Pose*> by_x;
-  for (const hal::Sighting& robot : frame.robots) by_x.push_back(&robot.pose);
+  for (const hal::Observation& robot : frame.robots) by_x.push_back(&robot.pose);
   std::stable_sort(by_x.begin(), by_x.end(), [](const hal::Pose* a, const hal::Pose* b) { return a->x_m < b->x_m; });
   std::vector<double> nearest;
   if (by_x.size() < 2) return nearest;
@@ -53,19 +53,19 @@ void SwarmReport::look(const hal::PoseFrame& frame) {
     changes_.assign(frame.robots.size(), 0);
   } else {
     for (std::size_t i = 0; i < frame.robots.size(); ++i) {
-      const hal::Sighting &now = frame.robots[i], &before = last_.robots[i];
+      const hal::Observation &now = frame.robots[i], &before = last_.robots[i];
       path_m_[i] += std::hypot(now.pose.x_m - before.pose.x_m, now.pose.y_m - before.pose.y_m);
       changes_[i] += now.led != before.led;
     }
   }
-  for (const hal::Sighting& robot : frame.robots) ++shown_[static_cast<std::size_t>(robot.led)];
+  for (const hal::Observation& robot : frame.robots) ++shown_[static_cast<std::size_t>(robot.led)];
   last_ = frame;
 }
 
 std::string SwarmReport::text(const hal::Counters& counters) const {
   const double robots = static_cast<double>(last_.robots.size());
   std::array<int, 8> at_end{};
-  for (const hal::Sighting& robot : last_.robots) ++at_end[static_cast<std::size_t>(robot.led)];
+  for (const hal::Observation& robot : last_.robots) ++at_end[static_cast<std::size_t>(robot.led)];
   const std::uint64_t total = std::accumulate(shown_.begin(), shown_.end(), std::uint64_t{0});
 
   std::string text = "colours    ";

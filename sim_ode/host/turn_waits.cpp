@@ -9,7 +9,7 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr int most_busy_ticks = 244;  // 8 s in which a program calls nothing: it never returns
+constexpr int max_busy_ticks = 244;  // 8 s in which a program calls nothing: it never returns
 
 }  // namespace
 
@@ -20,12 +20,12 @@ void Turns::busy_at(const void* from, bool wakeable) {
   if (in_callback_) return busy_in_callback(from);
   Cell& cell = cells_[index(robot_)];
   if (wakeable || *abi_.reads > 0) cell.busy_ticks = 0;
-  if (++cell.busy_ticks > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+  if (++cell.busy_ticks > max_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
   wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
 }
 
 void Turns::busy_in_callback(const void* from) {
-  if (++callback_busy_ > most_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
+  if (++callback_busy_ > max_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
 }
 
 // The program has read the clock or a sensor so often that it waits for a change; in a callback the clock stands still.

@@ -18,7 +18,7 @@ constexpr std::size_t usable = 16 * 1024;
 #endif
 constexpr std::size_t per_slab = 64;
 // Two mappings for each fenced stack; the kernel allows 65530 in all.
-constexpr std::size_t most_fenced_slabs = 20'000 / per_slab;
+constexpr std::size_t max_fenced_slabs = 20'000 / per_slab;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ void WorkerStacks::grow() {
   void* memory = mmap(nullptr, per_slab * (usable + page), PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
-  const bool fenced = slabs_.size() < most_fenced_slabs;
+  const bool fenced = slabs_.size() < max_fenced_slabs;
   Slab& slab = slabs_.emplace_back();
   slab.memory = static_cast<char*>(memory);
   slab.stacks.reserve(per_slab);

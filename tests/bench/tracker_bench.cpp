@@ -8,10 +8,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/config.hpp"
-#include "tests/bench/table_film.hpp"
+#include "tests/bench/arena_film.hpp"
+#include "tests/support/emulated/fitted_cameras.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 #include "tests/support/pictures/collage.hpp"
-#include "tests/support/rooms/fitted_cameras.hpp"
-#include "tests/support/rooms/table_referee.hpp"
 #include "tracker/detector.hpp"
 #include "tracker/table_tracker.hpp"
 
@@ -125,12 +125,12 @@ double cpu_s() {
 // 100 Kilobots that walk in 1 m2 before one camera of 2048 x 1536 that hangs a little aslant and has a wide lens.
 hal::Config square_metre() {
   return hal::Config::from_text(
-      "[room]\nseed = 3\n"
-      "[room.scene]\ndistractors = true\n"
-      "[[room.camera]]\nname = \"camera0\"\nwidth_px = 2048\nheight_px = 1536\nx_m = 0.06\ny_m = -0.05\n"
+      "[emulator]\nseed = 3\n"
+      "[emulator.scene]\ndistractors = true\n"
+      "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 2048\nheight_px = 1536\nx_m = 0.06\ny_m = -0.05\n"
       "z_m = 1.4\nlook_x_m = 0.0\nlook_y_m = 0.0\ndistortion = [-0.1, 0.03, 0.0004, -0.0006, 0.0]\n"
       "[arena]\nrobots = 100\n"
-      "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/experiments/room/walker.c\"\n",
+      "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/experiments/emulator/walker.c\"\n",
       "square_metre.toml");
 }
 
@@ -139,11 +139,11 @@ hal::Config square_metre() {
 // how many times as long HoughCircles takes.
 void whole_way(benchmark::State& state, bench::Robots robots) {
   cv::setNumThreads(1);
-  bench::TableFilm film(square_metre(), robots);
+  bench::ArenaFilm film(square_metre(), robots);
   tracker::TableSettings settings;
-  settings.expected_robots = static_cast<std::size_t>(film.room().robots());
-  tracker::TableTracker table({tests::true_calibration(film.room().camera(0).model(), 1, 1)}, settings);
-  tests::TableReferee referee;
+  settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
+  tracker::TableTracker table({tests::true_calibration(film.emulator().camera(0).model(), 1, 1)}, settings);
+  tests::TrackingReferee referee;
   const double r_px = film.robot_radius_px(0);
   double ours_s = 0, hough_s = 0;
   const auto look = [&] {
@@ -151,7 +151,7 @@ void whole_way(benchmark::State& state, bench::Robots robots) {
     const double before_s = cpu_s();
     table.look(film.now(), film.pictures());
     const double took_s = cpu_s() - before_s;
-    referee.judge(film.now(), film.room().truth(), table);
+    referee.judge(film.now(), film.emulator().truth(), table);
     return took_s;
   };
   // All are found and followed before time is taken.
@@ -178,33 +178,33 @@ void whole_way(benchmark::State& state, bench::Robots robots) {
 // The time is that of the tracking, of one processor, for a set of four; at 10 sets/s two cores have 200 ms for each.
 void whole_table(benchmark::State& state, int sets_before) {
   cv::setNumThreads(1);
-  bench::TableFilm film(hal::Config::from_file(ARKMESH_SOURCE_DIR "/experiments/room/thousand.toml"),
+  bench::ArenaFilm film(hal::Config::from_file(ARKMESH_SOURCE_DIR "/experiments/emulator/thousand.toml"),
                         bench::Robots::drawn);
-  const auto& scene = film.room().config().scene;
+  const auto& scene = film.emulator().config().scene;
   std::vector<tracker::Calibration> cameras;
-  for (std::size_t k = 0; k < film.room().cameras(); ++k)
-    cameras.push_back(tests::true_calibration(film.room().camera(k).model(), scene.width_m, scene.height_m));
+  for (std::size_t k = 0; k < film.emulator().cameras(); ++k)
+    cameras.push_back(tests::true_calibration(film.emulator().camera(k).model(), scene.width_m, scene.height_m));
   tracker::TableSettings settings;
-  settings.expected_robots = static_cast<std::size_t>(film.room().robots());
+  settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
   tracker::TableTracker table(std::move(cameras), settings);
-  tests::TableReferee referee;
+  tests::TrackingReferee referee;
   const auto look = [&] {
     film.next();
     const double before_s = cpu_s();
     table.look(film.now(), film.pictures());
     const double took_s = cpu_s() - before_s;
-    referee.judge(film.now(), film.room().truth(), table);
+    referee.judge(film.now(), film.emulator().truth(), table);
     return took_s;
   };
   // Those that the first searches overlook are found in the next ones.
   for (int i = 0; i < sets_before; ++i) look();
   std::vector<std::vector<std::uint8_t>> jpegs(film.pictures().size());
-  double ours_s = 0, most_s = 0, jpeg_s = 0;
+  double ours_s = 0, max_s = 0, jpeg_s = 0;
   for (auto _ : state) {
     const double took_s = look();
     state.SetIterationTime(took_s);
     ours_s += took_s;
-    most_s = std::max(most_s, took_s);
+    max_s = std::max(max_s, took_s);
     for (std::size_t k = 0; k < jpegs.size(); ++k)
       cv::imencode(".jpg", film.pictures()[k], jpegs[k], {cv::IMWRITE_JPEG_QUALITY, 90});
     const double before_s = cpu_s();
@@ -213,8 +213,8 @@ void whole_table(benchmark::State& state, int sets_before) {
   }
   const double sets = static_cast<double>(state.iterations()), tracking_ms = 1000 * ours_s / sets,
                reading_ms = 1000 * jpeg_s / sets;
-  const tests::TableScore& score = referee.score();
-  state.counters["longest_ms"] = 1000 * most_s;
+  const tests::TrackingScore& score = referee.score();
+  state.counters["longest_ms"] = 1000 * max_s;
   state.counters["read_jpegs_ms"] = reading_ms;
   state.counters["free_percent"] = 100 * (1 - (tracking_ms + reading_ms) / 200);
   state.counters["tracked_percent"] = score.tracked_percent();

@@ -237,8 +237,8 @@ TEST_CASE("a lab file that is wrong") {
   CHECK(examined.code() != 0);
 }
 
-TEST_CASE("a table whose controller and camera are not there") {
-  // The doctor tries what a lab with a real table names: one line for each that is missing, with the reason; in
+TEST_CASE("a testbed whose controller and camera are not there") {
+  // The doctor tries what a lab with a real testbed names: one line for each that is missing, with the reason; in
   // simulation it does not ask.
   const std::string table =
       lab_text(7873, "") +

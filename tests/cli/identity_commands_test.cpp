@@ -1,4 +1,5 @@
-// The chores before an experiment as a user meets them: `arkmesh identify`, `assign-ids` and `calibrate-motors`.
+// The set-up procedures before an experiment as a user meets them: `arkmesh identify`, `assign-ids` and
+// `calibrate-motors`.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -125,7 +126,7 @@ TEST_CASE("calibrate-motors calibrates") {
   CHECK(says(missing, "1 of 2 robots calibrated"));
 }
 
-TEST_CASE("the chores refuse wrong use") {
+TEST_CASE("the set-up procedures refuse wrong use") {
   // Exit code 2 and one sentence for lists that are none, ids that cannot be, arenas without robots.
   Lab lab(3);
   const std::vector<std::vector<std::string>> wrong = {{"identify", "--ids", "3-1"},

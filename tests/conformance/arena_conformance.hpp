@@ -44,7 +44,7 @@ inline bool same_bits(double a, double b) {
 inline bool same(const PoseFrame& a, const PoseFrame& b) {
   return a.stamp == b.stamp && a.number == b.number &&
          std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(),
-                    [](const Sighting& p, const Sighting& q) {
+                    [](const Observation& p, const Observation& q) {
                       return p.robot == q.robot && same_bits(p.pose.x_m, q.pose.x_m) &&
                              same_bits(p.pose.y_m, q.pose.y_m) && same_bits(p.pose.heading_rad, q.pose.heading_rad) &&
                              p.led == q.led && p.confidence == q.confidence && p.age == q.age;
@@ -56,7 +56,7 @@ inline bool alike(const PoseFrame& a, const PoseFrame& b) {
   constexpr double noise_m = 0.002;
   return a.stamp == b.stamp && a.number == b.number &&
          std::equal(a.robots.begin(), a.robots.end(), b.robots.begin(), b.robots.end(),
-                    [](const Sighting& p, const Sighting& q) {
+                    [](const Observation& p, const Observation& q) {
                       return p.robot == q.robot &&
                              std::hypot(p.pose.x_m - q.pose.x_m, p.pose.y_m - q.pose.y_m) < noise_m && p.led == q.led;
                     });
@@ -139,7 +139,7 @@ inline void check_frames(const ArenaRow& row) {
     CHECK(frame->number == n);
     CHECK(frame->stamp == t);
     for (std::size_t i = 0; i < frame->robots.size(); ++i) {
-      const Sighting& seen = frame->robots[i];
+      const Observation& seen = frame->robots[i];
       if (i > 0) CHECK(frame->robots[i - 1].robot < seen.robot);
       CHECK(std::binary_search(info.robots.begin(), info.robots.end(), seen.robot));
       CHECK(std::abs(seen.pose.x_m) <= info.width_m / 2);

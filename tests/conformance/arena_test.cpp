@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/room_arena.hpp"
-#include "emulator/room_record.hpp"
+#include "emulator/emulated_arena.hpp"
+#include "emulator/emulator_record.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
@@ -19,7 +19,7 @@
 #include "tests/conformance/arena_repeats.hpp"
 #include "tests/examples/rover/rover_arena.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
-#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
@@ -59,32 +59,32 @@ const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/
 const RobotModel plain_robot{
     .body_radius_m = 0.05, .max_robot = 9, .kinds = 2, .values = 8, .commands = {FleetCommand::Kind::run}};
 
-// A table whose eyes see six robots at once and whose overhead controller takes everything.
-std::unique_ptr<Arena> kilobot_table() {
-  auto table = std::make_shared<FakeTable>();
+// A testbed whose eyes see six robots at once and whose overhead controller takes everything.
+std::unique_ptr<Arena> kilobot_testbed() {
+  auto table = std::make_shared<FakeTestbed>();
   table->robots = {0, 1, 2, 3, 4, 5};
   return kilobot::make_kilobot_arena(kilobot::read_arena_settings(arena_section("kilobot.settle_s = 0"), "lab", false),
-                                     std::make_unique<FakeWatch>(table),
-                                     std::make_unique<FakeWire>(std::make_shared<FakeCable>()));
+                                     std::make_unique<FakeMonitor>(table),
+                                     std::make_unique<FakeStream>(std::make_shared<FakeCable>()));
 }
 
-// A small table in a virtual room: its file and its cameras' calibration.
-std::string virtual_table() {
+// A small testbed on an emulated testbed: its file and its cameras' calibration.
+std::string observed_testbed() {
   static const TemporaryDirectory directory;
-  const auto room_file = directory.path() / "room.toml", calibration = directory.path() / "table.yaml";
-  std::ofstream(room_file)
+  const auto emulator_file = directory.path() / "emulator.toml", calibration = directory.path() / "testbed.yaml";
+  std::ofstream(emulator_file)
       << "[arena]\nrobots = 6\nwidth_m = 0.6\nheight_m = 0.4\n"
       << walkers
-      << "[[room.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
-  const Config config = Config::from_file(room_file);
-  emulator::write_calibration(emulator::Room(config.root()), calibration);
-  return "height_m = 0.4\nroom.file = \"" + room_file.string() +
+      << "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 1.0\nfocal_px = 800.0\n";
+  const Config config = Config::from_file(emulator_file);
+  emulator::write_calibration(emulator::Emulator(config.root()), calibration);
+  return "height_m = 0.4\nemulated.file = \"" + emulator_file.string() +
          "\"\n[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"" + calibration.string() + "\"\n";
 }
 
 const std::vector<tests::ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
-  static const std::string kilobots = virtual_table();
+  static const std::string kilobots = observed_testbed();
   static const std::vector<tests::ArenaRow> table{
       {"null", [] { return make_null_arena(arena_section(""), "lab", kilobot::model); }},
       {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab", kilobot::model); }},
@@ -96,9 +96,9 @@ const std::vector<tests::ArenaRow>& rows() {
          return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", kilobot::model,
                                LabTime{2'000'000});
        }},
-      {"emulated kilobot", [] { return emulator::make_room_arena(arena_section(kilobots), "lab", 1, {}); }, false, true,
-       [](Arena& arena) { return emulator::room_of(arena).now(); }},
-      {"kilobot", kilobot_table, false, false},
+      {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
+       true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},
+      {"kilobot", kilobot_testbed, false, false},
       {"rover",
        [] { return examples::rover::rover_arena_row().make(arena_section("rover.damage = 0.001"), {.lab = "lab"}); },
        false, false},

@@ -10,19 +10,19 @@
 
 using namespace arkmesh;
 using namespace arkmesh::emulator;
-using Seen = arkmesh::sim_ode::Table::Seen;
+using Seen = arkmesh::sim_ode::SimulatedArena::Seen;
 
 namespace {
 
 constexpr double radius_m = 0.0165;
 
-// A table without a spot, light without shadows: what differs is the robot.
+// A testbed without a spot, light without shadows: what differs is the robot.
 Scene plain_scene() {
   Scene scene;
   scene.width_m = 1;
   scene.height_m = 0.6;
   scene.texture = scene.shadow = scene.light_slope = 0;
-  scene.table_grey = 200;
+  scene.arena_grey = 200;
   return scene;
 }
 
@@ -64,7 +64,7 @@ cv::Point2d outline_centre(const cv::Mat& with, const cv::Mat& without, int leas
 }  // namespace
 
 TEST_CASE("the camera's projection is OpenCV's") {
-  // Tilted, rolled, distorted, its lens off the middle; and back from pixels to the table.
+  // Tilted, rolled, distorted, its lens off the middle; and back from pixels to the arena.
   const Camera camera(tilted_camera(), plain_scene());
   const CameraModel& model = camera.model();
   for (double x = -0.5; x <= 0.5; x += 0.125)
@@ -242,7 +242,7 @@ TEST_CASE("cameras that cannot be are refused with a sentence") {
     return std::string();
   };
   CHECK(complaint([](CameraSettings& s) { s.distortion = {-3, 0, 0, 0, 0}; }).find("folds") != std::string::npos);
-  CHECK(complaint([](CameraSettings& s) { s.pose.z_m = -1; }).find("above the table") != std::string::npos);
+  CHECK(complaint([](CameraSettings& s) { s.pose.z_m = -1; }).find("above the arena") != std::string::npos);
   CHECK(complaint([](CameraSettings& s) { s.focal_px = 90000; }).find("pixels") != std::string::npos);
   CHECK(complaint([](CameraSettings& s) { s.pose.z_m = 0.05; }).find("whole arena") != std::string::npos);
 }

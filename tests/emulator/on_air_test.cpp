@@ -50,9 +50,9 @@ struct Air {
   }
 };
 
-class AirWire final : public Wire {
+class AirStream final : public ByteStream {
  public:
-  explicit AirWire(std::shared_ptr<Air> air) : air_(std::move(air)) {}
+  explicit AirStream(std::shared_ptr<Air> air) : air_(std::move(air)) {}
   void open() override {}
   State check() override { return State::open; }
   std::size_t write(std::span<const std::uint8_t> bytes) override {
@@ -76,18 +76,18 @@ struct AirBench {
   }
   template <class Each>
   void run(std::chrono::milliseconds time, Each each_ms) {
-    for (const Moment end = now + time; now < end; now += 1ms) {
+    for (const TimePoint end = now + time; now < end; now += 1ms) {
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
       each_ms();
-      controller.tend(now);
+      controller.poll(now);
     }
   }
   std::shared_ptr<Air> air;
   hal::Counters counters;
   hal::ArenaInfo info{hal::kilobot::model};
-  SerialLine line{std::make_unique<AirWire>(air), counters};
+  PacketPort line{std::make_unique<AirStream>(air), counters};
   OverheadController controller;
-  Moment now{};
+  TimePoint now{};
 };
 
 }  // namespace
@@ -226,14 +226,14 @@ TEST_CASE("on air: upload") {
     for (std::size_t i = 0; i < program.size(); ++i) program[i] = static_cast<std::uint8_t>(i * i / 7);
     auto air = std::make_shared<Air>();
     hal::Counters counters;
-    SerialLine line(std::make_unique<AirWire>(air), counters);
+    PacketPort line(std::make_unique<AirStream>(air), counters);
     PacketSender sender(line, 2500ms, counters);
     FirmwareUpload upload(Firmware(program), 1, {.boot_for = 200ms, .spacing = spacing});
-    Moment now{};
+    TimePoint now{};
     for (; !upload.is_finished() || !sender.is_ready(now); now += 1ms) {
-      REQUIRE(now < Moment{} + 60s);
+      REQUIRE(now < TimePoint{} + 60s);
       air->run_to(std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count());
-      upload.tend(sender, now);
+      upload.poll(sender, now);
     }
     air->run_to(air->now_us + 200'000);
     // page and word offset of each message; 22 to a page

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_files = 64, most_bytes = 1 << 20;  // that lie in the folder; the rest waits in the outbox
+constexpr std::size_t max_files = 64, max_bytes = 1 << 20;  // that lie in the folder; the rest waits in the outbox
 
 std::size_t longest_payload(std::size_t max_message_bytes) {
   return max_message_bytes + 1 + hal::max_channel_name;
@@ -154,9 +154,9 @@ void FolderLink::beat(Clock::time_point now) {
 
 void FolderLink::send() {
   const std::size_t lying = messages_in(outbox_folder_).size();
-  if (outbox_.empty() || lying >= most_files) return;
+  if (outbox_.empty() || lying >= max_files) return;
   std::size_t bytes = 0;
-  for (const std::span<const std::byte> message : outbox_.batch(most_files - lying, most_bytes)) {
+  for (const std::span<const std::byte> message : outbox_.batch(max_files - lying, max_bytes)) {
     const std::string name = fmt::format("{:020}-{:020}.message", settings_.boot_id, files_);
     if (!write_file(outbox_folder_ / name, message)) {
       stats_.counters.add("sent.failed");
@@ -173,7 +173,7 @@ void FolderLink::send() {
 
 void FolderLink::receive() {
   std::vector<fs::path> files = messages_in(inbox_);
-  files.resize(std::min(files.size(), most_files));
+  files.resize(std::min(files.size(), max_files));
   for (const fs::path& file : files)
     if (!stopped_) deliver(file);
 }

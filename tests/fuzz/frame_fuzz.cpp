@@ -15,7 +15,7 @@ namespace {
 
 using namespace arkmesh::gateway;
 
-constexpr std::size_t most_payload_bytes = 1000;
+constexpr std::size_t max_payload_bytes = 1000;
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -23,7 +23,7 @@ void require(bool condition) {
 
 // What a decoder makes of a stream that comes in pieces of one size: kinds, payloads, and the fault at the end.
 std::string decode(std::span<const std::byte> stream, std::size_t piece) {
-  FrameDecoder decoder(most_payload_bytes);
+  FrameDecoder decoder(max_payload_bytes);
   std::string out;
   while (!stream.empty()) {
     const std::vector<std::byte> copy(stream.begin(),
@@ -33,11 +33,11 @@ std::string decode(std::span<const std::byte> stream, std::size_t piece) {
     while (const auto frame = decoder.next(rest)) {
       out += std::to_string(static_cast<int>(frame->kind)) + ":";
       out.append(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
-      require(frame->payload.size() <= most_payload_bytes);
+      require(frame->payload.size() <= max_payload_bytes);
       if (const auto message = read_message(frame->payload))
         require(1 + message->channel.size() + message->bytes.size() == frame->payload.size());
     }
-    require(decoder.held_bytes() <= 2 * (frame_header_bytes + most_payload_bytes));
+    require(decoder.held_bytes() <= 2 * (frame_header_bytes + max_payload_bytes));
   }
   return out + std::string(to_text(decoder.fault())) + decoder.complaint();
 }

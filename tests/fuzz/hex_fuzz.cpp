@@ -57,8 +57,8 @@ std::string records(std::span<const std::uint8_t> bytes) {
 void read(std::string_view text) {
   try {
     const Firmware firmware = parse_intel_hex(text, "fuzz.hex");
-    require(firmware.size_bytes() >= 1 && firmware.size_bytes() <= most_program_bytes);
-    require(firmware.pages() >= 1 && firmware.pages() <= most_pages);
+    require(firmware.size_bytes() >= 1 && firmware.size_bytes() <= max_program_bytes);
+    require(firmware.pages() >= 1 && firmware.pages() <= max_pages);
     require(firmware.size_bytes() <= static_cast<std::size_t>(firmware.pages()) * page_bytes);
     std::string again;
     for (int page = 0; page < firmware.pages(); ++page)

@@ -1,4 +1,4 @@
-// Arbitrary bytes at arbitrary times on the serial line of the room's overhead controller. Whatever comes, messages
+// Arbitrary bytes at arbitrary times on the serial line of the emulator's overhead controller. Whatever comes, messages
 // leave in order, one at a time, as long as they take; and the fine steps of time make no difference.
 #include <cstdint>
 #include <cstdlib>

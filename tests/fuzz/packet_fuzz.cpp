@@ -1,6 +1,6 @@
-// Arbitrary messages and pages to an overhead controller, through a wire that takes them in arbitrary pieces and is
-// lost at arbitrary moments: the controller hears what was meant and nothing else, and never the same packet twice in a
-// row.
+// Arbitrary messages and pages to an overhead controller, through a byte stream that takes them in arbitrary pieces and
+// is lost at arbitrary moments: the controller hears what was meant and nothing else, and never the same packet twice
+// in a row.
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -82,14 +82,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   auto cable = std::make_shared<tests::FakeCable>();
   hal::Counters counters;
-  SerialLine line(std::make_unique<tests::FakeWire>(cable), counters);
+  PacketPort line(std::make_unique<tests::FakeStream>(cable), counters);
   PacketSender sender(line, 0us, counters);
   cable->bytes_a_write = 1 + input.byte();
-  Moment now{};
+  TimePoint now{};
   std::vector<Packet> meant;
   std::optional<Packet> wanted, last;
   for (int ms = 0; ms < 100'000 && (wanted || !input.empty()); ++ms, now += 1ms) {
-    sender.tend(now);
+    sender.poll(now);
     if (!sender.is_ready(now)) continue;
     if (!wanted) wanted = next_packet(input, last);
     const std::uint64_t before = counters["overhead.packets"];
@@ -98,7 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (counters["overhead.packets"] > before) meant.push_back(*wanted);
     last = std::exchange(wanted, std::nullopt);
   }
-  for (int ms = 0; ms < 200; ++ms, now += 1ms) sender.tend(now);
+  for (int ms = 0; ms < 200; ++ms, now += 1ms) sender.poll(now);
 
   std::vector<Packet> heard;
   for (const auto& one : cable->heard) {

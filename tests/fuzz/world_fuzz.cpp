@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "lab/message_check.hpp"
 #include "lab/period_gate.hpp"
-#include "lab/wire_check.hpp"
 #include "lab/world_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -16,14 +16,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)check_fleet_command(bytes);
   WorldMessage message;
   if (!decode_world(bytes, message).empty()) return 0;
-  PeriodGate gate({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1});
+  PeriodGate gate({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .run_id = 1});
   LabState own;
   own.settings["run.seed"] = "1";
   gate.publish(own);
   gate.hear("b", message);
   // The same once more as a peer that means us.
   message.lab = "b";
-  message.nonce = 2;
+  message.run_id = 2;
   message.acks["a"] = {1, -1};
   if (!message.window.empty() && message.window.front().period == 0) message.window.front().settings = own.settings;
   gate.hear("b", message);

@@ -21,7 +21,7 @@ Hello hello_of(const std::string& lab) {
 }
 
 TEST_CASE("a hello comes back as it was") {
-  // Every field survives the way over the wire.
+  // Every field survives the way over the network.
   const auto read = read_hello(encode_hello(hello_of("shark")));
   REQUIRE(read.has_value());
   CHECK(read->version == protocol_version);
@@ -39,9 +39,9 @@ TEST_CASE("the largest hello fits its limit") {
   // A configuration with as many and as long channel names as are allowed can still introduce itself.
   Hello hello = hello_of("fifteen-letters");
   hello.channels.clear();
-  for (std::size_t i = 0; i < most_hello_channels; ++i)
+  for (std::size_t i = 0; i < max_hello_channels; ++i)
     hello.channels.push_back({std::to_string(1000 + i) + std::string(43, 'c'), 1});
-  CHECK(encode_hello(hello).size() <= most_hello_bytes);
+  CHECK(encode_hello(hello).size() <= max_hello_bytes);
   CHECK(read_hello(encode_hello(hello)).has_value());
 }
 
@@ -69,7 +69,7 @@ TEST_CASE("what is no hello is not read") {
   twice.channels.push_back({"world", 5});
   CHECK_FALSE(read_hello(encode_hello(twice)).has_value());
   Hello many = hello_of("shark");
-  for (std::size_t i = many.channels.size(); i <= most_hello_channels; ++i)
+  for (std::size_t i = many.channels.size(); i <= max_hello_channels; ++i)
     many.channels.push_back({std::to_string(i), 0});
   CHECK_FALSE(read_hello(encode_hello(many)).has_value());
   Hello no_boot = hello_of("shark");

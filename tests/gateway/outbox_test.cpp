@@ -22,9 +22,9 @@ std::string text(std::span<const std::byte> part) {
 }
 
 // All that a batch would write.
-std::vector<std::string> batch(Outbox& outbox, std::size_t messages = 100, std::size_t most_bytes = 1 << 20) {
+std::vector<std::string> batch(Outbox& outbox, std::size_t messages = 100, std::size_t max_bytes = 1 << 20) {
   std::vector<std::string> out;
-  for (const auto part : outbox.batch(messages, most_bytes)) out.push_back(text(part));
+  for (const auto part : outbox.batch(messages, max_bytes)) out.push_back(text(part));
   return out;
 }
 

@@ -79,7 +79,7 @@ std::string complaint(const std::filesystem::path& log, LabTime length = LabTime
 bool same(const PoseFrame& a, const PoseFrame& b) {
   if (a.number != b.number || a.stamp != b.stamp || a.robots.size() != b.robots.size()) return false;
   for (std::size_t i = 0; i < a.robots.size(); ++i) {
-    const Sighting &p = a.robots[i], &q = b.robots[i];
+    const Observation &p = a.robots[i], &q = b.robots[i];
     if (p.robot != q.robot || p.pose.x_m != q.pose.x_m || p.pose.y_m != q.pose.y_m ||
         p.pose.heading_rad != q.pose.heading_rad || p.led != q.led || p.confidence != q.confidence || p.age != q.age)
       return false;

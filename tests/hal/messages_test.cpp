@@ -9,7 +9,7 @@ using namespace arkmesh;
 using namespace arkmesh::hal;
 
 TEST_CASE("a pose frame survives the way through its message") {
-  // Every field of every sighting, at the limits of its type.
+  // Every field of every observation, at the limits of its type.
   PoseFrame frame;
   frame.stamp = LabTime{1'800'000'000};
   frame.number = 18'000;
@@ -127,10 +127,10 @@ TEST_CASE("arena and counters become messages") {
   CHECK(list[1].value == 3);
 }
 
-TEST_CASE("marks become messages and come back") {
-  // Every field of a mark survives the way over the bus.
-  const std::vector<Mark> marks{{0.1, -0.2, 0.05, Led::red, true, "2+1"}, {}};
-  const auto back = from_message(to_message(marks, LabTime{7}));
+TEST_CASE("overlays become messages and come back") {
+  // Every field of a circle survives the way over the bus.
+  const std::vector<OverlayCircle> circles{{0.1, -0.2, 0.05, Led::red, true, "2+1"}, {}};
+  const auto back = from_message(to_message(circles, LabTime{7}));
   REQUIRE(back.size() == 2);
   CHECK(back[0].x_m == 0.1);
   CHECK(back[0].y_m == -0.2);
@@ -139,7 +139,7 @@ TEST_CASE("marks become messages and come back") {
   CHECK(back[0].dashed);
   CHECK(back[0].text == "2+1");
   CHECK(!back[1].dashed);
-  CHECK(to_message(marks, LabTime{7}).stamp_us == 7);
+  CHECK(to_message(circles, LabTime{7}).stamp_us == 7);
 }
 
 TEST_CASE("lab names are short and plain") {

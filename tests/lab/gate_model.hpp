@@ -37,7 +37,7 @@ class GateModel {
                                                              .labs = names,
                                                              .slack = options_.slack,
                                                              .last_period = options_.periods,
-                                                             .nonce = 100u + static_cast<unsigned>(i),
+                                                             .run_id = 100u + static_cast<unsigned>(i),
                                                              .window = options_.window}),
                                             hal::mix64(options_.world_seed + static_cast<unsigned>(i))));
       publish(*labs_.back());
@@ -45,7 +45,7 @@ class GateModel {
     if (options_.leftovers)
       for (auto& lab : labs_) {
         lab::WorldMessage old = lab->gate.message();
-        old.nonce += 1000;
+        old.run_id += 1000;
         for (auto& [peer, ack] : old.acks) ack = {7, static_cast<std::int64_t>(options_.periods)};
         old.window.back().period = options_.periods;
         send(old);

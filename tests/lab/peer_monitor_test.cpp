@@ -25,10 +25,10 @@ std::vector<std::byte> encoded(const Message& message) {
 
 struct Watch : PeerMonitor {
   Watch() : PeerMonitor("shark", {"roark"}) {}
-  void status(Now now, const std::string& state = "running", std::int64_t nonce = 5, std::uint64_t bound = 5) {
+  void status(Now now, const std::string& state = "running", std::int64_t run_id = 5, std::uint64_t bound = 5) {
     lab_status_t m{};
     m.lab = "roark";
-    m.nonce = nonce;
+    m.nonce = run_id;
     m.state = state;
     hear_status("roark", bound, encoded(m), now);
   }

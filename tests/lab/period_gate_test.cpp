@@ -26,14 +26,14 @@ LabState state(std::uint32_t period, std::uint64_t hash = 7) {
 
 PeriodGate gate(std::uint32_t slack = 0, bool can_wait = true) {
   return PeriodGate(
-      {.lab = "a", .labs = {"a", "b"}, .slack = slack, .last_period = 100, .nonce = 1, .can_wait = can_wait});
+      {.lab = "a", .labs = {"a", "b"}, .slack = slack, .last_period = 100, .run_id = 1, .can_wait = can_wait});
 }
 
-// What b says to a, in answer to nonce 1.
+// What b says to a, in answer to run id 1.
 WorldMessage from_b(std::vector<LabState> window, std::int64_t received = -1) {
   WorldMessage m;
   m.lab = "b";
-  m.nonce = 2;
+  m.run_id = 2;
   m.acks["a"] = {1, received};
   m.window = std::move(window);
   return m;
@@ -85,34 +85,34 @@ TEST_CASE("another seed, another slack and another behaviour give another merge 
   CHECK(reference == result({.schedule_seed = 99}));
 }
 
-TEST_CASE("a message that does not name our nonce teaches its nonce and nothing else") {
+TEST_CASE("a message that does not name our run id teaches its run id and nothing else") {
   // Proves that leftovers of an earlier run are harmless.
   PeriodGate a = gate();
   a.publish(state(0));
   WorldMessage old = from_b({state(0)});
-  old.acks["a"].nonce = 77;
+  old.acks["a"].run_id = 77;
   CHECK(a.hear("b", old) == PeriodGate::Heard::taught);
   CHECK(a.received("b") == -1);
-  CHECK(a.message().acks.at("b").nonce == 2);
+  CHECK(a.message().acks.at("b").run_id == 2);
   CHECK(a.hear("b", from_b({state(0)})) == PeriodGate::Heard::counted);
   CHECK(a.received("b") == 0);
 }
 
-TEST_CASE("a bound peer that answers with another nonce was restarted") {
+TEST_CASE("a bound peer that answers with another run id was restarted") {
   // Proves rule 6's second half.
   PeriodGate a = gate();
   a.publish(state(0));
   REQUIRE(a.hear("b", from_b({state(0)})) == PeriodGate::Heard::counted);
   WorldMessage again = from_b({state(0)});
-  again.nonce = 3;
+  again.run_id = 3;
   CHECK(a.hear("b", again) == PeriodGate::Heard::restarted);
 }
 
 TEST_CASE("state 0 may come together with later states") {
   // Proves that a peer whose first message was lost is believed: what is checked against its state 0 finds it in the
   // same message.
-  PeriodGate a({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .nonce = 1});
-  a.judge_by({"a", {lab::arena_rule()}, {{"a", {}}, {"b", {}}}});
+  PeriodGate a({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .run_id = 1});
+  a.set_rules({"a", {lab::arena_rule()}, {{"a", {}}, {"b", {}}}});
   a.publish(state(0));
   LabState first = state(0), crowded = state(1), fits = state(1);
   first.fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 0};  // one robot
@@ -137,16 +137,16 @@ TEST_CASE("lies are refused by name, counted, and change nothing") {
     std::string origin = "b";
     WorldMessage message;
   };
-  WorldMessage other_lab = from_b({state(0)}), flips = from_b({state(0)}), no_nonce = from_b({state(0)}),
+  WorldMessage other_lab = from_b({state(0)}), flips = from_b({state(0)}), no_run_id = from_b({state(0)}),
                not_for_us = from_b({state(0)});
   other_lab.lab = "c";
   flips.can_wait = false;
-  no_nonce.nonce = 0;
+  no_run_id.run_id = 0;
   not_for_us.acks.clear();
   const std::vector<Lie> lies = {
       {"other_name", "b", other_lab},
       {"unknown_lab", "c", other_lab},
-      {"nonce", "b", no_nonce},
+      {"run_id", "b", no_run_id},
       {"not_for_us", "b", not_for_us},
       {"can_wait_changed", "b", flips},
       {"acknowledges_the_future", "b", from_b({state(2)}, 1)},
@@ -231,13 +231,13 @@ TEST_CASE("a free lab merges the newest at or before and counts what is late or 
   CHECK(a.counters()["gate.late.b"] == 2);
 }
 
-TEST_CASE("a lab that can wait follows a room") {
-  // Proves that a simulator beside a room begins no period before the room's state k - slack - 1.
+TEST_CASE("a lab that can wait follows a real-time arena") {
+  // Proves that a simulator beside a real-time arena begins no period before that arena's state k - slack - 1.
   PeriodGate a = gate(0);
   a.publish(state(0));
-  WorldMessage room = from_b({state(0)});
-  room.can_wait = false;
-  REQUIRE(a.hear("b", room) == PeriodGate::Heard::counted);
+  WorldMessage real_time = from_b({state(0)});
+  real_time.can_wait = false;
+  REQUIRE(a.hear("b", real_time) == PeriodGate::Heard::counted);
   CHECK(a.may_begin(1));
   CHECK_FALSE(a.may_begin(2));
   WorldMessage next = from_b({state(0), state(1)});

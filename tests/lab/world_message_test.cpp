@@ -8,7 +8,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
-#include "lab/wire_check.hpp"
+#include "lab/message_check.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::lab;
@@ -18,7 +18,7 @@ namespace {
 WorldMessage example() {
   WorldMessage m;
   m.lab = "shark";
-  m.nonce = 0x1234567890abcdef;
+  m.run_id = 0x1234567890abcdef;
   m.can_wait = true;
   m.acks["roark"] = {42, 7};
   for (std::uint32_t period : {0u, 1u}) {
@@ -69,14 +69,14 @@ peers_t peers_example() {
 
 }  // namespace
 
-TEST_CASE("a world message survives the wire") {
+TEST_CASE("a world message survives the network") {
   // Proves that what others merge is what the owner published, to the micrometre.
   WorldMessage back;
   REQUIRE(decode_world(encoded(to_message(example())), back) == "");
   const WorldMessage m = example();
   CHECK(back.lab == m.lab);
-  CHECK(back.nonce == m.nonce);
-  CHECK(back.acks.at("roark").nonce == 42);
+  CHECK(back.run_id == m.run_id);
+  CHECK(back.acks.at("roark").run_id == 42);
   CHECK(back.acks.at("roark").received == 7);
   REQUIRE(back.window.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -104,7 +104,7 @@ TEST_CASE("every truncation and every trailing byte is refused") {
 }
 
 TEST_CASE("forged counts are refused before anything is decoded") {
-  // Proves that no count of the wire is trusted: at every offset, the four values that broke the generated decoder.
+  // Proves that no count of a message is trusted: at every offset, the four values that broke the generated decoder.
   const auto forge = [](const std::vector<std::byte>& bytes, auto check, auto decode) {
     for (const std::int32_t lie : {-1, 0, 0x7fffffff, 1 << 27})
       for (std::size_t at = 0; at + 4 <= bytes.size(); ++at) {

@@ -26,7 +26,7 @@ class LightUp final : public lab::Scenario {
   void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override {
     if (lab.is_owner() || !merged_) return;
     std::int64_t n_lit = 0;
-    for (const hal::Sighting& seen : frame.robots) {
+    for (const hal::Observation& seen : frame.robots) {
       const bool near = is_near(lab.projection().to_shared(seen.pose), lab.state(lab.owner()).robots);
       n_lit += near;
       // Say it when it changes, and each second until the robot's LED shows that it heard.

@@ -85,7 +85,7 @@ TEST_CASE("light up: simulated labs") {
     }
   }
   CHECK(run.finished());
-  MESSAGE(near, " sightings near, ", far, " far");
+  MESSAGE(near, " observations near, ", far, " far");
   CHECK(near > 100);
   CHECK(far > 100);
   CHECK(near_lit == near);

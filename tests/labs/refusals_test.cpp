@@ -55,7 +55,7 @@ TEST_CASE("labs with different settings never start, and both say which key diff
   }
 }
 
-TEST_CASE("a strict gate refuses a room by name") {
+TEST_CASE("a strict gate refuses a real-time arena by name") {
   // Proves rule 10's refusal.
   const Outcome outcome =
       run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.mode=strict", "run.duration_s=2"}});
@@ -70,7 +70,7 @@ TEST_CASE("null labs finish and agree") {
   CHECK(outcome.completed == 0);
 }
 
-TEST_CASE("a free run of rooms ends by itself") {
+TEST_CASE("a free run of real-time arenas ends by itself") {
   // Proves that labs that cannot wait run to their end in free mode, in real time.
   const Outcome outcome =
       run_labs({.overrides = {"arena.use=null", "arena.pace=1.0", "run.duration_s=2", "gate.period_s=0.5"}});

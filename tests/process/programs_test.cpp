@@ -108,12 +108,18 @@ TEST_CASE("a program that is missing is named") {
   fs::copy_file(ARKMESH_PROGRAM "-lab", alone / "arkmesh-lab");
   for (const std::string command : {"run", "lab"}) {
     CAPTURE(command);
-    CHECK(
-        lab.said(1, {command, lab.file.string(), "--set", "arena.use=room"}, (alone / "arkmesh").string()) ==
-        fmt::format("arkmesh: {}: arena.use = \"room\" needs the program arkmesh-testbed, which is not in {}; install "
-                    "all programs of arkmesh into one folder\n",
-                    lab.file.string(), alone.string()));
+    CHECK(lab.said(1, {command, lab.file.string(), "--set", "arena.use=emulated"}, (alone / "arkmesh").string()) ==
+          fmt::format(
+              "arkmesh: {}: arena.use = \"emulated\" needs the program arkmesh-testbed, which is not in {}; install "
+              "all programs of arkmesh into one folder\n",
+              lab.file.string(), alone.string()));
   }
+}
+
+TEST_CASE("a command's old name answers with the new one") {
+  const Lab lab;
+  CHECK(lab.said(2, {"room", lab.file.string(), "--seconds", "1"}) ==
+        "arkmesh: the command room is called emulator now: arkmesh emulator\n");
 }
 
 TEST_CASE("an idle gateway is small") {
@@ -145,10 +151,11 @@ TEST_CASE("a simulated lab loads no OpenCV") {
 
 TEST_CASE("a lab with cameras is run by the program that has them") {
   const Lab lab;
-  Process rooms = lab.start({"lab", std::string(ARKMESH_SOURCE_DIR) + "/experiments/dhtf/roark_room.toml", "--out",
-                             lab.folder.path() / "out", "--set", "bus.url=\"udpm://239.255.76.67:7863?ttl=0\""});
-  REQUIRE(becomes(rooms, "arkmesh-testbed"));
-  CHECK(eventually(20s, [&] { return maps(rooms, "opencv"); }));
+  Process emulators =
+      lab.start({"lab", std::string(ARKMESH_SOURCE_DIR) + "/experiments/dhtf/roark_emulated.toml", "--out",
+                 lab.folder.path() / "out", "--set", "bus.url=\"udpm://239.255.76.67:7863?ttl=0\""});
+  REQUIRE(becomes(emulators, "arkmesh-testbed"));
+  CHECK(eventually(20s, [&] { return maps(emulators, "opencv"); }));
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ TEST_CASE("back-offs of a program that stays in loop") {
     const hal::PoseFrame frame = frame_at(*arena, seconds(s));
     MESSAGE("backed off: " << arena->counters()["infrared.backed_off"]);
     CHECK(arena->counters()["infrared.backed_off"] > 25 * 1000);
-    return std::ranges::count(frame.robots, hal::Led::green, &hal::Sighting::led);
+    return std::ranges::count(frame.robots, hal::Led::green, &hal::Observation::led);
   };
   CHECK(green_after(300.8) == 25);
   CHECK(green_after(300.3) == 0);
@@ -205,7 +205,7 @@ TEST_CASE("checksum") {
   // Messages with a wrong checksum reach nobody and are counted.
   auto arena = TestArena{.program = "bad_crc.c", .robots = 6, .side_m = 0.13}.make_running();
   const hal::PoseFrame frame = frame_at(*arena, seconds(20));
-  for (const hal::Sighting& robot : frame.robots) CHECK(robot.led == hal::Led::green);
+  for (const hal::Observation& robot : frame.robots) CHECK(robot.led == hal::Led::green);
   CHECK(arena->counters()["infrared.refused.crc"] > 50);
 }
 

@@ -19,7 +19,7 @@ struct Points {
   double apart(std::size_t a, std::size_t b) const { return std::hypot(x[a] - x[b], y[a] - y[b]); }
 };
 
-// Some of them lie outside the arena, as robots taken off a table do.
+// Some of them lie outside the arena, as robots taken off a testbed do.
 Points scattered(std::size_t count, double width_m, double height_m) {
   arkmesh::hal::RandomStream chance(count, "points");
   Points out;

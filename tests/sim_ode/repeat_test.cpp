@@ -9,7 +9,7 @@ namespace {
 // Bits of everything a camera sees.
 std::uint64_t hash(const hal::PoseFrame& frame, std::uint64_t h) {
   const auto add = [&h](std::uint64_t bits) { h = (h ^ bits) * 0x100000001b3ULL; };
-  for (const hal::Sighting& robot : frame.robots) {
+  for (const hal::Observation& robot : frame.robots) {
     for (double value : {robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad}) {
       std::uint64_t bits;
       std::memcpy(&bits, &value, sizeof bits);

@@ -42,7 +42,7 @@ TEST_CASE("programs read sensors") {
   CHECK(lit.robots[1].led == hal::Led::blue);
   const hal::PoseFrame even =
       frame_at(*TestArena{.program = "thermometer.c", .robots = 3, .ode = places}.make_running(), seconds(1));
-  for (const hal::Sighting& robot : even.robots) CHECK(robot.led == hal::Led::green);
+  for (const hal::Observation& robot : even.robots) CHECK(robot.led == hal::Led::green);
 
   auto busy = scene.make_running();
   int white = 0;

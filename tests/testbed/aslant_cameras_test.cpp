@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include "hal/config.hpp"
-#include "tests/support/rooms/fitted_cameras.hpp"
-#include "tests/support/rooms/table_referee.hpp"
+#include "tests/support/emulated/fitted_cameras.hpp"
+#include "tests/support/emulated/tracking_referee.hpp"
 
 using namespace arkmesh;
 
@@ -13,15 +13,17 @@ namespace {
 // 0.9 m x 0.5 m with 20 walking robots; each camera sees a little more than its half, one of them at 24 degrees.
 hal::Config two_cameras() {
   return hal::Config::from_text(
-      "[room]\nframes_per_s = 10.0\n"
-      "[[room.camera]]\nname = \"west\"\nwidth_px = 800\nheight_px = 600\nx_m = -0.62\ny_m = 0.0\nz_m = 1.0\nlook_x_m "
+      "[emulator]\nframes_per_s = 10.0\n"
+      "[[emulator.camera]]\nname = \"west\"\nwidth_px = 800\nheight_px = 600\nx_m = -0.62\ny_m = 0.0\nz_m = "
+      "1.0\nlook_x_m "
       "= -0.18\n"
       "look_y_m = 0.0\nfocal_px = 1000.0\ndistortion = [-0.25, 0.08, 0.0003, -0.0002, 0.0]\n"
-      "[[room.camera]]\nname = \"east\"\nwidth_px = 800\nheight_px = 600\nx_m = 0.2\ny_m = 0.02\nz_m = 1.0\nfocal_px = "
+      "[[emulator.camera]]\nname = \"east\"\nwidth_px = 800\nheight_px = 600\nx_m = 0.2\ny_m = 0.02\nz_m = "
+      "1.0\nfocal_px = "
       "1100.0\n"
       "distortion = [-0.08, 0.02, 0.0, 0.0, 0.0]\n"
       "[arena]\nwidth_m = 0.9\nheight_m = 0.5\nrobots = 20\n"
-      "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/experiments/room/walker.c\"\n",
+      "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/experiments/emulator/walker.c\"\n",
       "two_cameras.toml");
 }
 
@@ -30,24 +32,24 @@ hal::Config two_cameras() {
 TEST_CASE("a camera that looks aslant and one beside it give each robot one track, within a millimetre") {
   // Proves that robots are followed across the seam with their names, and that a camera that is gone brings no invented
   // poses: the robots that only it sees are no longer reported, the others go on, and all are back when it is.
-  emulator::Room room(two_cameras().root());
+  emulator::Emulator emulator(two_cameras().root());
   std::vector<tracker::Calibration> cameras;
-  for (std::size_t k = 0; k < room.cameras(); ++k)
-    cameras.push_back(tests::true_calibration(room.camera(k).model(), 0.9, 0.5));
+  for (std::size_t k = 0; k < emulator.cameras(); ++k)
+    cameras.push_back(tests::true_calibration(emulator.camera(k).model(), 0.9, 0.5));
   tracker::TableSettings settings;
   settings.expected_robots = 20;
-  tracker::TableTracker table(std::move(cameras), settings);
-  tests::TableReferee referee;
-  room.advance_to(hal::LabTime{3'000'000});
-  room.command("say run");
+  tracker::TableTracker tracker(std::move(cameras), settings);
+  tests::TrackingReferee referee;
+  emulator.advance_to(hal::LabTime{3'000'000});
+  emulator.command("say run");
   std::vector<cv::Mat> pictures(2);
   const auto watch = [&](int frames) {
     for (int frame = 0; frame < frames; ++frame) {
-      room.advance_to(room.now() + room.config().frame_period);
+      emulator.advance_to(emulator.now() + emulator.config().frame_period);
       for (std::size_t k = 0; k < pictures.size(); ++k)
-        if (!room.picture(k, pictures[k])) pictures[k].release();
-      table.look(room.now(), pictures);
-      referee.judge(room.now(), room.truth(), table);
+        if (!emulator.picture(k, pictures[k])) pictures[k].release();
+      tracker.look(emulator.now(), pictures);
+      referee.judge(emulator.now(), emulator.truth(), tracker);
     }
   };
   watch(80);
@@ -58,14 +60,14 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
   CHECK(referee.score().centre_rms_mm() < 1);
   CHECK(referee.score().heading_rms_deg() < 5);
 
-  REQUIRE(room.command("camera west gone") == "ok");
+  REQUIRE(emulator.command("camera west gone") == "ok");
   watch(15);
-  const std::size_t left = table.tracks().size();
+  const std::size_t left = tracker.tracks().size();
   CHECK(left > 4);
   CHECK(left < 20);
-  REQUIRE(room.command("camera west ok") == "ok");
+  REQUIRE(emulator.command("camera west ok") == "ok");
   watch(30);
-  CHECK(table.tracks().size() == 20);
+  CHECK(tracker.tracks().size() == 20);
   CHECK(referee.score().wrong == 0);
   CHECK(referee.score().strangers == 0);
 }

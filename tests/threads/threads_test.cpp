@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "emulator/line_reader.hpp"
+#include "emulator/serial_reader.hpp"
 #include "hal/listening_socket.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "tracker/live_camera.hpp"
@@ -75,7 +75,7 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
 
 TEST_CASE("threads: a serial line that is written to, unplugged and plugged in") {
   // Every byte that a host writes is taken once and in order, while the line's end is taken away and put back.
-  emulator::LineReader line("127.0.0.1", 0, "");
+  emulator::SerialReader line("127.0.0.1", 0, "");
   std::uint8_t next = 0, expected = 0;
   for (int times = 0; times < 3; ++times) {
     const int host = ::open(line.terminal().c_str(), O_WRONLY | O_NOCTTY);
@@ -87,7 +87,7 @@ TEST_CASE("threads: a serial line that is written to, unplugged and plugged in")
         REQUIRE(::write(host, bytes, 2) == 2);
         written += 2;
       }
-      emulator::LineReader::Moment until;
+      emulator::SerialReader::TimePoint until;
       for (const auto& chunk : line.take(until))
         for (const std::uint8_t byte : chunk.bytes) {
           REQUIRE(byte == expected++);

@@ -122,7 +122,7 @@ TEST_CASE("assignment is the best there is") {
 }
 
 TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
-  // Proves that misses, false sightings, covered robots and noise lead to no wrong id that somebody could act on.
+  // Proves that misses, false observations, covered robots and noise lead to no wrong id that somebody could act on.
   for (const double frame_s : {0.1, 1.0 / 15}) {
     WalkingSwarm swarm({.seed = 3});
     const Score score = follow(swarm, 600, frame_s);
@@ -139,7 +139,7 @@ TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
 }
 
 TEST_CASE("a packed swarm under bad light is followed") {
-  // Proves that robots that touch, one sighting in ten missing, are not mistaken for each other.
+  // Proves that robots that touch, one observation in ten missing, are not mistaken for each other.
   WalkingSwarm swarm({.robots = 60,
                       .width_m = 0.4,
                       .height_m = 0.4,
@@ -182,8 +182,8 @@ TEST_CASE("two robots exchanged by hand while covered are doubtful until they ar
   CHECK_FALSE(associator.tracks()[1].doubtful);
 }
 
-TEST_CASE("one sighting between two robots leaves both in doubt") {
-  // Proves that a merged sighting (two touching robots seen as one) is a guess that says so.
+TEST_CASE("one observation between two robots leaves both in doubt") {
+  // Proves that a merged observation (two touching robots seen as one) is a guess that says so.
   Associator associator;
   for (int i = 0; i < 10; ++i) associator.update(at_s(0.1 * i), std::vector{robot_at(0, 0), robot_at(0.026, 0)});
   REQUIRE(associator.tracks().size() == 2);
@@ -229,7 +229,7 @@ TEST_CASE("a robot put elsewhere is a new track without a name") {
   CHECK_FALSE(associator.tracks()[0].robot.has_value());
 }
 
-TEST_CASE("a weak sighting must be repeated, and two bodies never overlap") {
+TEST_CASE("a weak observation must be repeated, and two bodies never overlap") {
   // Proves that a flicker is no robot and that a second circle on a robot is refused and counted.
   Associator associator;
   Seen weak = robot_at(0.2, 0.2);

@@ -11,10 +11,10 @@ namespace arkmesh::tests {
 namespace {
 
 struct Row {
-  const char* name;      // group: name
-  int most_false;        // detections of what is no robot
-  double least_recall;   // of the robots
-  double least_colours;  // of the LEDs
+  const char* name;    // group: name
+  int max_false;       // detections of what is no robot
+  double min_recall;   // of the robots
+  double min_colours;  // of the LEDs
 };
 
 TEST_CASE("hard pictures") {
@@ -40,9 +40,9 @@ TEST_CASE("hard pictures") {
     for (const Scene& scene : found->make()) all.push_back(score(tracker::Detector().search(scene.bgr), scene));
     const Score sum = total(all);
     fmt::print("{:40} {}\n", row.name, text(sum));
-    CHECK(sum.detections - sum.matched <= row.most_false);
-    CHECK(sum.recall() >= row.least_recall);
-    CHECK(sum.colours() >= row.least_colours);
+    CHECK(sum.detections - sum.matched <= row.max_false);
+    CHECK(sum.recall() >= row.min_recall);
+    CHECK(sum.colours() >= row.min_colours);
   }
 }
 

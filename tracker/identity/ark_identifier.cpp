@@ -84,7 +84,7 @@ void ArkIdentifier::next_id(hal::LabTime now) {
   ++position_;
   const bool everybody = claims_.size() >= std::min(tracks_, settings_.candidates.size());
   if (!everybody && position_ < to_call_.size()) return;
-  if (!everybody && round_ < settings_.most_rounds) {
+  if (!everybody && round_ < settings_.max_rounds) {
     // once more, those who did not answer
     ++round_;
     to_call_.clear();

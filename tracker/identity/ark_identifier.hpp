@@ -23,7 +23,7 @@ struct ArkSettings {
   bool runtime = false;  // message 119, not 120
   ReadingTimes times{.pictures = 5};
   hal::LabTime ending{600'000};  // how long robots are told that it is over
-  int most_rounds = 3;           // through all candidates that have not been found
+  int max_rounds = 3;            // through all candidates that have not been found
 };
 
 class ArkIdentifier {

@@ -99,7 +99,7 @@ std::vector<DigitReader::Reading> DigitReader::take_readings(std::span<const hal
 // read, and the colour must have changed as programs do not change it in these seconds.
 std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<std::uint8_t>> digits,
                                                  std::span<const hal::RobotId> candidates) const {
-  constexpr int least_read = 5, least_changes = 2, least_against_others = 2;
+  constexpr int min_read = 5, min_changes = 2, min_against_others = 2;
   int known = 0, changes = 0;
   std::optional<std::uint8_t> before;
   for (const auto& digit : digits) {
@@ -108,14 +108,14 @@ std::optional<hal::RobotId> DigitReader::fitting(std::span<const std::optional<s
     changes += before && before != digit;
     before = digit;
   }
-  if (known < least_read || changes < least_changes) return std::nullopt;
+  if (known < min_read || changes < min_changes) return std::nullopt;
   std::optional<hal::RobotId> out;
   for (const hal::RobotId robot : candidates) {
     if (robot > largest_spelled_id) continue;
     int against = 0;
     for (std::size_t i = 0; i < digits.size(); ++i)
       against += digits[i] && digits[i] != digit_of(spelled(robot, order_[i]));
-    if (against > 0 && against < least_against_others) return std::nullopt;
+    if (against > 0 && against < min_against_others) return std::nullopt;
     if (against > 0) continue;
     if (out) return std::nullopt;
     out = robot;

@@ -56,8 +56,7 @@ class DigitReader {
   std::vector<Reading> take_readings(std::span<const hal::RobotId> candidates = {});
 
  private:
-  using Votes =
-      std::array<std::array<std::uint16_t, 3>, most_id_digits + check_digits>;  // by number of digit and digit
+  using Votes = std::array<std::array<std::uint16_t, 3>, max_id_digits + check_digits>;  // by number of digit and digit
   std::vector<std::uint8_t> missing(std::span<const TrackNumber> tracks) const;
   std::optional<hal::RobotId> fitting(std::span<const std::optional<std::uint8_t>> digits,
                                       std::span<const hal::RobotId> candidates) const;

@@ -80,7 +80,7 @@ void IdAssigner::update_robots(std::span<const Track> tracks) {
 
 void IdAssigner::read(Phase phase) {
   phase_ = phase;
-  reader_.ask({}, most_id_digits);
+  reader_.ask({}, max_id_digits);
 }
 
 // Everybody's temporary id, if it is one of its own; else another round. What was read in an earlier round holds until
@@ -113,7 +113,7 @@ void IdAssigner::use_drawn() {
   }
   const bool everybody = std::all_of(robots_.begin(), robots_.end(),
                                      [](const auto& robot) { return robot.second.outcome != Outcome::unread; });
-  if (everybody || round_ >= settings_.most_rounds) {
+  if (everybody || round_ >= settings_.max_rounds) {
     round_ = 1;
     give_ids();
     return announce_ids();
@@ -175,7 +175,7 @@ void IdAssigner::use_checked() {
       counters_.add(at == spelled.end() ? "assignment.repeated.unread" : "assignment.repeated.not_stored");
     }
   }
-  if (all || round_ >= settings_.most_rounds) {
+  if (all || round_ >= settings_.max_rounds) {
     phase_ = Phase::ending;
     return;
   }

@@ -24,7 +24,7 @@ struct AssignmentSettings {
   std::vector<hal::RobotId> ids;  // to give, in this order, each once and below first_temporary_id
   std::uint8_t session = 1;       // another one for each assignment: robots draw once per session
   ReadingTimes times;
-  int most_rounds = 6;  // of drawing, and of storing, until the rest is given up
+  int max_rounds = 6;  // of drawing, and of storing, until the rest is given up
 };
 
 class IdAssigner {

@@ -25,10 +25,10 @@ void put(Question& message, std::size_t at, hal::RobotId robot) {
 }
 
 constexpr auto orders = [] {
-  std::array<std::array<std::uint8_t, most_id_digits + check_digits>, most_id_digits + 1> out{};
-  for (std::size_t n = 0; n <= most_id_digits; ++n) {
+  std::array<std::array<std::uint8_t, max_id_digits + check_digits>, max_id_digits + 1> out{};
+  for (std::size_t n = 0; n <= max_id_digits; ++n) {
     for (std::size_t i = 0; i < n; ++i) out[n][i] = static_cast<std::uint8_t>(i);
-    for (std::size_t i = 0; i < check_digits; ++i) out[n][n + i] = static_cast<std::uint8_t>(most_id_digits + i);
+    for (std::size_t i = 0; i < check_digits; ++i) out[n][n + i] = static_cast<std::uint8_t>(max_id_digits + i);
   }
   return out;
 }();
@@ -37,12 +37,12 @@ constexpr auto orders = [] {
 
 int id_digits(hal::RobotId largest) {
   int n = 1;
-  while (n < most_id_digits && power_of_3(n) <= largest) ++n;
+  while (n < max_id_digits && power_of_3(n) <= largest) ++n;
   return n;
 }
 
 std::span<const std::uint8_t> digit_order(int digits) {
-  const auto n = static_cast<std::size_t>(std::clamp(digits, 1, most_id_digits));
+  const auto n = static_cast<std::size_t>(std::clamp(digits, 1, max_id_digits));
   return std::span(orders[n]).first(n + check_digits);
 }
 
@@ -53,8 +53,8 @@ hal::Led answer_of(const Track& track) {
 }
 
 hal::Led spelled(hal::RobotId robot, int number) {
-  const std::uint32_t word = number < most_id_digits ? robot : check_word(robot);
-  const std::uint32_t digit = word / power_of_3(number < most_id_digits ? number : number - most_id_digits) % 3;
+  const std::uint32_t word = number < max_id_digits ? robot : check_word(robot);
+  const std::uint32_t digit = word / power_of_3(number < max_id_digits ? number : number - max_id_digits) % 3;
   return digit == 0 ? hal::Led::red : digit == 1 ? hal::Led::green : hal::Led::blue;
 }
 

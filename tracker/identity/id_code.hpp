@@ -14,7 +14,7 @@
 
 namespace arkmesh::tracker {
 
-inline constexpr int most_id_digits = 11;  // enough for 16 bits
+inline constexpr int max_id_digits = 11;  // enough for 16 bits
 inline constexpr int check_digits = 3;
 inline constexpr std::uint8_t question_type = 118, ark_runtime_type = 119, ark_initial_type = 120;
 inline constexpr hal::RobotId largest_spelled_id = 65534;  // 65535 is an erased memory

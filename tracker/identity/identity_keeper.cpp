@@ -10,7 +10,7 @@ constexpr hal::LabTime first_pause{2'000'000};   // after a round of questions t
 constexpr hal::LabTime longest_calm{3'000'000};  // somebody is waited for at most
 constexpr hal::LabTime glimpse{300'000};         // a track not seen for less counts as seen
 constexpr int first_rounds = 3;                  // barren ones before the rest is taken for silent
-constexpr std::size_t most_by_list = 12;         // more are found sooner by asking everybody
+constexpr std::size_t max_by_list = 12;          // more are found sooner by asking everybody
 
 bool holds(std::span<const hal::RobotId> robots, hal::RobotId robot) {
   return std::binary_search(robots.begin(), robots.end(), robot);
@@ -117,7 +117,7 @@ bool IdentityKeeper::worth_asking(hal::LabTime now) const {
 
 int IdentityKeeper::digits_needed(const Audience& audience) const {
   // somebody may have a longer id than anybody thought
-  if (!began_ && barren_passes_ > 0 && audience.kind == Audience::Kind::everybody) return most_id_digits;
+  if (!began_ && barren_passes_ > 0 && audience.kind == Audience::Kind::everybody) return max_id_digits;
   const hal::RobotId largest = settings_.expected.empty() ? settings_.largest : settings_.expected.back();
   return id_digits(std::max(largest, known_.empty() ? 0 : known_.back()));
 }
@@ -127,7 +127,7 @@ void IdentityKeeper::ask() {
   // A few are asked by themselves: among dark neighbours a LED is seen best. Who is there unexpected shows only when
   // everybody is asked, once.
   const std::size_t missed = unaccounted_.size();
-  const bool by_name = missed > 0 && missed <= most_by_list &&
+  const bool by_name = missed > 0 && missed <= max_by_list &&
                        (began_ || (passes_ > 0 && (barren_passes_ == 0 ? missed <= 4 : barren_passes_ > 1)));
   if (by_name) {
     std::vector<hal::RobotId> named;

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracker/motion.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -26,22 +28,18 @@ constexpr double off_chord = 0.9;
 constexpr int checks_in_a_row = 10;
 constexpr double bend_rad_s = 0.035;           // 2 degrees a second: worth a change before the end
 constexpr double bend_per_duty_rad_s = 0.012;  // what one step of one motor does to a straight, roughly
-constexpr double least_way_m = 0.17;           // with less it looks for another place first
-constexpr int most_contacts = 60;
+constexpr double min_way_m = 0.17;             // with less it looks for another place first
+constexpr int max_contacts = 60;
 constexpr hal::LabTime walk_lasts{7'000'000}, turn_lasts{20'000'000};
 constexpr hal::LabTime second_copy{600'000};
 constexpr hal::LabTime store_lasts{1'000'000};
-constexpr int most_store_rounds = 5;
+constexpr int max_store_rounds = 5;
 
 int change_for(double speed, double high) {
   if (speed < crawl) return 3;
   if (speed < low) return 1;
   if (speed > dash) return -5;
   return speed > high ? -1 : 0;
-}
-
-double wrapped(double angle_rad) {
-  return std::remainder(angle_rad, 2 * std::numbers::pi);
 }
 
 }  // namespace
@@ -60,8 +58,8 @@ void MotorCalibrator::on_frame(const hal::PoseFrame& frame) {
   if (finished_) return;
   if (storing_) return store(frame);
   Places places;
-  for (const hal::Sighting& seen : frame.robots) places.emplace_back(seen.robot, seen.pose);
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) places.emplace_back(seen.robot, seen.pose);
+  for (const hal::Observation& seen : frame.robots) {
     const auto at = robots_.find(seen.robot);
     if (at == robots_.end() || seen.confidence <= 0 || seen.age > hal::LabTime{0}) continue;
     step(seen.robot, at->second, trials_[seen.robot], seen, places, frame.stamp);
@@ -70,8 +68,8 @@ void MotorCalibrator::on_frame(const hal::PoseFrame& frame) {
       std::all_of(robots_.begin(), robots_.end(), [](const auto& robot) { return robot.second.stage >= Stage::done; });
 }
 
-void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places,
-                           hal::LabTime now) {
+void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Observation& seen,
+                           const Places& places, hal::LabTime now) {
   if (!trial.told_at) {
     trial.first_seen = now;
     enter(id, robot, trial, Stage::left, now);
@@ -83,8 +81,8 @@ void MotorCalibrator::step(hal::RobotId id, Robot& robot, Trial& trial, const ha
   const bool is_second = trial.said_at == *trial.told_at && now - trial.said_at >= second_copy;
   if (is_second || now - trial.said_at >= again) tell(id, robot, trial, now);
   if (robot.stage >= Stage::done) return;
-  if (now - *trial.first_seen > hal::LabTime{static_cast<std::int64_t>(settings_.most_per_robot_s * 1e6)})
-    return fail(id, robot, trial, fmt::format("no good duties in {:.0f} s", settings_.most_per_robot_s), now);
+  if (now - *trial.first_seen > hal::LabTime{static_cast<std::int64_t>(settings_.max_per_robot_s * 1e6)})
+    return fail(id, robot, trial, fmt::format("no good duties in {:.0f} s", settings_.max_per_robot_s), now);
   if (now - *trial.told_at < settings_.settle) return;
   if (trial.errand != Errand::none) return run_errand(id, robot, trial, seen.pose, places, now);
   if (robot.stage == Stage::aiming) return aim(id, robot, trial, seen.pose, places, now);
@@ -183,7 +181,7 @@ void MotorCalibrator::look_at_straight(hal::RobotId id, Robot& robot, Trial& tri
 
 void MotorCalibrator::meet(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now) {
   counters_.add("calibration.repeated.contact");
-  if (++trial.contacts > most_contacts)
+  if (++trial.contacts > max_contacts)
     return fail(id, robot, trial, "meets others or walls each time; give the robots more room", now);
   if (robot.stage == Stage::straight) return enter(id, robot, trial, Stage::aiming, now);
   begin_errand(id, robot, trial, now);
@@ -219,9 +217,9 @@ void MotorCalibrator::aim(hal::RobotId id, Robot& robot, Trial& trial, const hal
                           hal::LabTime now) {
   const OpenGround::Way way = ground_.freest_way(id, pose, places);
   trial.aim_rad = way.course_rad;
-  if (way.free_m < least_way_m) {
+  if (way.free_m < min_way_m) {
     counters_.add("calibration.repeated.no_way");
-    if (++trial.contacts > most_contacts)
+    if (++trial.contacts > max_contacts)
       return fail(id, robot, trial, "finds no free way to go straight; give the robots more room", now);
     return begin_errand(id, robot, trial, now);
   }
@@ -234,7 +232,7 @@ void MotorCalibrator::change(hal::RobotId id, Robot& robot, Trial& trial, int le
   Duties& duties = robot.duties;
   const auto add = [this](int& duty, int by) {
     const int before = duty;
-    duty = std::clamp(duty + by, settings_.least_duty, settings_.largest_duty);
+    duty = std::clamp(duty + by, settings_.min_duty, settings_.largest_duty);
     return duty != before;
   };
   bool changed = false;
@@ -319,7 +317,7 @@ void MotorCalibrator::tell(hal::RobotId id, const Robot& robot, Trial& trial, ha
 
 // Until all who have something to store show that they have, or will not.
 void MotorCalibrator::store(const hal::PoseFrame& frame) {
-  for (const hal::Sighting& seen : frame.robots)
+  for (const hal::Observation& seen : frame.robots)
     if (const auto at = robots_.find(seen.robot);
         at != robots_.end() && seen.led == hal::Led::green && store_rounds_ > 0)
       at->second.stored = true;
@@ -327,7 +325,7 @@ void MotorCalibrator::store(const hal::PoseFrame& frame) {
   const bool all = std::all_of(robots_.begin(), robots_.end(), [](const auto& robot) {
     return robot.second.stage == Stage::failed || robot.second.stored;
   });
-  if (all || store_rounds_ == most_store_rounds) {
+  if (all || store_rounds_ == max_store_rounds) {
     finished_ = true;
     return;
   }

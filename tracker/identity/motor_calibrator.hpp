@@ -25,10 +25,10 @@ struct MotorSettings {
   double width_m = 1, height_m = 1;  // of the arena: nobody is sent into a wall
   double body_radius_m = 0.0165;     // of a robot
   int first_duty = 60;               // of every motor, to begin with
-  int least_duty = 40, largest_duty = 110;
-  double measure_m = 0.015;       // what ARK's limits are given in: its robot's radius
-  hal::LabTime settle{500'000};   // from a message until pictures show what it does
-  double most_per_robot_s = 900;  // then a robot is given up
+  int min_duty = 40, largest_duty = 110;
+  double measure_m = 0.015;      // what ARK's limits are given in: its robot's radius
+  hal::LabTime settle{500'000};  // from a message until pictures show what it does
+  double max_per_robot_s = 900;  // then a robot is given up
 };
 
 class MotorCalibrator {
@@ -80,7 +80,7 @@ class MotorCalibrator {
     bool early_look = false;  // at this straight, before its end
   };
 
-  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Sighting& seen, const Places& places,
+  void step(hal::RobotId id, Robot& robot, Trial& trial, const hal::Observation& seen, const Places& places,
             hal::LabTime now);
   void look_at_turn(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);
   void look_at_straight(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now);

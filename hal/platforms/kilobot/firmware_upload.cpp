@@ -9,15 +9,10 @@ namespace {
 // longer: so after the first page of a round, which interrupts the number of pages.
 constexpr std::chrono::microseconds first_page_spacing{143'000};
 
-Message with_crc(Message message) {
-  message.crc = message_crc(message);
-  return message;
-}
-
 }  // namespace
 
-void FirmwareUpload::tend(PacketSender& sender, Moment now) {
-  sender.tend(now);
+void FirmwareUpload::poll(PacketSender& sender, TimePoint now) {
+  sender.poll(now);
   if (is_finished() || !sender.is_ready(now)) return;
   if (!called_) {
     called_ = sender.send(forward_packet(with_crc({.type = type_boot})), timing_.boot_for, now);

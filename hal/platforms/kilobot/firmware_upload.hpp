@@ -24,7 +24,7 @@ class FirmwareUpload {
 
   // Sends what is due. A line that was lost and came back goes on with the page that it was lost at, without calling
   // the robots to their boot loaders again: that would make them forget the pages they have.
-  void tend(PacketSender& sender, Moment now);
+  void poll(PacketSender& sender, TimePoint now);
 
   bool is_calling() const { return !called_; }        // the call to boot loaders has not gone out
   int round() const { return round_; }                // rounds completed

@@ -14,7 +14,7 @@
 namespace arkmesh::hal::kilobot {
 namespace {
 
-constexpr std::size_t most_file_bytes = 1 << 20;  // the largest program takes 80 kB
+constexpr std::size_t max_file_bytes = 1 << 20;  // the largest program takes 80 kB
 
 int digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -25,7 +25,7 @@ int digit(char c) {
 
 class Reader {
  public:
-  explicit Reader(std::string_view file) : file_(file), bytes_(most_program_bytes), is_set_(most_program_bytes) {}
+  explicit Reader(std::string_view file) : file_(file), bytes_(max_program_bytes), is_set_(max_program_bytes) {}
 
   Firmware read(std::string_view text) {
     while (!text.empty()) {
@@ -106,11 +106,11 @@ class Reader {
       // within a segment addresses wrap after 64 KiB, beyond it they go on
       const auto offset = static_cast<std::uint32_t>(i);
       const std::uint64_t at = std::uint64_t{base_} + (segmented_ ? (address + offset) & 0xFFFF : address + offset);
-      if (at >= most_program_bytes)
+      if (at >= max_program_bytes)
         refuse(fmt::format(
             "the program reaches address 0x{:X}, but robots have room up to 0x{:X} ({} bytes); it is too large or was "
             "linked for another address",
-            at, most_program_bytes - 1, most_program_bytes));
+            at, max_program_bytes - 1, max_program_bytes));
       const auto place = static_cast<std::size_t>(at);
       if (is_set_[place])
         refuse(fmt::format("address 0x{:X} is set a second time; two programs may have been joined", at));
@@ -134,7 +134,7 @@ class Reader {
 
 Firmware::Firmware(std::vector<std::uint8_t> bytes)
     : size_bytes_(bytes.size()),
-      pages_(std::min(most_pages, static_cast<int>(bytes.size() / page_bytes) + 1)),
+      pages_(std::min(max_pages, static_cast<int>(bytes.size() / page_bytes) + 1)),
       bytes_(std::move(bytes)) {
   bytes_.resize(static_cast<std::size_t>(pages_) * page_bytes);
 }
@@ -153,10 +153,10 @@ Firmware read_intel_hex(const std::filesystem::path& file) {
     refuse("is a folder, not an Intel HEX file");
   std::ifstream in(file, std::ios::binary);
   if (!in) refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
-  std::string text(most_file_bytes + 1, '\0');
+  std::string text(max_file_bytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > most_file_bytes)
+  if (text.size() > max_file_bytes)
     refuse("is larger than any program for a robot (1 MiB of text); is it an Intel HEX file?");
   return parse_intel_hex(text, file.string());
 }

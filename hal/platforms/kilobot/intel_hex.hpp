@@ -13,8 +13,8 @@
 
 namespace arkmesh::hal::kilobot {
 
-inline constexpr int most_pages = 220;                                      // a boot loader takes no more
-inline constexpr std::size_t most_program_bytes = most_pages * page_bytes;  // 28160
+inline constexpr int max_pages = 220;                                     // a boot loader takes no more
+inline constexpr std::size_t max_program_bytes = max_pages * page_bytes;  // 28160
 
 // One sentence: file, line, what is wrong and what to do.
 class FirmwareError : public std::runtime_error {
@@ -25,7 +25,7 @@ class FirmwareError : public std::runtime_error {
 // The contents of a robot's flash from address 0.
 class Firmware {
  public:
-  // `bytes` is not empty and at most most_program_bytes long.
+  // `bytes` is not empty and at most max_program_bytes long.
   explicit Firmware(std::vector<std::uint8_t> bytes);
   // As kilogui counts: one more than there are full pages, at most 220.
   int pages() const { return pages_; }

@@ -37,22 +37,22 @@ class KilobotArena final : public Arena {
     std::size_t may_miss = 0;
   };
 
-  KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<Wire> wire,
-               std::unique_ptr<RobotWatch> eyes, WallTime& wall)
+  KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<ByteStream> stream,
+               std::unique_ptr<RobotMonitor> eyes, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
         patience_(patience),
         eyes_(std::move(eyes)),
         poses_(own_counters_),
         pacer_(info_.frame_period, own_counters_, wall),
-        line_(std::move(wire), own_counters_),
-        controller_(info_, line_, settings, own_counters_) {
+        port_(std::move(stream), own_counters_),
+        controller_(info_, port_, settings, own_counters_) {
     controller_.hold(true);
   }
 
   // The controller repeats what it heard last for ever, so its last word must be a stop, also when an exception took
   // whoever would have called end().
-  // Nobody may have ended it: robots stop all the same. A table that is lost already cannot be told anything.
+  // Nobody may have ended it: robots stop all the same. A testbed that is lost already cannot be told anything.
   ~KilobotArena() override {
     try {
       hal::end(*this, wall_);
@@ -98,7 +98,7 @@ class KilobotArena final : public Arena {
   TimePoint next_service() const override { return std::min(wanted_at_, serve_at_); }
 
   std::string waiting_for() const override {
-    return begun_at_ && phase_ == Phase::beginning ? "the table: " + missing() : std::string();
+    return begun_at_ && phase_ == Phase::beginning ? "the testbed: " + missing() : std::string();
   }
 
   bool end() override {
@@ -110,7 +110,7 @@ class KilobotArena final : public Arena {
     serve_controller();
     if (phase_ == Phase::ending && !controller_.is_silent(now()) && now() >= wanted_at_) {
       phase_ = Phase::stopping;
-      controller_.fall_silent(now());
+      controller_.stop_sending(now());
       wanted_at_ = now() + last_stop_takes;
       serve_controller();
     }
@@ -146,7 +146,7 @@ class KilobotArena final : public Arena {
     const bool complete = sees && eyes_->everybody_named();
     if (!complete && at - *begun_at_ > patience_.names_within) {
       if (!sees || !may_begin_without(unnamed()))
-        throw std::runtime_error(fmt::format("the table was not ready within {} s: {}",
+        throw std::runtime_error(fmt::format("the testbed was not ready within {} s: {}",
                                              patience_.names_within.count() / 1'000'000, missing()));
       begin_without(unnamed());
     } else if (!complete) {
@@ -179,27 +179,27 @@ class KilobotArena final : public Arena {
 
   // What the wait at the beginning waits for.
   std::string missing() const {
-    if (!controller_.is_up() && !line_.is_open())
-      return line_.trouble().empty() ? "the overhead controller does not answer the connection" : line_.trouble();
+    if (!controller_.is_up() && !port_.is_open())
+      return port_.trouble().empty() ? "the overhead controller does not answer the connection" : port_.trouble();
     if (!controller_.is_up()) return "the overhead controller is starting";
     if (!has_picture_) return "the cameras give no picture";
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
-        "{} of {} robots have not been seen and named ({}); are they on the table, in the cameras' sight, switched on, "
+        "{} of {} robots have not been seen and named ({}); are they in the arena, in the cameras' sight, switched on, "
         "and is "
         "that their id? arena.kilobot.may_miss lets the lab begin without some",
         robots.size(), info_.robots.size(), in_words(robots));
   }
 
   void serve_controller() {
-    controller_.tend(now());
+    controller_.poll(now());
     serve_at_ = controller_.due(now());
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
     if (controller_.is_up())
       spdlog::info("the overhead controller listens");
     else
-      spdlog::warn("the overhead controller is gone: {}; trying again", line_.trouble());
+      spdlog::warn("the overhead controller is gone: {}; trying again", port_.trouble());
   }
 
   std::optional<PoseFrame> look() {
@@ -213,7 +213,7 @@ class KilobotArena final : public Arena {
 
   void make_frame(LabTime stamp) {
     if (auto frame = look()) {
-      if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the table again");
+      if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the testbed again");
       return put(std::move(*frame), stamp);
     }
     // a gap in the numbers tells those who listen
@@ -227,9 +227,9 @@ class KilobotArena final : public Arena {
     seen_at_ = stamp;
     frame.stamp = stamp;
     frame.number = static_cast<std::uint32_t>(frames_++);
-    // a robot at the wall may be measured a little beyond it; farther out it is not on the table
+    // a robot at the wall may be measured a little beyond it; farther out it is not in the arena
     const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
-    std::erase_if(frame.robots, [&](Sighting& seen) {
+    std::erase_if(frame.robots, [&](Observation& seen) {
       const char* refused = nullptr;
       if (!std::ranges::binary_search(info_.robots, seen.robot))
         refused = "poses.refused.unknown_robot";
@@ -247,13 +247,13 @@ class KilobotArena final : public Arena {
   WallTime& wall_;
   ArenaInfo info_;
   Patience patience_;
-  std::unique_ptr<RobotWatch> eyes_;
+  std::unique_ptr<RobotMonitor> eyes_;
   Counters own_counters_;
   mutable Counters counters_;  // with those of the eyes, brought up to date when somebody looks
   OwnedClock clock_;
   NewestFrame poses_;
   Pacer pacer_;
-  SerialLine line_;
+  PacketPort port_;
   OverheadController controller_;
   Phase phase_ = Phase::beginning;
   TimePoint made_ = now();
@@ -295,17 +295,17 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   return out;
 }
 
-std::unique_ptr<Wire> open_wire(const std::string& port) {
-  std::unique_ptr<Wire> wire = make_wire(port);
-  wire->open();
-  if (wire->check() == Wire::State::closed) throw PortError(wire->trouble());
-  return wire;
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port) {
+  std::unique_ptr<ByteStream> stream = make_byte_stream(port);
+  stream->open();
+  if (stream->check() == ByteStream::State::closed) throw PortError(stream->trouble());
+  return stream;
 }
 
-std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall) {
+std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
+                                          std::unique_ptr<ByteStream> stream, WallTime& wall) {
   const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
-  return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(wire),
+  return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(stream),
                                         std::move(eyes), wall);
 }
 

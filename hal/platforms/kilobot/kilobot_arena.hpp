@@ -1,4 +1,4 @@
-// A table of real Kilobots as an arena: cameras see them, an overhead controller talks to them. Cannot wait: lab time
+// A testbed of real Kilobots as an arena: cameras see them, an overhead controller talks to them. Cannot wait: lab time
 // is real time.
 #pragma once
 
@@ -8,16 +8,16 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
-#include "hal/platforms/kilobot/robot_watch.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/robot_monitor.hpp"
 #include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 
 struct ArenaSettings {
   ArenaInfo info;
-  std::string port;  // a device or tcp://host:port; empty when the arena gets a wire of somebody else's
+  std::string port;  // a device or tcp://host:port; empty when the arena gets a byte stream of somebody else's
   std::chrono::microseconds names_within{120'000'000};  // how long the beginning may take
   std::size_t may_miss = 0;                             // how many robots may be missing then
   OverheadSettings overhead{.again_after = std::chrono::microseconds{100'000}};
@@ -32,9 +32,9 @@ struct ArenaSettings {
 // `ids` (see robot_ids.hpp); `port` is required, or not used when there is none. Throws ConfigError.
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port = true);
 
-// The device named: one that is not there now is a mistake in the file or on the table, later it is a fault that heals.
+// The device named: one that is not there now is a mistake in the file or in the arena, later it is a fault that heals.
 // Throws PortError.
-std::unique_ptr<Wire> open_wire(const std::string& port);
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port);
 
 // advance_to(0) is there when the overhead controller listens and every robot has been seen and named, and throws
 // std::runtime_error with what is missing when that takes longer than names_within. Robots that may be missing are
@@ -42,7 +42,7 @@ std::unique_ptr<Wire> open_wire(const std::string& port);
 // controller that is gone costs frames or messages, which are counted, until it is back. Destroying it before end() was
 // true waits until it is. Counts `poses.lost.no_picture`, `poses.refused.unknown_robot`, `poses.refused.outside`, what
 // OverheadController counts, and what `eyes` counts. `wall`, when it is not the machine's, outlives the arena.
-std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotWatch> eyes,
-                                          std::unique_ptr<Wire> wire, WallTime& wall = machine_time());
+std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
+                                          std::unique_ptr<ByteStream> stream, WallTime& wall = machine_time());
 
 }  // namespace arkmesh::hal::kilobot

@@ -57,4 +57,12 @@ constexpr std::uint16_t message_crc(const Message& message) {
 static_assert(message_crc({.data = {'1', '2', '3', '4', '5', '6', '7', '8', '9'}}) ==
               (0x6F91 >> 8 ^ crc_tables[9][0x91]));
 
+constexpr Message with_crc(Message message) {
+  message.crc = message_crc(message);
+  return message;
+}
+
+// The robot of a composite's block that is for no robot: the largest number of 10 bits.
+inline constexpr std::uint32_t nobody = 1023;
+
 }  // namespace arkmesh::hal::kilobot

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds opening_takes_at_most = 6s;
 
-Moment now() {
+TimePoint now() {
   return machine_time().now();
 }
 double seconds(std::chrono::nanoseconds time) {
@@ -26,15 +26,15 @@ double seconds(std::chrono::nanoseconds time) {
 }  // namespace
 
 OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
-    : line_(make_wire(port), counters_), sender_(line_, settle, counters_), stop_(stop), status_(progress) {
-  const Moment begun = now();
+    : port_(make_byte_stream(port), counters_), sender_(port_, settle, counters_), stop_(stop), status_(progress) {
+  const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
-    sender_.tend(now());
-    if (!line_.is_open() && !line_.trouble().empty()) throw std::runtime_error(line_.trouble());
-    if (!line_.is_open() && now() - begun > opening_takes_at_most)
+    sender_.poll(now());
+    if (!port_.is_open() && !port_.trouble().empty()) throw std::runtime_error(port_.trouble());
+    if (!port_.is_open() && now() - begun > opening_takes_at_most)
       throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
                                            opening_takes_at_most.count()));
-    status_.show(line_.is_open() ? "waiting for the controller, which may be starting"
+    status_.show(port_.is_open() ? "waiting for the controller, which may be starting"
                                  : fmt::format("connecting with {}", port));
     wait();
   }
@@ -42,8 +42,8 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
 
 OhcSession::~OhcSession() {
   sender_.cut_short(now());
-  for (const Moment end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
-    sender_.tend(now());
+  for (const TimePoint end = now() + 300ms; now() < end && sender_.is_up(); wait()) {
+    sender_.poll(now());
     if (!sender_.is_ready(now())) continue;
     // on the air already, or now; what may have to go between is a stop as well
     std::ignore = sender_.send(stop_packet(), stop_spacing, now());
@@ -55,22 +55,22 @@ void OhcSession::wait() {
   machine_time().wait_until(sender_.due(now()));
 }
 
-OhcSaid OhcSession::say(const OhcSaying& saying) {
-  const double all_s = seconds(saying.each) * static_cast<double>(saying.packets.size());
-  std::optional<Moment> begun;  // of the first packet
+OhcSaid OhcSession::say(const OhcCommand& command) {
+  const double all_s = seconds(command.each) * static_cast<double>(command.packets.size());
+  std::optional<TimePoint> begun;  // of the first packet
   const auto said_s = [&] { return begun ? std::min(all_s, seconds(now() - *begun)) : 0.0; };
   for (std::size_t next = 0; !stop_.stopped(); wait()) {
-    const Moment present = now();
-    sender_.tend(present);
-    if (!line_.is_open())
+    const TimePoint present = now();
+    sender_.poll(present);
+    if (!port_.is_open())
       throw std::runtime_error(
-          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", line_.trouble(), saying.name, said_s(), all_s));
+          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", port_.trouble(), command.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
-      if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", saying.name, said_s(), all_s));
-    } else if (next == saying.packets.size()) {
+      if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", command.name, said_s(), all_s));
+    } else if (next == command.packets.size()) {
       if (!sender_.is_repeating()) return {true, said_s(), all_s};
       std::ignore = sender_.send(stop_packet(), stop_spacing, present);
-    } else if (sender_.send(saying.packets[next], saying.each, present)) {
+    } else if (sender_.send(command.packets[next], command.each, present)) {
       ++next;
       if (!begun) begun = present;
     }
@@ -80,13 +80,13 @@ OhcSaid OhcSession::say(const OhcSaying& saying) {
 }
 
 void OhcSession::upload(FirmwareUpload& upload) {
-  const Moment begun = now();
+  const TimePoint begun = now();
   for (; !stop_.stopped(); wait()) {
-    const Moment present = now();
-    upload.tend(sender_, present);
+    const TimePoint present = now();
+    upload.poll(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())
-      status_.show(line_.is_open() ? "the controller is starting again" : line_.trouble() + "; trying again");
+      status_.show(port_.is_open() ? "the controller is starting again" : port_.trouble() + "; trying again");
     else if (upload.is_calling() || (upload.round() == 0 && upload.page() == 0))
       status_.show("calling the robots to their boot loaders; they flash blue");
     else

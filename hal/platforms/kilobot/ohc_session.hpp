@@ -16,7 +16,7 @@
 namespace arkmesh::hal::kilobot {
 
 // What one command says: packets, each repeated for so long.
-struct OhcSaying {
+struct OhcCommand {
   std::string name;
   std::vector<Packet> packets;
   std::chrono::microseconds each{0};
@@ -39,7 +39,7 @@ class OhcSession {
   OhcSession& operator=(const OhcSession&) = delete;
 
   // Throws std::runtime_error when the line is lost.
-  OhcSaid say(const OhcSaying& saying);
+  OhcSaid say(const OhcCommand& command);
   // Until all rounds are sent or somebody stops it; a line that is lost is waited for.
   void upload(FirmwareUpload& upload);
 
@@ -47,7 +47,7 @@ class OhcSession {
   void wait();
 
   Counters counters_;
-  SerialLine line_;
+  PacketPort port_;
   PacketSender sender_;
   StopRequest& stop_;
   Progress& status_;

@@ -10,9 +10,8 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr std::size_t most_commands = 64;  // waiting; a flood is refused, not stored
-constexpr std::uint32_t nobody = 1023;
-constexpr int stops_for_sure = 3;  // where the line may spoil one
+constexpr std::size_t max_waiting_commands = 64;  // waiting; a flood is refused, not stored
+constexpr int stops_for_sure = 3;                 // where the line may spoil one
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -53,13 +52,13 @@ void OverheadSettings::check(const Section& kilobot) const {
 }
 
 void OverheadController::offer(std::span<const ToRobot> newest) {
-  if (withheld_.empty()) return board_.offer(newest);
+  if (withheld_.empty()) return registers_.offer(newest);
   for (const ToRobot& message : newest) {
     if (std::ranges::binary_search(withheld_, message.robot)) {
-      board_.decline();
+      registers_.decline();
       counters_.add("to_robots.withheld.doubtful");
     } else {
-      board_.offer({&message, 1});
+      registers_.offer({&message, 1});
     }
   }
 }
@@ -68,23 +67,23 @@ void OverheadController::command(const FleetCommand& command) {
   using Kind = FleetCommand::Kind;
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   const bool broadcast = command.kind == Kind::broadcast;
-  if (commands_.size() >= most_commands) return counters_.add("fleet_command.refused.too_many");
+  if (commands_.size() >= max_waiting_commands) return counters_.add("fleet_command.refused.too_many");
   const microseconds awake = broadcast ? settings_.broadcast_for : settings_.command_for;
   commands_.push_back({fleet_message(command), asleep_ ? std::max(awake, settings_.waking_for) : awake, {}});
   if (!broadcast) asleep_ = command.kind == Kind::sleep;
 }
 
-void OverheadController::withhold(std::span<const RobotId> robots, Moment now) {
+void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
   withheld_.assign(robots.begin(), robots.end());
-  for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", board_.drop(robot));
+  for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", registers_.drop(robot));
   if (composite_)
     counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
   if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0)
     sender_.cut_short(now);
 }
 
-void OverheadController::tend(Moment now) {
-  sender_.tend(now);
+void OverheadController::poll(TimePoint now) {
+  sender_.poll(now);
   note_loss();
   if (!held_) {
     for (Command& command : commands_)
@@ -96,19 +95,19 @@ void OverheadController::tend(Moment now) {
   on_air_command_.reset();
   if (!held_ && send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
-  const bool wants_composite = !held_ && (composite_ || board_.has_waiting());
+  const bool wants_composite = !held_ && (composite_ || registers_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
   if (!question_) send_stop(now);
 }
 
 // A stop that the line spoils would leave the last words on the air for ever.
-void OverheadController::send_stop(Moment now) {
+void OverheadController::send_stop(TimePoint now) {
   if (sender_.is_repeating())
     stops_left_ = says_again() ? stops_for_sure : 1;
   else if (stops_left_ == 0 || now - stopped_at_ < settings_.again_after)
     return;
-  sender_.part(now);
+  sender_.separate(now);
   asked_.reset();
   on_air_composite_.reset();
   stopped_at_ = now;
@@ -128,7 +127,7 @@ void OverheadController::note_loss() {
   counters_.add("fleet_command.repeated_after_loss");
 }
 
-void OverheadController::expire(Moment now) {
+void OverheadController::expire(TimePoint now) {
   if (sender_.is_up()) return down_since_.reset();
   if (!down_since_) down_since_ = now;
   while (!commands_.empty() && now - std::max(*commands_.front().since, *down_since_) > settings_.expire_after) {
@@ -136,12 +135,12 @@ void OverheadController::expire(Moment now) {
     counters_.add("fleet_command.expired");
   }
   if (now - *down_since_ <= settings_.expire_after) return;
-  counters_.add("to_robots.expired", board_.drop_all());
+  counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
 }
 
-bool OverheadController::send_command(Moment now) {
+bool OverheadController::send_command(TimePoint now) {
   if (commands_.empty()) return false;
   Command& command = commands_.front();
   const microseconds first = says_again() ? std::min(command.repeat_for, settings_.again_after) : command.repeat_for;
@@ -157,12 +156,12 @@ bool OverheadController::send_command(Moment now) {
 }
 
 // By turns a stop and the command, until it has been on the air for as long as it should.
-bool OverheadController::repeat_command(Moment now) {
+bool OverheadController::repeat_command(TimePoint now) {
   if (!on_air_command_) return false;
   microseconds& left = on_air_command_->left;
   if (left < stop_spacing + usual_spacing && sender_.is_repeating()) return false;
   if (sender_.is_repeating()) {
-    sender_.part(now);
+    sender_.separate(now);
     left -= stop_spacing;
   } else {
     const microseconds next = std::min(left, settings_.again_after);
@@ -173,10 +172,10 @@ bool OverheadController::repeat_command(Moment now) {
   return true;
 }
 
-bool OverheadController::send_question(Moment now) {
+bool OverheadController::send_question(TimePoint now) {
   if (asked_ == question_) {
     if (!says_again() || now - asked_at_ < settings_.again_after) return true;  // the controller repeats it
-    sender_.part(now);
+    sender_.separate(now);
     asked_.reset();
     return true;
   }
@@ -189,8 +188,8 @@ bool OverheadController::send_question(Moment now) {
   return true;
 }
 
-bool OverheadController::send_composite(Moment now) {
-  if (!composite_) composite_ = board_.next();
+bool OverheadController::send_composite(TimePoint now) {
+  if (!composite_) composite_ = registers_.next();
   if (!composite_) return false;
   const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
   // a message that interrupts a repetition waits for its end, up to 10.4 ms
@@ -202,21 +201,21 @@ bool OverheadController::send_composite(Moment now) {
 }
 
 void OverheadController::finish() {
-  counters_.add("to_robots.expired", board_.drop_all());
+  counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
   question_.reset();
 }
 
-void OverheadController::fall_silent(Moment now) {
+void OverheadController::stop_sending(TimePoint now) {
   finish();
   counters_.add("fleet_command.expired", commands_.size());
   commands_.clear();
   sender_.cut_short(now);
 }
 
-bool OverheadController::is_silent(Moment now) const {
-  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !board_.has_waiting() &&
+bool OverheadController::is_silent(TimePoint now) const {
+  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !registers_.has_waiting() &&
                               !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
 }
 

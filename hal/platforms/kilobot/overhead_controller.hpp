@@ -1,4 +1,4 @@
-// The way to a table of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
+// The way to a testbed of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
 // standing question and the registers of single robots in turn, and silence when there is nothing to say, because
 // robots talk to each other on the same channel. What matters goes over the line more than once, because nobody says
 // whether it came through. Time is the caller's; nothing here blocks.
@@ -14,9 +14,9 @@
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
 #include "hal/counters.hpp"
-#include "hal/platforms/kilobot/message_board.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
-#include "hal/platforms/kilobot/serial_line.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -42,15 +42,15 @@ struct OverheadSettings {
 class OverheadController final : public RobotLink {
  public:
   // All outlive this. `info.robots` holds ids up to 1022.
-  OverheadController(const ArenaInfo& info, SerialLine& line, const OverheadSettings& settings, Counters& counters)
+  OverheadController(const ArenaInfo& info, PacketPort& line, const OverheadSettings& settings, Counters& counters)
       : info_(info),
         settings_(settings),
         counters_(counters),
-        board_(info, counters),
+        registers_(info, counters),
         sender_(line, settings.settle, counters) {}
 
   void offer(std::span<const ToRobot> newest) override;
-  Airtime airtime() const override { return board_.airtime(); }
+  Airtime airtime() const override { return registers_.airtime(); }
   void command(const FleetCommand& command) override;
   std::vector<FromRobot> heard() override { return {}; }
 
@@ -59,56 +59,56 @@ class OverheadController final : public RobotLink {
   void ask(std::optional<Message> question) { question_ = question; }
   // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers
   // are dropped.
-  void withhold(std::span<const RobotId> robots, Moment now);
+  void withhold(std::span<const RobotId> robots, TimePoint now);
   // While on hold only questions go out; commands and messages wait, without ageing. For the time before an experiment
   // begins.
   void hold(bool on) { held_ = on; }
   // Sends what is due. Call it at the times that due() gives, or more often.
-  void tend(Moment now);
-  Moment due(Moment now) const { return sender_.due(now); }
+  void poll(TimePoint now);
+  TimePoint due(TimePoint now) const { return sender_.due(now); }
   bool is_up() const { return sender_.is_up(); }
   // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause`
   // too.
   void finish();
-  // At the end: forgets the commands as well and ends the one that is on the air; tend() then only stops the
+  // At the end: forgets the commands as well and ends the one that is on the air; poll() then only stops the
   // controller.
-  void fall_silent(Moment now);
+  void stop_sending(TimePoint now);
   // Nothing is on the air and nothing waits.
-  bool is_silent(Moment now) const;
+  bool is_silent(TimePoint now) const;
 
  private:
   struct Command {
     Message message;
     std::chrono::microseconds repeat_for{0};
-    std::optional<Moment> since;        // none: the next tend() says
+    std::optional<TimePoint> since;     // none: the next poll() says
     std::chrono::microseconds left{0};  // of repeat_for, when it is on the air
   };
-  void expire(Moment now);
+  void expire(TimePoint now);
   void note_loss();
-  bool send_command(Moment now);
-  bool repeat_command(Moment now);
-  void send_stop(Moment now);
+  bool send_command(TimePoint now);
+  bool repeat_command(TimePoint now);
+  void send_stop(TimePoint now);
   bool says_again() const { return settings_.again_after.count() > 0; }
-  bool send_question(Moment now);
-  bool send_composite(Moment now);
+  bool send_question(TimePoint now);
+  bool send_composite(TimePoint now);
 
   const ArenaInfo& info_;
   OverheadSettings settings_;
   Counters& counters_;
-  MessageBoard board_;
+  MessageRegisters registers_;
   PacketSender sender_;
   std::deque<Command> commands_;
   std::optional<Command> on_air_command_;
   bool asleep_ = false;  // the last command put the robots to sleep
   std::optional<Message> question_;
   std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
-  Moment asked_at_{}, stopped_at_{};
+  TimePoint asked_at_{}, stopped_at_{};
   int stops_left_ = 0;                // to be sent while there is nothing to say
   std::optional<Message> composite_;  // made up, to be sent
   std::optional<Message> on_air_composite_;
   std::vector<RobotId> withheld_;
   bool held_ = false;
-  std::optional<Moment> down_since_;
+  std::optional<TimePoint> down_since_;
   std::uint64_t openings_ = 0;
 };
 

@@ -9,7 +9,7 @@
 
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/packet.hpp"
-#include "hal/platforms/kilobot/serial_line.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -17,43 +17,43 @@ class PacketSender {
  public:
   // `settle`: a controller that begins to live when its port opens (Arduino boards) hears nothing for so long. `line`
   // and `counters` outlive this. Counts `overhead.packets` and, of these, `overhead.parting_stops`.
-  PacketSender(SerialLine& line, std::chrono::microseconds settle, Counters& counters)
-      : line_(line), settle_(settle), counters_(counters) {}
+  PacketSender(PacketPort& line, std::chrono::microseconds settle, Counters& counters)
+      : port_(line), settle_(settle), counters_(counters) {}
 
   // Tends the line. After each opening the controller is told to stop, whatever it did before.
-  void tend(Moment now);
+  void poll(TimePoint now);
   // The line is open and the controller listens.
   bool is_up() const { return up_; }
   // The next packet may begin.
-  bool is_ready(Moment now) const;
-  // When is_ready() can become true, or tend() should look at the line again: within 20 ms.
-  Moment due(Moment now) const;
+  bool is_ready(TimePoint now) const;
+  // When is_ready() can become true, or poll() should look at the line again: within 20 ms.
+  TimePoint due(TimePoint now) const;
 
   // Call it only when ready. True: the packet goes out, or is on the air already and stays there; nothing else begins
   // for `hold`, counted from its first byte. False: a stop had to go first, offer the packet again when ready.
-  [[nodiscard]] bool send(const Packet& packet, std::chrono::microseconds hold, Moment now);
+  [[nodiscard]] bool send(const Packet& packet, std::chrono::microseconds hold, TimePoint now);
   // A stop, behind which the packet on the air can be sent once more: nobody says whether the line has spoilt it. Call
   // it only when ready.
-  void part(Moment now);
+  void separate(TimePoint now);
   // The controller repeats something: only a stop makes the air free.
   bool is_repeating() const;
   // The next packet need not wait for the hold of the last one to end.
-  void cut_short(Moment now);
+  void cut_short(TimePoint now);
   // Grows each time that the controller may have forgotten what it was told.
   std::uint64_t openings() const { return openings_; }
 
  private:
-  Moment may_begin() const;
-  void put(const Packet& packet, std::chrono::microseconds hold, Moment now);
+  TimePoint may_begin() const;
+  void put(const Packet& packet, std::chrono::microseconds hold, TimePoint now);
 
-  SerialLine& line_;
+  PacketPort& port_;
   std::chrono::microseconds settle_;
   Counters& counters_;
   std::uint64_t openings_ = 0;
   bool up_ = false;
-  Moment settled_at_{};
+  TimePoint settled_at_{};
   std::optional<Packet> last_;         // since the line opened
-  Moment begun_{};                     // of last_
+  TimePoint begun_{};                  // of last_
   std::chrono::microseconds hold_{0};  // of last_
 };
 

@@ -1,4 +1,4 @@
-// Which Kilobots are on the table: ids are written on them and need not begin at 0.
+// Which Kilobots are in the arena: ids are written on them and need not begin at 0.
 #pragma once
 
 #include <string>

@@ -11,12 +11,12 @@
 namespace arkmesh::examples::greeting {
 namespace {
 
-constexpr std::int64_t most_answers = 1'000'000;
+constexpr std::int64_t max_answers = 1'000'000;
 
 }  // namespace
 
 void Greeting::begin(lab::Lab& lab) {
-  lab.declare({.name = "answers", .length = 1, .low = 0, .high = most_answers});
+  lab.declare({.name = "answers", .length = 1, .low = 0, .high = max_answers});
   lab.publish("answers", {0});
 }
 
@@ -25,7 +25,7 @@ void Greeting::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages)
     lab.row("answers", "time_s,robot,value",
             fmt::format("{},{},{}", std::chrono::duration<double>(lab.now()).count(), said.robot, said.value));
   lab.counts().add("answers", messages.size());
-  answers_ = std::min(most_answers, answers_ + std::ssize(messages));
+  answers_ = std::min(max_answers, answers_ + std::ssize(messages));
   lab.publish("answers", {answers_});
 }
 
@@ -45,7 +45,7 @@ bool Greeting::finished(const lab::Lab& lab) const {
 app::CatalogueEntry greeting() {
   return {"greeting",
           [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
-            return std::make_unique<Greeting>(settings.integer("answers", 10, 1, most_answers));
+            return std::make_unique<Greeting>(settings.integer("answers", 10, 1, max_answers));
           }};
 }
 

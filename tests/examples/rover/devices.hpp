@@ -1,4 +1,4 @@
-// What a room with rovers offers to a computer: a cable to the base station, and a camera that does not know who is
+// What a testbed with rovers offers to a computer: a cable to the base station, and a camera that does not know who is
 // who.
 #pragma once
 

@@ -17,27 +17,27 @@ double distance_m(const hal::Pose& a, const hal::Pose& b) {
 
 void RollCall::look(std::span<const Spot> spots, std::optional<hal::RobotId> shows) {
   std::vector<Spot> others(spots.begin(), spots.end());
-  std::vector<hal::Sighting> seen;
+  std::vector<hal::Observation> seen;
   const auto name = [&](hal::RobotId robot, std::vector<Spot>::iterator spot) {
     seen.push_back({.robot = robot, .pose = spot->pose, .led = spot->lit ? hal::Led::white : hal::Led::off});
     others.erase(spot);
   };
-  for (const hal::Sighting& before : seen_) {
+  for (const hal::Observation& before : seen_) {
     const auto nearest =
         std::ranges::min_element(others, {}, [&](const Spot& spot) { return distance_m(spot.pose, before.pose); });
     if (nearest != others.end() && distance_m(nearest->pose, before.pose) <= reach_m) name(before.robot, nearest);
   }
-  const bool wanted = shows && std::ranges::find(seen, *shows, &hal::Sighting::robot) == seen.end();
+  const bool wanted = shows && std::ranges::find(seen, *shows, &hal::Observation::robot) == seen.end();
   if (wanted && std::ranges::count(others, true, &Spot::lit) == 1)
     name(*shows, std::ranges::find(others, true, &Spot::lit));
-  std::ranges::sort(seen, {}, &hal::Sighting::robot);
+  std::ranges::sort(seen, {}, &hal::Observation::robot);
   seen_ = std::move(seen);
 }
 
 std::vector<hal::RobotId> RollCall::unnamed() const {
   std::vector<hal::RobotId> out;
   for (const hal::RobotId robot : robots_)
-    if (!std::ranges::binary_search(seen_, robot, {}, &hal::Sighting::robot)) out.push_back(robot);
+    if (!std::ranges::binary_search(seen_, robot, {}, &hal::Observation::robot)) out.push_back(robot);
   return out;
 }
 

@@ -19,13 +19,13 @@ class RollCall {
   // A rover that is not near the place where it was seen last loses its name and is called again.
   void look(std::span<const Spot> spots, std::optional<hal::RobotId> shows);
   // Who is seen in that picture, ascending.
-  const std::vector<hal::Sighting>& seen() const { return seen_; }
+  const std::vector<hal::Observation>& seen() const { return seen_; }
   // Those without a name, ascending; the first of them is the one to be asked next.
   std::vector<hal::RobotId> unnamed() const;
 
  private:
   std::vector<hal::RobotId> robots_;  // ascending
-  std::vector<hal::Sighting> seen_;
+  std::vector<hal::Observation> seen_;
 };
 
 }  // namespace arkmesh::examples::rover

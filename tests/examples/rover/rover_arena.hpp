@@ -1,4 +1,4 @@
-// A room with rovers as an arena: a camera sees them, a base station talks with them. Cannot wait: lab time is real
+// A testbed with rovers as an arena: a camera sees them, a base station talks with them. Cannot wait: lab time is real
 // time.
 #pragma once
 

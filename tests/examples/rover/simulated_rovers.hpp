@@ -34,7 +34,7 @@ class SimulatedRovers final : public ByteStream, public SpotCamera {
   bool driving() const { return driving_; }
   // So many bytes of packets that never arrived whole.
   std::uint64_t damaged_bytes() const { return reader_.damaged_bytes(); }
-  // A rover is taken out of the room, and put back to where it would be now.
+  // A rover is taken off the arena, and put back to where it would be now.
   void remove(std::uint16_t robot) { gone_.insert(robot); }
   void bring_back(std::uint16_t robot) { gone_.erase(robot); }
 

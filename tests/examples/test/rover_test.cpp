@@ -18,14 +18,14 @@ namespace {
 // Time that passes when somebody waits.
 class VirtualTime final : public hal::WallTime {
  public:
-  Moment now() override { return now_; }
-  void wait_until(Moment then) override { now_ = std::max(now_, then); }
+  hal::TimePoint now() override { return now_; }
+  void wait_until(hal::TimePoint then) override { now_ = std::max(now_, then); }
 
  private:
-  Moment now_ = Moment(std::chrono::hours(1));
+  hal::TimePoint now_ = hal::TimePoint(std::chrono::hours(1));
 };
 
-// A room of rovers, and the arena around it.
+// A testbed with rovers, and the arena around it.
 struct Bench {
   VirtualTime wall;
   std::shared_ptr<SimulatedRovers> rovers;
@@ -49,7 +49,7 @@ struct Bench {
 
 // Each rover of the frame is the one that is there.
 void check_names(const hal::PoseFrame& frame, const SimulatedRovers& rovers) {
-  for (const hal::Sighting& seen : frame.robots) {
+  for (const hal::Observation& seen : frame.robots) {
     const hal::Pose true_pose = rovers.where(seen.robot);
     CHECK(std::hypot(seen.pose.x_m - true_pose.x_m, seen.pose.y_m - true_pose.y_m) < 1e-9);
   }

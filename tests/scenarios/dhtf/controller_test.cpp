@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "scenarios/dhtf/controller/dhtf_messages.h"
-#include "scenarios/dhtf/robot_teller.hpp"
+#include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/wall_sensor.hpp"
 #include "sim_ode/ode_arena.hpp"
 
@@ -52,7 +52,7 @@ class Robots {
     while (seen(robot).led != led && now_ - begun < most) advance(100ms);
     return now_ - begun;
   }
-  const hal::Sighting& seen(hal::RobotId robot) const { return frame_.robots.at(robot); }
+  const hal::Observation& seen(hal::RobotId robot) const { return frame_.robots.at(robot); }
   double moved_m(hal::RobotId robot, hal::LabTime in) {
     const hal::Pose before = seen(robot).pose;
     advance(in);
@@ -129,15 +129,15 @@ TEST_CASE("dhtf controller: walls") {
   // do.
   const auto touching = [](bool sensor) {
     Robots robots(12, 0.5, 7);
-    scenarios::dhtf::RobotTeller teller(1s);
+    scenarios::dhtf::RobotMessages messages(1s);
     int touches = 0, seen = 0;
     for (int n = 0; n < 3000; ++n) {
       robots.advance(100ms);
-      for (const hal::Sighting& s : robots.frame().robots) {
+      for (const hal::Observation& s : robots.frame().robots) {
         touches += std::max(std::abs(s.pose.x_m), std::abs(s.pose.y_m)) > 0.25 - 0.0165 - 0.001;
         ++seen;
         const std::uint8_t sectors = sensor ? scenarios::blocked_sectors(s.pose, 0.5, 0.5, 0.066) : std::uint8_t{0};
-        if (const auto m = teller.next(robots.frame().stamp, s.robot, {.wall_sectors = sectors}, s.led))
+        if (const auto m = messages.next(robots.frame().stamp, s.robot, {.wall_sectors = sectors}, s.led))
           robots.say(m->robot, m->kind, m->value);
       }
     }

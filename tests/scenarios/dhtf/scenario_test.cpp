@@ -133,7 +133,7 @@ TEST_CASE("dhtf: rows of completed tasks") {
   }
 }
 
-TEST_CASE("dhtf: marks for people") {
+TEST_CASE("dhtf: an overlay for people") {
   // Each lab draws every site where it lies in its own arena, with the teams of all labs in name order.
   WorldDouble world({roark, shark}, "shark");
   const dhtf::Settings s = settings();
@@ -141,16 +141,16 @@ TEST_CASE("dhtf: marks for people") {
   world["shark"].frame(at_site(world, "shark", 4, 2, dwelling));
   world.boundary();
   for (const char* name : {"roark", "shark"}) {
-    const std::vector<hal::Mark> marks = world[name].marks();
+    const std::vector<hal::OverlayCircle> circles = world[name].overlay();
     const hal::Projection& projection = world[name].lab.projection();
-    REQUIRE(marks.size() == static_cast<std::size_t>(s.sites));
+    REQUIRE(circles.size() == static_cast<std::size_t>(s.sites));
     const hal::Pose expected = projection.to_arena(site_in_shared(world, 4));
-    CHECK(marks[4].x_m == doctest::Approx(expected.x_m));
-    CHECK(marks[4].y_m == doctest::Approx(expected.y_m));
-    CHECK(marks[4].radius_m * projection.scale == doctest::Approx(s.site_radius_m));
-    CHECK(marks[4].colour == Led::blue);
-    CHECK(marks[4].text == "0+2");
-    CHECK(marks[3].text == "0+0");
+    CHECK(circles[4].x_m == doctest::Approx(expected.x_m));
+    CHECK(circles[4].y_m == doctest::Approx(expected.y_m));
+    CHECK(circles[4].radius_m * projection.scale == doctest::Approx(s.site_radius_m));
+    CHECK(circles[4].colour == Led::blue);
+    CHECK(circles[4].text == "0+2");
+    CHECK(circles[3].text == "0+0");
   }
 }
 
@@ -293,7 +293,7 @@ TEST_CASE("dhtf: completions are counted in labs that missed states") {
     world.boundary();
   }
   CHECK(completed(world) == std::vector<std::uint64_t>{1, 1});
-  // Without the owner's news nothing changes, not even the count of what it decides meanwhile.
+  // Without the owner's state nothing changes, not even the count of what it decides meanwhile.
   for (int k = 0; k < 30; ++k) world.boundary({"shark"});
   CHECK(completed(world) == std::vector<std::uint64_t>{1, 1});
   CHECK(told_at(world, "roark", 0).kind == DHTF_CLOSED);

@@ -97,7 +97,7 @@ TEST_CASE("nobody passes through anybody or the wall") {
   double nearest = 1, outside = -1;
   run.for_seconds(120, [&](const hal::PoseFrame& frame) {
     for (const double d : sim_ode::nearest_neighbours(frame)) nearest = std::min(nearest, d);
-    for (const hal::Sighting& robot : frame.robots)
+    for (const hal::Observation& robot : frame.robots)
       outside = std::max(
           {outside, std::abs(robot.pose.x_m) + diameter_m / 2 - 0.25, std::abs(robot.pose.y_m) + diameter_m / 2 - 0.2});
   });

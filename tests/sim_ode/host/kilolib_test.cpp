@@ -8,7 +8,7 @@ static void shows_green(const std::string& program, double after_s, int robots =
   TestArena scene{.program = program, .robots = robots, .side_m = 0.12};
   auto arena = scene.make_running();
   const hal::PoseFrame frame = frame_at(*arena, seconds(after_s));
-  for (const hal::Sighting& robot : frame.robots)
+  for (const hal::Observation& robot : frame.robots)
     if (static_cast<int>(robot.robot) >= first) CHECK(robot.led == hal::Led::green);
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("delay takes its time") {
     arena->robots().command(broadcast(2, {rounds & 255, rounds >> 8}));
     arena->advance_to(seconds(600.1));
     const hal::PoseFrame frame = frame_at(*arena, seconds(600.2));
-    for (const hal::Sighting& robot : frame.robots) CHECK(robot.led == hal::Led::blue);
+    for (const hal::Observation& robot : frame.robots) CHECK(robot.led == hal::Led::blue);
   }
 }
 

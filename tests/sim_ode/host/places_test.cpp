@@ -161,7 +161,7 @@ TEST_CASE("messages reach as far as infrared does") {
   SwarmProgram run("labs_talk", {{0, 0, 0}, {0.04, 0, 0}, {0, 0.08, 0}, {0.2, 0, 0}, {0, -0.2, 0}});
   std::map<int, int> yellow;
   run.for_seconds(60, [&](const hal::PoseFrame& frame) {
-    for (const hal::Sighting& robot : frame.robots) yellow[robot.robot] += robot.led == Led::yellow;
+    for (const hal::Observation& robot : frame.robots) yellow[robot.robot] += robot.led == Led::yellow;
   });
   CHECK(yellow[1] > 50);
   CHECK(yellow[2] > 50);

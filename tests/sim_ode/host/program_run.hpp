@@ -61,7 +61,7 @@ struct SwarmProgram {
     try {
       swarm->run_until(end_, [&](const hal::PoseFrame& frame) {
         report.look(frame);
-        for (const hal::Sighting& robot : frame.robots)
+        for (const hal::Observation& robot : frame.robots)
           for (const double value : {robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad})
             mix(static_cast<std::uint64_t>(std::llround(value * 1e6)) * 8 + static_cast<std::uint64_t>(robot.led));
         if (look) look(frame);
@@ -71,7 +71,7 @@ struct SwarmProgram {
     }
   }
   std::uint64_t count(const char* name) const { return swarm ? swarm->arena().counters()[name] : 0; }
-  const hal::Sighting& robot(std::size_t i) const { return report.last().robots.at(i); }
+  const hal::Observation& robot(std::size_t i) const { return report.last().robots.at(i); }
 
  private:
   void mix(std::uint64_t word) {

@@ -167,7 +167,7 @@ void check_outcome(const Expected& expected, const SwarmProgram& run) {
   CHECK((run.count("infrared.sent") > 25) == (expected.talks || expected.program == "mute_no_crc"));
   CHECK((run.count("infrared.received") > 0) == expected.talks);
   if (expected.all_show)
-    for (const hal::Sighting& robot : run.report.last().robots)
+    for (const hal::Observation& robot : run.report.last().robots)
       CHECK_MESSAGE(robot.led == *expected.all_show, "robot ", robot.robot, " shows ",
                     std::string(hal::name_of(robot.led)));
 }

@@ -21,9 +21,11 @@ TEST_CASE("reset leaves nothing lit") {
   double at_s = 0;
   for (int k = 0; k < 20; ++k) {
     arena->robots().command({.kind = Kind::run});
-    for (const hal::Sighting& robot : frame_at(*arena, seconds(at_s += 0.5)).robots) CHECK(robot.led != hal::Led::off);
+    for (const hal::Observation& robot : frame_at(*arena, seconds(at_s += 0.5)).robots)
+      CHECK(robot.led != hal::Led::off);
     arena->robots().command({.kind = Kind::reset});
-    for (const hal::Sighting& robot : frame_at(*arena, seconds(at_s += 0.3)).robots) CHECK(robot.led == hal::Led::off);
+    for (const hal::Observation& robot : frame_at(*arena, seconds(at_s += 0.3)).robots)
+      CHECK(robot.led == hal::Led::off);
   }
 }
 

@@ -12,7 +12,7 @@ struct Watched {
   std::unique_ptr<hal::Arena> arena;
   double at_s = 0;
 
-  hal::Sighting after(double s) { return frame_at(*arena, seconds(at_s += s)).robots[0]; }
+  hal::Observation after(double s) { return frame_at(*arena, seconds(at_s += s)).robots[0]; }
   // Whether it moves within 0.5 s.
   bool moves() {
     const hal::Pose a = after(0.1).pose, b = after(0.5).pose;
@@ -109,7 +109,7 @@ TEST_CASE("reset inside delay") {
   arena->advance_to(seconds(std::ceil(at_s)));
   auto frame = arena->poses().latest();
   REQUIRE(frame);
-  for (const hal::Sighting& robot : frame->robots) CHECK(robot.led == hal::Led::blue);
+  for (const hal::Observation& robot : frame->robots) CHECK(robot.led == hal::Led::blue);
 }
 
 }  // namespace arkmesh::sim_ode

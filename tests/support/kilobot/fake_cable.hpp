@@ -1,5 +1,5 @@
-// A wire that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its end
-// takes for packets is kept with the time.
+// A stream that tests hold in their hands: it can be unplugged and made slow, and what an overhead controller at its
+// end takes for packets is kept with the time.
 #pragma once
 
 #include <algorithm>
@@ -11,21 +11,21 @@
 #include <utility>
 #include <vector>
 
-#include "hal/platforms/kilobot/serial_line.hpp"
-#include "hal/platforms/kilobot/wire.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/platforms/kilobot/packet_port.hpp"
 #include "tests/support/kilobot/packet_ear.hpp"
 
 namespace arkmesh::tests {
 
 struct FakeCable {
   struct Heard {
-    hal::kilobot::Moment at;  // when its last byte was written
+    hal::kilobot::TimePoint at;  // when its last byte was written
     hal::kilobot::Packet packet;
     hal::kilobot::PacketType type() const { return static_cast<hal::kilobot::PacketType>(packet[1]); }
     std::uint8_t message_type() const { return packet[11]; }
   };
   bool plugged = true;
-  hal::kilobot::Moment now{};
+  hal::kilobot::TimePoint now{};
   std::size_t bytes_a_write = std::numeric_limits<std::size_t>::max();
   std::size_t waiting = 0;
   PacketEar ear;
@@ -35,9 +35,9 @@ struct FakeCable {
   std::vector<Heard> take() { return std::exchange(heard, {}); }
 };
 
-class FakeWire final : public hal::kilobot::Wire {
+class FakeStream final : public hal::kilobot::ByteStream {
  public:
-  explicit FakeWire(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
+  explicit FakeStream(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
   void open() override {
     open_ = cable_->plugged;
     trouble_ = open_ ? "" : "there is no cable";
@@ -59,7 +59,7 @@ class FakeWire final : public hal::kilobot::Wire {
   const std::string& trouble() const override { return trouble_; }
 
  private:
-  std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no wire
+  std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no stream
   bool open_ = false;
   std::string trouble_;
 };

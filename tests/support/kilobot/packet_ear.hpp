@@ -1,5 +1,5 @@
-// What an overhead controller takes for packets in a stream of bytes: the last 132 bytes whenever the oldest is the
-// header and their exclusive or is zero (kilolib ohc.c). Recognition only, no time.
+// What an overhead controller takes for packets in a byte stream of bytes: the last 132 bytes whenever the oldest is
+// the header and their exclusive or is zero (kilolib ohc.c). Recognition only, no time.
 #pragma once
 
 #include <cstddef>

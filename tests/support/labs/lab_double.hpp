@@ -42,17 +42,18 @@ struct LabDouble {
   }
 
   const std::vector<Row>& rows() const { return data.rows; }
-  const std::vector<hal::Mark>& marks() const { return data.marks; }
+  const std::vector<hal::OverlayCircle>& overlay() const { return data.overlay; }
 
   void take_said() {
-    said.insert(said.end(), data.said.begin(), data.said.end());
-    data.said.clear();
+    said.insert(said.end(), data.to_robots.begin(), data.to_robots.end());
+    data.to_robots.clear();
   }
 
   void frame(const hal::PoseFrame& frame) {
     data.now = frame.stamp;
     robots.clear();
-    for (const hal::Sighting& s : frame.robots) robots.push_back({s.robot, lab.projection().to_shared(s.pose), s.led});
+    for (const hal::Observation& s : frame.robots)
+      robots.push_back({s.robot, lab.projection().to_shared(s.pose), s.led});
     scenario->on_poses(lab, frame);
     take_said();
   }
@@ -72,7 +73,7 @@ struct LabDouble {
     data.now = period * data.period_length;
     if (period == 0) data.initial_states = states;
     data.states = states;
-    data.marks.clear();
+    data.overlay.clear();
     scenario->on_period(lab);
     take_said();
   }

@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::size_t read_bytes = 16 << 10;
 // What may be under way in one direction; then nothing is read, and the sender feels it.
-constexpr std::size_t most_under_way = 1 << 20, most_under_way_when_rated = 16 << 10;
+constexpr std::size_t max_under_way = 1 << 20, max_under_way_when_rated = 16 << 10;
 
 struct Shared {
   asio::io_context io{1};
@@ -106,7 +106,7 @@ struct Connection : std::enable_shared_from_this<Connection> {
 
   void read(Pump& pump) {
     const Impairment& now = shared.impairment;
-    const std::size_t most = now.bytes_per_s > 0 ? most_under_way_when_rated : most_under_way;
+    const std::size_t most = now.bytes_per_s > 0 ? max_under_way_when_rated : max_under_way;
     if (closed || pump.reading || pump.ended || now.stall || pump.bytes_under_way >= most) return;
     pump.reading = true;
     pump.from.async_read_some(asio::buffer(pump.buffer),

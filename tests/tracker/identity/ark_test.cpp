@@ -13,9 +13,9 @@ using namespace arkmesh::tracker;
 namespace {
 
 // Names by track, once it has finished; at most so long.
-std::map<TrackNumber, hal::RobotId> run(ArkIdentifier& identifier, SpellingRobots& robots, double most_s) {
+std::map<TrackNumber, hal::RobotId> run(ArkIdentifier& identifier, SpellingRobots& robots, double max_s) {
   std::map<TrackNumber, hal::RobotId> out;
-  while (!identifier.finished() && robots.seconds() < most_s) {
+  while (!identifier.finished() && robots.seconds() < max_s) {
     identifier.on_frame(robots.now, robots.next_picture(identifier.question()));
     for (const Naming& naming : identifier.take_namings()) out[naming.track] = naming.robot;
   }

@@ -21,9 +21,9 @@ std::vector<hal::RobotId> numbers(hal::RobotId from, std::size_t n) {
   return out;
 }
 
-void run(TableSwarm& swarm, IdAssigner& assigner, double most_s) {
+void run(TableSwarm& swarm, IdAssigner& assigner, double max_s) {
   const double begun_s = swarm.seconds();
-  while (!assigner.finished() && swarm.seconds() - begun_s < most_s) {
+  while (!assigner.finished() && swarm.seconds() - begun_s < max_s) {
     const auto question = assigner.question();
     assigner.on_frame(swarm.now, swarm.next_picture(question));
   }

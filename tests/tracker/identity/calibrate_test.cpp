@@ -16,8 +16,8 @@ namespace {
 constexpr const char* program = "sim_ode/kilolib/programs/calibrate_motors.c";
 constexpr double degree = std::numbers::pi / 180;
 
-void run(TableSwarm& swarm, MotorCalibrator& calibrator, double most_s) {
-  while (!calibrator.finished() && swarm.seconds() < most_s) {
+void run(TableSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
+  while (!calibrator.finished() && swarm.seconds() < max_s) {
     const auto& tracks = swarm.next_picture(calibrator.question());
     hal::PoseFrame frame{.stamp = swarm.now};
     for (const tracker::Track& track : tracks)
@@ -111,7 +111,7 @@ TEST_CASE("identity calibration: dead robots fail by themselves, one between the
   swarm.run();
   swarm.table().set_power(0, false);
   for (int robot : {2, 4}) swarm.table().set_power(robot, false);
-  MotorCalibrator calibrator({.width_m = 1.2, .height_m = 1.2, .most_per_robot_s = 300}, numbers(5));
+  MotorCalibrator calibrator({.width_m = 1.2, .height_m = 1.2, .max_per_robot_s = 300}, numbers(5));
   run(swarm, calibrator, 1800);
   for (const auto& [id, robot] : calibrator.robots()) {
     INFO("robot ", id, ": ", robot.why);

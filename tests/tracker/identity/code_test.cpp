@@ -24,12 +24,12 @@ TEST_CASE("identity: every id is read as it is spelled, and not when it is cut s
   // off is 23.
   int wrong = 0, passed_short = 0;
   for (hal::RobotId robot = 0; robot <= largest_spelled_id; ++robot) {
-    wrong += id_of(digits_of(robot, most_id_digits)) != robot;
+    wrong += id_of(digits_of(robot, max_id_digits)) != robot;
     if (robot > 2186) passed_short += id_of(digits_of(robot, 7)).has_value();
   }
   CHECK(wrong == 0);
   CHECK(passed_short == 2187);
-  CHECK_FALSE(id_of(digits_of(65535, most_id_digits)));
+  CHECK_FALSE(id_of(digits_of(65535, max_id_digits)));
 }
 
 TEST_CASE("identity: digits needed") {
@@ -57,7 +57,7 @@ TEST_CASE("identity: one wrong digit is always noticed, an LED that never change
       CHECK_FALSE(id_of(stuck));
     }
   }
-  for (int digits = 1; digits <= most_id_digits; ++digits)
+  for (int digits = 1; digits <= max_id_digits; ++digits)
     for (std::uint8_t colour = 0; colour < 3; ++colour)
       CHECK_FALSE(id_of(std::vector<std::uint8_t>(static_cast<std::size_t>(digits + check_digits), colour)));
   CHECK_FALSE(id_of({}));

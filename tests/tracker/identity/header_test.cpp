@@ -41,7 +41,7 @@ TEST_CASE("identity header: digits, stillness, and afterwards everything as befo
   swarm.run();
   look_for(swarm, 2);
   for (std::size_t i = 0; i < 3; ++i) CHECK(moved_m(swarm, i, 1) > 0.005);
-  for (const std::uint8_t number : tracker::digit_order(tracker::most_id_digits)) {
+  for (const std::uint8_t number : tracker::digit_order(tracker::max_id_digits)) {
     look_for(swarm, 0.3, tracker::digit_question({}, number));
     for (std::size_t i = 0; i < 3; ++i) CHECK(swarm.seen(i).led == tracker::spelled(swarm.ids[i], number));
   }

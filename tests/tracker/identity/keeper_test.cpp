@@ -28,9 +28,9 @@ struct Watch {
     }
   }
   // Looks until everybody is named; at most so long. Returns the seconds it took.
-  double until_named(double most_s) {
+  double until_named(double max_s) {
     const double begun = robots.seconds();
-    while (!keeper.everybody_named() && robots.seconds() - begun < most_s) look();
+    while (!keeper.everybody_named() && robots.seconds() - begun < max_s) look();
     return robots.seconds() - begun;
   }
   void look_for(double s) {

@@ -16,7 +16,7 @@
 
 #include "hal/config.hpp"
 #include "hal/random.hpp"
-#include "sim_ode/table.hpp"
+#include "sim_ode/simulated_arena.hpp"
 #include "tracker/question.hpp"
 #include "tracker/track.hpp"
 
@@ -47,7 +47,7 @@ class TableSwarm {
     if (ids.empty()) ids = shuffled<std::uint16_t>(0);
     track_of = shuffled<tracker::TrackNumber>(1000);
     hidden_since_.resize(track_of.size());
-    table_ = sim_ode::make_table(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
+    table_ = sim_ode::make_simulated_arena(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
     table_->advance_to(now);
     keep_picture();
   }
@@ -66,7 +66,7 @@ class TableSwarm {
     while (pictures_.size() > 1 && pictures_[1].stamp <= now - settings_.latency) pictures_.pop_front();
     tracks_.clear();
     for (std::size_t i = 0; i < track_of.size(); ++i) {
-      const hal::Sighting& seen = pictures_.front().robots[i];
+      const hal::Observation& seen = pictures_.front().robots[i];
       tracker::Track track{.number = track_of[i],
                            .in_arena = seen.pose,
                            .led = seen.led,
@@ -90,7 +90,7 @@ class TableSwarm {
   }
   void run() { table_->robots().command({.kind = hal::FleetCommand::Kind::run}); }
   // A picture as it is, without latency.
-  const hal::Sighting& seen(std::size_t robot) const { return pictures_.back().robots.at(robot); }
+  const hal::Observation& seen(std::size_t robot) const { return pictures_.back().robots.at(robot); }
   double seconds() const { return static_cast<double>(now.count()) * 1e-6; }
 
   void lift(std::size_t robot) {
@@ -109,7 +109,7 @@ class TableSwarm {
   std::size_t robot_with(std::uint16_t id) const {
     return static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
   }
-  sim_ode::Table& table() { return *table_; }
+  sim_ode::SimulatedArena& table() { return *table_; }
 
   std::vector<std::uint16_t> ids;              // by robot, at the beginning
   std::vector<tracker::TrackNumber> track_of;  // by robot
@@ -130,7 +130,7 @@ class TableSwarm {
   TableSettings settings_;
   hal::Config config_;
   hal::RandomStream chance_;
-  std::unique_ptr<sim_ode::Table> table_;
+  std::unique_ptr<sim_ode::SimulatedArena> table_;
   hal::LabTime next_copy_{0};
   std::deque<hal::PoseFrame> pictures_;
   std::vector<std::optional<hal::LabTime>> hidden_since_;

@@ -20,17 +20,17 @@ struct UploadBench {
   UploadBench(std::vector<std::uint8_t> program, std::optional<int> rounds, FirmwareUpload::Timing timing = {})
       : upload(Firmware(std::move(program)), rounds, timing) {}
   void run(std::chrono::milliseconds time) {
-    for (const Moment end = now + time; now < end; now += 1ms) {
+    for (const TimePoint end = now + time; now < end; now += 1ms) {
       cable->now = now;
-      upload.tend(sender, now);
+      upload.poll(sender, now);
     }
   }
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
-  SerialLine line{std::make_unique<FakeWire>(cable), counters};
+  PacketPort line{std::make_unique<FakeStream>(cable), counters};
   PacketSender sender{line, 0us, counters};
   FirmwareUpload upload;
-  Moment now{};
+  TimePoint now{};
 };
 
 std::vector<std::uint8_t> program(std::size_t size) {

@@ -8,7 +8,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
-#include "tests/support/kilobot/fake_watch.hpp"
+#include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/pseudo_terminal.hpp"
 
 using namespace arkmesh;
@@ -33,12 +33,12 @@ TEST_CASE("kilobot arena: through a serial device") {
   // ends.
   PseudoTerminal terminal;
   const std::string keys = "kilobot.settle_s = 0\nkilobot.port = \"" + terminal.port() + "\"";
-  auto eyes_see = std::make_shared<FakeTable>();
+  auto eyes_see = std::make_shared<FakeTestbed>();
   eyes_see->robots = {0, 1, 2, 3};
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
   const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-  arena = make_kilobot_arena(settings, std::make_unique<FakeWatch>(eyes_see), open_wire(settings.port));
+  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_byte_stream(settings.port));
   hal::advance(*arena, 0us);
   for (int n = 1; n <= 4; ++n) {
     std::vector<hal::ToRobot> messages;
@@ -65,8 +65,8 @@ TEST_CASE("kilobot arena: configuration") {
   const auto complaint = [](const std::string& keys) -> std::string {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-      make_kilobot_arena(settings, std::make_unique<FakeWatch>(std::make_shared<FakeTable>()),
-                         open_wire(settings.port));
+      make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
+                         open_byte_stream(settings.port));
     } catch (const std::runtime_error& error) {
       return error.what();
     }

@@ -29,7 +29,7 @@ struct OverheadBench {
     for (const auto end = now + time; now < end; now += Ms{1}) {
       cable->now = now;
       each_ms();
-      controller.tend(now);
+      controller.poll(now);
     }
   }
   void offer(hal::RobotId robot, std::uint8_t slot = 0, std::uint8_t kind = 1, std::uint16_t value = 5) {
@@ -41,9 +41,9 @@ struct OverheadBench {
   hal::ArenaInfo info{hal::kilobot::model};
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
-  hal::kilobot::SerialLine line{std::make_unique<FakeWire>(cable), counters};
+  hal::kilobot::PacketPort line{std::make_unique<FakeStream>(cable), counters};
   hal::kilobot::OverheadController controller{info, line, settings, counters};
-  hal::kilobot::Moment now{};
+  hal::kilobot::TimePoint now{};
 };
 
 // The robots that a composite is for; none for packets of other kinds.

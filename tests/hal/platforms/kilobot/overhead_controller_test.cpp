@@ -41,7 +41,7 @@ TEST_CASE("overhead controller: start") {
   const auto heard = bench.cable->take();
   REQUIRE(heard.size() == 2);
   CHECK(heard[0].type() == PacketType::stop);
-  CHECK(heard[0].at - Moment{} == 2500ms);
+  CHECK(heard[0].at - TimePoint{} == 2500ms);
   CHECK(heard[1].message_type() == type_run);
 }
 
@@ -319,7 +319,7 @@ TEST_CASE("overhead controller: the end") {
   auto heard = bench.cable->take();
   REQUIRE(heard.size() == 2);
   CHECK(heard[1].message_type() == type_wakeup);
-  bench.controller.fall_silent(bench.now);
+  bench.controller.stop_sending(bench.now);
   bench.run(100ms);
   heard = bench.cable->take();
   REQUIRE(heard.size() == 1);

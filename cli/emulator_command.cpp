@@ -1,0 +1,121 @@
+// `arkmesh emulator`: a testbed of simulated Kilobots behind cameras and an overhead controller, for everything that
+// wants hardware.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
+#include "emulator/emulator.hpp"
+#include "emulator/emulator_record.hpp"
+#include "emulator/emulator_server.hpp"
+#include "hal/config.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+struct EmulatorOptions {
+  std::string file, truth, video, calibration;
+  std::vector<std::string> sets;
+  double seconds = 0;
+  std::pair<int, std::string> chessboards;  // how many, and the folder
+  bool offline = false;
+};
+
+void print_counters(const hal::Counters& counters) {
+  for (const auto& [name, total] : counters.all())
+    if (total > 0) fmt::print("  {:<36} {}\n", name, total);
+}
+
+// As fast as it goes: each picture and row of the truth at its exact time.
+void run_offline(emulator::Emulator& emulator, emulator::EmulatorRecord& record, double seconds,
+                 hal::StopRequest& stop) {
+  const hal::LabTime period = emulator.config().frame_period, end{static_cast<std::int64_t>(seconds * 1e6)};
+  int shown = 0;
+  for (std::int64_t frame = 0; frame * period <= end && !stop.stopped(); ++frame) {
+    emulator.advance_to(frame * period);
+    record.add(emulator);
+    if (const int tenth = static_cast<int>(10 * frame * period / std::max(end, period)); tenth > shown) {
+      shown = tenth;
+      fmt::print(stderr, "{:.0f} of {:.0f} s\n", static_cast<double>((frame * period).count()) * 1e-6, seconds);
+    }
+  }
+}
+
+void run_live(emulator::Emulator& emulator, emulator::EmulatorRecord& record, double seconds, hal::StopRequest& stop) {
+  emulator::EmulatorServer server(emulator, record);
+  for (std::size_t k = 0; k < emulator.cameras(); ++k)
+    fmt::print("camera {}: {}\n", emulator.camera(k).settings().name, server.url(k));
+  const std::string link = emulator.config().ohc_link.empty() ? "" : " (" + emulator.config().ohc_link + ")";
+  fmt::print("overhead controller: tcp://{}:{} or {}{}\n", emulator.config().listen, server.ohc_port(),
+             server.terminal(), link);
+  fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", emulator.config().listen, server.control_port());
+  std::fflush(stdout);
+  std::string terminal = server.terminal();
+  const hal::LabTime end{static_cast<std::int64_t>(seconds * 1e6)};
+  while (!stop.stopped() && (seconds == 0 || emulator.now() < end)) {
+    std::this_thread::sleep_until(server.step());
+    if (const std::string now = server.terminal(); now != terminal) {
+      terminal = now;
+      fmt::print("overhead controller: {}\n", terminal.empty() ? "unplugged" : terminal);
+      std::fflush(stdout);
+    }
+  }
+  fmt::print("after {:.1f} s:\n", static_cast<double>(emulator.now().count()) * 1e-6);
+  print_counters(server.counters());
+}
+
+void run(const EmulatorOptions& options) {
+  OperatorStop stop;
+  const hal::Config config = hal::Config::from_file(options.file, options.sets);
+  emulator::Emulator emulator(config.root());
+  config.refuse_unknown();
+  if (!options.calibration.empty()) emulator::write_calibration(emulator, options.calibration);
+  if (const auto& [pictures, folder] = options.chessboards; !folder.empty()) {
+    if (pictures < 1 || pictures > 1000) throw hal::ConfigError("--chessboard N FOLDER: N must be 1 to 1000");
+    emulator::write_chessboards(emulator, pictures, folder);
+    fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", pictures, folder);
+    return;
+  }
+  emulator::EmulatorRecord record(emulator, options.truth, options.video);
+  if (!options.offline) return run_live(emulator, record, options.seconds, stop);
+  if (options.seconds <= 0)
+    throw hal::ConfigError("--offline needs --seconds N: how long the emulator's time is to run");
+  run_offline(emulator, record, options.seconds, stop);
+  print_counters(emulator.counters());
+}
+
+}  // namespace
+
+void add_emulator_command(CLI::App& app) {
+  auto options = std::make_shared<EmulatorOptions>();
+  CLI::App* command = add_command(app, "emulator");
+  command->add_option("file", options->file, "The emulator's configuration file")->required()->check(CLI::ExistingFile);
+  command->add_option("--set", options->sets, "Override a key: --set emulator.seed=7")->allow_extra_args(false);
+  command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")
+      ->check(CLI::Range(0.0, 1e7));
+  command->add_option("--truth", options->truth,
+                      "Write true poses and LEDs to this CSV file, a row for each robot and picture");
+  command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
+  command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
+  command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
+  command
+      ->add_option("--chessboard", options->chessboards,
+                   "Only write N pictures of a chessboard for each camera into FOLDER")
+      ->type_name("N FOLDER");
+  command->footer(
+      "Example:\n  arkmesh emulator experiments/emulator/roark.toml --seconds 60 --truth truth.csv\n"
+      "  arkmesh emulator experiments/emulator/roark.toml --offline --seconds 60 --video emulator.mp4 --truth "
+      "truth.csv");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace arkmesh::cli

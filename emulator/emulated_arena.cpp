@@ -1,0 +1,199 @@
+#include "emulator/emulated_arena.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "hal/wall_time.hpp"
+#include "sim_ode/host/robot_program.hpp"
+#include "testbed/arena_view.hpp"
+#include "testbed/kilobot_settings.hpp"
+#include "testbed/tracks.hpp"
+
+namespace arkmesh::emulator {
+namespace {
+
+using emulator::Emulator;
+using hal::kilobot::ByteStream;
+
+// The newest picture of each camera of an emulator.
+class EmulatedCameras {
+ public:
+  explicit EmulatedCameras(Emulator& emulator) : pictures_(emulator.cameras()), gone_(emulator.cameras(), false) {}
+
+  void look(Emulator& emulator) {
+    for (std::size_t k = 0; k < pictures_.size(); ++k) {
+      gone_[k] = !emulator.picture(k, pictures_[k]);
+      if (gone_[k]) pictures_[k].release();
+    }
+  }
+  cv::Mat take(std::size_t camera) { return std::exchange(pictures_[camera], cv::Mat()); }
+  bool is_gone(std::size_t camera) const { return gone_[camera]; }
+
+ private:
+  std::vector<cv::Mat> pictures_;
+  std::vector<bool> gone_;
+};
+
+class EmulatedFeed final : public tracker::CameraFeed {
+ public:
+  EmulatedFeed(EmulatedCameras& eyes, std::size_t camera, std::string name)
+      : eyes_(eyes), camera_(camera), name_(std::move(name)) {}
+  cv::Mat newest() override {
+    const bool gone = eyes_.is_gone(camera_);
+    if (gone && !was_gone_) counters_.add("camera.gone");
+    was_gone_ = gone;
+    return eyes_.take(camera_);
+  }
+  std::string trouble() const override {
+    return eyes_.is_gone(camera_) ? fmt::format("the emulator's camera {} gives no pictures", name_) : "";
+  }
+  hal::Counters counters() const override { return counters_; }
+
+ private:
+  EmulatedCameras& eyes_;
+  std::size_t camera_;
+  std::string name_;
+  bool was_gone_ = false;
+  hal::Counters counters_;
+};
+
+class EmulatedStream final : public ByteStream {
+ public:
+  explicit EmulatedStream(Emulator& emulator) : emulator_(emulator) {}
+  void open() override { open_ = emulator_.ohc_plugged(); }
+  State check() override {
+    open_ = open_ && emulator_.ohc_plugged();
+    trouble_ = open_ ? "" : "the emulator's overhead controller is unplugged";
+    return open_ ? State::open : State::closed;
+  }
+  std::size_t write(std::span<const std::uint8_t> bytes) override {
+    if (check() != State::open) return 0;
+    const std::size_t fits = std::min(bytes.size(), emulator_.serial_free());
+    emulator_.write_serial(bytes.first(fits));
+    return fits;
+  }
+  std::size_t waiting_bytes() override { return emulator::OhcSerialPort::max_waiting - emulator_.serial_free(); }
+  const std::string& trouble() const override { return trouble_; }
+
+ private:
+  Emulator& emulator_;
+  bool open_ = false;
+  std::string trouble_;
+};
+
+// Waiting is what lets the emulator's time pass. Cameras take their pictures at whole frame periods; of several in one
+// wait the last.
+class EmulatedTime final : public hal::WallTime {
+ public:
+  EmulatedTime(Emulator& emulator, EmulatedCameras& eyes) : emulator_(emulator), eyes_(eyes) {}
+  hal::TimePoint now() override { return hal::TimePoint{} + emulator_.now(); }
+  void wait_until(hal::TimePoint then) override {
+    // Devices wait for moments finer than the emulator's microseconds: never less than asked, and never nothing.
+    const auto end = std::chrono::ceil<hal::LabTime>(then.time_since_epoch());
+    const hal::LabTime period = emulator_.config().frame_period, last = period * (end / period);
+    if (last > pictured_) {
+      emulator_.advance_to(std::max(emulator_.now(), last));
+      eyes_.look(emulator_);
+      pictured_ = last;
+    }
+    if (end > emulator_.now()) emulator_.advance_to(end);
+  }
+
+ private:
+  Emulator& emulator_;
+  EmulatedCameras& eyes_;
+  hal::LabTime pictured_{-1};
+};
+
+class EmulatedArena final : public hal::Arena {
+ public:
+  // `names` finds out who is who, in place of what the settings say. Without an observer there is a window, if somebody
+  // watches.
+  EmulatedArena(hal::Config config, const hal::Section& arena, const hal::ArenaRequest& request,
+                testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names)
+      : config_(std::move(config)), emulator_(config_.root()), eyes_(emulator_), time_(emulator_, eyes_) {
+    config_.refuse_unknown();
+    const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
+    if (!observer) observer = testbed::make_window(arena.section("kilobot"), settings, request);
+    const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
+      const std::size_t camera = next++;
+      return std::make_unique<EmulatedFeed>(eyes_, camera, emulator_.camera(camera).settings().name);
+    };
+    arena_ = hal::kilobot::make_kilobot_arena(
+        settings.arena, testbed::make_arena_monitor(settings, std::move(observer), open, std::move(names)),
+        std::make_unique<EmulatedStream>(emulator_), time_);
+  }
+
+  const hal::ArenaInfo& info() const override { return arena_->info(); }
+  const hal::Clock& clock() const override { return arena_->clock(); }
+  hal::PoseSource& poses() override { return arena_->poses(); }
+  hal::RobotLink& robots() override { return arena_->robots(); }
+  bool advance_to(hal::LabTime t) override { return is_there(arena_->advance_to(t)); }
+  // Devices are served at each moment of the emulator's time, and between calls of advance_to none passes.
+  void serve() override {}
+  hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
+  std::string waiting_for() const override { return arena_->waiting_for(); }
+  bool end() override { return is_there(arena_->end()); }
+  const hal::Counters& counters() const override { return arena_->counters(); }
+  Emulator& emulator() { return emulator_; }
+
+ private:
+  // Nobody waits here: whoever calls again finds the emulator at the moment that the arena wanted.
+  bool is_there(bool there) {
+    wanted_ = !there;
+    if (wanted_) time_.wait_until(arena_->next_service());
+    return there;
+  }
+
+  hal::Config config_;
+  Emulator emulator_;
+  EmulatedCameras eyes_;
+  EmulatedTime time_;
+  std::unique_ptr<hal::Arena> arena_;
+  bool wanted_ = false;  // the last call was answered with false
+};
+
+std::unique_ptr<EmulatedArena> make(const hal::Section& arena, const hal::ArenaRequest& request,
+                                    testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names) {
+  const std::filesystem::path file = arena.section("emulated").path("file", "");
+  if (file.empty())
+    arena.section("emulated")
+        .refuse("file", "is missing: give an emulator's file, such as experiments/emulator/roark.toml");
+  std::vector<std::string> sets{fmt::format("emulator.seed={}", request.seed)};
+  if (!request.program.empty())
+    sets.push_back("arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / request.program).string());
+  return std::make_unique<EmulatedArena>(hal::Config::from_file(file, sets), arena, request, std::move(observer),
+                                         std::move(names));
+}
+
+}  // namespace
+
+std::unique_ptr<hal::Arena> make_emulated_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                                testbed::Observer observer) {
+  return make(arena, {.lab = lab, .seed = seed}, std::move(observer), nullptr);
+}
+
+hal::ArenaRow emulated_arena_row() {
+  return {"emulated",
+          {"emulated", "kilobot"},
+          hal::ArenaRow::Robots::simulated,
+          [](const hal::Section& arena, const hal::ArenaRequest& request) -> std::unique_ptr<hal::Arena> {
+            if (!request.set_up) return make(arena, request, {}, nullptr);
+            auto names = std::make_unique<testbed::UnnamedTracks>();
+            testbed::Tracks& tracks = *names;
+            return testbed::with_tracks(make(arena, request, {}, std::move(names)), tracks);
+          }};
+}
+
+emulator::Emulator& emulator_of(hal::Arena& arena) {
+  auto* const own = dynamic_cast<EmulatedArena*>(&arena);
+  if (!own) throw std::logic_error("emulator_of: this arena is no emulated testbed");
+  return own->emulator();
+}
+
+}  // namespace arkmesh::emulator

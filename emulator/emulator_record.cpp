@@ -1,0 +1,129 @@
+#include "emulator/emulator_record.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <stdexcept>
+
+namespace arkmesh::emulator {
+namespace {
+
+constexpr const char* led_names[] = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};
+
+// "out.mp4" for one camera, "out-NAME.mp4" for several.
+std::string name_for(const Emulator& emulator, std::size_t camera, const std::string& file) {
+  if (emulator.cameras() == 1) return file;
+  const std::filesystem::path path(file);
+  return (path.parent_path() /
+          (path.stem().string() + "-" + emulator.camera(camera).settings().name + path.extension().string()))
+      .string();
+}
+
+}  // namespace
+
+EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& truth, const std::string& video)
+    : truth_name_(truth) {
+  if (!truth.empty()) {
+    truth_.open(truth);
+    truth_ << "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena\n";
+    if (!truth_.flush())
+      throw std::runtime_error(
+          fmt::format("cannot write the truth to {}; is the folder there, and is there emulator?", truth));
+  }
+  if (video.empty()) return;
+  const std::string kind = std::filesystem::path(video).extension().string();
+  if (kind != ".avi" && kind != ".mp4")
+    throw std::runtime_error(fmt::format("{}: a video's name must end in .avi or .mp4", video));
+  const int code =
+      kind == ".avi" ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
+  const double frames_per_s = 1e6 / static_cast<double>(emulator.config().frame_period.count());
+  for (std::size_t k = 0; k < emulator.cameras(); ++k) {
+    const CameraSettings& camera = emulator.camera(k).settings();
+    const std::string name = name_for(emulator, k, video);
+    videos_.push_back(std::make_unique<cv::VideoWriter>(name, kind == ".avi" ? cv::CAP_OPENCV_MJPEG : cv::CAP_FFMPEG,
+                                                        code, frames_per_s,
+                                                        cv::Size(camera.width_px, camera.height_px)));
+    if (!videos_.back()->isOpened())
+      throw std::runtime_error(
+          fmt::format("cannot write the video {}; is the folder there, and is there emulator?", name));
+    videos_.back()->set(cv::VIDEOWRITER_PROP_QUALITY, 95);
+    last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
+  }
+}
+
+EmulatorRecord::~EmulatorRecord() = default;
+
+void EmulatorRecord::add_truth(const Emulator& emulator) {
+  if (truth_name_.empty()) return;
+  const double time_s = static_cast<double>(emulator.now().count()) * 1e-6;
+  std::string rows;
+  for (const Emulator::Truth& robot : emulator.truth())
+    rows += fmt::format("{:.6f},{},{},{:.6f},{:.6f},{:.5f},{},{}\n", time_s, robot.robot, robot.id, robot.seen.pose.x_m,
+                        robot.seen.pose.y_m, robot.seen.pose.heading_rad,
+                        led_names[static_cast<std::size_t>(robot.led)], robot.seen.in_arena ? 1 : 0);
+  if (!(truth_ << rows).flush())
+    throw std::runtime_error(fmt::format("cannot write on to {}: is the disk full?", truth_name_));
+}
+
+void EmulatorRecord::add_picture(std::size_t number, const cv::Mat& picture) {
+  if (videos_.empty()) return;
+  if (!picture.empty()) picture.copyTo(last_[number]);
+  videos_[number]->write(last_[number]);
+}
+
+void EmulatorRecord::add(Emulator& emulator) {
+  add_truth(emulator);
+  cv::Mat picture;
+  for (std::size_t k = 0; k < videos_.size(); ++k) add_picture(k, emulator.picture(k, picture) ? picture : cv::Mat());
+}
+
+void write_calibration(const Emulator& emulator, const std::string& file) {
+  // asked first: OpenCV complains by itself
+  if (!std::ofstream(file, std::ios::app))
+    throw std::runtime_error(
+        fmt::format("cannot write the calibration to {}; is the folder there, and may you write in it?", file));
+  cv::FileStorage out(file, cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
+  out << "cameras"
+      << "[";
+  for (std::size_t k = 0; k < emulator.cameras(); ++k) {
+    const CameraModel& model = emulator.camera(k).model_at_first();
+    const cv::Mat distortion(1, 5, CV_64F, const_cast<double*>(model.distortion().data()));
+    out << "{"
+        << "name" << emulator.camera(k).settings().name << "image_width" << model.width_px() << "image_height"
+        << model.height_px() << "camera_matrix" << cv::Mat(model.matrix()) << "distortion_coefficients" << distortion
+        << "rotation" << cv::Mat(model.rotation()) << "translation" << cv::Mat(model.translation()) << "arena_width_m"
+        << emulator.config().scene.width_m << "arena_height_m" << emulator.config().scene.height_m << "}";
+  }
+  out << "]";
+}
+
+void write_chessboards(const Emulator& emulator, int pictures, const std::string& folder) {
+  constexpr int columns = 9, rows = 6;
+  constexpr double square_m = 0.025;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  for (std::size_t k = 0; k < emulator.cameras(); ++k)
+    for (int n = 0; n < pictures; ++n) {
+      const Camera& camera = emulator.camera(k);
+      cv::Mat picture = draw_chessboard(camera.model_at_first(), columns, rows, square_m, static_cast<std::uint64_t>(n),
+                                        emulator.config().seed);
+      if (camera.settings().blur_px > 0) cv::GaussianBlur(picture, picture, {}, camera.settings().blur_px);
+      camera.add_noise(static_cast<std::uint64_t>(n), picture);
+      const std::string name = fmt::format("{}/{}-{:02}.png", folder, camera.settings().name, n);
+      bool written = false;
+      try {
+        written = cv::imwrite(name, picture);
+      } catch (const cv::Exception&) {
+        // said below
+      }
+      if (!written)
+        throw std::runtime_error(
+            fmt::format("cannot write the picture {}; is there emulator on the disk, may you write there?", name));
+    }
+}
+
+}  // namespace arkmesh::emulator

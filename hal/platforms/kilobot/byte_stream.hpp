@@ -1,0 +1,40 @@
+// The way bytes go to an overhead controller: a serial device of this machine, or a TCP port that leads to one
+// (ser2net). One attempt at a connection at a time; trying again is PacketPort's business.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace arkmesh::hal::kilobot {
+
+// A port cannot be used: its name is none, or what it names cannot be opened now; one sentence.
+class PortError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class ByteStream {
+ public:
+  enum class State { closed, opening, open };
+  virtual ~ByteStream() = default;
+  // Begins to open; no effect unless closed. Never blocks.
+  virtual void open() = 0;
+  // Where it stands now. Throws away what came from the other side: controllers say nothing. Never blocks.
+  virtual State check() = 0;
+  // Takes as many bytes as fit, none unless open. Never blocks.
+  virtual std::size_t write(std::span<const std::uint8_t> bytes) = 0;
+  // Bytes taken that have not left this machine's buffers, as far as the system tells.
+  virtual std::size_t waiting_bytes() = 0;
+  // Why it is closed or could not be opened, one sentence; empty while nothing went wrong.
+  virtual const std::string& trouble() const = 0;
+};
+
+// `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as
+// the system's resolver does. Throws PortError.
+std::unique_ptr<ByteStream> make_byte_stream(const std::string& port);
+
+}  // namespace arkmesh::hal::kilobot

@@ -1,0 +1,131 @@
+// Packs what waits into composites: 10 bits robot, 4 bits kind, 10 bits value, big endian, three times.
+#include "hal/platforms/kilobot/message_registers.hpp"
+
+#include "hal/silent_link.hpp"
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+constexpr std::size_t max_commands = 256;  // waiting; a flood is refused, not stored
+
+std::uint8_t type_of(hal::FleetCommand::Kind kind) {
+  using Kind = hal::FleetCommand::Kind;
+  switch (kind) {
+    case Kind::run:
+      return type_run;
+    case Kind::pause:
+      return type_wakeup;
+    case Kind::reset:
+      return type_reset;
+    case Kind::sleep:
+      return type_sleep;
+    case Kind::voltage:
+      return type_voltage;
+    case Kind::charge:
+      return type_charge;
+    case Kind::broadcast:
+      break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+Message fleet_message(const hal::FleetCommand& command) {
+  Message message;
+  message.type = type_of(command.kind);
+  if (command.kind == hal::FleetCommand::Kind::broadcast) {
+    message.type = command.type;
+    message.data = command.data;
+  }
+  return with_crc(message);
+}
+
+void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
+  for (const hal::ToRobot& message : newest) {
+    ++airtime_.offered;
+    if (const char* reason = hal::refusal(info_, message)) {
+      ++airtime_.refused;
+      counters_.add(reason);
+      continue;
+    }
+    Waiting& robot = waiting_[message.robot];
+    const auto [place, is_new] = robot.by_slot.insert_or_assign(message.slot, Register{message.kind, message.value});
+    if (is_new)
+      ++airtime_.waiting;
+    else
+      ++airtime_.replaced;
+  }
+}
+
+const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command) {
+  if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127) return "fleet_command.refused.type";
+  return hal::refusal(info, command);
+}
+
+void MessageRegisters::command(const hal::FleetCommand& command) {
+  if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
+  if (commands_.size() >= max_commands) return counters_.add("fleet_command.refused.too_many");
+  commands_.push_back(fleet_message(command));
+}
+
+std::optional<Message> MessageRegisters::next() {
+  if (!commands_.empty()) {
+    const Message message = commands_.front();
+    commands_.pop_front();
+    return message;
+  }
+  if (waiting_.empty()) return std::nullopt;
+
+  Message message;
+  // three different robots at most: programs differ in which block they take when two bear their id
+  std::size_t block = 0;
+  const std::size_t robots = std::min<std::size_t>(3, waiting_.size());
+  auto at = waiting_.lower_bound(next_robot_);
+  for (; block < 3; ++block) {
+    std::uint32_t bits = nobody << 14;
+    if (block < robots) {
+      if (at == waiting_.end()) at = waiting_.begin();
+      Waiting& robot = at->second;
+      auto slot = robot.by_slot.lower_bound(robot.next_slot);
+      if (slot == robot.by_slot.end()) slot = robot.by_slot.begin();
+      bits = static_cast<std::uint32_t>(at->first) << 14 | static_cast<std::uint32_t>(slot->second.kind) << 10 |
+             slot->second.value;
+      robot.next_slot = static_cast<std::uint8_t>(slot->first + 1);
+      robot.by_slot.erase(slot);
+      next_robot_ = static_cast<hal::RobotId>(at->first + 1);
+      ++at;
+      ++airtime_.sent;
+      --airtime_.waiting;
+    }
+    for (std::size_t k = 0; k < 3; ++k) message.data[3 * block + k] = static_cast<std::uint8_t>(bits >> (16 - 8 * k));
+  }
+  std::erase_if(waiting_, [](const auto& entry) { return entry.second.by_slot.empty(); });
+  return with_crc(message);
+}
+
+std::uint64_t MessageRegisters::drop(hal::RobotId robot) {
+  const auto at = waiting_.find(robot);
+  if (at == waiting_.end()) return 0;
+  const std::uint64_t messages = at->second.by_slot.size();
+  waiting_.erase(at);
+  return give_up(messages);
+}
+
+std::uint64_t MessageRegisters::drop_all() {
+  waiting_.clear();
+  return give_up(airtime_.waiting);
+}
+
+void MessageRegisters::decline() {
+  ++airtime_.offered;
+  ++airtime_.not_sent;
+}
+
+std::uint64_t MessageRegisters::give_up(std::uint64_t messages) {
+  airtime_.waiting -= messages;
+  airtime_.not_sent += messages;
+  return messages;
+}
+
+}  // namespace arkmesh::hal::kilobot

@@ -1,0 +1,64 @@
+// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for three
+// robots. Registers per robot and slot hold the newest message; fleet commands go first.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hal/arena.hpp"
+#include "hal/counters.hpp"
+#include "hal/platforms/kilobot/message.hpp"
+
+namespace arkmesh::hal::kilobot {
+
+// The infrared message of a fleet command, its checksum included. For a broadcast, `type` must be at most 127.
+Message fleet_message(const hal::FleetCommand& command);
+// Why a command cannot be sent, as its counter's name; null when it can.
+const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command);
+
+class MessageRegisters final : public hal::RobotLink {
+ public:
+  // Both outlive the board.
+  MessageRegisters(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
+
+  void offer(std::span<const hal::ToRobot> newest) override;
+  hal::Airtime airtime() const override { return airtime_; }
+  void command(const hal::FleetCommand& command) override;
+  std::vector<hal::FromRobot> heard() override { return {}; }
+
+  // The message that goes on the air now; nothing when nothing waits.
+  std::optional<Message> next();
+  bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
+
+  // For controllers that know better than to send: take back what waits for one robot or for all, and account for a
+  // message that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller
+  // counts why.
+  std::uint64_t drop(hal::RobotId robot);
+  std::uint64_t drop_all();
+  void decline();
+
+ private:
+  std::uint64_t give_up(std::uint64_t messages);
+
+  struct Register {
+    std::uint8_t kind;
+    std::uint16_t value;
+  };
+  struct Waiting {
+    std::map<std::uint8_t, Register> by_slot;
+    std::uint8_t next_slot = 0;  // where this robot's round goes on
+  };
+
+  const hal::ArenaInfo& info_;
+  hal::Counters& counters_;
+  std::deque<Message> commands_;
+  std::map<hal::RobotId, Waiting> waiting_;  // robots with something waiting
+  hal::RobotId next_robot_ = 0;              // where the round over robots goes on
+  hal::Airtime airtime_;
+};
+
+}  // namespace arkmesh::hal::kilobot

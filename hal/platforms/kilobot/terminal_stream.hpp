@@ -1,0 +1,29 @@
+// A pseudo-terminal (socat, arkmesh emulator) in place of a serial device: libserialport 0.1.1 opens none, because they
+// have no modem lines.
+#pragma once
+
+#include <string>
+
+#include "hal/listening_socket.hpp"
+#include "hal/platforms/kilobot/byte_stream.hpp"
+
+namespace arkmesh::hal::kilobot {
+
+class TerminalStream final : public ByteStream {
+ public:
+  explicit TerminalStream(std::string path) : path_(std::move(path)) {}
+  void open() override;
+  State check() override;
+  std::size_t write(std::span<const std::uint8_t> bytes) override;
+  std::size_t waiting_bytes() override;
+  const std::string& trouble() const override { return trouble_; }
+
+ private:
+  void lose(std::string why);
+
+  std::string path_;
+  Handle terminal_;  // none while closed
+  std::string trouble_;
+};
+
+}  // namespace arkmesh::hal::kilobot

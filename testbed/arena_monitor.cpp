@@ -1,0 +1,234 @@
+#include "testbed/arena_monitor.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "hal/newest_frame.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
+#include "tracker/camera_guard.hpp"
+
+namespace arkmesh::testbed {
+namespace {
+
+struct Eye {
+  std::string source;
+  std::unique_ptr<tracker::CameraFeed> feed;
+  cv::Mat last;
+  std::string trouble;  // as last said
+  tracker::CameraGuard guard;
+  bool amiss = false,
+       moved = false;  // as last said: the picture does not show what it should; because the camera hangs elsewhere
+};
+
+constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
+
+// Real cameras are never that quiet: their noise differs from picture to picture.
+bool same_picture(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) return false;
+  const std::size_t row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
+  for (int row = 0; row < a.rows; ++row)
+    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
+  return true;
+}
+
+class ArenaMonitor final : public hal::kilobot::RobotMonitor {
+ public:
+  ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
+               const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
+               std::vector<hal::RobotId> expected, Observer observer)
+      : eyes_(std::move(eyes)),
+        tracker_(std::move(calibrations), settings),
+        names_(std::move(names)),
+        observer_(std::move(observer)),
+        poses_(own_counters_),
+        expected_(std::move(expected)),
+        doubtful_(expected_) {}
+
+  void look(hal::LabTime now) override {
+    std::vector<cv::Mat> pictures;
+    no_use_ = false;
+    for (Eye& eye : eyes_) pictures.push_back(newest(eye));
+    for (std::size_t i = 0; i < eyes_.size(); ++i)
+      if (!pictures[i].empty() && !in_place(i, pictures[i])) pictures[i].release();
+    if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
+      own_counters_.add("frame.no_picture");
+      // one that is no use tells more than none at all
+      if (no_use_ || now - seen_at_ >= doubt_after) doubtful_ = expected_;
+      if (observer_) observer_({now, pictures, tracker_});
+      return;
+    }
+    seen_at_ = now;
+    const std::vector<tracker::Track>& tracks = tracker_.look(now, pictures);
+    for (std::size_t i = 0; i < eyes_.size(); ++i) learn(i, pictures[i]);
+    names_->on_frame(now, tracks);
+    for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
+    update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
+    poses_.put(frame(now));
+    if (observer_) observer_({now, pictures, tracker_});
+  }
+
+  std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
+  std::optional<hal::kilobot::Message> question() const override {
+    const std::optional<tracker::Question> asked = names_->question();
+    if (!asked) return {};
+    return hal::kilobot::fleet_message(
+        {.kind = hal::FleetCommand::Kind::broadcast, .type = asked->type, .data = asked->data});
+  }
+  std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
+  bool everybody_named() const override { return names_->everybody_named(); }
+
+  const hal::Counters& counters() const override {
+    counters_ = own_counters_;
+    counters_.merge(tracker_.counters());
+    counters_.merge(names_->counters());
+    for (const Eye& eye : eyes_) counters_.merge(eye.feed->counters());
+    return counters_;
+  }
+
+ private:
+  // Empty: nothing new, or nothing that differs from what was there before.
+  cv::Mat newest(Eye& eye) {
+    cv::Mat picture = eye.feed->newest();
+    if (std::string trouble = eye.feed->trouble(); trouble != eye.trouble) {
+      if (trouble.empty())
+        spdlog::info("the camera {} gives pictures", eye.source);
+      else
+        spdlog::warn("{}", trouble);
+      eye.trouble = std::move(trouble);
+    }
+    if (picture.empty()) return picture;
+    if (same_picture(picture, eye.last)) {
+      own_counters_.add("camera.frozen");
+      no_use_ = true;
+      return {};
+    }
+    eye.last = picture;
+    return picture;
+  }
+
+  // Whether places in that picture can be believed.
+  bool in_place(std::size_t camera, const cv::Mat& picture) {
+    Eye& eye = eyes_[camera];
+    const tracker::Calibration* const calibration = tracker_.calibration(camera);
+    if (!eye.guard.has_learnt() || !calibration || picture.cols != calibration->data().lens.width_px ||
+        picture.rows != calibration->data().lens.height_px)
+      return true;
+    using Verdict = tracker::CameraGuard::Verdict;
+    const Verdict verdict = eye.guard.look(picture, *calibration);
+    if (verdict == Verdict::in_place) {
+      eye.moved = false;
+      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the testbed as it should", eye.source);
+      return true;
+    }
+    no_use_ = true;
+    own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
+    if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
+      own_counters_.add("camera.unrecognised");
+      spdlog::warn("the camera {} does not show the testbed: dark, covered, or turned away? Its pictures are not used",
+                   eye.source);
+    }
+    auto now = eye.guard.realigned();
+    if ((now || verdict == Verdict::moved) && !std::exchange(eye.moved, true)) {
+      own_counters_.add("camera.moved");
+      spdlog::warn("the camera {} hangs elsewhere than it did: its pictures are not used until it is clear where",
+                   eye.source);
+    }
+    if (now) {
+      const auto before = calibration->position_m(), after = now->position_m();
+      spdlog::warn(
+          "the camera {} hangs {:.1f} mm from where it did, and its calibration follows; calibrate it anew when there "
+          "is time",
+          eye.source, 1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
+      tracker_.realign(camera, std::move(*now));
+      own_counters_.add("camera.realigned");
+    }
+    return false;
+  }
+
+  // The first picture in which robots are is the one that the calibration is for.
+  void learn(std::size_t camera, const cv::Mat& picture) {
+    Eye& eye = eyes_[camera];
+    const tracker::Calibration* const calibration = tracker_.calibration(camera);
+    if (picture.empty() || eye.guard.has_learnt() || !calibration || tracker_.detections(camera).empty()) return;
+    std::vector<tracker::Circle> robots;
+    for (const tracker::Detection& robot : tracker_.detections(camera))
+      robots.push_back({robot.x_px, robot.y_px, robot.r_px});
+    eye.guard.learn(picture, robots, *calibration);
+    spdlog::debug("the camera {} is watched by {} marks in the arena", eye.source, eye.guard.marks());
+  }
+
+  // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not
+  // show it. A camera that gave nothing new is no such picture.
+  void update_doubtful(bool all_cameras) {
+    const std::span<const hal::RobotId> nameless = names_->doubtful();
+    doubtful_.assign(nameless.begin(), nameless.end());
+    for (const tracker::Track& track : tracker_.tracks()) {
+      if (track.age <= (all_cameras ? hal::LabTime{0} : doubt_after) && !track.doubtful) continue;
+      if (const auto robot = names_->robot_of(track.number)) doubtful_.push_back(*robot);
+    }
+    std::ranges::sort(doubtful_);
+    doubtful_.erase(std::ranges::unique(doubtful_).begin(), doubtful_.end());
+  }
+
+  // Robots whose name is sure. Those out of sight are in it for as long as their name stays sure, with their age.
+  hal::PoseFrame frame(hal::LabTime now) {
+    hal::PoseFrame frame{.stamp = now, .number = number_++};
+    std::map<tracker::TrackNumber, hal::Led> leds;
+    for (const tracker::Track& track : tracker_.tracks()) {
+      // An LED that answers a question says nothing of the robot's program.
+      hal::Led led = track.led;
+      if (names_->led_is_answer(track.number)) {
+        const auto before = leds_.find(track.number);
+        led = before == leds_.end() ? hal::Led::off : before->second;
+      }
+      leds.emplace(track.number, led);
+      const auto robot = names_->robot_of(track.number);
+      if (robot && !track.doubtful) frame.robots.push_back({*robot, track.in_arena, led, track.confidence, track.age});
+    }
+    leds_ = std::move(leds);
+    std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });
+    return frame;
+  }
+
+  std::vector<Eye> eyes_;
+  tracker::TableTracker tracker_;
+  std::unique_ptr<tracker::NameKeeper> names_;
+  Observer observer_;
+  hal::Counters own_counters_;
+  mutable hal::Counters counters_;
+  hal::NewestFrame poses_;
+  std::uint32_t number_ = 0;
+  bool no_use_ = false;      // a camera gave a picture that shows nothing of now, or from elsewhere
+  hal::LabTime seen_at_{0};  // when any camera last gave a picture
+  std::vector<hal::RobotId> expected_, doubtful_;
+  std::map<tracker::TrackNumber, hal::Led> leds_;  // what the programs show
+};
+
+}  // namespace
+
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Observer observer,
+                                                               const tracker::OpenCamera& open,
+                                                               std::unique_ptr<tracker::NameKeeper> names) {
+  std::vector<Eye> eyes;
+  for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
+    const std::string& source = settings.cameras[i].source;
+    const tracker::Lens& lens = settings.calibrations[i].data().lens;
+    eyes.push_back({.source = source,
+                    .feed = open(source, lens.width_px, lens.height_px),
+                    .last = {},
+                    .trouble = {},
+                    .guard = tracker::CameraGuard()});
+  }
+  const std::vector<hal::RobotId>& expected = settings.arena.info.robots;
+  if (!names) names = settings.known_to_ark ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
+  return std::make_unique<ArenaMonitor>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
+                                        expected, std::move(observer));
+}
+
+}  // namespace arkmesh::testbed

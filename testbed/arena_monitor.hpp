@@ -1,0 +1,39 @@
+// The eyes of a testbed of real Kilobots: newest pictures of all cameras in, named robots out. Puts tracker and
+// identity together.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "hal/platforms/kilobot/robot_monitor.hpp"
+#include "testbed/kilobot_settings.hpp"
+#include "tracker/live_camera.hpp"
+#include "tracker/name_keeper.hpp"
+#include "tracker/table_tracker.hpp"
+
+namespace arkmesh::testbed {
+
+// Called after each look with what was seen, for people who watch: pictures[i] is camera i's, empty when it gave
+// nothing new.
+struct Look {
+  hal::LabTime now{0};
+  std::span<const cv::Mat> pictures;
+  const tracker::TableTracker& tracker;
+};
+using Observer = std::function<void(const Look&)>;
+
+// Opens the cameras; one that is not there is waited for. `names`: who finds out who is who, in place of what the
+// settings say.
+//
+// Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again),
+// frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
+// camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
+// .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
+std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Observer observer = {},
+                                                               const tracker::OpenCamera& open = tracker::open_camera,
+                                                               std::unique_ptr<tracker::NameKeeper> names = nullptr);
+
+}  // namespace arkmesh::testbed

@@ -1,0 +1,249 @@
+// The emulator in real time: its cameras by URL, its controller by terminal and TCP, its control port.
+#include "emulator/emulator_server.hpp"
+
+#include <arpa/inet.h>
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
+#include <thread>
+
+#include "tests/emulator/emulator_builder.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::emulator;
+
+namespace {
+
+Handle connect_to(std::uint16_t port) {
+  Handle out(::socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(port);
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  REQUIRE(::connect(out.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0);
+  ::fcntl(out.get(), F_SETFL, O_NONBLOCK);
+  return out;
+}
+
+// Serves until the condition holds; false after `seconds`.
+bool run_until(EmulatorServer& server, const std::function<bool()>& condition, int seconds = 20) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_until(server.step());
+  }
+  return true;
+}
+
+// What the control port answers.
+std::string ask(EmulatorServer& server, const std::string& line) {
+  const Handle client = connect_to(server.control_port());
+  std::string got;
+  REQUIRE(::send(client.get(), line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size()));
+  run_until(server, [&] {
+    char some[4096];
+    const ssize_t n = ::recv(client.get(), some, sizeof some, 0);
+    if (n > 0) got.append(some, static_cast<std::size_t>(n));
+    return n == 0 || got.ends_with('\n');
+  });
+  return got;
+}
+
+}  // namespace
+
+TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplugged and plugged in between") {
+  // Packets written in one go arrive as a serial line would bring them; the terminal is another one after the
+  // unplugging.
+  const tests::TemporaryDirectory folder;
+  const std::string link = (folder.path() / "ohc").string();
+  Emulator emulator = TestEmulator{.robots = 2, .emulator = "ids = \"in_order\"\nohc_link = \"" + link + "\""}.make();
+  EmulatorRecord record(emulator, (folder.path() / "truth.csv").string(), "");
+  EmulatorServer server(emulator, record);
+  REQUIRE(run_until(server, [&] { return emulator.now() > ms(2'050); }));
+  const std::string terminal = server.terminal();
+  CHECK(std::filesystem::read_symlink(link) == terminal);
+  const Packet run = make_packet(2, {}, 0x88), message = make_packet(2, {1}, 7);
+  {
+    const Handle host(::open(link.c_str(), O_WRONLY | O_NOCTTY));
+    REQUIRE(host);
+    REQUIRE(::write(host.get(), run.data(), run.size()) == static_cast<ssize_t>(run.size()));
+    CHECK(run_until(server, [&] { return led_of(emulator, 1) == hal::Led::red; }));
+    CHECK(emulator.counters()["ohc.packets.forward"] == 1);
+  }
+  CHECK(ask(server, "ohc unplug\n") == "ok\n");
+  CHECK(run_until(server, [&] { return server.terminal().empty(); }));
+  CHECK_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
+  CHECK(ask(server, "ohc plug\n") == "ok\n");
+  CHECK(run_until(server, [&] { return !server.terminal().empty(); }));
+  CHECK(std::filesystem::read_symlink(link) == server.terminal());
+
+  const hal::LabTime plugged = emulator.now();
+  CHECK(run_until(server, [&] { return emulator.now() > plugged + ms(2'100); }));
+  const Handle first = connect_to(server.ohc_port());
+  REQUIRE(::send(first.get(), message.data(), message.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(message.size()));
+  CHECK(run_until(server, [&] { return led_of(emulator, 1) == hal::Led::white; }));
+  // a second host is sent away, as from a port that is in use
+  const Handle second = connect_to(server.ohc_port());
+  CHECK(run_until(server, [&] {
+    char byte;
+    return ::recv(second.get(), &byte, 1, 0) == 0;
+  }));
+
+  std::ifstream truth(folder.path() / "truth.csv");
+  std::string header, row;
+  std::getline(truth, header);
+  CHECK(header == "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena");
+  int rows = 0;
+  while (std::getline(truth, row)) ++rows;
+  CHECK(rows >= 2 * 15 * 2);
+}
+
+TEST_CASE("OpenCV opens an emulator's camera, loses it while it is gone, and opens it again") {
+  // The picture is the emulator's own; a camera that is gone ends its stream and is not found.
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  EmulatorServer server(emulator, record);
+  REQUIRE(run_until(server, [&] { return emulator.now() > ms(100); }));
+  const std::string url = server.url(0);
+  for (int turn = 0; turn < 2; ++turn) {
+    std::atomic<int> pictures = 0, ended = 0;
+    cv::Mat last;
+    std::thread viewer([&] {
+      cv::VideoCapture capture(url, cv::CAP_FFMPEG);
+      cv::Mat picture;
+      while (capture.isOpened() && capture.read(picture)) {
+        if (++pictures == 8) picture.copyTo(last);
+      }
+      ended = 1;
+    });
+    CHECK(run_until(server, [&] { return pictures >= 8 || ended; }));
+    CHECK(ask(server, "camera camera0 gone\n") == "ok\n");
+    CHECK(run_until(server, [&] { return ended == 1; }));
+    viewer.join();
+    REQUIRE(pictures >= 8);
+    CHECK(last.cols == 320);
+    CHECK(ask(server, "camera camera0 ok\n") == "ok\n");
+    cv::Mat own;
+    REQUIRE(emulator.picture(0, own));
+    CHECK(cv::norm(own, last, cv::NORM_L1) / static_cast<double>(own.total() * 3) < 4);
+    CHECK(run_until(server, [&] { return server.pictures().counters()["mjpeg.clients"] > 0; }));
+    const hal::LabTime back = emulator.now();
+    CHECK(run_until(server, [&] { return emulator.now() > back + ms(500); }));
+  }
+}
+
+TEST_CASE("the control port answers line by line, and sends away who never ends a line") {
+  // Two lines in one packet, two answers; 2 kB without an end are too much.
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  EmulatorServer server(emulator, record);
+  CHECK(ask(server, "bogus\n").starts_with("error: "));
+  const Handle client = connect_to(server.control_port());
+  const std::string two = "robot 0 take\r\nrobot 0 put 0 0 0\r\n";
+  REQUIRE(::send(client.get(), two.data(), two.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(two.size()));
+  std::string got;
+  CHECK(run_until(server, [&] {
+    char some[256];
+    const ssize_t n = ::recv(client.get(), some, sizeof some, 0);
+    if (n > 0) got.append(some, static_cast<std::size_t>(n));
+    return got == "ok\nok\n";
+  }));
+  CHECK(emulator.truth()[0].seen.pose.x_m == 0);
+  const std::string endless(2'000, 'x');
+  const Handle rude = connect_to(server.control_port());
+  CHECK(run_until(server, [&] {
+    ::send(rude.get(), endless.data(), endless.size(), MSG_NOSIGNAL);
+    char byte;
+    const ssize_t n = ::recv(rude.get(), &byte, 1, 0);
+    return n == 0 || (n < 0 && errno == ECONNRESET);
+  }));
+}
+
+TEST_CASE("a taken port, a link that is a file and a video without a folder are refused with a sentence") {
+  // Each names what it is about.
+  const tests::TemporaryDirectory folder;
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  const EmulatorServer first(emulator, record);
+  Emulator other = TestEmulator{.robots = 2, .emulator = fmt::format("[emulator.scene]\ntexture = 0.0")}.make();
+  CHECK_THROWS_WITH_AS(SerialReader("127.0.0.1", first.ohc_port(), ""),
+                       doctest::Contains("is in use by another program"), std::runtime_error);
+  const std::string file = folder.write("occupied", "text").string();
+  CHECK_THROWS_WITH_AS(SerialReader("127.0.0.1", 0, file), doctest::Contains("no symbolic link"), std::runtime_error);
+  CHECK(std::filesystem::exists(file));
+  CHECK_THROWS_WITH_AS(EmulatorRecord(emulator, "/nowhere/truth.csv", ""), doctest::Contains("/nowhere/truth.csv"),
+                       std::runtime_error);
+  CHECK_THROWS_WITH_AS(EmulatorRecord(emulator, "", "/nowhere/video.mp4"), doctest::Contains("/nowhere/video.mp4"),
+                       std::runtime_error);
+  CHECK_THROWS_WITH_AS(EmulatorRecord(emulator, "", "video.txt"), doctest::Contains(".avi or .mp4"),
+                       std::runtime_error);
+}
+
+TEST_CASE("calibration and chessboards are written for every camera") {
+  // The file holds what the renderer uses; pictures have the cameras' size.
+  const tests::TemporaryDirectory folder;
+  Emulator emulator = TestEmulator{.robots = 2,
+                                   .cameras =
+                                       "[[emulator.camera]]\nname = \"a\"\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n"
+                                       "distortion = [-0.1, 0.01, 0.001, 0.002, 0.0]\n"
+                                       "[[emulator.camera]]\nname = \"b\"\nwidth_px = 400\nheight_px = 300\nx_m = "
+                                       "0.2\nlook_x_m = 0.1\nz_m = 0.9"}
+                          .make();
+  const std::string file = (folder.path() / "emulator.yaml").string();
+  write_calibration(emulator, file);
+  const cv::FileStorage read(file, cv::FileStorage::READ);
+  REQUIRE(read.isOpened());
+  REQUIRE(read["cameras"].size() == 2);
+  cv::Mat matrix, rotation, translation, distortion;
+  read["cameras"][1]["camera_matrix"] >> matrix;
+  read["cameras"][1]["rotation"] >> rotation;
+  read["cameras"][1]["translation"] >> translation;
+  read["cameras"][0]["distortion_coefficients"] >> distortion;
+  CHECK(static_cast<std::string>(read["cameras"][1]["name"]) == "b");
+  CHECK(static_cast<int>(read["cameras"][1]["image_width"]) == 400);
+  CHECK(static_cast<double>(read["cameras"][1]["arena_height_m"]) == 0.4);
+  CHECK(distortion.at<double>(3) == 0.002);
+  // a point goes through these numbers to where the camera shows it
+  const cv::Mat at = matrix * (rotation * (cv::Mat_<double>(3, 1) << 0.1, -0.1, 0) + translation);
+  const cv::Point2d expected = *emulator.camera(1).model().project(0.1, -0.1, 0);
+  CHECK(at.at<double>(0) / at.at<double>(2) == doctest::Approx(expected.x));
+  CHECK(at.at<double>(1) / at.at<double>(2) == doctest::Approx(expected.y));
+  write_chessboards(emulator, 2, (folder.path() / "boards").string());
+  for (const char* const name : {"a-00.png", "a-01.png", "b-00.png", "b-01.png"})
+    CHECK(std::filesystem::exists(folder.path() / "boards" / name));
+  CHECK_THROWS_WITH_AS(write_calibration(emulator, "/nowhere/x.yaml"), doctest::Contains("/nowhere/x.yaml"),
+                       std::runtime_error);
+}
+
+TEST_CASE("a video keeps time while a camera is gone") {
+  // Ten pictures, three of them missing: ten frames.
+  const tests::TemporaryDirectory folder;
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  const std::string file = (folder.path() / "emulator.avi").string();
+  {
+    EmulatorRecord record(emulator, "", file);
+    cv::Mat picture;
+    for (int k = 0; k < 10; ++k) {
+      if (k == 4) CHECK(emulator.command("camera camera0 gone") == "ok");
+      if (k == 7) CHECK(emulator.command("camera camera0 ok") == "ok");
+      emulator.advance_to(k * emulator.config().frame_period);
+      record.add_picture(0, emulator.picture(0, picture) ? picture : cv::Mat());
+    }
+  }
+  cv::VideoCapture video(file, cv::CAP_FFMPEG);
+  REQUIRE(video.isOpened());
+  int frames = 0;
+  for (cv::Mat picture; video.read(picture);) ++frames;
+  CHECK(frames == 10);
+  CHECK(video.get(cv::CAP_PROP_FPS) == doctest::Approx(15).epsilon(0.01));
+}

@@ -1,0 +1,154 @@
+// The overhead controller: packing, order, airtime.
+#include "hal/platforms/kilobot/message_registers.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <utility>
+#include <vector>
+
+#include "hal/counters.hpp"
+#include "hal/platforms/kilobot/body.hpp"
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+hal::ArenaInfo info_of(int robots) {
+  hal::ArenaInfo info{hal::kilobot::model};
+  for (int i = 0; i < robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
+  return info;
+}
+
+struct Block {
+  int robot, kind, value;
+  bool operator==(const Block&) const = default;
+};
+
+std::vector<Block> blocks(const Message& message) {
+  std::vector<Block> out;
+  for (std::size_t k = 0; k < 9; k += 3) {
+    const int bits = message.data[k] << 16 | message.data[k + 1] << 8 | message.data[k + 2];
+    out.push_back({bits >> 14, bits >> 10 & 15, bits & 1023});
+  }
+  return out;
+}
+
+constexpr Block filler{1023, 0, 0};
+
+hal::FleetCommand broadcast(std::uint8_t type, std::initializer_list<int> data) {
+  hal::FleetCommand out{.kind = hal::FleetCommand::Kind::broadcast, .type = type};
+  std::transform(data.begin(), data.end(), out.data.begin(), [](int byte) { return static_cast<std::uint8_t>(byte); });
+  return out;
+}
+
+bool adds_up(const hal::Airtime& a) {
+  return a.offered == a.sent + a.replaced + a.refused + a.not_sent + a.waiting;
+}
+
+}  // namespace
+
+TEST_CASE("bytes of a composite") {
+  // Robots (5, 1, 300) and (1000, 14, 1023) and a filler are the bytes of the published example, with its checksum.
+  const hal::ArenaInfo info = info_of(1001);
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  controller.offer(std::vector<hal::ToRobot>{{5, 0, 1, 300}, {1000, 0, 14, 1023}});
+  const auto message = controller.next();
+  REQUIRE(message);
+  CHECK(message->data == std::array<std::uint8_t, 9>{0x01, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0x00});
+  CHECK(message->type == 0);
+  CHECK(message->crc == 0x07A8);
+  CHECK_FALSE(controller.next());
+}
+
+TEST_CASE("newest wins, in a fair round") {
+  // A newer value replaces an unsent one without losing its turn; every robot has its turn before any has a second one.
+  const hal::ArenaInfo info = info_of(7);
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  std::vector<hal::ToRobot> all;
+  for (hal::RobotId id = 0; id < 7; ++id) all.push_back({id, 0, 1, 10});
+  controller.offer(all);
+  CHECK(controller.airtime().waiting == 7);
+  CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, {1, 1, 10}, {2, 1, 10}});
+  controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 11}, {4, 0, 1, 11}, {4, 0, 2, 12}});
+  const hal::Airtime air = controller.airtime();
+  CHECK(air.replaced == 2);
+  CHECK(air.sent == 3);
+  CHECK(adds_up(air));
+  CHECK(blocks(*controller.next()) == std::vector<Block>{{3, 1, 10}, {4, 2, 12}, {5, 1, 10}});
+  CHECK(blocks(*controller.next()) == std::vector<Block>{{6, 1, 10}, {0, 1, 11}, filler});
+  CHECK_FALSE(controller.next());
+  CHECK(adds_up(controller.airtime()));
+}
+
+TEST_CASE("slots") {
+  // Slots of one robot are registers of their own, take turns, and never share a composite.
+  const hal::ArenaInfo info = info_of(2);
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  controller.offer(std::vector<hal::ToRobot>{{0, 3, 1, 30}, {0, 1, 1, 10}, {0, 200, 1, 200}});
+  CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, filler, filler});
+  controller.offer(std::vector<hal::ToRobot>{{0, 1, 1, 11}});
+  CHECK(blocks(*controller.next())[0] == Block{0, 1, 30});
+  CHECK(blocks(*controller.next())[0] == Block{0, 1, 200});
+  CHECK(blocks(*controller.next())[0] == Block{0, 1, 11});
+}
+
+TEST_CASE("limits") {
+  // What no Kilobot could be told is refused and counted by reason; a flood of commands is refused, not stored.
+  const hal::ArenaInfo info = info_of(2);
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 1}, {0, 0, 16, 1}, {0, 0, 1, 1024}, {1, 0, 15, 1023}});
+  const hal::Airtime air = controller.airtime();
+  CHECK(air.refused == 3);
+  CHECK(air.waiting == 1);
+  CHECK(adds_up(air));
+  CHECK(counters["to_robots.refused.unknown_robot"] == 1);
+  CHECK(counters["to_robots.refused.kind"] == 1);
+  CHECK(counters["to_robots.refused.value"] == 1);
+  controller.command(broadcast(128, {1}));
+  CHECK(counters["fleet_command.refused.type"] == 1);
+  for (int k = 0; k < 1000; ++k) controller.command({.kind = hal::FleetCommand::Kind::run});
+  CHECK(counters["fleet_command.refused.too_many"] == 744);
+}
+
+TEST_CASE("commands that a platform does not carry") {
+  // Each is refused by its name and takes no airtime.
+  hal::ArenaInfo info = info_of(2);
+  info.commands = {hal::FleetCommand::Kind::run};
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  controller.command({.kind = hal::FleetCommand::Kind::sleep});
+  controller.command(broadcast(120, {1}));
+  CHECK(counters["fleet_command.refused.sleep"] == 1);
+  CHECK(counters["fleet_command.refused.broadcast"] == 1);
+  CHECK_FALSE(controller.has_waiting());
+  controller.command({.kind = hal::FleetCommand::Kind::run});
+  CHECK(controller.has_waiting());
+}
+
+TEST_CASE("fleet commands go first") {
+  // Commands overtake all registers, in their own order, with the types of the robots' library.
+  const hal::ArenaInfo info = info_of(2);
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  using Kind = hal::FleetCommand::Kind;
+  controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
+  for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge})
+    controller.command({.kind = kind});
+  controller.command(broadcast(119, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  for (int type : {0x88, 0x85, 0x83, 0x84, 0x87, 0x86, 119}) {
+    const auto message = controller.next();
+    REQUIRE(message);
+    CHECK(message->type == type);
+    CHECK(message->crc == message_crc(*message));
+    if (type == 119) CHECK(message->data == std::array<std::uint8_t, 9>{1, 2, 3, 4, 5, 6, 7, 8, 9});
+  }
+  CHECK(controller.next()->type == 0);
+}
+
+}  // namespace arkmesh::hal::kilobot

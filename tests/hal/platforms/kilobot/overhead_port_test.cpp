@@ -1,0 +1,87 @@
+// What the overhead controller does when its line is lost, slow or takes bytes without delivering them.
+#include <doctest/doctest.h>
+
+#include "hal/platforms/kilobot/overhead_controller.hpp"
+#include "tests/hal/platforms/kilobot/overhead_bench.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::hal::kilobot;
+using namespace arkmesh::tests;
+using namespace std::chrono_literals;
+using Kind = hal::FleetCommand::Kind;
+
+TEST_CASE("overhead controller: unplugged for long") {
+  // What waited too long while the line was down is dropped and counted; nothing comes in a burst when it is back.
+  OverheadBench bench;
+  bench.start();
+  bench.cable->plugged = false;
+  bench.controller.command({Kind::run});
+  for (int i = 0; i < 100; ++i) {
+    bench.offer(static_cast<hal::RobotId>(i % 10));
+    bench.run(100ms);
+  }
+  CHECK(bench.counters["fleet_command.expired"] == 1);
+  CHECK(bench.counters["to_robots.expired"] > 0);
+  CHECK(bench.counters["overhead.port_lost"] == 1);
+  bench.controller.command({Kind::voltage});
+  CHECK(bench.controller.airtime().waiting <= 1);
+  bench.cable->plugged = true;
+  bench.run(6s);
+  const auto heard = bench.cable->take();
+  CHECK(bench.counters["overhead.port_opened"] == 2);
+  REQUIRE(heard.size() >= 2);
+  CHECK(heard[0].type() == PacketType::stop);
+  CHECK(heard[1].message_type() == type_voltage);
+  CHECK(heard.size() <= 4);
+  for (const auto& one : heard) CHECK(one.message_type() != type_run);
+  const hal::Airtime airtime = bench.controller.airtime();
+  CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.not_sent + airtime.waiting);
+}
+
+TEST_CASE("overhead controller: unplugged for a moment") {
+  // A command that was on the air when the line was lost is repeated when it is back, and a question stands again.
+  OverheadBench bench;
+  bench.start();
+  bench.controller.ask(Message{{7}, 120, 0});
+  bench.controller.command({Kind::run});
+  bench.run(200ms);
+  bench.cable->plugged = false;
+  bench.run(100ms);
+  bench.cable->plugged = true;
+  bench.cable->take();
+  bench.run(5s);
+  const auto heard = bench.cable->take();
+  REQUIRE(heard.size() == 3);
+  CHECK(heard[0].type() == PacketType::stop);
+  CHECK(heard[1].message_type() == type_run);
+  CHECK(heard[2].message_type() == 120);
+  CHECK(heard[2].at - heard[1].at == 500ms);
+  CHECK(bench.counters["fleet_command.repeated_after_loss"] == 1);
+}
+
+TEST_CASE("overhead controller: a slow line") {
+  // A packet that the system takes byte by byte arrives whole, and its time on the air begins when it has arrived.
+  OverheadBench bench;
+  bench.start();
+  bench.cable->bytes_a_write = 3;
+  for (hal::RobotId robot = 0; robot < 9; ++robot) bench.offer(robot);
+  bench.run(1s);
+  const auto heard = bench.cable->take();
+  REQUIRE(heard.size() == 4);
+  // 132 bytes take 44 ms; the air is clean for as long as after a fast packet, then the next one begins
+  CHECK(heard[1].at - heard[0].at >= 55ms - packet_on_line + 43ms);
+  CHECK(heard[1].at - heard[0].at <= 70ms);
+}
+
+TEST_CASE("overhead controller: a line that takes bytes and does not deliver them") {
+  // Packets are not piled up in buffers from which they would come in a burst: what waits is a few packets at most.
+  OverheadBench bench;
+  bench.start();
+  bench.cable->waiting = 5 * packet_bytes;
+  bench.offer(1);
+  bench.run(2s);
+  CHECK(bench.cable->take().empty());
+  bench.cable->waiting = 0;
+  bench.run(100ms);
+  CHECK(bench.cable->take().size() == 2);
+}

@@ -1,0 +1,245 @@
+// Real bytes through the real libserialport into a pseudo-terminal, and through a socket.
+#include "hal/platforms/kilobot/packet_port.hpp"
+
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "hal/platforms/kilobot/byte_stream.hpp"
+#include "tests/support/kilobot/listener.hpp"
+#include "tests/support/kilobot/packet_ear.hpp"
+#include "tests/support/processes/process.hpp"
+#include "tests/support/processes/pseudo_terminal.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::hal::kilobot;
+using namespace arkmesh::tests;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::chrono::milliseconds deadline = 10s;
+
+TimePoint now() {
+  return std::chrono::steady_clock::now();
+}
+
+// A packet whose bytes differ from their neighbours, so that a lost or doubled byte shows; without header bytes, so
+// that packets may follow each other directly.
+Packet telling_packet(int number) {
+  const auto page = static_cast<std::uint8_t>(number % 64);
+  std::array<std::uint8_t, page_bytes> bytes;
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 37 + page) | 2;
+  return boot_page_packet(page, bytes);
+}
+
+// Sends packets 0..count-1 through the line while `read` takes bytes at the other end, and wants them there whole and
+// in order.
+template <class Read>
+void check_delivery(PacketPort& line, int count, Read read) {
+  PacketEar ear;
+  std::vector<Packet> heard;
+  int sent = 0;
+  CHECK(eventually(deadline, [&] {
+    line.poll(now());
+    if (sent < count && line.is_free()) line.send(telling_packet(sent++), now());
+    for (const auto& packet : ear.hear(read())) heard.push_back(packet);
+    return static_cast<int>(heard.size()) >= count;
+  }));
+  REQUIRE(static_cast<int>(heard.size()) == count);
+  for (int i = 0; i < count; ++i) CHECK(heard[static_cast<std::size_t>(i)] == telling_packet(i));
+}
+
+std::string trouble_with(const std::string& port) {
+  const auto stream = make_byte_stream(port);
+  stream->open();
+  CHECK(stream->check() == ByteStream::State::closed);
+  return stream->trouble();
+}
+
+void check_holds(const std::string& text, const std::string& part) {
+  CAPTURE(text);
+  CAPTURE(part);
+  CHECK(text.find(part) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("serial device: settings and bytes") {
+  // The device is set to 38400 baud, 8N1, raw, without flow control, and every byte value arrives as it was sent.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(terminal.port()), counters);
+  line.poll(now());
+  REQUIRE(line.is_open());
+  CHECK(line.trouble().empty());
+  const termios settings = terminal.settings();
+  CHECK(::cfgetospeed(&settings) == B38400);
+  CHECK((settings.c_cflag & CSIZE) == CS8);
+  CHECK((settings.c_cflag & (PARENB | CSTOPB | CRTSCTS)) == 0);
+  CHECK((settings.c_iflag & (IXON | IXOFF)) == 0);
+  CHECK((settings.c_oflag & OPOST) == 0);
+  check_delivery(line, 20, [&] { return terminal.read(); });
+}
+
+TEST_CASE("serial device: partial writes") {
+  // A device that takes bytes slowly gets whole packets in the end, and nothing blocks meanwhile.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(terminal.port()), counters);
+  line.poll(now());
+  // until it takes no more: the last packet is cut somewhere
+  int sent = 0;
+  while (line.is_free()) {
+    REQUIRE(sent < 10'000);
+    line.send(telling_packet(sent++), now());
+    line.poll(now());
+  }
+  CHECK(sent > 1);
+  PacketEar ear;
+  int heard = 0;
+  CHECK(eventually(deadline, [&] {
+    line.poll(now());
+    for (const Packet& packet : ear.hear(terminal.read(77))) CHECK(packet == telling_packet(heard++));
+    return heard == sent;
+  }));
+  CHECK(heard == sent);
+  CHECK(line.is_free());
+}
+
+TEST_CASE("serial device: unplugged and plugged in again") {
+  // A device that goes away is noticed and named, and opened again by its name when it is back.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(terminal.port()), counters);
+  line.poll(now());
+  check_delivery(line, 3, [&] { return terminal.read(); });
+  for (int times = 1; times <= 2; ++times) {
+    terminal.unplug();
+    CHECK(eventually(deadline, [&] { return line.poll(now()), !line.is_open(); }));
+    CHECK_FALSE(line.is_free());
+    check_holds(line.trouble(), "was unplugged");
+    CHECK(eventually(deadline, [&] {
+      return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos;
+    }));
+    terminal.plug();
+    CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
+    check_delivery(line, 3, [&] { return terminal.read(); });
+    CHECK(counters["overhead.port_lost"] == static_cast<std::uint64_t>(times));
+    CHECK(counters["overhead.port_opened"] == static_cast<std::uint64_t>(times + 1));
+  }
+}
+
+TEST_CASE("serial device: a device that talks") {
+  // What comes from the device is thrown away, so that nothing piles up in the system.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(terminal.port()), counters);
+  line.poll(now());
+  for (int i = 0; i < 50; ++i) {
+    terminal.say(std::string(1000, 'x'));
+    line.poll(now());
+  }
+  check_delivery(line, 3, [&] { return terminal.read(); });
+}
+
+TEST_CASE("serial device: for one program alone") {
+  // A second user of the same device is told that it is in use.
+  PseudoTerminal terminal;
+  for (const std::string& port : {terminal.port(), terminal.link()}) {
+    const auto first = make_byte_stream(port);
+    first->open();
+    REQUIRE(first->check() == ByteStream::State::open);
+    check_holds(trouble_with(terminal.port()), "in use by another program");
+    check_holds(trouble_with(terminal.link()), "in use by another program");
+  }
+}
+
+TEST_CASE("serial device: a pseudo-terminal by its own name") {
+  // What socat or an emulated testbed offers is opened although libserialport knows no such terminals; bytes,
+  // unplugging and plugging in work alike.
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(terminal.link()), counters);
+  line.poll(now());
+  check_delivery(line, 20, [&] { return terminal.read(); });
+  CHECK((terminal.settings().c_oflag & OPOST) == 0);
+  terminal.say(std::string(1000, 'x'));
+  terminal.unplug();
+  CHECK(eventually(
+      deadline, [&] { return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+  terminal.plug();
+  CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
+  check_delivery(line, 3, [&] { return terminal.read(); });
+  CHECK(counters["overhead.port_lost"] == 1);
+}
+
+TEST_CASE("serial device: what is no device") {
+  // A port that does not exist, a file and a folder are named with what they are.
+  check_holds(trouble_with("/dev/ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(trouble_with("ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(trouble_with("/etc/passwd"), "/etc/passwd is not a serial port");
+  check_holds(trouble_with("/dev"), "is not a serial port");
+  check_holds(trouble_with("/dev/null"), "is not a serial port");
+  CHECK_THROWS_AS(make_byte_stream(""), PortError);
+  CHECK_THROWS_AS(make_byte_stream("udp://here:1"), PortError);
+}
+
+TEST_CASE("serial device: no permission") {
+  // Without the right to the device the group that has it and the command that joins it are named.
+  PseudoTerminal terminal;
+  const std::string device = std::filesystem::canonical(terminal.port()).string();
+  REQUIRE(::chmod(device.c_str(), 0) == 0);
+  if (::geteuid() == 0) {
+    // root may open everything, so the question is asked as nobody
+    REQUIRE(::seteuid(65534) == 0);
+    const std::string said = trouble_with(device);
+    REQUIRE(::seteuid(0) == 0);
+    check_holds(said, "no permission to open " + device + ": it belongs to group ");
+    check_holds(said, "sudo usermod -aG ");
+  } else {
+    check_holds(trouble_with(device), "sudo usermod -aG ");
+  }
+}
+
+TEST_CASE("tcp: bytes") {
+  // Packets arrive whole and in order at a TCP port, and its answers are thrown away.
+  Listener listener;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(listener.port()), counters);
+  check_delivery(line, 30, [&] { return listener.read(); });
+}
+
+TEST_CASE("tcp: a connection that ends") {
+  // A connection that was closed, and a port where nobody listens for a while, are named, and found again.
+  Listener listener;
+  hal::Counters counters;
+  PacketPort line(make_byte_stream(listener.port()), counters);
+  check_delivery(line, 3, [&] { return listener.read(); });
+  listener.hang_up();
+  CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.port_lost"] == 1; }));
+  CHECK(line.trouble() == listener.port() + ": the connection ended");
+  check_delivery(line, 3, [&] { return listener.read(); });
+  listener.stop();
+  CHECK(eventually(deadline,
+                   [&] { return line.poll(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
+  listener.listen_again();
+  check_delivery(line, 3, [&] { return listener.read(); });
+  CHECK(counters["overhead.port_opened"] == 3);
+}
+
+TEST_CASE("tcp: addresses") {
+  // An address without a port, with a wrong one, or of an unknown host is refused with what is expected.
+  for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536",
+                                 "tcp://host:12x", "tcp://host:99999999999"}) {
+    CAPTURE(port);
+    CHECK_THROWS_AS(make_byte_stream(port), PortError);
+  }
+  CHECK_THROWS_AS(make_byte_stream("tcp://no-such-host.invalid:3001"), PortError);
+  CHECK_NOTHROW(make_byte_stream("tcp://[::1]:3001"));
+}

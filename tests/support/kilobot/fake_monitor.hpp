@@ -1,0 +1,53 @@
+// Eyes that see what a test tells them to: robots in a row, unless the camera is covered.
+#pragma once
+
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hal/platforms/kilobot/robot_monitor.hpp"
+
+namespace arkmesh::tests {
+
+// What the eyes see, in the test's hand. Shared with the eyes, which may live in an arena.
+struct FakeTestbed {
+  std::vector<hal::RobotId> robots;
+  std::vector<hal::RobotId> in_doubt;
+  std::optional<hal::kilobot::Message> question;
+  bool covered = false;       // no picture comes
+  int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
+  int looks = 0;
+  std::vector<hal::LabTime> looked_at;
+  double x_m = 0;  // of all robots
+};
+
+class FakeMonitor final : public hal::kilobot::RobotMonitor {
+ public:
+  explicit FakeMonitor(std::shared_ptr<FakeTestbed> testbed) : testbed_(std::move(testbed)) {}
+  void look(hal::LabTime now) override {
+    ++testbed_->looks;
+    testbed_->looked_at.push_back(now);
+    if (testbed_->covered) return counters_.add("camera.gone");
+    frame_.emplace();
+    frame_->stamp = now;
+    frame_->number = static_cast<std::uint32_t>(testbed_->looks);
+    for (const hal::RobotId robot : testbed_->robots)
+      frame_->robots.push_back({robot, {testbed_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
+  }
+  std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }
+  std::optional<hal::kilobot::Message> question() const override { return testbed_->question; }
+  std::span<const hal::RobotId> doubtful() const override { return testbed_->in_doubt; }
+  bool everybody_named() const override {
+    return testbed_->in_doubt.empty() && testbed_->looks >= testbed_->named_after_looks;
+  }
+  const hal::Counters& counters() const override { return counters_; }
+
+ private:
+  std::shared_ptr<FakeTestbed> testbed_;
+  std::optional<hal::PoseFrame> frame_;
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::tests

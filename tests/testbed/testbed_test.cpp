@@ -1,0 +1,389 @@
+// The whole way from pictures to named robots: a real clip, several cameras, and a monitor over an emulated testbed.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "emulator/emulator.hpp"
+#include "hal/config.hpp"
+#include "testbed/arena_monitor.hpp"
+#include "testbed/kilobot_row.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+#include "tracker/calibration_file.hpp"
+#include "tracker/source.hpp"
+#include "tracker/table_tracker.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tracker;
+
+namespace {
+
+// As a lab reads them, at a testbed whose controller is the test's.
+testbed::KilobotSettings settings(const hal::Config& config) {
+  const hal::Section arena = config.root().section("arena");
+  return testbed::read_kilobot_settings(arena, "lab", arena.section("kilobot").sections("cameras").size());
+}
+
+const std::string pictures_folder = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
+
+struct TrueRobot {
+  double x_px = 0, y_px = 0, r_px = 0;
+};
+
+// By frame and id.
+std::map<std::uint32_t, std::map<int, TrueRobot>> true_tracks() {
+  std::map<std::uint32_t, std::map<int, TrueRobot>> truth;
+  std::ifstream in(pictures_folder + "bodyguard_clip_tracks.csv");
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream row(line);
+    std::uint32_t frame = 0;
+    int id = 0;
+    TrueRobot robot;
+    row >> frame >> id >> robot.x_px >> robot.y_px >> robot.r_px;
+    truth[frame][id] = robot;
+  }
+  return truth;
+}
+
+CameraData camera_at(double x_m, double width_px = 900, double height_px = 900) {
+  CameraData data;
+  data.lens = {LensModel::pinhole,
+               static_cast<int>(width_px),
+               static_cast<int>(height_px),
+               {900, 0, 449.5, 0, 900, 449.5, 0, 0, 1},
+               {}};
+  data.translation_m = {-x_m, 0, 1.0};
+  return data;
+}
+
+Detection detection_at(const Calibration& camera, Point place, double offset_m = 0) {
+  const auto pixel = camera.to_pixel({place.x + offset_m, place.y}, board_height_m);
+  const double r_px = camera.scale(place, board_height_m)->largest * 0.0165;
+  const auto led = camera.to_pixel({place.x + offset_m, place.y + 0.014}, board_height_m + 0.002);
+  return {.x_px = pixel->x,
+          .y_px = pixel->y,
+          .r_px = r_px,
+          .confidence = 0.8f,
+          .led = hal::Led::green,
+          .led_confidence = 0.9f,
+          .led_x_px = led->x,
+          .led_y_px = led->y};
+}
+
+// An emulated testbed as the testbed: its camera is what the monitor sees, and what the monitor asks is said by its
+// overhead controller.
+class EmulatedTestbed {
+ public:
+  explicit EmulatedTestbed(const std::string& text)
+      : config_(hal::Config::from_text(text, "emulator.toml")), emulator_(config_.root()) {
+    emulator_.advance_to(hal::LabTime(2'500'000));
+  }
+
+  emulator::Emulator& emulator() { return emulator_; }
+
+  std::unique_ptr<hal::kilobot::RobotMonitor> monitor(const std::string& lab,
+                                                      const std::filesystem::path& calibration) {
+    std::vector<NamedCamera> cameras;
+    for (std::size_t k = 0; k < emulator_.cameras(); ++k) {
+      const auto& model = emulator_.camera(k).model_at_first();
+      CameraData data;
+      data.lens.width_px = model.width_px();
+      data.lens.height_px = model.height_px();
+      for (int i = 0; i < 9; ++i)
+        data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
+      data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
+      for (int i = 0; i < 3; ++i) data.translation_m[i] = model.translation()[i];
+      cameras.push_back({emulator_.camera(k).settings().name, data});
+    }
+    write_calibrations(calibration, cameras);
+    const auto config = hal::Config::from_text(lab, "lab.toml");
+    return testbed::make_arena_monitor(settings(config), {}, [this](const std::string& source, int, int) {
+      return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
+    });
+  }
+
+  // The next picture, a tenth of a second later; meanwhile the controller says what the monitor asks.
+  void next(hal::kilobot::RobotMonitor& monitor) {
+    const auto question = monitor.question();
+    if (question != asked_) {
+      asked_ = question;
+      say(question);
+    }
+    emulator_.advance_to(emulator_.now() + hal::LabTime(100'000));
+    monitor.look(emulator_.now());
+  }
+
+  // Robots seen in this very frame whose id is another's, judged by what only the emulator knows.
+  int wrong_ids(hal::kilobot::RobotMonitor& monitor, int* named = nullptr) {
+    const auto frame = monitor.latest();
+    if (!frame) return 0;
+    int wrong = 0;
+    for (const hal::Observation& seen : frame->robots) {
+      if (seen.age.count() > 0) continue;
+      const auto truth = emulator_.truth();
+      const auto robot =
+          std::find_if(truth.begin(), truth.end(), [&](const auto& one) { return one.id == seen.robot; });
+      if (robot == truth.end() ||
+          std::hypot(robot->seen.pose.x_m - seen.pose.x_m, robot->seen.pose.y_m - seen.pose.y_m) > 0.02)
+        ++wrong;
+    }
+    if (named) *named = static_cast<int>(frame->robots.size());
+    return wrong;
+  }
+
+ private:
+  class Feed final : public CameraFeed {
+   public:
+    Feed(EmulatedTestbed& testbed, std::size_t camera) : testbed_(testbed), camera_(camera) {}
+    cv::Mat newest() override {
+      cv::Mat picture;
+      if (!testbed_.emulator_.picture(camera_, picture)) return {};
+      return picture.clone();
+    }
+    std::string trouble() const override { return {}; }
+    hal::Counters counters() const override { return {}; }
+
+   private:
+    EmulatedTestbed& testbed_;
+    std::size_t camera_;
+  };
+
+  void say(const std::optional<hal::kilobot::Message>& message) {
+    std::array<std::uint8_t, 132> packet{};
+    packet[0] = 0x55;
+    if (message) {
+      packet[1] = 2;
+      std::copy(message->data.begin(), message->data.end(), packet.begin() + 2);
+      packet[11] = message->type;
+    }
+    for (std::size_t i = 0; i < 131; ++i) packet[131] ^= packet[i];
+    emulator_.write_serial(packet);
+  }
+
+  hal::Config config_;
+  emulator::Emulator emulator_;
+  std::optional<hal::kilobot::Message> asked_;
+};
+
+std::string emulator_text(const std::string& more = "") {
+  return fmt::format(
+      "[emulator]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
+      "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
+      "distortion = [-0.09, 0.02, 0.0006, -0.0004, 0.0]\n{}\n"
+      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.ode]\n"
+      "controller = \"{}/tests/sim_ode/controllers/answers.c\"\n",
+      more, ARKMESH_SOURCE_DIR);
+}
+
+std::string lab_text(const std::filesystem::path& calibration, const std::string& more = "") {
+  return fmt::format(
+      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.kilobot]\n{}\n"
+      "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
+      more, calibration.string());
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    const auto config = hal::Config::from_text(text, "lab.toml");
+    testbed::make_arena_monitor(settings(config));
+  } catch (const hal::ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
+  // Proves that every robot of all 242 frames is followed by one track from the first to the last, at four times life
+  // speed, uncalibrated.
+  const auto truth = true_tracks();
+  REQUIRE(truth.size() == 242);
+  const auto clip = open_recording(pictures_folder + "bodyguard_clip.mp4");
+  TableTracker tracker{TableSettings{}};
+  std::map<int, std::set<TrackNumber>> tracks_of;
+  std::size_t missing = 0, strangers = 0, doubtful = 0, frames = 0;
+  while (const auto picture = clip->next()) {
+    const auto& tracks = tracker.look(picture->stamp, std::span(&picture->bgr, 1));
+    ++frames;
+    std::set<TrackNumber> used;
+    for (const auto& [id, robot] : truth.at(picture->number)) {
+      const Track* nearest = nullptr;
+      double min_px = robot.r_px / 2;
+      for (const Track& track : tracks) {
+        const auto at = tracker.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, board_height_m);
+        const double off_px = std::hypot(at->x - robot.x_px, at->y - robot.y_px);
+        if (off_px < min_px) min_px = off_px, nearest = &track;
+      }
+      if (!nearest) {
+        ++missing;
+        continue;
+      }
+      tracks_of[id].insert(nearest->number);
+      used.insert(nearest->number);
+      if (picture->number > 10) doubtful += nearest->doubtful;
+    }
+    strangers += tracks.size() - used.size();
+  }
+  CHECK(frames == 242);
+  CHECK(missing == 0);
+  CHECK(strangers == 0);
+  CHECK(doubtful == 0);
+  for (const auto& [id, tracks] : tracks_of) CHECK(tracks.size() == 1);
+}
+
+TEST_CASE("robots at a seam are one, neighbours stay two") {
+  // Proves that views that differ by a few millimetres are brought together, weighted, and that bodies that touch are
+  // not.
+  const Calibration west(camera_at(-0.2)), east(camera_at(0.2));
+  const Point a{0, 0}, b{0.034, 0};
+  const std::vector<Detection> in_west = {detection_at(west, a), detection_at(west, b)};
+  const std::vector<Detection> in_east = {detection_at(east, a, 0.004), detection_at(east, b, 0.004)};
+  const std::vector<std::vector<Seen>> views = {on_table(west, in_west, {}), on_table(east, in_east, {})};
+  const auto fused = fuse(views, {});
+  REQUIRE(fused.size() == 2);
+  CHECK(fused[0].x_m == doctest::Approx(0.002).epsilon(0.05));
+  CHECK(fused[1].x_m == doctest::Approx(0.036).epsilon(0.05));
+  CHECK(fused[0].sigma_m < views[0][0].sigma_m);
+  CHECK(fused[0].confidence == doctest::Approx(0.96));
+  REQUIRE(fused[0].led_heading_rad.has_value());
+  CHECK(*fused[0].led_heading_rad == doctest::Approx(std::numbers::pi / 2).epsilon(0.01));
+  // What one camera sees alone stays, and what its picture's edge hides is left out.
+  CHECK(fuse(std::vector<std::vector<Seen>>{views[0], {}}, {}).size() == 2);
+  Detection edge = in_west[0];
+  edge.x_px = 2;
+  CHECK(on_table(west, std::vector{edge}, {}).empty());
+}
+
+TEST_CASE("a picture of another size than the calibration's is refused and counted") {
+  // Proves that a camera that was switched to another resolution gives no wrong places.
+  TableTracker tracker({Calibration(camera_at(0))}, {});
+  const cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(128));
+  CHECK(tracker.look(hal::LabTime(0), std::span(&picture, 1)).empty());
+  CHECK(tracker.counters()["camera.refused.size"] == 1);
+}
+
+TEST_CASE("a monitor names the robots of an emulator, and again those that were exchanged by hand") {
+  // Proves the whole way: question on the air, LEDs in pictures, names; nobody acts on either id while two robots are
+  // exchanged under cover, and both are right again within 20 s.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text());
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  int looks = 0;
+  for (; looks < 200 && !monitor->everybody_named(); ++looks) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
+  }
+  REQUIRE(monitor->everybody_named());
+  MESSAGE("8 robots named after ", looks / 10.0, " s");
+  int named = 0;
+  testbed.next(*monitor);
+  CHECK(testbed.wrong_ids(*monitor, &named) == 0);
+  CHECK(named == 8);
+  CHECK(monitor->doubtful().empty());
+
+  const auto truth = testbed.emulator().truth();
+  const hal::RobotId one = truth[1].id, other = truth[4].id;
+  REQUIRE(testbed.emulator().command("swap 1 4 1.5") == "ok");
+  bool both_doubted = false;
+  int doubted_for = 0;
+  for (looks = 0; looks < 215; ++looks) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
+    const auto doubtful = monitor->doubtful();
+    const auto doubted = [&](hal::RobotId id) { return std::binary_search(doubtful.begin(), doubtful.end(), id); };
+    both_doubted = both_doubted || (doubted(one) && doubted(other));
+    if (!doubtful.empty()) doubted_for = looks;
+    // Only they are in doubt.
+    for (const hal::RobotId id : doubtful) CHECK((id == one || id == other));
+  }
+  CHECK(both_doubted);
+  CHECK(monitor->everybody_named());
+  MESSAGE("both named again ", doubted_for / 10.0 - 1.5, " s after they were uncovered");
+}
+
+TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
+  // Proves that nothing is invented: looks without a picture and pictures that do not show the testbed make no frame,
+  // and all of it is counted.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text());
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  monitor->latest();
+
+  REQUIRE(testbed.emulator().command("camera camera0 frozen") == "ok");
+  testbed.next(*monitor);
+  monitor->latest();
+  for (int i = 0; i < 5; ++i) {
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
+  }
+  CHECK(monitor->counters()["camera.frozen"] == 5);
+
+  testbed.emulator().command("camera camera0 gone");
+  testbed.next(*monitor);
+  CHECK_FALSE(monitor->latest().has_value());
+  CHECK(monitor->counters()["frame.no_picture"] == 6);
+
+  testbed.emulator().command("camera camera0 ok");
+  testbed.emulator().command("camera camera0 dark");
+  for (int i = 0; i < 15; ++i) {
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
+  }
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.unrecognised"] == 1);
+  CHECK(monitor->counters()["camera.refused.unrecognised"] == 15);
+
+  testbed.emulator().command("camera camera0 ok");
+  for (int i = 0; i < 250 && !monitor->everybody_named(); ++i) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
+  }
+  CHECK(monitor->everybody_named());
+}
+
+TEST_CASE("a monitor's configuration is refused with file, key and reason") {
+  // Proves one sentence for each wrong camera testbed.
+  const std::string head = "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 2\n";
+  CHECK(contains(refusal(head), "cameras"));
+  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\n"), "calibration"));
+  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"clip.mp4\"\ncalibration = \"x.yaml\"\n"),
+                 "is no camera"));
+  CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"none.yaml\"\n"),
+                 "no such calibration"));
+  CHECK(contains(refusal(head + "[arena.kilobot]\nidentity = \"guess\"\n"), "identity"));
+}
+
+TEST_CASE("a testbed's controller that is not there is refused with file, key and reason") {
+  // Proves that a port that cannot be opened is told with the line that names it, cameras or not.
+  const auto config = hal::Config::from_text(
+      "[arena]\nrobots = 2\n[arena.kilobot]\nwindow = false\nport = \"/dev/ttyNONE7\"\n"
+      "[[arena.kilobot.cameras]]\nsource = \"/dev/video97\"\ncalibration = \"" ARKMESH_SOURCE_DIR
+      "/experiments/emulator/roark_calibration.yaml\"\n",
+      "lab.toml");
+  std::string said;
+  try {
+    testbed::kilobot_arena_row().make(config.root().section("arena"), {.lab = "lab"});
+  } catch (const hal::ConfigError& error) {
+    said = error.what();
+  }
+  CHECK(contains(said, "lab.toml:5: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+}
