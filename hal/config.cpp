@@ -13,6 +13,7 @@
 
 #include "hal/config_state.hpp"
 #include "hal/near_key.hpp"
+#include "hal/renamed_keys.hpp"
 
 namespace arkmesh::hal {
 
@@ -111,6 +112,17 @@ toml::table in_force(const Section::State& state, const toml::table& table, cons
     }
   }
   return out;
+}
+
+// What a key is called today; empty when it was never called otherwise.
+std::string renamed(std::string_view key) {
+  std::string_view before, now;
+  for (const RenamedKey& one : renamed_keys) {
+    const std::string_view old = one.before;
+    const bool fits = key.starts_with(old) && (key.size() == old.size() || key[old.size()] == '.');
+    if (fits && old.size() >= before.size()) before = old, now = one.now;
+  }
+  return now.empty() ? "" : fmt::format("{}{}", now, key.substr(before.size()));
 }
 
 // Every key of a table and the tables below, with its whole name.
@@ -234,8 +246,11 @@ void Section::check_value(std::string_view key, const Member& member, const Fiel
   if (const auto* list = std::get_if<std::vector<std::int64_t>*>(&member))
     for (const std::int64_t number : **list) check(static_cast<double>(number), "each ");
   const auto* const text = std::get_if<std::string*>(&member);
-  if (text && !about.one_of.empty() && std::ranges::find(about.one_of, **text) == about.one_of.end())
-    refuse(key, fmt::format("must be one of \"{}\"", fmt::join(about.one_of, "\", \"")));
+  if (!text || about.one_of.empty() || std::ranges::find(about.one_of, **text) != about.one_of.end()) return;
+  for (const RenamedValue& value : renamed_values)
+    if (join(path_, key) == value.key && **text == value.before) refuse(key, fmt::format("is now \"{}\"", value.now));
+  refuse(key, fmt::format("must be one of \"{}\"", fmt::join(about.one_of, "\", \"")));
+}\"", fmt::join(about.one_of, "\", \"")));
 }
 
 void Section::seconds(std::string_view key, std::chrono::microseconds& member, const Field& about) const {
@@ -304,10 +319,15 @@ void Config::refuse_unknown(std::string_view below) const {
     return is_read;
   });
   if (unknown.empty()) return;
-  const std::string& key = std::get<2>(*unknown.begin());
-  const toml::node& node = *toml::at_path(state_->tree, key).node();
+  std::string key = std::get<2>(*unknown.begin());
+  const toml::node* node = toml::at_path(state_->tree, key).node();
+  if (!renamed(key).empty()) {
+    for (; node->is_table() && node->as_table()->size() == 1; node = &node->as_table()->begin()->second)
+      key = join(key, node->as_table()->begin()->first.str());
+    throw ConfigError(fmt::format("{}: {} is now {}", to_text(node->source()), key, renamed(key)));
+  }
   const auto near = near_key(key, known);
-  throw ConfigError(fmt::format("{}: unknown {} '{}'; {}", to_text(node.source()), node.is_value() ? "key" : "table",
+  throw ConfigError(fmt::format("{}: unknown {} '{}'; {}", to_text(node->source()), node->is_value() ? "key" : "table",
                                 key,
                                 near ? fmt::format("did you mean '{}'?", *near) : "remove it or correct its name"));
 }

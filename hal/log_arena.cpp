@@ -224,9 +224,13 @@ std::string seconds(LabTime t) {
 }  // namespace
 
 ArenaRow log_arena_row() {
-  return {"replay", {"replay"}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+  return {"replay",
+          {"replay"},
+          ArenaRow::Robots::none,
+          [](const Section& arena, const ArenaRequest& request) {
             return make_log_arena(arena, request.lab, request.robot, request.run_length);
-          }};
+          },
+          [] { return keys_of<ReplayConfig>("arena.replay"); }};
 }
 
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,

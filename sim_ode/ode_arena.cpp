@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -312,6 +313,11 @@ hal::ArenaRow ode_arena_row() {
             const std::filesystem::path program =
                 request.program.empty() ? std::filesystem::path() : kilolib_folder() / "programs" / request.program;
             return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program));
+          },
+          [] {
+            std::vector<hal::KeyRow> rows = hal::keys_of<ViewSettings>("arena");
+            std::ranges::move(hal::keys_of<Settings>("arena.ode"), std::back_inserter(rows));
+            return rows;
           }};
 }
 

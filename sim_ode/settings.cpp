@@ -7,7 +7,9 @@ namespace arkmesh::sim_ode {
 
 void Settings::fields(const hal::Section& ode) {
   ode.field("controller", controller,
-            {.help = "the C file that robots run", .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\""});
+            {.help = "the C file that robots run",
+             .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
+             .required = controller.empty()});
   enum class Start { uniform, centre80 } start = start_in_centre ? Start::centre80 : Start::uniform;
   ode.field("start", start,
             {.help = "robots start anywhere, or within 0.8 of the sides", .one_of = {"uniform", "centre80"}});
@@ -46,13 +48,11 @@ void Settings::check(const hal::Section& ode) {
 }
 
 Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
-  // a program that stands for the controller stands for its default too, as if the file named none
-  if (!program.empty()) arena.section("ode").leave_alone("controller");
   Settings defaults;
   defaults.controller = program;
   Settings out = arena.section("ode").read(std::move(defaults));
   if (!program.empty()) out.controller = program;
-  out.blank_leds = arena.get("blank_leds", out.blank_leds, {.help = "cameras see no colours (a control)"});
+  out.blank_leds = arena.read<ViewSettings>().blank_leds;
   return out;
 }
 

@@ -11,6 +11,14 @@
 
 namespace arkmesh::sim_ode {
 
+struct ViewSettings {
+  bool blank_leds = false;  // arena.blank_leds: cameras see no colours
+
+  void fields(const hal::Section& arena) {
+    arena.field("blank_leds", blank_leds, {.help = "cameras see no colours (a control)"});
+  }
+};
+
 struct Settings : DriveSettings {
   std::filesystem::path controller;    // a C file for kilolib
   bool start_in_centre = false;        // start = "uniform" | "centre80"
