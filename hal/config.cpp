@@ -250,7 +250,6 @@ void Section::check_value(std::string_view key, const Member& member, const Fiel
   for (const RenamedValue& value : renamed_values)
     if (join(path_, key) == value.key && **text == value.before) refuse(key, fmt::format("is now \"{}\"", value.now));
   refuse(key, fmt::format("must be one of \"{}\"", fmt::join(about.one_of, "\", \"")));
-}\"", fmt::join(about.one_of, "\", \"")));
 }
 
 void Section::seconds(std::string_view key, std::chrono::microseconds& member, const Field& about) const {
