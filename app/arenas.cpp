@@ -32,15 +32,19 @@ std::vector<hal::ArenaRow>& arena_rows() {
   return table;
 }
 
+void ArenaUse::fields(const hal::Section& arena) {
+  std::vector<std::string> names;
+  for (const hal::ArenaRow& row : arena_rows()) names.push_back(row.name);
+  arena.field("use", use, {.help = "what this lab's arena is", .one_of = names});
+}
+
 const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   const std::vector<hal::ArenaRow>& rows = arena_rows();
-  std::vector<std::string> names;
-  for (const hal::ArenaRow& row : rows) names.push_back(row.name);
-  const std::string use = arena.choice("use", "ode", names);
+  const auto use = arena.read<ArenaUse>().use;
   const auto chosen = std::ranges::find(rows, use, &hal::ArenaRow::name);
   if (!chosen->make) arena.refuse("use", "needs cameras, and this program was built without OpenCV");
-  for (const std::string& name : names)
-    if (std::ranges::find(chosen->sections, name) == chosen->sections.end()) arena.leave_alone(name);
+  for (const hal::ArenaRow& row : rows)
+    if (std::ranges::find(chosen->sections, row.name) == chosen->sections.end()) arena.leave_alone(row.name);
   return *chosen;
 }
 

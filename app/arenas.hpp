@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "hal/arena_row.hpp"
@@ -12,6 +13,13 @@
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {
+
+// Of [arena]; what each arena reads besides is its own.
+struct ArenaUse {
+  std::string use = "ode";
+
+  void fields(const hal::Section& arena);
+};
 
 // All arenas that this program was built with. A program of your own may add its own before it makes labs.
 std::vector<hal::ArenaRow>& arena_rows();

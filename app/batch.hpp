@@ -15,7 +15,7 @@
 
 namespace arkmesh::app {
 
-// The files of labs that run together, and overrides for all of them.
+// The files of labs that run together, and overrides: "key=value" for all of them, "shark:key=value" for lab shark.
 struct LabFiles {
   std::vector<std::string> files, sets;
 };

@@ -7,6 +7,7 @@
 
 #include "app/arenas.hpp"
 #include "app/scenarios.hpp"
+#include "hal/bus_config.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
 
@@ -39,18 +40,18 @@ std::uint64_t random_run_id() {
 ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
     : loop_(loop),
       config_(std::move(config)),
-      run_config_(lab::read_run_config(config_.root())),
+      run_config_(config_.root().read<lab::RunConfig>()),
       run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
-  bus_url_ = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  bus_url_ = root.section("bus").read<hal::BusConfig>().url;
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
-  const hal::Recorder::Options recorder = lab::read_recorder_options(root.section("recorder"));
+  const auto recorder = root.section("recorder").read<lab::RecorderConfig>();
   scenario_ = make_scenario(root, run_config_);
   arena_ = make_arena(root, run_config_, private_bus_, loop, directory);
   config_.refuse_unknown();
 
-  folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(), recorder);
+  folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(directory), recorder.options());
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);
 }

@@ -24,6 +24,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "hal/bus.hpp"
+#include "hal/bus_config.hpp"
 #include "hal/handle.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
@@ -222,9 +223,9 @@ std::vector<hal::Finding> machine() {
 }
 
 std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_works) {
-  const std::string lab = root.section("lab").required_text("name");
-  const std::string url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0");
-  const std::string listen = root.section("gateway").text("listen", "");
+  const std::string lab = root.section("lab").get("name", std::string(), {.required = true});
+  const std::string url = root.section("bus").read<hal::BusConfig>().url;
+  const std::string listen = root.section("gateway").get("listen", std::string());
   std::vector<hal::Finding> findings;
   Heard heard;
   if (multicast_works) {

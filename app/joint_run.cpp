@@ -57,7 +57,7 @@ void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::files
 JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory)
     : directory_(directory), network_(1) {
   for (hal::Config& config : configs) {
-    const std::string name = config.root().section("lab").required_text("name");
+    const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
     const std::string file = config.file().string();
     if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->lab.name() == name; }))
       throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));

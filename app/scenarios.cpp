@@ -10,7 +10,8 @@ std::vector<CatalogueEntry>& catalogue() {
       {"dhtf",
        [](const hal::Section& settings, const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
          return std::make_unique<scenarios::dhtf::Dhtf>(scenarios::dhtf::read_settings(settings, labs));
-       }},
+       },
+       [] { return hal::keys_of<scenarios::dhtf::Settings>("scenario.dhtf"); }},
   };
   return entries;
 }

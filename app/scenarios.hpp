@@ -16,6 +16,7 @@ struct CatalogueEntry {
   // `settings` is the configuration's [scenario.<name>]; all of it must be alike in all labs. Throws ConfigError.
   std::function<std::unique_ptr<lab::Scenario>(const hal::Section& settings, const std::vector<std::string>& labs)>
       make;
+  std::vector<hal::KeyRow> (*keys)() = nullptr;  // of its settings, for the table of all keys
 };
 
 // All scenarios this build knows. A program of your own may add its own before it makes labs.

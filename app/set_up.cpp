@@ -11,7 +11,7 @@ testbed::SetUpArena make_set_up_arena(const std::string& file, const std::vector
   using Robots = hal::ArenaRow::Robots;
   const hal::Config config = hal::Config::from_file(file, sets);
   const hal::Section arena = config.root().section("arena");
-  const lab::RunConfig run = lab::read_run_config(config.root());
+  const auto run = config.root().read<lab::RunConfig>();
   const hal::ArenaRow& row = chosen_arena(arena);
   if (row.robots == Robots::none)
     arena.refuse("use", "has no robots to talk to; take \"kilobot\", \"emulated\" or \"ode\"");

@@ -8,6 +8,7 @@ namespace {
 constexpr CommandRow rows[] = {
     {"run", "Run several labs in one process, as fast as they go", lab_program},
     {"lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others", lab_program},
+    {"config", "List every key of a lab's file, or print a sample", ARKMESH_CAMERAS ? testbed_program : lab_program},
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
     {"doctor", "Says what is wrong with this machine, and the command that mends it", light_program},
     {"controller", "Runs or checks a robot's program by itself", lab_program},

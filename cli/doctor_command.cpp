@@ -55,7 +55,7 @@ void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testb
       const hal::Config config = hal::Config::from_file(*file, *sets);
       problems += say(app::lab_ports(config.root(), route.problem.empty()));
       const hal::Section arena = config.root().section("arena");
-      if (examine_testbed && arena.text("use", "ode") == "kilobot") problems += say(examine_testbed(arena));
+      if (examine_testbed && arena.get("use", std::string("ode")) == "kilobot") problems += say(examine_testbed(arena));
     }
     fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
                        : problems == 1 ? "1 problem."

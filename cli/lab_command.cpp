@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,16 @@ int run(const LabOptions& options) {
   OperatorStop stop;
   const std::filesystem::path directory =
       options.out.empty() ? lab::default_run_directory() : std::filesystem::path(options.out);
-  app::LabProcess process(hal::Config::from_file(options.file, options.sets), directory);
+  // a wrong configuration leaves no folder behind
+  const bool was_there = std::filesystem::exists(directory);
+  std::optional<app::LabProcess> made;
+  try {
+    made.emplace(hal::Config::from_file(options.file, options.sets), directory);
+  } catch (const hal::ConfigError&) {
+    if (!was_there) std::filesystem::remove_all(directory);
+    throw;
+  }
+  app::LabProcess& process = *made;
   const std::string& name = process.lab().name();
   ProgressLine progress(name);
   process.run(stop, progress);

@@ -4,7 +4,9 @@
 
 int main(int argc, char** argv) {
   using namespace arkmesh::cli;
-  static constexpr OwnCommand own[] = {
-      {"run", add_run_command}, {"lab", add_lab_command}, {"controller", add_controller_command}};
+  static constexpr OwnCommand own[] = {{"run", add_run_command},
+                                       {"lab", add_lab_command},
+                                       {"config", add_config_command},
+                                       {"controller", add_controller_command}};
   return arkmesh::cli::main(argc, argv, own);
 }

@@ -10,9 +10,12 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <set>
+#include <span>
 #include <string_view>
 
 #include "hal/config.hpp"
+#include "hal/near_key.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -44,24 +47,45 @@ bool is_own(std::string_view name) {
   throw std::runtime_error(fmt::format("{} cannot be started: {}", (folder / program).string(), std::strerror(errno)));
 }
 
+// The words of CLI11's errors in our voice.
+std::string sentence(const CLI::App& command, const CLI::ParseError& error, std::span<char*> words) {
+  std::set<std::string, std::less<>> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.insert("--" + name);
+  for (const std::string_view word : words) {
+    const std::string name(word.substr(0, word.find('=')));
+    if (word == "--") break;
+    if (!name.starts_with("--") || known.contains(name) || name == "--version") continue;
+    const auto near = hal::near_key(name, known);
+    return fmt::format("unknown option {}{}", name, near ? fmt::format("; did you mean {}?", *near) : "");
+  }
+  std::string text = error.what();
+  if (const std::size_t at = text.find("File does not exist: "); at != std::string::npos)
+    text = fmt::format("there is no file {}", text.substr(at + 21));
+  return text;
+}
+
 int parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::RuntimeError& e) {
     return e.get_exit_code();
-  } catch (const CLI::RequiredError& e) {
-    // A command that there is not looks to CLI11 as if none had been given.
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // help or version
     const CLI::App* command = &app;
     std::string name = app.get_name();
     for (; !command->get_subcommands().empty(); command = command->get_subcommands().front())
       name += " " + command->get_subcommands().front()->get_name();
+    // A command that there is not looks to CLI11 as if none had been given.
     const std::vector<std::string> rest = command->remaining();
-    if (rest.empty() || command->get_require_subcommand_min() == 0) return app.exit(e) == 0 ? 0 : 2;
-    fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
+    const bool is_command =
+        command->get_require_subcommand_min() > 0 && !rest.empty() && !rest.front().starts_with("-");
+    fmt::print(stderr, "arkmesh: {}; {} --help lists them\n",
+               is_command ? fmt::format("{} has no command {}", name, rest.front())
+                          : fmt::format("{}: {}", name, sentence(*command, e, std::span(argv, argc).subspan(1))),
+               name);
     return 2;
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
   }
 }
 
@@ -115,10 +139,19 @@ void hand_over_cameras(const std::vector<std::string>& files, const std::vector<
   if (std::ranges::any_of(own_commands,
                           [](const OwnCommand& own) { return find_command(own.name)->program == testbed_program; }))
     return;
+  // "shark:arena.use=emulated" is for one of the labs
+  std::vector<std::string> common;
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    if (set.find(':') > equals)
+      common.push_back(set);
+    else if (set.substr(0, equals).ends_with(":arena.use") && needs_cameras(set.substr(equals + 1)))
+      become(testbed_program, "--set " + set);
+  }
   for (const std::string& file : files) {
     std::string use;
     try {
-      use = hal::Config::from_file(file, sets).root().section("arena").text("use", "");
+      use = hal::Config::from_file(file, common).root().section("arena").get("use", std::string());
     } catch (const hal::ConfigError&) {
       continue;
     }

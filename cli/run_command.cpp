@@ -28,7 +28,9 @@ struct RunOptions {
 };
 
 int run_once(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
-  app::JointRun run(app::read_labs(options.labs, options.seed), directory);
+  std::vector<hal::Config> labs = app::read_labs(options.labs, options.seed);
+  std::filesystem::create_directories(directory);
+  app::JointRun run(std::move(labs), directory);
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
@@ -57,8 +59,8 @@ std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
 
 int run_batch(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
   const auto [first, last] = parse_seeds(options.seeds);
-  std::filesystem::create_directories(directory);
   app::Batch batch(options.labs, first, last, options.jobs, directory);
+  std::filesystem::create_directories(directory);
   int failed = 0;
   std::int64_t done = 0;
   while (const auto ended = batch.next(stop)) {
@@ -75,8 +77,14 @@ int run(const RunOptions& options) {
   const std::filesystem::path directory =
       options.out.empty() ? lab::default_run_directory() : std::filesystem::path(options.out);
   if (!options.seeds.empty()) return run_batch(options, directory, stop);
-  std::filesystem::create_directories(directory);
-  return run_once(options, directory, stop);
+  // a wrong configuration leaves no folder behind
+  const bool was_there = std::filesystem::exists(directory);
+  try {
+    return run_once(options, directory, stop);
+  } catch (const hal::ConfigError&) {
+    if (!was_there) std::filesystem::remove_all(directory);
+    throw;
+  }
 }
 
 }  // namespace
@@ -94,7 +102,9 @@ void add_run_command(CLI::App& app) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
-  command->add_option("--set", options->labs.sets, "Override a key of every lab: --set gate.slack=1")
+  command
+      ->add_option("--set", options->labs.sets,
+                   "Override a key of every lab, or of one: --set gate.slack=1, --set shark:arena.robots=30")
       ->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh run experiments/dhtf/shark.toml experiments/dhtf/roark.toml --seed 7 --set "

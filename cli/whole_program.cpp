@@ -18,6 +18,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"run", add_run_command},
     {"lab", add_lab_command},
     {"gateway", add_gateway_command},
+    {"config", add_config_command},
     {"controller", add_controller_command},
     {"ohc", add_ohc_command},
 #if ARKMESH_CAMERAS

@@ -2,7 +2,9 @@
 // are laid over it at fractions of a pixel. The same robots and number give the same picture.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
@@ -11,6 +13,7 @@
 #include "emulator/camera_model.hpp"
 #include "emulator/robot_look.hpp"
 #include "emulator/scene.hpp"
+#include "hal/config.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/simulated_arena.hpp"
 
@@ -28,6 +31,12 @@ struct CameraSettings {
   double blur_px = 0.7;                     // s.d.
   double noise = 2;                         // s.d., of 255
   double led_brightness = 1;                // 1: the core saturates
+
+  // Keys of [[emulator.camera]]; pose and distortion are made of those below.
+  double roll_deg = 0, look_x_m = std::numeric_limits<double>::quiet_NaN(), look_y_m = look_x_m;
+  std::vector<double> distortion_terms{0, 0, 0, 0, 0};
+  void fields(const hal::Section& camera);
+  void check(const hal::Section& camera);
 };
 
 // A hand over the arena: hides what is under it.

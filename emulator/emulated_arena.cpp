@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -160,10 +161,7 @@ class EmulatedArena final : public hal::Arena {
 
 std::unique_ptr<EmulatedArena> make(const hal::Section& arena, const hal::ArenaRequest& request,
                                     testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names) {
-  const std::filesystem::path file = arena.section("emulated").path("file", "");
-  if (file.empty())
-    arena.section("emulated")
-        .refuse("file", "is missing: give an emulator's file, such as experiments/emulator/roark.toml");
+  const std::filesystem::path file = arena.section("emulated").read<EmulatedConfig>().file;
   std::vector<std::string> sets{fmt::format("emulator.seed={}", request.seed)};
   if (!request.program.empty())
     sets.push_back("arena.ode.controller=" + (sim_ode::kilolib_folder() / "programs" / request.program).string());
@@ -187,6 +185,11 @@ hal::ArenaRow emulated_arena_row() {
             auto names = std::make_unique<testbed::UnnamedTracks>();
             testbed::Tracks& tracks = *names;
             return testbed::with_tracks(make(arena, request, {}, std::move(names)), tracks);
+          },
+          [] {
+            std::vector<hal::KeyRow> rows = hal::keys_of<EmulatedConfig>("arena.emulated");
+            std::ranges::move(hal::keys_of<EmulatorConfig>("emulator"), std::back_inserter(rows));
+            return rows;
           }};
 }
 

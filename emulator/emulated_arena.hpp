@@ -14,6 +14,17 @@
 
 namespace arkmesh::emulator {
 
+// [arena.emulated]
+struct EmulatedConfig {
+  std::filesystem::path file;  // of an emulator
+
+  void fields(const hal::Section& emulated) {
+    emulated.field(
+        "file", file,
+        {.help = "the emulator's file", .sample = "\"arkmesh:experiments/emulator/roark.toml\"", .required = true});
+  }
+};
+
 // Reads [arena.emulated]: `file` (required: an emulator's file, see `arkmesh emulator`), and [arena.kilobot] as the
 // physical arena does; of its cameras only the calibration counts, camera k is the emulator's camera k. The emulator's
 // seed becomes `seed`. Throws ConfigError.

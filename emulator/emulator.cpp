@@ -27,7 +27,7 @@ std::vector<std::uint16_t> make_ids(EmulatorConfig::Ids ids, int robots, std::ui
 
 Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root)), serial_(config_.seed) {
   const hal::Section arena = root.section("arena");
-  const auto robots = static_cast<int>(arena.integer("robots", 1, 0, 100'000));
+  const auto robots = arena.get("robots", 1, {.range = {0, 100'000}});
   arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed,
                                          {.overhead = &serial_, .ids = make_ids(config_.ids, robots, config_.seed)});
   for (const CameraSettings& settings : config_.cameras) {

@@ -1,4 +1,4 @@
-// One line per key, ranges included.
+// What the keys are, and what cannot be.
 #include "emulator/emulator_config.hpp"
 
 #include <fmt/format.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
+#include <stdexcept>
 
 #include "hal/arena_config.hpp"
 
@@ -14,98 +14,115 @@ namespace arkmesh::emulator {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
+constexpr std::size_t max_cameras = 16;
 
-hal::LabTime microseconds(double s) {
-  return hal::LabTime{static_cast<std::int64_t>(std::llround(s * 1e6))};
-}
-
-CameraSettings read_camera(const hal::Section& camera, std::size_t number) {
-  CameraSettings out;
-  out.name = camera.text("name", fmt::format("camera{}", number));
-  const auto plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  };
-  if (out.name.empty() || out.name.size() > 40 || !std::ranges::all_of(out.name, plain))
-    camera.refuse("name", "must be 1 to 40 letters, digits, '_' or '-': it becomes part of a URL");
-  out.width_px = static_cast<int>(camera.integer("width_px", out.width_px, 64, 8192));
-  out.height_px = static_cast<int>(camera.integer("height_px", out.height_px, 64, 8192));
-  out.pose.x_m = camera.number("x_m", 0, {-100, 100});
-  out.pose.y_m = camera.number("y_m", 0, {-100, 100});
-  out.pose.z_m = camera.number("z_m", out.pose.z_m, {0.1, 100});
-  out.pose.look_x_m = camera.number("look_x_m", out.pose.x_m, {-100, 100});
-  out.pose.look_y_m = camera.number("look_y_m", out.pose.y_m, {-100, 100});
-  out.pose.roll_rad = degree * camera.number("roll_deg", 0, {-360, 360});
-  out.focal_px = camera.number("focal_px", 0, {0, 100'000});
-  out.centre_x_px = camera.number("centre_x_px", 0, {-500, 500});
-  out.centre_y_px = camera.number("centre_y_px", 0, {-500, 500});
-  const std::vector<double> distortion = camera.numbers("distortion", {0, 0, 0, 0, 0}, {-10, 10});
-  if (distortion.size() != 5) camera.refuse("distortion", "must hold five numbers: k1, k2, p1, p2, k3");
-  std::ranges::copy(distortion, out.distortion.begin());
-  out.brightness = camera.number("brightness", out.brightness, {0.05, 4});
-  out.vignetting = camera.number("vignetting", out.vignetting, {0, 0.9});
-  out.blur_px = camera.number("blur_px", out.blur_px, {0, 10});
-  out.noise = camera.number("noise", out.noise, {0, 30});
-  out.led_brightness = camera.number("led_brightness", out.led_brightness, {0, 10});
-  return out;
-}
-
-Scene read_scene(const hal::Section& scene, const hal::Section& arena, std::uint64_t seed) {
-  Scene out;
-  out.width_m = hal::read_side(arena, "width_m");
-  out.height_m = hal::read_side(arena, "height_m");
-  out.seed = seed;
-  out.arena_grey = scene.number("arena_grey", out.arena_grey, {30, 250});
-  out.texture = scene.number("texture", out.texture, {0, 0.5});
-  out.wall_m = scene.number("wall_m", out.wall_m, {0, 0.2});
-  out.wall_grey = scene.number("wall_grey", out.wall_grey, {0, 250});
-  out.light_slope = scene.number("light_slope", out.light_slope, {0, 0.8});
-  out.light_from_rad = degree * scene.number("light_from_deg", 126, {-360, 360});
-  out.shadow = scene.number("shadow", out.shadow, {0, 0.9});
-  out.distractors = scene.flag("distractors", out.distractors);
-  out.robot_height_m = scene.number("robot_height_m", out.robot_height_m, {0, 0.1});
-  return out;
+// Tells now, not when the first picture is drawn, whether a camera can look like that.
+void check_lens(const hal::Section& section, CameraSettings camera, double width_m, double height_m) {
+  try {
+    if (camera.focal_px == 0) {
+      const double w = width_m / 2, h = height_m / 2;
+      camera.focal_px = CameraModel::focal_to_fit(camera.width_px, camera.height_px, camera.pose,
+                                                  {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
+    }
+    const CameraModel model(camera.width_px, camera.height_px, camera.focal_px,
+                            camera.width_px / 2.0 + camera.centre_x_px, camera.height_px / 2.0 + camera.centre_y_px,
+                            camera.distortion, camera.pose);
+  } catch (const std::invalid_argument& error) {
+    section.refuse("name", std::string("this camera ") + error.what());
+  }
 }
 
 }  // namespace
 
+void CameraSettings::fields(const hal::Section& camera) {
+  camera.field("name", name, {.help = "part of its URL", .default_is = "camera and its number"});
+  camera.field("width_px", width_px, {{64, 8192}, "px", "of its pictures"});
+  camera.field("height_px", height_px, {{64, 8192}, "px", "likewise"});
+  camera.field("x_m", pose.x_m, {{-100, 100}, "m", "where it hangs"});
+  camera.field("y_m", pose.y_m, {{-100, 100}, "m", "likewise"});
+  camera.field("z_m", pose.z_m, {{0.1, 100}, "m", "above the arena"});
+  camera.field("look_x_m", look_x_m,
+               {.range = {-100, 100}, .unit = "m", .help = "what it looks at", .default_is = "x_m"});
+  camera.field("look_y_m", look_y_m, {.range = {-100, 100}, .unit = "m", .help = "likewise", .default_is = "y_m"});
+  camera.field("roll_deg", roll_deg, {{-360, 360}, "deg", "how it is turned about its axis"});
+  camera.field("focal_px", focal_px, {{0, 100'000}, "px", "0: as long as the whole arena fits"});
+  camera.field("centre_x_px", centre_x_px, {{-500, 500}, "px", "of the lens, off the picture's middle"});
+  camera.field("centre_y_px", centre_y_px, {{-500, 500}, "px", "likewise"});
+  camera.field("distortion", distortion_terms, {{-10, 10}, "", "k1, k2, p1, p2, k3"});
+  camera.field("brightness", brightness, {{0.05, 4}, "", "of the whole picture"});
+  camera.field("vignetting", vignetting, {{0, 0.9}, "", "share of light lost in the corners"});
+  camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d."});
+  camera.field("noise", noise, {{0, 30}, "", "s.d., of 255"});
+  camera.field("led_brightness", led_brightness, {{0, 10}, "", "1: the core saturates"});
+}
+
+void CameraSettings::check(const hal::Section& camera) {
+  pose.look_x_m = std::isnan(look_x_m) ? pose.x_m : look_x_m;
+  pose.look_y_m = std::isnan(look_y_m) ? pose.y_m : look_y_m;
+  pose.roll_rad = degree * roll_deg;
+  if (distortion_terms.size() != 5) camera.refuse("distortion", "must hold five numbers: k1, k2, p1, p2, k3");
+  std::ranges::copy(distortion_terms, distortion.begin());
+}
+
+void Scene::fields(const hal::Section& scene) {
+  scene.field("arena_grey", arena_grey, {{30, 250}, "", "of 255, where the light is 1"});
+  scene.field("texture", texture, {{0, 0.5}, "", "share by which the arena's surface is mottled"});
+  scene.field("wall_m", wall_m, {{0, 0.2}, "m", "width of the frame around the arena"});
+  scene.field("wall_grey", wall_grey, {{0, 250}, "", "of 255; robots are about 40"});
+  scene.field("light_slope", light_slope, {{0, 0.8}, "", "how much brighter the arena is on the lamp's side"});
+  scene.field("light_from_deg", light_from_deg, {{-360, 360}, "deg", "direction of the lamp, from +x"});
+  scene.field("shadow", shadow, {{0, 0.9}, "", "share of the light that a robot takes from the arena under it"});
+  scene.field("distractors", distractors, {.help = "paper, cables and the like around the arena, stickers in it"});
+  scene.field("robot_height_m", robot_height_m, {{0, 0.1}, "m", "of the upper side of robots' boards"});
+}
+
+void EmulatorConfig::Event::fields(const hal::Section& event) {
+  event.field("at_s", at, {{0, 1e7}, "s", "when"});
+  event.field("do", what, {.help = "a command as on the control port", .sample = "\"say run\"", .required = true});
+}
+
+void EmulatorConfig::fields(const hal::Section& emulator) {
+  emulator.field("seed", seed, {.help = "of everything that is random"});
+  emulator.field("frames_per_s", frames_per_s, {{0.1, 240}, "1/s", "of every camera"});
+  emulator.field("exposure_s", exposure, {{0, 1}, "s", "of each picture"});
+  emulator.field("ids", ids, {.help = "kilo_uid of the robots", .one_of = {"in_order", "shuffled", "unassigned"}});
+  emulator.field("listen", listen, {.help = "address of the ports"});
+  emulator.field("camera_port", camera_port, {.help = "0: any free one"});
+  emulator.field("ohc_port", ohc_port, {.help = "of the overhead controller"});
+  emulator.field("control_port", control_port, {.help = "for commands"});
+  std::filesystem::path link = ohc_link;
+  emulator.field("ohc_link", link, {.help = "a symbolic link to the controller's terminal"});
+  ohc_link = link.string();
+  emulator.field("jpeg_quality", jpeg_quality, {{10, 100}, "", "of the cameras' pictures"});
+  emulator.field("scene", scene);
+  emulator.field("camera", cameras);
+  emulator.field("event", events);
+}
+
 EmulatorConfig read_emulator_config(const hal::Section& root) {
   const hal::Section emulator = root.section("emulator");
-  EmulatorConfig out;
-  out.seed = static_cast<std::uint64_t>(emulator.integer("seed", 1, 0));
-  out.frame_period = microseconds(1 / emulator.number("frames_per_s", 15, {0.1, 240}));
-  out.exposure = microseconds(emulator.number("exposure_s", 0.01, {0, 1}));
-  const std::string ids = emulator.choice("ids", "shuffled", {"in_order", "shuffled", "unassigned"});
-  out.ids = ids == "in_order"   ? EmulatorConfig::Ids::in_order
-            : ids == "shuffled" ? EmulatorConfig::Ids::shuffled
-                                : EmulatorConfig::Ids::unassigned;
-  out.listen = emulator.text("listen", out.listen);
-  out.camera_port = static_cast<std::uint16_t>(emulator.integer("camera_port", out.camera_port, 0, 65'535));
-  out.ohc_port = static_cast<std::uint16_t>(emulator.integer("ohc_port", out.ohc_port, 0, 65'535));
-  out.control_port = static_cast<std::uint16_t>(emulator.integer("control_port", out.control_port, 0, 65'535));
-  out.ohc_link = emulator.path("ohc_link", "").string();
-  out.jpeg_quality = static_cast<int>(emulator.integer("jpeg_quality", out.jpeg_quality, 10, 100));
-  out.scene = read_scene(emulator.section("scene"), root.section("arena"), out.seed);
+  auto out = emulator.read<EmulatorConfig>();
+  out.frame_period = hal::LabTime{static_cast<std::int64_t>(std::llround(1 / out.frames_per_s * 1e6))};
+  const auto sides = root.section("arena").read<hal::ArenaSides>();
+  out.scene.width_m = sides.width_m;
+  out.scene.height_m = sides.height_m;
+  out.scene.seed = out.seed;
+  out.scene.light_from_rad = degree * out.scene.light_from_deg;
 
-  constexpr std::size_t max_cameras = 16;
-  for (const hal::Section& camera : emulator.sections("camera")) {
-    out.cameras.push_back(read_camera(camera, out.cameras.size()));
-    for (std::size_t k = 0; k + 1 < out.cameras.size(); ++k)
-      if (out.cameras[k].name == out.cameras.back().name) camera.refuse("name", "is that of another camera too");
-    if (out.cameras.size() > max_cameras)
-      camera.refuse("name", fmt::format("is one camera more than the {} of an emulator", max_cameras));
-    // tells now, not when the first picture is drawn
-    try {
-      CameraSettings small = out.cameras.back();
-      if (small.focal_px == 0) {
-        const double w = out.scene.width_m / 2, h = out.scene.height_m / 2;
-        small.focal_px = CameraModel::focal_to_fit(small.width_px, small.height_px, small.pose,
-                                                   {{-w, -h}, {w, -h}, {-w, h}, {w, h}}, 0.02);
-      }
-      const CameraModel model(small.width_px, small.height_px, small.focal_px, small.width_px / 2.0 + small.centre_x_px,
-                              small.height_px / 2.0 + small.centre_y_px, small.distortion, small.pose);
-    } catch (const std::invalid_argument& error) {
-      camera.refuse("name", std::string("this camera ") + error.what());
-    }
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  for (std::size_t i = 0; i < out.cameras.size(); ++i) {
+    const hal::Section section = emulator.section("camera", static_cast<int>(i));
+    CameraSettings& camera = out.cameras[i];
+    if (camera.name.empty()) camera.name = fmt::format("camera{}", i);
+    if (camera.name.size() > 40 || !std::ranges::all_of(camera.name, is_plain))
+      section.refuse("name", "must be 1 to 40 letters, digits, '_' or '-': it becomes part of a URL");
+    for (std::size_t k = 0; k < i; ++k)
+      if (out.cameras[k].name == camera.name) section.refuse("name", "is that of another camera too");
+    if (i == max_cameras)
+      section.refuse("name", fmt::format("is one camera more than the {} of an emulator", max_cameras));
+    check_lens(section, camera, sides.width_m, sides.height_m);
   }
   if (out.cameras.empty()) {
     CameraSettings camera;
@@ -113,9 +130,6 @@ EmulatorConfig read_emulator_config(const hal::Section& root) {
     camera.pose.z_m = 1.4 * std::max(out.scene.width_m, out.scene.height_m);
     out.cameras.push_back(camera);
   }
-
-  for (const hal::Section& event : emulator.sections("event"))
-    out.events.push_back({microseconds(event.number("at_s", 0, {0, 1e7})), event.required_text("do")});
   std::ranges::stable_sort(out.events, {}, &EmulatorConfig::Event::at);
   return out;
 }

@@ -19,21 +19,26 @@ struct EmulatorConfig {
   struct Event {
     hal::LabTime at{0};
     std::string what;
+
+    void fields(const hal::Section& event);
   };
 
-  std::uint64_t seed = 1;             // emulator.seed
-  hal::LabTime frame_period{66'667};  // 1 / emulator.frames_per_s, 15
-  hal::LabTime exposure{10'000};      // emulator.exposure_s
-  Ids ids = Ids::shuffled;            // emulator.ids: kilo_uid of the robots; "unassigned" is 65535 for all
-  std::string listen = "127.0.0.1";   // emulator.listen
-  std::uint16_t camera_port = 8090;   // emulator.camera_port, 0 any free one
-  std::uint16_t ohc_port = 8091;      // emulator.ohc_port
-  std::uint16_t control_port = 8092;  // emulator.control_port
-  std::string ohc_link;   // emulator.ohc_link: a symbolic link to the pseudo-terminal, kept up to date; empty: none
-  int jpeg_quality = 90;  // emulator.jpeg_quality
+  std::uint64_t seed = 1;
+  double frames_per_s = 15;
+  hal::LabTime frame_period{66'667};  // 1 / frames_per_s
+  hal::LabTime exposure{10'000};
+  Ids ids = Ids::shuffled;  // kilo_uid of the robots; "unassigned" is 65535 for all
+  std::string listen = "127.0.0.1";
+  std::uint16_t camera_port = 8090;  // 0: any free one
+  std::uint16_t ohc_port = 8091;
+  std::uint16_t control_port = 8092;
+  std::string ohc_link;  // a symbolic link to the pseudo-terminal, kept up to date; empty: none
+  int jpeg_quality = 90;
   Scene scene;
   std::vector<CameraSettings> cameras;  // one at least
   std::vector<Event> events;            // ascending times
+
+  void fields(const hal::Section& emulator);
 };
 
 // Reads everything but [arena]'s robots and [arena.ode]. Throws ConfigError.

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "emulator/camera_model.hpp"
+#include "hal/config.hpp"
 
 namespace arkmesh::emulator {
 
@@ -22,6 +23,10 @@ struct Scene {
   double robot_height_m =
       0.0217;  // of the upper side of robots' boards above the arena (ARGoS kilobot_measures.h); cells lie 7 mm higher
   std::uint64_t seed = 1;
+
+  // Keys of [emulator.scene].
+  double light_from_deg = 126;
+  void fields(const hal::Section& scene);
 
   // 1 in the arena's middle.
   double light_at(double x_m, double y_m) const;

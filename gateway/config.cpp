@@ -1,9 +1,10 @@
-// Reads every key of [gateway], also those of peers that take no part, so that none of them is unknown.
+// Peers that take no part are read and checked too.
 #include "gateway/config.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
@@ -16,9 +17,9 @@ namespace arkmesh::gateway {
 
 namespace {
 
-void read_rules(const hal::Section& gateway, std::string_view key, Delivery delivery,
-                const std::vector<std::string>& otherwise, std::vector<Rule>& rules) {
-  for (const std::string& channel : gateway.texts(key, otherwise)) {
+void add_rules(const hal::Section& gateway, std::string_view key, Delivery delivery,
+               const std::vector<std::string>& channels, std::vector<Rule>& rules) {
+  for (const std::string& channel : channels) {
     if (!is_exported_name(channel))
       gateway.refuse(
           key, fmt::format("'{}' is no channel that can be exported; a name has 1 to {} printable characters without "
@@ -32,38 +33,57 @@ void read_rules(const hal::Section& gateway, std::string_view key, Delivery deli
     gateway.refuse(key, fmt::format("at most {} channels can be exported", max_hello_channels));
 }
 
-// An address with which nothing is wrong, or empty.
-std::string read_address(const hal::Section& section, std::string_view key, std::string (*why_not)(std::string_view)) {
-  const std::string address = section.text(key, "");
-  if (address.empty()) return address;
+void check_address(const hal::Section& section, std::string_view key, const std::string& address,
+                   std::string (*why_not)(std::string_view)) {
+  if (address.empty()) return;
   if (const std::string why = why_not(address); !why.empty()) section.refuse(key, why);
-  return address;
 }
 
 }  // namespace
 
-GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,
-                                  const std::vector<std::string>& labs) {
-  GatewayConfig config;
-  config.listen = read_address(gateway, "listen", why_not_loopback);
-  read_rules(gateway, "exports", Delivery::latest, {hal::channel::world, hal::channel::status}, config.exports);
-  read_rules(gateway, "ordered", Delivery::ordered, {}, config.exports);
-  config.max_message_bytes =
-      static_cast<std::uint32_t>(gateway.integer("max_message_bytes", config.max_message_bytes, 1 << 10, 64 << 20));
-  config.outbox_bytes = static_cast<std::size_t>(
-      gateway.integer("outbox_bytes", static_cast<std::int64_t>(config.outbox_bytes), 1 << 10, 1LL << 32));
-  if (config.outbox_bytes < config.max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
+void PeerConfig::fields(const hal::Section& peer) {
+  peer.field("lab", lab, {.help = "who", .sample = "\"roark\"", .required = true});
+  peer.field("connect", connect,
+             {.help = "[SCHEME://]ADDRESS where we connect to it; HOST:PORT is tcp's. Empty: it connects to us"});
+}
+
+void PeerConfig::check(const hal::Section& peer) const {
+  check_address(peer, "connect", connect, why_not_connectable);
+  if (!hal::is_lab_name(lab))
+    peer.refuse("lab", fmt::format("is no lab name; use 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
+}
+
+void GatewayConfig::fields(const hal::Section& gateway) {
+  gateway.field("listen", listen, {.help = "HOST:PORT for peers that connect to us; in this version 127.0.0.1 only"});
+  gateway.field("exports", latest, {.help = "channels for the peers, of which the newest message counts"});
+  gateway.field("ordered", ordered, {.help = "channels for the peers, of which every message counts"});
+  gateway.field("max_message_bytes", max_message_bytes,
+                {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
+  gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
+  gateway.field("peers", peers);
+}
+
+void GatewayConfig::check(const hal::Section& gateway) {
+  check_address(gateway, "listen", listen, why_not_loopback);
+  exports.clear();
+  add_rules(gateway, "exports", Delivery::latest, latest, exports);
+  add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);
+  if (outbox_bytes < max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
     gateway.refuse("outbox_bytes",
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
-                               config.max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
+                               max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
+}
 
+GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,
+                                  const std::vector<std::string>& labs) {
+  auto config = gateway.read<GatewayConfig>();
   std::vector<std::string> seen;
+  std::vector<PeerConfig> all = std::exchange(config.peers, {});
   bool listens = false;
-  for (const hal::Section& section : gateway.sections("peers")) {
-    PeerConfig peer{section.required_text("lab"), read_address(section, "connect", why_not_connectable)};
-    if (!hal::is_lab_name(peer.lab))
-      section.refuse("lab", fmt::format("is no lab name; use 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const hal::Section section = gateway.section("peers", static_cast<int>(i));
+    PeerConfig& peer = all[i];
     if (peer.lab == lab) section.refuse("lab", "is this lab itself; list its peers only");
     if (std::ranges::find(seen, peer.lab) != seen.end()) section.refuse("lab", "is listed twice; one entry per peer");
     seen.push_back(peer.lab);

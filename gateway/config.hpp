@@ -11,20 +11,26 @@
 namespace arkmesh::gateway {
 
 struct PeerConfig {
-  std::string lab;  // gateway.peers.lab
-  // gateway.peers.connect: [SCHEME://]ADDRESS, where that lab's gateway listens (links.hpp); empty: it connects to us.
-  std::string connect;
+  std::string lab;
+  std::string connect;  // [SCHEME://]ADDRESS, where that lab's gateway listens (links.hpp); empty: it connects to us
+
+  void fields(const hal::Section& peer);
+  void check(const hal::Section& peer) const;
 };
 
 struct GatewayConfig {
-  // gateway.listen: HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
+  // HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
   std::string listen;
-  // gateway.exports ["world", "status"], the newest message counts; gateway.ordered [], all of them count.
-  std::vector<Rule> exports;
-  std::size_t outbox_bytes = 4 << 20;         // gateway.outbox_bytes: what may wait for one peer, everything included
-  std::uint32_t max_message_bytes = 1 << 20;  // gateway.max_message_bytes: longer messages are not sent and not taken
-  std::vector<PeerConfig> peers;              // those of gateway.peers that take part
-  std::vector<std::string> ignored;           // the others: not in shared.labs
+  std::vector<std::string> latest{"world", "status"};  // gateway.exports: the newest message counts
+  std::vector<std::string> ordered;                    // gateway.ordered: all of them count
+  std::vector<Rule> exports;                           // both
+  std::size_t outbox_bytes = 4 << 20;                  // what may wait for one peer, everything included
+  std::uint32_t max_message_bytes = 1 << 20;           // longer messages are not sent and not taken
+  std::vector<PeerConfig> peers;                       // those of gateway.peers that take part
+  std::vector<std::string> ignored;                    // the others: not in shared.labs
+
+  void fields(const hal::Section& gateway);
+  void check(const hal::Section& gateway);
 };
 
 // `lab`: this one; `labs`: shared.labs. Throws ConfigError.

@@ -25,6 +25,7 @@
 #include "gateway/port_monitor.hpp"
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
+#include "hal/bus_config.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -54,14 +55,14 @@ struct ProcessConfig {
 ProcessConfig read_process_config(const hal::Config& config) {
   const hal::Section root = config.root();
   ProcessConfig out;
-  out.lab = root.section("lab").required_text("name");
+  out.lab = root.section("lab").get("name", std::string(), {.required = true});
   if (!hal::is_lab_name(out.lab))
     root.section("lab").refuse("name", fmt::format("must have 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
-  const std::vector<std::string> labs = root.section("shared").texts("labs", {out.lab});
+  const std::vector<std::string> labs = root.section("shared").get("labs", std::vector<std::string>{out.lab});
   if (std::ranges::find(labs, out.lab) == labs.end())
     root.section("shared").refuse("labs",
                                   fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
-  out.bus_url = root.section("bus").text("url", "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  out.bus_url = root.section("bus").read<hal::BusConfig>().url;
   if (!out.bus_url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);

@@ -35,6 +35,7 @@ struct ArenaRow {
   Robots robots;
   // Throws ConfigError. Null: known by name only, because the program was linked without it.
   std::unique_ptr<Arena> (*make)(const Section& arena, const ArenaRequest& request);
+  std::vector<KeyRow> (*keys)() = nullptr;  // of its sections, for the table of all keys
 };
 
 }  // namespace arkmesh::hal

@@ -67,6 +67,10 @@ class FrameReader {
     while (auto event = log_.next()) {
       if (event->channel == channel::arena) take_info(event->bytes);
       if (event->channel != channel::poses) continue;
+      std::int64_t type = 0;
+      for (std::size_t i = 0; i < std::min<std::size_t>(8, event->bytes.size()); ++i)
+        type = type << 8 | std::to_integer<std::int64_t>(event->bytes[i]);
+      if (type != pose_frame_t::getHash()) other_type = type;
       if (auto frame = take_part(event->bytes)) return frame;
     }
     return {};
@@ -74,6 +78,7 @@ class FrameReader {
   bool truncated() const { return log_.truncated(); }
 
   std::optional<arena_info_t> info;
+  std::int64_t other_type = 0;  // of poses that another version of arkmesh wrote; 0: there are none
 
  private:
   void take_info(const std::vector<std::byte>& bytes) {
@@ -139,6 +144,7 @@ struct Survey {
   bool even = true;  // every frame is stamped number * frame_period
   bool truncated = false;
   std::optional<arena_info_t> info;
+  std::int64_t other_type = 0;
 };
 
 Survey survey(const std::filesystem::path& file) {
@@ -156,6 +162,7 @@ Survey survey(const std::filesystem::path& file) {
   }
   out.truncated = reader.truncated();
   out.info = reader.info;
+  out.other_type = reader.other_type;
   return out;
 }
 
@@ -208,6 +215,15 @@ class LogArena final : public Arena {
   LabTime newest_{-1};              // stamp of the newest frame given out
 };
 
+struct ReplayConfig {
+  std::filesystem::path log;
+
+  void fields(const Section& replay) {
+    replay.field("log", log,
+                 {.help = "the LCM log whose poses are replayed", .sample = "\"log.lcm\"", .required = true});
+  }
+};
+
 std::string seconds(LabTime t) {
   return fmt::format("{} s", std::chrono::duration<double>(t).count());
 }
@@ -215,17 +231,20 @@ std::string seconds(LabTime t) {
 }  // namespace
 
 ArenaRow log_arena_row() {
-  return {"replay", {"replay"}, ArenaRow::Robots::none, [](const Section& arena, const ArenaRequest& request) {
+  return {"replay",
+          {"replay"},
+          ArenaRow::Robots::none,
+          [](const Section& arena, const ArenaRequest& request) {
             return make_log_arena(arena, request.lab, request.robot, request.run_length);
-          }};
+          },
+          [] { return keys_of<ReplayConfig>("arena.replay"); }};
 }
 
 std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
                                       LabTime run_length) {
   const Section replay = arena.section("replay");
-  const std::filesystem::path file = replay.path("log", "");
+  const std::filesystem::path file = replay.read<ReplayConfig>().log;
   const auto refuse = [&](std::string_view sentence) { replay.refuse("log", sentence); };
-  if (file.empty()) refuse("must name the LCM log whose poses are replayed");
 
   Survey found;
   try {
@@ -235,6 +254,12 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
   }
   if (found.truncated)
     spdlog::warn("the log {} is cut or damaged; its poses are used up to {}", file.string(), seconds(found.last_stamp));
+  if (found.frames == 0 && found.other_type != 0)
+    refuse(
+        fmt::format("the log is of another version of arkmesh: its poses are of type {:016x}, those of arkmesh {} of "
+                    "type {:016x}; replay it with the version that recorded it",
+                    static_cast<std::uint64_t>(found.other_type), ARKMESH_VERSION,
+                    static_cast<std::uint64_t>(pose_frame_t::getHash())));
   if (found.frames == 0) refuse("the log holds no poses");
   if (found.first_number != 0 || found.first_stamp != LabTime{0})
     refuse(fmt::format("the log begins with frame {} at {}, not with frame 0; record it from the beginning of a run",
@@ -257,8 +282,9 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.width_m = found.info->width_m;
     info.height_m = found.info->height_m;
   } else {
-    info.width_m = read_side(arena, "width_m");
-    info.height_m = read_side(arena, "height_m");
+    const auto sides = arena.read<ArenaSides>();
+    info.width_m = sides.width_m;
+    info.height_m = sides.height_m;
   }
   if (found.info && found.info->max_robot >= 0 && found.info->kinds >= 0 && found.info->kinds <= 255 &&
       found.info->values >= 0 && found.info->values <= 65'535) {

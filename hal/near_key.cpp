@@ -1,8 +1,7 @@
-// Edit distance and unit suffixes.
+// Letters to insert, remove, change or swap (Damerau-Levenshtein with adjacent swaps).
 #include "hal/near_key.hpp"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 #include <vector>
 
@@ -10,19 +9,6 @@ namespace arkmesh::hal {
 
 namespace {
 
-constexpr std::array<std::string_view, 25> units{"m",  "cm", "mm",  "um",  "km",  "s",     "ms",     "us",  "min",
-                                                 "h",  "hz", "khz", "deg", "rad", "urad",  "bytes",  "kib", "mib",
-                                                 "kb", "mb", "mps", "v",   "mv",  "ratio", "percent"};
-
-// The key without its unit: "arena.width_cm" and "arena.width" both give "arena.width".
-std::string_view stem(std::string_view key) {
-  const std::size_t cut = key.rfind('_');
-  if (cut == std::string_view::npos || std::find(units.begin(), units.end(), key.substr(cut + 1)) == units.end())
-    return key;
-  return key.substr(0, cut);
-}
-
-// Letters to insert, remove, change or swap (Damerau-Levenshtein with adjacent swaps).
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -42,12 +28,10 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 std::optional<std::string> near_key(std::string_view unknown, const std::set<std::string, std::less<>>& known) {
   constexpr std::size_t longest = 200;  // distance() is quadratic; nobody types longer keys
-  if (unknown.size() > longest) return {};
   std::optional<std::string> best;
   std::size_t nearest = std::clamp<std::size_t>(unknown.size() / 5, 1, 3) + 1;
   for (const std::string& key : known) {
-    if (key.size() > longest) continue;
-    if (stem(key) == stem(unknown)) return key;
+    if (std::max(key.size(), unknown.size()) > longest) continue;
     if (const std::size_t d = distance(unknown, key); d < nearest) nearest = d, best = key;
   }
   return best;

@@ -8,7 +8,7 @@
 
 namespace arkmesh::hal {
 
-// Near: the same key with another unit (width_cm, width_m), or few letters wrong. Keys are dotted.
+// Near: few letters wrong. Keys are dotted.
 std::optional<std::string> near_key(std::string_view unknown, const std::set<std::string, std::less<>>& known);
 
 }  // namespace arkmesh::hal

@@ -2,6 +2,7 @@
 // faster robot.
 #pragma once
 
+#include "hal/config.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::hal {
@@ -11,6 +12,13 @@ struct Projection {
   double shift_y_m = 0;
   double turn_rad = 0;  // counter-clockwise, from arena +x to shared +x
   double scale = 1;     // shared metres per arena metre, > 0
+
+  void fields(const Section& s) {
+    s.field("shift_x_m", shift_x_m, {{-1000, 1000}, "m", "shared = shift + scale * turn(arena)"});
+    s.field("shift_y_m", shift_y_m, {{-1000, 1000}, "m", "likewise"});
+    s.field("turn_rad", turn_rad, {{-7, 7}, "rad", "counter-clockwise"});
+    s.field("scale", scale, {{1e-3, 1e3}, "", "shared metres for a metre of the arena"});
+  }
 
   Pose to_shared(const Pose& in_arena) const;
   Pose to_arena(const Pose& in_shared) const;

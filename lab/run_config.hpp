@@ -14,21 +14,22 @@
 namespace arkmesh::lab {
 
 struct RunConfig {
-  std::string lab;                // lab.name, [a-z0-9_-]{1,15}
-  std::string scenario;           // run.scenario, a name of the catalogue
-  std::uint64_t seed = 1;         // run.seed, one for all labs
-  std::uint32_t last_period = 0;  // K = run.duration_s / gate.period_s, a whole number
-  std::vector<std::string> labs;  // shared.labs, ascending; default: this lab alone
-  std::string owner;              // shared.owner; default: the first lab
-  std::map<std::string, hal::Projection, std::less<>> projections;  // shared.projection.<lab>, one for each lab
+  std::string lab;         // lab.name, [a-z0-9_-]{1,15}
+  std::string scenario;    // run.scenario, a name of the catalogue
+  std::uint64_t seed = 1;  // one for all labs
+  hal::LabTime duration{1'800'000'000};
+  std::uint32_t last_period = 0;                                    // K = duration / period, a whole number
+  std::vector<std::string> labs;                                    // shared.labs, ascending; default: this lab alone
+  std::string owner;                                                // default: the first lab
+  std::map<std::string, hal::Projection, std::less<>> projections;  // one for each lab, also those that take no part
   hal::LabTime period{2'000'000};                                   // gate.period_s
-  std::uint32_t slack = 0;                                          // gate.slack, 0..8
-  bool require_strict = false;  // gate.mode = "strict": refuse to run with an arena that cannot wait
-  std::chrono::microseconds patience{600'000'000};  // gate.patience_s: how long a cut link is waited for
-};
+  std::uint32_t slack = 0;
+  bool require_strict = false;  // gate.mode = "strict"
+  std::chrono::microseconds patience{600'000'000};
 
-// Throws ConfigError.
-RunConfig read_run_config(const hal::Section& root);
+  void fields(const hal::Section& root);
+  void check(const hal::Section& root);
+};
 
 // Everything that all labs must have alike, as state 0 carries it: run.*, shared.*, gate.period_s, gate.slack,
 // scenario.*. Call it after the scenario was made, so that its keys are in force.

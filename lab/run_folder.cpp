@@ -30,9 +30,15 @@ void RunFolder::save_result(const nlohmann::json& result) const {
   write_json(directory() / "result.json", result);
 }
 
-hal::Recorder::Options read_recorder_options(const hal::Section& recorder) {
-  return {.log = recorder.flag("log", true),
-          .keep_free_bytes = static_cast<std::uint64_t>(recorder.integer("keep_free_mib", 64, 0, 1 << 20)) << 20};
+void RecorderConfig::fields(const hal::Section& recorder) {
+  recorder.field("log", log, {.help = "write log.lcm; tables are always written"});
+  recorder.field(
+      "keep_free_mib", keep_free_mib,
+      {.range = {0, 1 << 20}, .unit = "MiB", .help = "recording stops when the disk has less left; the run goes on"});
+}
+
+hal::Recorder::Options RecorderConfig::options() const {
+  return {.log = log, .keep_free_bytes = static_cast<std::uint64_t>(keep_free_mib) << 20};
 }
 
 std::filesystem::path default_run_directory() {

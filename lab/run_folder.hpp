@@ -26,8 +26,14 @@ class RunFolder {
   hal::Recorder recorder_;
 };
 
-// [recorder] of a lab's configuration. Throws ConfigError.
-hal::Recorder::Options read_recorder_options(const hal::Section& recorder);
+// [recorder] of a lab's configuration.
+struct RecorderConfig {
+  bool log = true;
+  int keep_free_mib = 64;
+
+  void fields(const hal::Section& recorder);
+  hal::Recorder::Options options() const;
+};
 // The default of --out: runs/DATE-TIME.
 std::filesystem::path default_run_directory();
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -312,6 +313,11 @@ hal::ArenaRow ode_arena_row() {
             const std::filesystem::path program =
                 request.program.empty() ? std::filesystem::path() : kilolib_folder() / "programs" / request.program;
             return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program));
+          },
+          [] {
+            std::vector<hal::KeyRow> rows = hal::keys_of<ViewSettings>("arena");
+            std::ranges::move(hal::keys_of<Settings>("arena.ode"), std::back_inserter(rows));
+            return rows;
           }};
 }
 
@@ -321,7 +327,7 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
 
 std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,
                                                      std::uint64_t seed, const SimulatedArenaOptions& options) {
-  if (arena.number("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
+  if (arena.get("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
   return make(arena, lab, seed, options);
 }
 

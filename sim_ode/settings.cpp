@@ -1,42 +1,58 @@
 // One line per key, ranges included.
 #include "sim_ode/settings.hpp"
 
-#include <cmath>
 #include <numbers>
 
 namespace arkmesh::sim_ode {
 
-Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
-  Settings out;
-  out.blank_leds = arena.flag("blank_leds", out.blank_leds);
-  const hal::Section ode = arena.section("ode");
-  out.controller = program.empty() ? ode.path("controller", "") : program;
-  if (out.controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
-  out.start_in_centre = ode.choice("start", "uniform", {"uniform", "centre80"}) == "centre80";
-  const std::vector<double> poses = ode.numbers("start_poses", {}, {-100, 100});
+void Settings::fields(const hal::Section& ode) {
+  ode.field("controller", controller,
+            {.help = "the C file that robots run",
+             .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
+             .required = controller.empty()});
+  enum class Start { uniform, centre80 } start = start_in_centre ? Start::centre80 : Start::uniform;
+  ode.field("start", start,
+            {.help = "robots start anywhere, or within 0.8 of the sides", .one_of = {"uniform", "centre80"}});
+  start_in_centre = start == Start::centre80;
+  ode.field("start_poses", start_numbers_,
+            {{-100, 100}, "m, rad", "x, y, heading of each robot in turn; wins over start"});
+  ode.field("friction", friction, {{0, 10}, "", "between bodies and with walls"});
+  ode.field("speed_m_per_s", speed_m_s, {{0, 0.1}, "m/s", "with both motors at their calibrated duty"});
+  ode.field("turn_deg_per_s", turn_deg_per_s_, {{0, 360}, "deg/s", "with one motor at its calibrated duty"});
+  ode.field("speed_spread", speed_spread, {{0, 0.5}, "", "s.d. of each motor's speed, as a share"});
+  ode.field("duty_spread", duty_spread, {{0, 20}, "", "s.d. of the calibrated duties, of 255"});
+  ode.field("motion_noise", motion_noise, {{0, 0.5}, "", "s.d. of a factor on speed and turn rate, drawn each tick"});
+  ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "x, y of each lamp"});
+  ode.field("light_noise", light_noise, {{0, 1023}, "", "ambient light is read wrong by up to so much, of 1023"});
+  ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "a robot's clock is off by up to this share"});
+  ode.field("composite_s", composite, {{0.005, 60}, "s", "time between two composites of the overhead controller"});
+  ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
+  ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});
+  ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
+  ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
+  ode.field("ir_asymmetry", ir_asymmetry, {{0, 1}, "", "share of that variance that is each direction's own"});
+  ode.field("ir_loss_per_m", ir_loss_per_m, {{0, 10}, "1/m", "what distance adds to ir_loss"});
+  ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
+}
+
+void Settings::check(const hal::Section& ode) {
+  if (controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
+  turn_rad_s = turn_deg_per_s_ * std::numbers::pi / 180;
+  const std::vector<double>& poses = start_numbers_;
   if (poses.size() % 3 != 0)
     ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
-  for (std::size_t i = 0; i < poses.size(); i += 3) out.start_poses.push_back({poses[i], poses[i + 1], poses[i + 2]});
-  out.friction = ode.number("friction", out.friction, {0, 10});
-  out.speed_m_s = ode.number("speed_m_per_s", out.speed_m_s, {0, 0.1});
-  out.turn_rad_s = ode.number("turn_deg_per_s", 45, {0, 360}) * std::numbers::pi / 180;
-  out.speed_spread = ode.number("speed_spread", out.speed_spread, {0, 0.5});
-  out.duty_spread = ode.number("duty_spread", out.duty_spread, {0, 20});
-  out.motion_noise = ode.number("motion_noise", out.motion_noise, {0, 0.5});
-  const std::vector<double> lamps = ode.numbers("lamp", {}, {-100, 100});
-  if (lamps.size() % 2 != 0) ode.refuse("lamp", "must hold two numbers for each lamp: x, y in metres");
-  for (std::size_t i = 0; i < lamps.size(); i += 2) out.lamps.push_back({lamps[i], lamps[i + 1], 0});
-  out.light_noise = ode.number("light_noise", out.light_noise, {0, 1023});
-  out.clock_spread = ode.number("clock_spread", out.clock_spread, {0, 0.025});
-  const double composite_us = std::round(ode.number("composite_s", 0.055, {0.005, 60}) * 1e6);
-  out.composite = hal::LabTime{static_cast<std::int64_t>(composite_us)};
-  out.overhead_loss = ode.number("overhead_loss", out.overhead_loss, {0, 1});
-  out.ir_range_m = ode.number("ir_range_m", out.ir_range_m, {0, 1});
-  out.ir_loss = ode.number("ir_loss", out.ir_loss, {0, 1});
-  out.ir_range_spread_m = ode.number("ir_range_spread_m", out.ir_range_spread_m, {0, 0.2});
-  out.ir_asymmetry = ode.number("ir_asymmetry", out.ir_asymmetry, {0, 1});
-  out.ir_loss_per_m = ode.number("ir_loss_per_m", out.ir_loss_per_m, {0, 10});
-  out.ir_noise_m = ode.number("ir_noise_m", out.ir_noise_m, {0, 0.1});
+  for (std::size_t i = 0; i < poses.size(); i += 3) start_poses.push_back({poses[i], poses[i + 1], poses[i + 2]});
+  const std::vector<double>& lamp = lamp_numbers_;
+  if (lamp.size() % 2 != 0) ode.refuse("lamp", "must hold two numbers for each lamp: x, y in metres");
+  for (std::size_t i = 0; i < lamp.size(); i += 2) lamps.push_back({lamp[i], lamp[i + 1], 0});
+}
+
+Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
+  Settings defaults;
+  defaults.controller = program;
+  Settings out = arena.section("ode").read(std::move(defaults));
+  if (!program.empty()) out.controller = program;
+  out.blank_leds = arena.read<ViewSettings>().blank_leds;
   return out;
 }
 

@@ -85,7 +85,7 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
 
 std::vector<hal::Finding> find_devices(const hal::Section& arena) {
   const hal::Section kilobot = arena.section("kilobot");
-  std::vector<Finding> findings{controller(kilobot.required_text("port"))};
+  std::vector<Finding> findings{controller(kilobot.get("port", std::string(), {.required = true}))};
   const std::vector<CameraSettings> all = read_cameras(kilobot);
   for (std::size_t i = 0; i < all.size(); ++i) findings.push_back(camera(all[i], i, all.size()));
   return findings;

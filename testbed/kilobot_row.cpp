@@ -1,5 +1,8 @@
 #include "testbed/kilobot_row.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/arena_view.hpp"
@@ -29,7 +32,11 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
 }  // namespace
 
 hal::ArenaRow kilobot_arena_row() {
-  return {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, make};
+  return {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, make, [] {
+            std::vector<hal::KeyRow> rows = hal::keys_of<hal::kilobot::ArenaSettings>("arena.kilobot");
+            std::ranges::move(hal::keys_of<KilobotSettings>("arena.kilobot"), std::back_inserter(rows));
+            return rows;
+          }};
 }
 
 }  // namespace arkmesh::testbed

@@ -35,11 +35,30 @@ tracker::Calibration calibration_of(const hal::Section& section, const CameraSet
 
 }  // namespace
 
+void CameraSettings::fields(const hal::Section& camera) {
+  camera.field("source", source,
+               {.help = "a camera's number, /dev/video..., or a URL", .sample = "\"0\"", .required = true});
+  camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
+  camera.field("camera", name, {.help = "its name there, when the file holds several"});
+}
+
+void KilobotSettings::fields(const hal::Section& kilobot) {
+  kilobot.field("video", window.keep_video, {.help = "keep a video of each camera"});
+  kilobot.field("window", window.open, {.help = "serve live pictures to browsers on this machine"});
+  kilobot.field("window_port", window.port, {.help = "where; 0: any free port"});
+  kilobot.field("led_offset_deg", led_offset_deg,
+                {{-180, 180}, "deg", "driving direction minus LED direction, counter-clockwise"});
+  kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "of robots' boards above the arena"});
+  enum class Identity { spelled, ark } identity = known_to_ark ? Identity::ark : Identity::spelled;
+  kilobot.field(
+      "identity", identity,
+      {.help = "\"ark\": robots' programs know ARK's messages 120 and 119 only", .one_of = {"spelled", "ark"}});
+  known_to_ark = identity == Identity::ark;
+  kilobot.field("cameras", cameras);
+}
+
 std::vector<CameraSettings> read_cameras(const hal::Section& kilobot) {
-  std::vector<CameraSettings> out;
-  for (const hal::Section& camera : kilobot.sections("cameras"))
-    out.push_back({camera.required_text("source"), camera.path("calibration", ""), camera.text("camera", "")});
-  return out;
+  return kilobot.get("cameras", std::vector<CameraSettings>());
 }
 
 tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all) {
@@ -53,28 +72,21 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
                                       std::optional<std::size_t> emulated_cameras) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const hal::Section kilobot = arena.section("kilobot");
-  KilobotSettings out;
-  out.window.keep_video = kilobot.flag("video", false);
-  out.window.open = kilobot.flag("window", true);
-  out.window.port = static_cast<std::uint16_t>(kilobot.integer("window_port", 0, 0, 65535));
-  const std::vector<hal::Section> sections = kilobot.sections("cameras");
-  if (emulated_cameras) {
-    if (sections.size() != *emulated_cameras)
-      kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
-    kilobot.leave_alone("port");
-  }
-  out.tracking.following.led_offset_rad = kilobot.number("led_offset_deg", 44, {-180, 180}) * std::numbers::pi / 180;
-  out.tracking.body.board_m = kilobot.number("board_height_m", tracker::board_height_m, {0, 0.2});
+  KilobotSettings defaults;
+  defaults.tracking.body.board_m = tracker::board_height_m;
+  KilobotSettings out = kilobot.read(std::move(defaults));
+  const std::size_t cameras = out.cameras.size();
+  if (emulated_cameras && cameras != *emulated_cameras)
+    kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
+  out.tracking.following.led_offset_rad = out.led_offset_deg * std::numbers::pi / 180;
   out.tracking.body.led_m = out.tracking.body.board_m + 0.002;
-  out.known_to_ark = kilobot.choice("identity", "spelled", {"spelled", "ark"}) == "ark";
-  if (sections.empty())
+  if (cameras == 0)
     kilobot.refuse("cameras",
                    "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
-  if (sections.size() > 4)
-    kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", sections.size()));
-  out.cameras = read_cameras(kilobot);
-  for (std::size_t i = 0; i < sections.size(); ++i)
-    out.calibrations.push_back(calibration_of(sections[i], out.cameras[i], i, sections.size(), config));
+  if (cameras > 4) kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras));
+  for (std::size_t i = 0; i < cameras; ++i)
+    out.calibrations.push_back(
+        calibration_of(kilobot.section("cameras", static_cast<int>(i)), out.cameras[i], i, cameras, config));
   out.arena = hal::kilobot::read_arena_settings(arena, lab, !emulated_cameras);
   out.tracking.expected_robots = out.arena.info.robots.size();
   return out;

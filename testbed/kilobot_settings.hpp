@@ -19,23 +19,27 @@ struct CameraSettings {
   std::string source;                 // required: a number, /dev/video..., or URL
   std::filesystem::path calibration;  // required: a file of `arkmesh calibrate`
   std::string name;                   // camera: its name there, when the file holds several
+
+  void fields(const hal::Section& camera);
 };
 
 // Live pictures for browsers on this machine, and videos.
 struct WindowSettings {
-  bool open = true;         // window
-  std::uint16_t port = 0;   // window_port; 0: any free one
-  bool keep_video = false;  // video: one for each camera
+  bool open = true;
+  std::uint16_t port = 0;   // 0: any free one
+  bool keep_video = false;  // one for each camera
 };
 
 struct KilobotSettings {
   WindowSettings window;
-  tracker::TableSettings tracking;  // led_offset_deg (44: driving direction minus LED direction, counter-clockwise),
-                                    // board_height_m (0.0217)
-  bool known_to_ark = false;  // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
+  tracker::TableSettings tracking;
+  double led_offset_deg = 44;  // driving direction minus LED direction, counter-clockwise
+  bool known_to_ark = false;   // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
   std::vector<CameraSettings> cameras;             // one to four
   std::vector<tracker::Calibration> calibrations;  // of each camera, for an arena of this size
   hal::kilobot::ArenaSettings arena;               // ids, the overhead controller, and what the beginning puts up with
+
+  void fields(const hal::Section& kilobot);
 };
 
 // Throws ConfigError, also for a calibration that is not there. Of an emulated testbed, which has so many cameras and

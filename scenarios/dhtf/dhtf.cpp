@@ -75,9 +75,9 @@ void Dhtf::decide_sites(lab::Lab& lab) {
   for (const std::string& each : lab.labs()) {
     const std::vector<int> hard = draw_hard(settings_, random);
     lab.publish(hard_field(each), {hard.begin(), hard.end()});
-    const Requirement& requirement = settings_.requirements.find(each)->second;
+    const std::vector<std::int64_t>& requirement = settings_.requirements.find(each)->second;
     auto& row = needed.emplace_back();
-    for (int h : hard) row.push_back(h ? requirement.hard : requirement.easy);
+    for (int h : hard) row.push_back(static_cast<int>(requirement[h ? 1 : 0]));
   }
   coordinator_.emplace(std::move(needed), settings_.respawn);
   lab.publish("active", coordinator_->active());

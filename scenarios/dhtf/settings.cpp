@@ -2,70 +2,49 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 namespace arkmesh::scenarios::dhtf {
-namespace {
 
-// At most what one message to a robot carries.
-constexpr int longest_timeout_s = 1023;
-
-hal::LabTime duration(const hal::Section& section, std::string_view key, hal::LabTime otherwise, double low_s) {
-  const double seconds = section.number(key, static_cast<double>(otherwise.count()) * 1e-6, {low_s, 1e6});
-  return hal::LabTime(std::llround(seconds * 1e6));
+void Settings::fields(const hal::Section& dhtf) {
+  enum class Cells { all, no_corners } cells = corners ? Cells::all : Cells::no_corners;
+  dhtf.field(
+      "cells", cells,
+      {.help = "the 16 cells that sites may lie in; \"no_corners\" 12 of them", .one_of = {"all", "no_corners"}});
+  corners = cells == Cells::all;
+  dhtf.field("sites", sites, {.range = {1, 16}, .help = "how many"});
+  dhtf.field("types", types,
+             {.help = "easy or hard by chance for each site and lab; \"half\" as many of each",
+              .one_of = {"random", "half", "easy", "hard"}});
+  dhtf.field("site_radius_m", site_radius_m, {{0.001, 100}, "m", "in the shared frame"});
+  dhtf.field("respawn_s", respawn, {{0, 1e6}, "s", "how long an executed task is inactive"});
+  // at most what one message to a robot carries
+  dhtf.field("timeouts_s", timeouts_s,
+             {{1, 1023}, "s", "how long a robot waits: easy in all labs, hard in some, hard in all"});
+  dhtf.field("requirements", requirements,
+             {.range = {1, 1000}, .unit = "robots", .help = "needed for a task: [easy, hard]", .sample = "[2, 4]"});
+  dhtf.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "nearer walls are told to a robot"});
+  dhtf.field("repeat_s", repeat, {{0.01, 1e6}, "s", "how often a robot is told again what it seems to have missed"});
+  dhtf.field("nudge_site_m", nudge_site_m, {{-1, 1}, "m", "moves the first site in x, for control runs"});
 }
 
-Types read_types(const hal::Section& section) {
-  const std::string name = section.choice("types", "random", {"random", "half", "easy", "hard"});
-  if (name == "half") return Types::half;
-  if (name == "easy") return Types::easy;
-  if (name == "hard") return Types::hard;
-  return Types::random;
+void Settings::check(const hal::Section& dhtf) const {
+  if (!corners && sites > 12)
+    dhtf.refuse("sites", "only 12 of the 16 cells are no corners; use fewer sites or cells = \"all\"");
+  if (timeouts_s.size() != 3)
+    dhtf.refuse("timeouts_s", "needs three numbers: easy in all labs, hard in some, hard in all");
+  for (const auto& [lab, robots] : requirements)
+    if (robots.size() != 2)
+      dhtf.refuse("requirements." + lab,
+                  fmt::format("say how many robots of lab {0} an easy and a hard task need: {0} = [1, 2]", lab));
 }
 
-std::array<int, 3> read_timeouts(const hal::Section& section, const std::array<int, 3>& otherwise) {
-  const std::vector<double> seconds =
-      section.numbers("timeouts_s", {otherwise.begin(), otherwise.end()}, {1, longest_timeout_s});
-  if (seconds.size() != 3)
-    section.refuse("timeouts_s", "needs three numbers: easy in all labs, hard in some, hard in all");
-  std::array<int, 3> timeouts{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (seconds[i] != std::floor(seconds[i])) section.refuse("timeouts_s", "robots are told whole seconds only");
-    timeouts[i] = static_cast<int>(seconds[i]);
-  }
-  return timeouts;
-}
-
-Requirement read_requirement(const hal::Section& requirements, const std::string& lab) {
-  const std::vector<double> robots = requirements.numbers(lab, {}, {1, 1000});
-  const auto whole = [](double n) { return n == std::floor(n); };
-  if (robots.size() != 2 || !whole(robots[0]) || !whole(robots[1]))
-    requirements.refuse(lab,
-                        fmt::format("say how many robots of lab {0} an easy and a hard task need: {0} = [1, 2]", lab));
-  return {.easy = static_cast<int>(robots[0]), .hard = static_cast<int>(robots[1])};
-}
-
-}  // namespace
-
-Settings read_settings(const hal::Section& section, const std::vector<std::string>& labs) {
-  Settings s;
-  s.corners = section.choice("cells", "all", {"all", "no_corners"}) == "all";
-  s.sites = static_cast<int>(section.integer("sites", s.sites, 1, 16));
-  if (!s.corners && s.sites > 12)
-    section.refuse("sites", "only 12 of the 16 cells are no corners; use fewer sites or cells = \"all\"");
-  s.types = read_types(section);
-  s.site_radius_m = section.number("site_radius_m", s.site_radius_m, {0.001, 100});
-  s.respawn = duration(section, "respawn_s", s.respawn, 0);
-  s.timeouts_s = read_timeouts(section, s.timeouts_s);
-  s.wall_zone_m = section.number("wall_zone_m", s.wall_zone_m, {0, 100});
-  s.repeat = duration(section, "repeat_s", s.repeat, 0.01);
-  s.nudge_site_m = section.number("nudge_site_m", s.nudge_site_m, {-1, 1});
-
-  // Labs that take no part may have requirements there too.
-  section.names_below("requirements");
-  const hal::Section requirements = section.section("requirements");
-  for (const std::string& lab : labs) s.requirements.emplace(lab, read_requirement(requirements, lab));
-  return s;
+Settings read_settings(const hal::Section& dhtf, const std::vector<std::string>& labs) {
+  const auto settings = dhtf.read<Settings>();
+  for (const std::string& lab : labs)
+    if (!settings.requirements.contains(lab))
+      dhtf.refuse(
+          "requirements." + lab,
+          fmt::format("is missing: say how many robots of lab {0} an easy and a hard task need: {0} = [1, 2]", lab));
+  return settings;
 }
 
 }  // namespace arkmesh::scenarios::dhtf

@@ -2,7 +2,9 @@
 // comes, it ends in a ConfigError or in an effective configuration that loads again and says the same.
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,24 +16,36 @@ using namespace arkmesh::hal;
 
 namespace {
 
+struct Peer {
+  std::string lab;
+  void fields(const Section& peer) { peer.field("lab", lab, {.required = true}); }
+};
+
+struct Lab {
+  std::string name = "shark", use = "ode";
+  std::filesystem::path controller;
+  std::vector<std::string> labs{"roark", "shark"};
+  std::map<std::string, double, std::less<>> scale;
+  std::map<std::string, std::vector<std::int64_t>, std::less<>> requirements{{"shark", {2, 4}}};
+  std::vector<Peer> peers;
+  bool blank = false;
+
+  void fields(const Section& root) {
+    root.section("lab").field("name", name);
+    root.section("arena").field("use", use, {.one_of = {"ode", "replay", "null"}});
+    root.section("arena").field("blank", blank);
+    root.section("arena.ode").field("controller", controller);
+    root.section("shared").field("labs", labs);
+    root.section("shared").field("scale", scale, {.range = {0, 10}});
+    root.section("gateway").field("peers", peers);
+    root.section("scenario.dhtf").field("requirements", requirements, {.range = {1, 100}});
+  }
+};
+
 void read_as_lab(const Config& config) {
-  const Section root = config.root();
-  root.section("lab").text("name", "shark");
-  const Section arena = root.section("arena");
-  arena.choice("use", "ode", {"ode", "replay", "null"});
-  read_arena_config(arena, 0.0165);
-  if (arena.has("ode")) arena.section("ode").path("controller", "");
-  arena.leave_alone("replay");
-  const Section shared = root.section("shared");
-  shared.texts("labs", {"roark", "shark"});
-  for (const std::string& lab : shared.names_below("projection"))
-    shared.section("projection").section(lab).number("scale", 1, {0, 10});
-  for (const Section& peer : root.section("gateway").sections("peers")) peer.required_text("lab");
-  const Section dhtf = root.section("scenario").section("dhtf");
-  dhtf.names_below("requirements");
-  dhtf.section("requirements").numbers("shark", {2, 4}, {1, 100});
-  dhtf.flag("blank", false);
-  dhtf.integer("sites", 8, 0, 16);
+  config.root().read<Lab>();
+  read_arena_config(config.root().section("arena"), 0.0165);
+  config.root().section("arena").leave_alone("replay");
   config.refuse_unknown();
 }
 

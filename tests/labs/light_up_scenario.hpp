@@ -73,7 +73,7 @@ class LightUp final : public lab::Scenario {
 inline app::CatalogueEntry light_up() {
   return {"light_up",
           [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
-            return std::make_unique<LightUp>(settings.number("reach_m", 0.10, {0.001, 100}));
+            return std::make_unique<LightUp>(settings.get("reach_m", 0.10, {.range = {0.001, 100}}));
           }};
 }
 

@@ -30,7 +30,7 @@ namespace {
 // As a lab reads them, at a testbed whose controller is the test's.
 testbed::KilobotSettings settings(const hal::Config& config) {
   const hal::Section arena = config.root().section("arena");
-  return testbed::read_kilobot_settings(arena, "lab", arena.section("kilobot").sections("cameras").size());
+  return testbed::read_kilobot_settings(arena, "lab", testbed::read_cameras(arena.section("kilobot")).size());
 }
 
 const std::string pictures_folder = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";

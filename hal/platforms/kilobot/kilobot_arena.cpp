@@ -269,10 +269,22 @@ class KilobotArena final : public Arena {
 
 }  // namespace
 
+void ArenaSettings::fields(const Section& kilobot) {
+  kilobot.field("port", port,
+                {.help = "the overhead controller: a device or tcp://HOST:PORT",
+                 .sample = "\"/dev/ttyUSB0\"",
+                 .required = has_port});
+  kilobot.field("ids", ids,
+                {.help = "of the robots, such as [\"0-11\", \"40\"]", .default_is = "0 to arena.robots - 1"});
+  kilobot.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
+  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may be missing then"});
+  overhead.fields(kilobot);
+}
+
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port) {
   const ArenaConfig config = read_arena_config(arena, body_radius_m);
-  const Section kilobot = arena.section("kilobot");
-  ArenaSettings out{.info = ArenaInfo{model}};
+  ArenaSettings out = arena.section("kilobot").read(ArenaSettings{.info = ArenaInfo{model}, .has_port = has_port});
+  if (!has_port) out.port.clear();
   out.info.name = lab;
   out.info.platform = "kilobot";
   out.info.width_m = config.width_m;
@@ -280,11 +292,6 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   out.info.robots = read_robot_ids(arena);
   out.info.can_wait = false;
   out.info.frame_period = config.frame_period;
-  if (has_port) out.port = kilobot.required_text("port");
-  const double names_within_s = kilobot.number("names_within_s", 120, {1, 3600});
-  out.names_within = std::chrono::microseconds{std::llround(names_within_s * 1e6)};
-  out.may_miss = static_cast<std::size_t>(kilobot.integer("may_miss", 0, 0, 1023));
-  out.overhead = read_overhead_settings(kilobot);
   return out;
 }
 

@@ -28,31 +28,27 @@ int blank(Message& composite, std::span<const RobotId> robots) {
   return blanked;
 }
 
-microseconds read_seconds(const Section& section, std::string_view key, microseconds otherwise, double low,
-                          double high) {
-  const double seconds = section.number(key, static_cast<double>(otherwise.count()) * 1e-6, {low, high});
-  return microseconds{std::llround(seconds * 1e6)};
-}
-
 }  // namespace
 
-OverheadSettings read_overhead_settings(const Section& kilobot) {
-  OverheadSettings out;
-  out.once = kilobot.flag("once", out.once);
-  out.spacing = read_seconds(kilobot, "spacing_s", out.spacing, 0.04, 10);
-  if (!out.once && out.spacing < microseconds{50'000})
+void OverheadSettings::fields(const Section& kilobot) {
+  kilobot.field("once", once, {.help = "composites are sent once (packet type 6), not repeated for the spacing"});
+  kilobot.field("spacing_s", spacing, {{0.04, 10}, "s", "start to start of packets; at least 0.05, or once = true"});
+  kilobot.field("command_s", command_for, {{0.05, 60}, "s", "how long a command to all robots is repeated"});
+  kilobot.field("broadcast_s", broadcast_for, {{0.05, 60}, "s", "how long a broadcast is repeated"});
+  kilobot.field("waking_s", waking_for, {{0.05, 60}, "s", "likewise the command after `sleep`"});
+  kilobot.field("expire_s", expire_after,
+                {{0, 3600}, "s", "what a line that is down keeps waiting so long is dropped"});
+  kilobot.field("again_s", again_after, {{0, 10}, "s", "what stays on the air is sent again after that; 0: never"});
+  kilobot.field("settle_s", settle, {{0, 60}, "s", "a controller that starts when its port opens is deaf so long"});
+}
+
+void OverheadSettings::check(const Section& kilobot) const {
+  if (!once && spacing < microseconds{50'000})
     kilobot.refuse("spacing_s",
                    "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with "
                    "once = true");
-  out.command_for = read_seconds(kilobot, "command_s", out.command_for, 0.05, 60);
-  out.broadcast_for = read_seconds(kilobot, "broadcast_s", out.broadcast_for, 0.05, 60);
-  out.waking_for = read_seconds(kilobot, "waking_s", out.waking_for, 0.05, 60);
-  out.expire_after = read_seconds(kilobot, "expire_s", out.expire_after, 0, 3600);
-  out.again_after = read_seconds(kilobot, "again_s", microseconds{100'000}, 0, 10);
-  if (out.again_after > microseconds{0} && out.again_after < usual_spacing)
+  if (again_after > microseconds{0} && again_after < usual_spacing)
     kilobot.refuse("again_s", "must be 0 or at least 0.055: each copy needs its time on the air");
-  out.settle = read_seconds(kilobot, "settle_s", out.settle, 0, 60);
-  return out;
 }
 
 void OverheadController::offer(std::span<const ToRobot> newest) {

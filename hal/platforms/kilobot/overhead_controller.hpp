@@ -20,24 +20,21 @@
 
 namespace arkmesh::hal::kilobot {
 
+// Keys of [arena.kilobot].
 struct OverheadSettings {
-  std::chrono::microseconds spacing =
-      usual_spacing;  // spacing_s: start to start of packets; at least 0.05, with `once` 0.04
-  bool once = false;  // once: composites are sent once (packet type 6), not repeated for the spacing
-  std::chrono::microseconds command_for{500'000};    // command_s: a fleet command is repeated for so long
-  std::chrono::microseconds broadcast_for{200'000};  // broadcast_s: a broadcast
-  std::chrono::microseconds waking_for{
-      10'000'000};  // waking_s: the command after `sleep`; robots asleep listen every 8 s
+  std::chrono::microseconds spacing = usual_spacing;  // start to start of packets; at least 0.05, with `once` 0.04
+  bool once = false;  // composites are sent once (packet type 6), not repeated for the spacing
+  std::chrono::microseconds command_for{500'000};    // a fleet command is repeated for so long
+  std::chrono::microseconds broadcast_for{200'000};  // a broadcast
+  std::chrono::microseconds waking_for{10'000'000};  // the command after `sleep`; robots asleep listen every 8 s
   std::chrono::microseconds expire_after{
-      5'000'000};  // expire_s: what could not be sent for so long, the line being down, is dropped
-  std::chrono::microseconds again_after{
-      0};  // again_s: what stays on the air goes over the line again, behind a stop; 0: never
-  std::chrono::microseconds settle{
-      2'500'000};  // settle_s: a controller that starts when its port opens is deaf for so long
-};
+      5'000'000};                            // what could not be sent for so long, the line being down, is dropped
+  std::chrono::microseconds again_after{0};  // what stays on the air goes over the line again, behind a stop; 0: never
+  std::chrono::microseconds settle{2'500'000};  // a controller that starts when its port opens is deaf for so long
 
-// The keys of [arena.kilobot] in the comments above; again_s is 0.1 when it is not there. Throws ConfigError.
-OverheadSettings read_overhead_settings(const Section& kilobot);
+  void fields(const Section& kilobot);
+  void check(const Section& kilobot) const;
+};
 
 // Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`,
 // `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.composite_dropped`, and what its parts

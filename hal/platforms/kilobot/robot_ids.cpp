@@ -25,7 +25,7 @@ std::vector<RobotId> read_robot_ids(const Section& arena) {
   const auto robots = static_cast<std::size_t>(read_arena_config(arena, body_radius_m).robots);
   const Section kilobot = arena.section("kilobot");
   std::vector<RobotId> out;
-  for (const std::string& part : kilobot.texts("ids", {})) {
+  for (const std::string& part : kilobot.get("ids", std::vector<std::string>())) {
     const std::size_t dash = part.find('-');
     const auto first = number(std::string_view(part).substr(0, dash));
     const auto last = dash == std::string::npos ? first : number(std::string_view(part).substr(dash + 1));

@@ -45,7 +45,7 @@ bool Greeting::finished(const lab::Lab& lab) const {
 app::CatalogueEntry greeting() {
   return {"greeting",
           [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
-            return std::make_unique<Greeting>(settings.integer("answers", 10, 1, max_answers));
+            return std::make_unique<Greeting>(settings.get("answers", 10, {.range = {1, max_answers}}));
           }};
 }
 

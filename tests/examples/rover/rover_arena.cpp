@@ -161,7 +161,7 @@ std::unique_ptr<hal::Arena> make_rover_arena(const hal::Section& arena, const st
   for (int i = 0; i < config.robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
   info.can_wait = false;
   info.frame_period = config.frame_period;
-  const double names_within_s = arena.section("rover").number("names_within_s", 10, {0.1, 3600});
+  const double names_within_s = arena.section("rover").get("names_within_s", 10.0, {.range = {0.1, 3600}});
   return std::make_unique<RoverArena>(std::move(info), std::chrono::microseconds{std::llround(names_within_s * 1e6)},
                                       std::move(stream), std::move(camera), wall);
 }
@@ -173,7 +173,7 @@ hal::ArenaRow rover_arena_row() {
                 .width_m = config.width_m,
                 .height_m = config.height_m,
                 .robots = config.robots,
-                .damage = arena.section("rover").number("damage", 0, {0, 1}),
+                .damage = arena.section("rover").get("damage", 0.0, {.range = {0, 1}}),
                 .seed = who.seed,
             });
             return make_rover_arena(arena, who.lab, rovers, rovers);

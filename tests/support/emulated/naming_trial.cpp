@@ -77,8 +77,8 @@ NamingResult name_emulated(const NamingTrial& trial) {
       cameras +=
           fmt::format("[[arena.kilobot.cameras]]\nsource = \"{}\"\ncalibration = \"{}\"\n", k, calibration.string());
     const hal::Section arena = config.root().section("arena");
-    sides = fmt::format("robots = {}\nwidth_m = {}\nheight_m = {}\n", emulator.robots(), arena.number("width_m", 1),
-                        arena.number("height_m", 1));
+    sides = fmt::format("robots = {}\nwidth_m = {}\nheight_m = {}\n", emulator.robots(), arena.get("width_m", 1.0),
+                        arena.get("height_m", 1.0));
   }
   const hal::Config config = hal::Config::from_text(
       fmt::format("[arena]\n{}emulated.file = \"{}\"\n[arena.kilobot]\nidentity = \"{}\"\nnames_within_s = {}\n{}",

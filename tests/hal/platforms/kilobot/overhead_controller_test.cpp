@@ -331,7 +331,7 @@ TEST_CASE("overhead controller: the end") {
 TEST_CASE("overhead controller: settings") {
   // Every key is read in its unit, and a spacing that does not reach the air is refused with the reason.
   const auto read = [](const std::string& keys) {
-    return read_overhead_settings(hal::Config::from_text("[k]\n" + keys, "lab.toml").root().section("k"));
+    return hal::Config::from_text("[k]\n" + keys, "lab.toml").root().section("k").read<OverheadSettings>();
   };
   const OverheadSettings some =
       read("spacing_s = 0.06\ncommand_s = 1\nbroadcast_s = 0.3\nwaking_s = 9\nexpire_s = 2\nsettle_s = 0\n");

@@ -1,0 +1,12 @@
+// Every key of every configuration that this program knows.
+#pragma once
+
+#include <vector>
+
+#include "hal/config.hpp"
+
+namespace arkmesh::app {
+
+std::vector<hal::KeyRow> all_keys();
+
+}  // namespace arkmesh::app

@@ -1,0 +1,18 @@
+// [bus] of a lab's file: its public bus.
+#pragma once
+
+#include <string>
+
+#include "hal/config.hpp"
+
+namespace arkmesh::hal {
+
+struct BusConfig {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";  // LCM's port
+
+  void fields(const Section& bus) {
+    bus.field("url", url, {.help = "the lab's public bus; every lab on a machine needs a port of its own"});
+  }
+};
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,113 @@
+// The table of keys in the documentation, the sample, and configurations that are wrong in many ways.
+#include "app/config_keys.hpp"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "app/configured_lab.hpp"
+#include "gateway/config.hpp"
+#include "hal/arena_config.hpp"
+#include "lab/run_config.hpp"
+#include "scenarios/dhtf/settings.hpp"
+#include "sim_ode/settings.hpp"
+#include "tests/support/labs/dhtf_configs.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+
+using namespace arkmesh;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Everything of a simulated DHTF lab but its robots.
+void read_lab(const hal::Config& config) {
+  const hal::Section root = config.root();
+  const auto run = root.read<lab::RunConfig>();
+  gateway::read_gateway_config(root.section("gateway"), run.lab, run.labs);
+  root.section("bus").get("url", std::string());
+  root.section("recorder").read<lab::RecorderConfig>();
+  root.section("arena").get("use", std::string());
+  hal::read_arena_config(root.section("arena"), 0.0165);
+  sim_ode::read_settings(root.section("arena"));
+  scenarios::dhtf::read_settings(root.section("scenario").section("dhtf"), run.labs);
+  config.refuse_unknown();
+}
+
+std::string refusal(const std::filesystem::path& file, const std::vector<std::string>& sets = {}) {
+  try {
+    read_lab(hal::Config::from_file(file, sets));
+  } catch (const hal::ConfigError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("docs/formats.md holds the table of keys as it is") {
+  // Whoever adds a key runs scripts/document_keys.
+  const std::string page = text_of(tests::experiments().parent_path() / "docs" / "formats.md");
+  CHECK(page.find(hal::print_keys(app::all_keys())) != std::string::npos);
+}
+
+TEST_CASE("the sample is a lab that runs") {
+  tests::TemporaryDirectory folder;
+  const auto file = folder.write("sample.toml", hal::print_sample(app::all_keys()));
+  app::ConfiguredLab lab(hal::Config::from_file(file, {"run.duration_s=2"}), folder.path() / "run");
+  CHECK(lab.name() == "lab");
+}
+
+TEST_CASE("a run's config.toml says the same from elsewhere") {
+  // Moved with its folder; the shipped controller is found again, and what labs share has no places in it.
+  tests::TemporaryDirectory folder;
+  const auto shipped = tests::experiments() / "dhtf" / "shark.toml";
+  const auto load = [](const std::filesystem::path& file) {
+    hal::Config config = hal::Config::from_file(file);
+    read_lab(config);
+    return config;
+  };
+  const hal::Config first = load(shipped);
+  const std::string written = first.effective(folder.path() / "run");
+  CHECK(written.find("controller = \"arkmesh:scenarios/dhtf/controller/dhtf.c\"") != std::string::npos);
+  const hal::Config again = load(folder.write("elsewhere/config.toml", written));
+  CHECK(lab::shared_settings(again) == lab::shared_settings(first));
+  const auto controller = [](const hal::Config& config) {
+    return sim_ode::read_settings(config.root().section("arena")).controller;
+  };
+  CHECK(controller(again) == controller(first));
+}
+
+TEST_CASE("every key of a shipped configuration that is spoiled is refused by name, at once") {
+  // Each value is made one of another kind, NaN, huge, or a table; and each key is misspelt.
+  tests::TemporaryDirectory folder;
+  const auto shipped = tests::experiments() / "dhtf" / "shark.toml";
+  hal::Config config = hal::Config::from_file(shipped);
+  read_lab(config);
+  int spoiled = 0;
+  const auto begun = std::chrono::steady_clock::now();
+  for (const char* table : {"lab", "run", "shared", "gate", "arena", "gateway", "recorder", "scenario"})
+    for (const auto& [key, value] : config.in_force_below(table)) {
+      if (key.find('[') != std::string::npos) continue;  // an element of a list cannot be overridden
+      const bool is_number = value.find_first_of("\"[tf") == std::string::npos;
+      for (const char* bad : {"{ x = 1 }", is_number ? "nan" : "nan", is_number ? "1e300" : "-1"}) {
+        CAPTURE(key);
+        CAPTURE(bad);
+        const std::string said = refusal(shipped, {key + "=" + bad});
+        CHECK(said.find(key) != std::string::npos);
+        CHECK(said.starts_with("--set " + key));
+        ++spoiled;
+      }
+      CHECK(refusal(shipped, {key + "x=1"}).find("unknown") != std::string::npos);
+      ++spoiled;
+    }
+  CHECK(spoiled > 100);
+  CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(spoiled));
+}
