@@ -18,11 +18,11 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::size_t max_clients = 8, max_line_bytes = 1024;
-constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
 
 }  // namespace
 
 struct ControlPort::State : std::enable_shared_from_this<State> {
+  static constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
   struct Client {
     tcp::socket socket;
     std::string in, out;

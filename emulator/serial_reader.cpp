@@ -21,7 +21,6 @@ using boost::system::error_code;
 
 // Enough for what a line takes in a second.
 constexpr std::size_t max_held_bytes = 4096;
-constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
 
 template <class Stream>
 struct Source {
@@ -33,6 +32,8 @@ struct Source {
 }  // namespace
 
 struct SerialReader::Thread {
+  static constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
+
   asio::io_context own{1};
   asio::executor_work_guard<asio::io_context::executor_type> work{own.get_executor()};
   asio::io_context& loop;

@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::span<const std::byte> bytes_of(std::string_view text) {
+std::span<const std::byte> bytes_in(std::string_view text) {
   return std::as_bytes(std::span(text));
 }
 
@@ -68,7 +68,7 @@ struct TwoLabs {
 TEST_CASE("exported channels arrive under the sender's name") {
   // What a lab publishes on an exported channel comes to the other once, under its lab's name, and nothing comes back.
   TwoLabs labs;
-  labs.shark.bus.publish("world", bytes_of("period 7"));
+  labs.shark.bus.publish("world", bytes_in("period 7"));
   labs.settle();
   CHECK(labs.roark.heard.size() == 1);
   CHECK(labs.roark.heard.find("shark/world")->second == "period 7");
@@ -78,7 +78,7 @@ TEST_CASE("exported channels arrive under the sender's name") {
 TEST_CASE("what is published before the links start is kept for the peers") {
   // A gateway that still looks around loses nothing of its lab's, and nothing crosses before.
   TwoLabs labs({{"events", Delivery::ordered}}, false);
-  for (const char* text : {"1", "2"}) labs.shark.bus.publish("events", bytes_of(text));
+  for (const char* text : {"1", "2"}) labs.shark.bus.publish("events", bytes_in(text));
   labs.settle();
   labs.network.step();
   CHECK_FALSE(labs.of_shark->links()[0]->stats().up);
@@ -92,10 +92,10 @@ TEST_CASE("other channels stay at home") {
   // Only exact names of the export list are exported: no prefix, no foreign name, no pattern character is taken as one.
   TwoLabs labs({{"world", Delivery::latest}, {"a.c", Delivery::latest}});
   for (const char* channel : {"poses", "worlds", "aworld", "lynx/world", "roark/world", "abc", "status"})
-    labs.shark.bus.publish(channel, bytes_of("x"));
+    labs.shark.bus.publish(channel, bytes_in("x"));
   labs.settle();
   CHECK(labs.roark.heard.empty());
-  labs.shark.bus.publish("a.c", bytes_of("x"));
+  labs.shark.bus.publish("a.c", bytes_in("x"));
   labs.settle();
   CHECK(labs.roark.heard.count("shark/a.c") == 1);
 }
@@ -112,8 +112,8 @@ TEST_CASE("peers tells link, ages and counters") {
   CHECK(labs.roark.peers.peers[0].up == 1);
   CHECK(labs.roark.peers.peers[0].n_channels == 0);
 
-  labs.shark.bus.publish("world", bytes_of("12345"));
-  labs.shark.bus.publish("world", bytes_of("67890"));
+  labs.shark.bus.publish("world", bytes_in("12345"));
+  labs.shark.bus.publish("world", bytes_in("67890"));
   labs.settle();
   CHECK_FALSE(labs.of_roark->tick(500ms));
   CHECK(labs.of_roark->tick(1s));
@@ -145,8 +145,8 @@ TEST_CASE("no event after the gateway is gone") {
   // A destroyed gateway neither hears its bus nor its links.
   TwoLabs labs;
   labs.of_roark.reset();
-  labs.shark.bus.publish("world", bytes_of("x"));
-  labs.roark.bus.publish("world", bytes_of("x"));
+  labs.shark.bus.publish("world", bytes_in("x"));
+  labs.roark.bus.publish("world", bytes_in("x"));
   labs.settle();
   labs.network.step();
   labs.settle();

@@ -46,13 +46,13 @@ struct TcpLab {
 };
 
 // shark listens, roark connects through the proxy.
-struct TwoLabs {
+struct TwoTcpLabs {
   boost::asio::io_context io;
   TcpLab shark, roark;
   std::unique_ptr<ImpairmentProxy> proxy;
   std::uint64_t boots = 100;
 
-  explicit TwoLabs(const Impairment& impairment = {}) {
+  explicit TwoTcpLabs(const Impairment& impairment = {}) {
     start_shark("127.0.0.1:0");
     proxy = std::make_unique<ImpairmentProxy>(shark.node->listening().port());
     proxy->set(impairment);
@@ -99,7 +99,7 @@ struct TwoLabs {
 
 TEST_CASE("a reset connection comes back by itself") {
   // RST in the middle of traffic, ten times: both sides notice, reconnect within a second and go on.
-  TwoLabs labs;
+  TwoTcpLabs labs;
   for (int i = 0; i < 10; ++i) {
     labs.check_passage(std::to_string(i));
     labs.proxy->reset();
@@ -115,7 +115,7 @@ TEST_CASE("a reset connection comes back by itself") {
 TEST_CASE("a black hole is noticed by both sides") {
   // Everything is swallowed, nothing is closed: heartbeats fail to come, and both links go down in the time allowed for
   // it.
-  TwoLabs labs;
+  TwoTcpLabs labs;
   labs.check_passage();
   labs.proxy->set({.swallow_to_target = true, .swallow_to_client = true});
   const auto begun = Clock::now();
@@ -136,7 +136,7 @@ TEST_CASE("a half-open connection is noticed by both sides") {
   // Only one direction is dead: the side that hears nothing closes, and the other learns it or notices by itself.
   for (const bool towards_shark : {true, false}) {
     CAPTURE(towards_shark);
-    TwoLabs labs;
+    TwoTcpLabs labs;
     labs.check_passage();
     labs.proxy->set({.swallow_to_target = towards_shark, .swallow_to_client = !towards_shark});
     REQUIRE(labs.both(false));
@@ -149,7 +149,7 @@ TEST_CASE("a half-open connection is noticed by both sides") {
 TEST_CASE("damaged bytes never become messages") {
   // With a bit flipped in each 3000th byte each way, what arrives is unchanged; damaged sessions are closed, counted,
   // replaced.
-  TwoLabs labs({.corrupt_every = 3000});
+  TwoTcpLabs labs({.corrupt_every = 3000});
   std::vector<std::string> sent;
   REQUIRE(labs.until([&] {
     if (sent.size() < 200000 && labs.shark.up() && labs.shark.count("outbox.waiting.messages") < 3) {
@@ -189,7 +189,7 @@ TEST_CASE("late, slow and sliced links carry everything") {
   for (const Impairment& impairment :
        {Impairment{.delay = 20ms, .jitter = 10ms}, Impairment{.slice_bytes = 1}, Impairment{.bytes_per_s = 100'000},
         Impairment{.delay = 5ms, .bytes_per_s = 300'000, .slice_bytes = 3}}) {
-    TwoLabs labs(impairment);
+    TwoTcpLabs labs(impairment);
     REQUIRE(labs.both(true));
     for (int i = 0; i < 50; ++i) labs.shark.publish("events", std::to_string(i) + std::string(500, 'x'));
     REQUIRE(labs.until([&] { return labs.roark.heard.size() == 50; }));
@@ -203,7 +203,7 @@ TEST_CASE("late, slow and sliced links carry everything") {
 TEST_CASE("on a slow link the newest goes first") {
   // A link of 50 kB/s is offered 5 MB/s of `latest`: the peer gets fewer, in order, and the last one, without the link
   // going down.
-  TwoLabs labs({.bytes_per_s = 50'000});
+  TwoTcpLabs labs({.bytes_per_s = 50'000});
   REQUIRE(labs.both(true));
   for (int i = 0; i < 1000; ++i) {
     labs.shark.publish("world", std::to_string(i) + std::string(5000, 'x'));
@@ -220,7 +220,7 @@ TEST_CASE("on a slow link the newest goes first") {
 TEST_CASE("a refusing peer is tried with growing pauses, and told of once") {
   // While nobody listens the attempts become rarer and the reason is reported once; the first chance is taken within a
   // second.
-  TwoLabs labs;
+  TwoTcpLabs labs;
   REQUIRE(labs.both(true));
   labs.proxy->refuse(true);
   REQUIRE(labs.both(false));
@@ -239,7 +239,7 @@ TEST_CASE("a refusing peer is tried with growing pauses, and told of once") {
 
 TEST_CASE("either gateway may be killed and started again") {
   // A new gateway with a newer boot id finds the other again, whichever side it is.
-  TwoLabs labs;
+  TwoTcpLabs labs;
   labs.check_passage("first");
   labs.start_roark();
   REQUIRE(labs.until([&] { return labs.shark.up() && labs.shark.link().stats().peer_boot_id == labs.boots; }));
