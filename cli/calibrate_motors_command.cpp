@@ -18,7 +18,7 @@
 namespace arkmesh::cli {
 namespace {
 
-struct CalibrateOptions {
+struct CalibrateMotorsOptions {
   SetUpOptions common{.program = "calibrate_motors"};
   int first_duty = 60;
   double max_s = 900;
@@ -44,7 +44,7 @@ void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
   fmt::print("{} of {} robots calibrated and stored, after {:.0f} s\n", report.stored, wanted, report.took_s);
 }
 
-int calibrate(const CalibrateOptions& options) {
+int calibrate(const CalibrateMotorsOptions& options) {
   OperatorStop stop;
   testbed::CalibrateMotorsSettings settings{
       .ids = options.common.listed_ids(1022), .first_duty = options.first_duty, .max_s = options.max_s};
@@ -65,7 +65,7 @@ int calibrate(const CalibrateOptions& options) {
 }  // namespace
 
 void add_calibrate_motors_command(CLI::App& app) {
-  const auto options = std::make_shared<CalibrateOptions>();
+  const auto options = std::make_shared<CalibrateMotorsOptions>();
   CLI::App* command = add_command(app, "calibrate-motors");
   options->common.add_to(*command);
   command->add_option("--ids", options->common.ids, "Which robots, such as 0-11,40 (default: the lab's robots)");

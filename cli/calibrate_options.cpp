@@ -42,13 +42,13 @@ void CalibrateOptions::add_to(CLI::App& command) {
       ->check(CLI::ExistingFile);
   command
       .add_option("--landmark", landmarks,
-                  "A point of the testbed, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
+                  "A point of the arena, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
                   "east, y north of the "
                   "arena's middle); "
                   "four times or more, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command.add_option("--name", name, "The camera's name in the file")->capture_default_str();
-  command.add_option("--png", png, "Draw the arena over the picture of the testbed, to see whether it fits");
+  command.add_option("--png", png, "Draw the arena over the picture of the arena, to see whether it fits");
   command.add_option("--out", out, "The calibration file (.yaml); other cameras in it are kept")->required();
   auto* import_ark =
       command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);

@@ -22,7 +22,7 @@
 namespace arkmesh::cli {
 namespace {
 
-struct RunOptions {
+struct ControllerRunOptions {
   sim_ode::SwarmOptions swarm;
   double seconds = 60;
   int text_lines = 10;
@@ -48,7 +48,7 @@ void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv) {
 }
 
 // Returns the exit code.
-int run_controller(RunOptions options) {
+int run_controller(ControllerRunOptions options) {
   const auto sides = two_numbers(options.arena, 'x');
   if (!sides) throw CLI::ValidationError("--arena", "write width x height in metres, such as 1x1 or 0.5x2");
   options.swarm.width_m = sides->first;
@@ -120,7 +120,7 @@ int run_controller(RunOptions options) {
 
 void add_controller_run_command(CLI::App& app) {
   auto* run = app.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
-  const auto options = std::make_shared<RunOptions>();
+  const auto options = std::make_shared<ControllerRunOptions>();
   run->add_option("PROGRAM", options->swarm.program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
   run->add_option("--robots", options->swarm.robots, "How many robots")
       ->check(CLI::Range(1, 100000))

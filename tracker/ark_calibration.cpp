@@ -11,17 +11,13 @@
 #include <stdexcept>
 
 #include "tracker/calibration_file.hpp"
+#include "tracker/lower_case.hpp"
 
 namespace arkmesh::tracker {
 namespace {
 
 [[noreturn]] void refuse_file(const std::filesystem::path& file, const std::string& sentence) {
   throw std::runtime_error(fmt::format("{}: {}", file.string(), sentence));
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
 }
 
 std::optional<Eigen::Matrix3d> matrix_in(const cv::FileNode& node) {
@@ -39,7 +35,7 @@ std::optional<Eigen::Matrix3d> matrix_in(const cv::FileNode& node) {
 std::vector<Eigen::Matrix3d> matrices(const cv::FileStorage& in, const std::string& name) {
   std::vector<Eigen::Matrix3d> found;
   for (const cv::FileNode& node : in.root()) {
-    std::string key = lower(node.name());
+    std::string key = lower_case(node.name());
     while (!key.empty() && (std::isdigit(static_cast<unsigned char>(key.back())) || key.back() == '_')) key.pop_back();
     if (key != name && key != name + "s") continue;
     if (const auto one = matrix_in(node))
@@ -53,7 +49,7 @@ std::vector<Eigen::Matrix3d> matrices(const cv::FileStorage& in, const std::stri
 
 std::optional<cv::Point2f> corner(const cv::FileStorage& in, char digit) {
   for (const cv::FileNode& node : in.root()) {
-    const std::string key = lower(node.name());
+    const std::string key = lower_case(node.name());
     if (!key.starts_with("corner") || key.back() != digit || !node.isSeq() || node.size() != 2) continue;
     return cv::Point2f(static_cast<float>(node[0]), static_cast<float>(node[1]));
   }

@@ -14,17 +14,14 @@
 #include <tuple>
 #include <vector>
 
+#include "tracker/lower_case.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr double folder_pictures_per_s = 10;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 // frame9 before frame10. The names themselves decide where numbers do not.
 bool natural_before(const std::string& a, const std::string& b) {
@@ -106,7 +103,7 @@ SourceKind source_kind(const std::string& source) {
       !std::all_of(source.begin(), source.begin() + static_cast<long>(colon),
                    [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-'; }))
     return SourceKind::recording;
-  const std::string scheme = lower(source.substr(0, colon));
+  const std::string scheme = lower_case(source.substr(0, colon));
   for (const char* known : {"http", "https", "rtsp", "rtmp", "udp", "tcp"})
     if (scheme == known) return SourceKind::url;
   throw std::runtime_error(
@@ -114,7 +111,7 @@ SourceKind source_kind(const std::string& source) {
 }
 
 bool is_picture_name(const fs::path& file) {
-  const std::string ending = lower(file.extension().string());
+  const std::string ending = lower_case(file.extension().string());
   for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})
     if (ending == known) return true;
   return false;

@@ -16,6 +16,8 @@
 #include <memory>
 #include <utility>
 
+#include "tracker/lower_case.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -29,15 +31,10 @@ struct Address {
   std::string scheme, host, port, path;
 };
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 Address parts_of(const std::string& url) {
   Address out;
   const std::size_t colon = url.find("://");
-  out.scheme = lower(url.substr(0, colon));
+  out.scheme = lower_case(url.substr(0, colon));
   const std::string rest = colon == std::string::npos ? "" : url.substr(colon + 3);
   const std::size_t slash = std::min(rest.find_first_of("/?#"), rest.size());
   out.path = slash < rest.size() && rest[slash] == '/' ? rest.substr(slash) : "/" + rest.substr(slash);
@@ -118,7 +115,7 @@ std::string what_is_wrong_with(const std::string& answer) {
   if (status.starts_with("404")) return fmt::format("answers {}; is the path right?", status);
   if (!status.starts_with("2"))
     return fmt::format("answers {}, and no pictures", status.empty() ? "nothing that can be understood" : status);
-  const std::string head = lower(answer.substr(0, answer.find("\r\n\r\n")));
+  const std::string head = lower_case(answer.substr(0, answer.find("\r\n\r\n")));
   const std::size_t type = head.find("\ncontent-type:");
   const std::string is = type == std::string::npos
                              ? ""

@@ -1,4 +1,4 @@
-// Every link runs the same checks. A new transport adds its line to rows().
+// Every link runs the same checks. A new transport adds its line to link_rows().
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -98,7 +98,7 @@ class FolderWorld final : public LinkWorld {
   boost::asio::io_context io_;
 };
 
-const std::vector<LinkRow>& rows() {
+const std::vector<LinkRow>& link_rows() {
   using std::chrono::microseconds;
   static const std::vector<LinkRow> table{
       {"loopback", [] { return std::make_unique<LoopbackWorld>(); }},
@@ -116,7 +116,7 @@ const std::vector<LinkRow>& rows() {
 }
 
 void for_each_link(void (*check)(const LinkRow&)) {
-  for (const LinkRow& row : rows()) {
+  for (const LinkRow& row : link_rows()) {
     CAPTURE(row.name);
     check(row);
   }

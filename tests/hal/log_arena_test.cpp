@@ -67,7 +67,7 @@ std::unique_ptr<Arena> replay(const std::filesystem::path& log, LabTime length, 
   return out;
 }
 
-std::string complaint(const std::filesystem::path& log, LabTime length = LabTime{0}) {
+std::string replay_error(const std::filesystem::path& log, LabTime length = LabTime{0}) {
   try {
     replay(log, length);
   } catch (const ConfigError& error) {
@@ -207,32 +207,32 @@ TEST_CASE("a run that the log cannot carry is refused in one sentence") {
   // Too long, no poses, a beginning that is missing, uneven stamps, no log at all.
   TemporaryDirectory directory, more, late, uneven, cut;
   const auto log = make_log(directory, [](Recorder& recorder) { record_frames(recorder, 0, 11); });
-  CHECK(complaint(log, LabTime{550'000}).empty());
-  const std::string too_long = complaint(log, LabTime{550'001});
+  CHECK(replay_error(log, LabTime{550'000}).empty());
+  const std::string too_long = replay_error(log, LabTime{550'001});
   CHECK(too_long.starts_with("a.toml:4: arena.replay.log = \""));
   CHECK(too_long.ends_with(
       ": the log ends at 0.55 s, but the run needs 0.550001 s; shorten the run or take a longer log"));
-  CHECK(complaint(make_log(more, [](Recorder& recorder) {
+  CHECK(replay_error(make_log(more, [](Recorder& recorder) {
           recorder.record(LabTime{0}, "world", {});
         })).ends_with(": the log holds no poses"));
-  CHECK(complaint(make_log(late, [](Recorder& recorder) { record_frames(recorder, 5, 9); }))
+  CHECK(replay_error(make_log(late, [](Recorder& recorder) { record_frames(recorder, 5, 9); }))
             .ends_with(
                 ": the log begins with frame 5 at 0.275 s, not with frame 0; record it from the beginning of a run"));
-  CHECK(complaint(make_log(uneven, [](Recorder& recorder) {
+  CHECK(replay_error(make_log(uneven, [](Recorder& recorder) {
           record_frames(recorder, 0, 2);
           pose_frame_t part = to_messages(frame_of(2)).front();
           part.stamp_us += 1;
           record(recorder, LabTime{0}, channel::poses, part);
         })).ends_with(": the log's frames are not stamped number times frame period"));
-  CHECK(complaint(directory.path() / "none.lcm").find("there is no file") != std::string::npos);
-  CHECK(complaint(directory.write("text.lcm", "not a log")).find("is no LCM log") != std::string::npos);
-  CHECK(complaint("").ends_with("must name the LCM log whose poses are replayed"));
+  CHECK(replay_error(directory.path() / "none.lcm").find("there is no file") != std::string::npos);
+  CHECK(replay_error(directory.write("text.lcm", "not a log")).find("is no LCM log") != std::string::npos);
+  CHECK(replay_error("").ends_with("must name the LCM log whose poses are replayed"));
 
   // a cut log is good up to its last whole frame
   const std::string whole = arkmesh::tests::read_file(log);
   const auto cut_log = cut.write("cut.lcm", whole.substr(0, whole.size() - 1));
-  CHECK(complaint(cut_log, LabTime{495'000}).empty());
-  CHECK(complaint(cut_log, LabTime{550'000}).find("the log ends at 0.495 s") != std::string::npos);
+  CHECK(replay_error(cut_log, LabTime{495'000}).empty());
+  CHECK(replay_error(cut_log, LabTime{550'000}).find("the log ends at 0.495 s") != std::string::npos);
 }
 
 TEST_CASE("a log that shrinks during the run ends it with one sentence") {

@@ -35,7 +35,7 @@ WorldMessage example() {
 }
 
 template <class Message>
-std::vector<std::byte> encoded(const Message& message) {
+std::vector<std::byte> as_bytes(const Message& message) {
   std::vector<std::byte> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
@@ -72,7 +72,7 @@ peers_t peers_example() {
 TEST_CASE("a world message survives the network") {
   // Proves that what others merge is what the owner published, to the micrometre.
   WorldMessage back;
-  REQUIRE(decode_world(encoded(to_message(example())), back) == "");
+  REQUIRE(decode_world(as_bytes(to_message(example())), back) == "");
   const WorldMessage m = example();
   CHECK(back.lab == m.lab);
   CHECK(back.run_id == m.run_id);
@@ -98,9 +98,9 @@ TEST_CASE("every truncation and every trailing byte is refused") {
     bytes.push_back(std::byte{0});
     CHECK(check(bytes) == "trailing");
   };
-  refused(encoded(to_message(example())), check_world);
-  refused(encoded(status_example()), check_status);
-  refused(encoded(peers_example()), check_peers);
+  refused(as_bytes(to_message(example())), check_world);
+  refused(as_bytes(status_example()), check_status);
+  refused(as_bytes(peers_example()), check_peers);
 }
 
 TEST_CASE("forged counts are refused before anything is decoded") {
@@ -115,15 +115,15 @@ TEST_CASE("forged counts are refused before anything is decoded") {
         if (check(forged).empty()) CHECK(decode(forged));  // what passes decodes, within the bytes it has
       }
   };
-  forge(encoded(to_message(example())), check_world, [](const auto& b) {
+  forge(as_bytes(to_message(example())), check_world, [](const auto& b) {
     world_t m;
     return hal::decode(b, m);
   });
-  forge(encoded(status_example()), check_status, [](const auto& b) {
+  forge(as_bytes(status_example()), check_status, [](const auto& b) {
     lab_status_t m;
     return hal::decode(b, m);
   });
-  forge(encoded(peers_example()), check_peers, [](const auto& b) {
+  forge(as_bytes(peers_example()), check_peers, [](const auto& b) {
     peers_t m;
     return hal::decode(b, m);
   });
@@ -135,7 +135,7 @@ TEST_CASE("values that no robot or field can have are refused by name") {
     world_t m = to_message(example());
     change(m);
     WorldMessage out;
-    return std::string(decode_world(encoded(m), out));
+    return std::string(decode_world(as_bytes(m), out));
   };
   CHECK(why([](world_t&) {}) == "");
   CHECK(why([](world_t& m) { m.window[0].period = -1; }) == "range");

@@ -15,7 +15,7 @@ using hal::Led;
 
 namespace {
 
-constexpr double diameter_m = 0.033;
+constexpr double robot_m = 0.033;
 
 std::vector<hal::Pose> grid(int columns, int rows, double spacing_m) {
   std::vector<hal::Pose> places;
@@ -27,7 +27,7 @@ std::vector<hal::Pose> grid(int columns, int rows, double spacing_m) {
   return places;
 }
 
-double share(const hal::PoseFrame& frame, Led led) {
+double part_lit(const hal::PoseFrame& frame, Led led) {
   return static_cast<double>(
              std::count_if(frame.robots.begin(), frame.robots.end(), [&](auto& robot) { return robot.led == led; })) /
          static_cast<double>(frame.robots.size());
@@ -114,10 +114,10 @@ TEST_CASE("dispersing robots disperse") {
     const double before = mean(sim_ode::nearest_neighbours(run.report.first())),
                  after = mean(sim_ode::nearest_neighbours(run.report.last()));
     MESSAGE(program, ": nearest neighbours at ", before, " m, then at ", after, " m; ",
-            share(run.report.last(), Led::green), " rest");
+            part_lit(run.report.last(), Led::green), " rest");
     CHECK(before == doctest::Approx(0.04));
     CHECK(after > 0.07);
-    CHECK(share(run.report.last(), Led::green) > 0.3);
+    CHECK(part_lit(run.report.last(), Led::green) > 0.3);
   }
 }
 
@@ -133,7 +133,7 @@ TEST_CASE("a driving robot pushes an idle one") {
   const double pushed = distance_m(run.robot(1).pose, {0.05, 0.002, 0});
   MESSAGE("pushed by ", pushed, " m, as near as ", nearest, " m");
   CHECK(pushed > 0.01);
-  CHECK(nearest > diameter_m - 0.002);
+  CHECK(nearest > robot_m - 0.002);
 }
 
 TEST_CASE("a chain of pushers slows down") {
@@ -141,7 +141,7 @@ TEST_CASE("a chain of pushers slows down") {
   double before = 1;
   for (const int idle : {0, 1, 3, 6}) {
     CAPTURE(idle);
-    SwarmProgram run("labs_drive", row(1 + idle, diameter_m + 0.0005, -0.2));
+    SwarmProgram run("labs_drive", row(1 + idle, robot_m + 0.0005, -0.2));
     run.options.settings = {"ode.speed_spread=0.0", "ode.duty_spread=0.0"};
     double nearest = 1;
     run.for_seconds(15, [&](const hal::PoseFrame& frame) {
@@ -151,7 +151,7 @@ TEST_CASE("a chain of pushers slows down") {
     const double driven = distance_m(run.robot(0).pose, {-0.2, 0, 0});
     MESSAGE(idle, " idle robots ahead: driven ", driven, " m");
     CHECK(driven < before);
-    CHECK(nearest > diameter_m - 0.002);
+    CHECK(nearest > robot_m - 0.002);
     before = driven;
   }
 }

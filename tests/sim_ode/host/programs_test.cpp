@@ -29,7 +29,7 @@ struct Expected {
 };
 
 // Robots stand so near that everybody hears somebody.
-SwarmProgram crowd(const std::string& program) {
+SwarmProgram near_each_other(const std::string& program) {
   SwarmProgram run(program);
   run.options.width_m = run.options.height_m = 0.4;
   return run;
@@ -181,7 +181,7 @@ TEST_CASE("every program has the outcome that the table names, within half a min
   for (const Expected& expected : table()) {
     CAPTURE(expected.program);
     seen.insert(expected.program);
-    SwarmProgram run = crowd(expected.program);
+    SwarmProgram run = near_each_other(expected.program);
     const auto begun = std::chrono::steady_clock::now();
     run.for_seconds(60);
     CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(30));
@@ -200,7 +200,7 @@ TEST_CASE("the same seed gives the same swarm, another seed another one") {
         "crash_null", "style_wait_plain", "style_wait_include", "art_callback_delay", "style_text", "hang_volatile",
         "crash_tail", "sync_phase_jump"}) {
     CAPTURE(program);
-    SwarmProgram first = crowd(program), second = crowd(program), third = crowd(program);
+    SwarmProgram first = near_each_other(program), second = near_each_other(program), third = near_each_other(program);
     third.options.seed = 2;
     for (SwarmProgram* run : {&first, &second, &third}) run->for_seconds(20);
     CHECK(first.hash == second.hash);

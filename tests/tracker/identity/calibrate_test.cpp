@@ -13,7 +13,7 @@ using tracker::MotorCalibrator;
 
 namespace {
 
-constexpr const char* program = "sim_ode/kilolib/programs/calibrate_motors.c";
+constexpr const char* calibrate_motors_c = "sim_ode/kilolib/programs/calibrate_motors.c";
 constexpr double degree = std::numbers::pi / 180;
 
 void run(TableSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
@@ -70,8 +70,11 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
   // Of motors that differ by a fifth, seen with a millimetre of noise, a tenth of the messages lost: each gets duties
   // with which it, looked at by itself, turns 35 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a
   // course that turns less than 4 degrees a second.
-  TableSwarm swarm(
-      {.program = program, .robots = 12, .side_m = 1.5, .ode = "overhead_loss = 0.1", .position_noise_m = 0.0007});
+  TableSwarm swarm({.program = calibrate_motors_c,
+                    .robots = 12,
+                    .side_m = 1.5,
+                    .ode = "overhead_loss = 0.1",
+                    .position_noise_m = 0.0007});
   swarm.run();
   MotorCalibrator calibrator({.width_m = 1.5, .height_m = 1.5}, numbers(12));
   run(swarm, calibrator, 1800);
@@ -103,7 +106,7 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
 TEST_CASE("identity calibration: dead robots fail by themselves, one between them walks away first") {
   // Three dead robots say why they fail and keep nobody waiting; one wedged in between two of them goes where there is
   // room, and is calibrated as the free one is.
-  TableSwarm swarm({.program = program,
+  TableSwarm swarm({.program = calibrate_motors_c,
                     .robots = 5,
                     .side_m = 1.2,
                     .ids = {0, 1, 2, 3, 4},

@@ -36,13 +36,13 @@ class FakeWall final : public hal::WallTime {
   TimePoint now_ = TimePoint{} + 1h;
 };
 
-hal::Section section(const std::string& keys) {
+hal::Section arena_section(const std::string& keys) {
   return hal::Config::from_text("[arena]\nrobots = 4\n" + keys, "lab.toml").root().section("arena");
 }
 
 // Of a testbed whose byte stream is the test's.
 ArenaSettings settings(const std::string& keys) {
-  return read_arena_settings(section(keys), "roark", false);
+  return read_arena_settings(arena_section(keys), "roark", false);
 }
 
 // Wishes that the wait ends, from the moment on that a test says so.
@@ -53,7 +53,7 @@ struct Operator final : hal::StopRequest {
 
 struct Testbed {
   explicit Testbed(const std::string& keys = "") : eyes_see(std::make_shared<FakeTestbed>()) {
-    eyes_see->robots = read_robot_ids(section(keys));
+    eyes_see->robots = read_robot_ids(arena_section(keys));
     arena = make_kilobot_arena(settings(keys), std::make_unique<FakeMonitor>(eyes_see),
                                std::make_unique<FakeStream>(cable), wall);
   }
@@ -79,7 +79,7 @@ struct Testbed {
   std::unique_ptr<hal::Arena> arena;
 };
 
-bool holds(const std::string& text, const std::string& part) {
+bool has_part(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
@@ -133,15 +133,15 @@ TEST_CASE("kilobot arena: not ready in time") {
   nameless.eyes_see->in_doubt = {1, 2, 3};
   const std::string said = nameless.failure();
   CAPTURE(said);
-  CHECK(holds(said, "within 20 s: 3 of 4 robots have not been seen and named (1-3)"));
+  CHECK(has_part(said, "within 20 s: 3 of 4 robots have not been seen and named (1-3)"));
 
   Testbed blind("kilobot.names_within_s = 20");
   blind.eyes_see->covered = true;
-  CHECK(holds(blind.failure(), "the cameras give no picture"));
+  CHECK(has_part(blind.failure(), "the cameras give no picture"));
 
   Testbed mute("kilobot.names_within_s = 20");
   mute.cable->plugged = false;
-  CHECK(holds(mute.failure(), "there is no cable"));
+  CHECK(has_part(mute.failure(), "there is no cable"));
 }
 
 TEST_CASE("kilobot arena: begins without somebody") {
@@ -155,14 +155,14 @@ TEST_CASE("kilobot arena: begins without somebody") {
 
   Testbed two("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   two.eyes_see->in_doubt = {2, 3};
-  CHECK(holds(two.failure(), "2 of 4 robots have not been seen and named (2, 3)"));
+  CHECK(has_part(two.failure(), "2 of 4 robots have not been seen and named (2, 3)"));
 
   Testbed stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   stopped.eyes_see->in_doubt = {2};
   const TimePoint begun = stopped.wall.now();
   stopped.stops.wished = [&] { return stopped.wall.now() - begun > 5s; };
   const std::string said = stopped.failure();
-  CHECK(holds(said, "stopped by the operator; waited for the testbed: 1 of 4 robots"));
+  CHECK(has_part(said, "stopped by the operator; waited for the testbed: 1 of 4 robots"));
   CHECK(stopped.wall.now() - begun < 7s);
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("kilobot arena: nothing blocks") {
   const TimePoint begun = testbed.wall.now();
   CHECK(testbed.arena->waiting_for().empty());
   CHECK_FALSE(testbed.arena->advance_to(0us));
-  CHECK(holds(testbed.arena->waiting_for(), "the testbed: the overhead controller is starting"));
+  CHECK(has_part(testbed.arena->waiting_for(), "the testbed: the overhead controller is starting"));
   CHECK(testbed.wall.now() == begun);
   while (testbed.wall.now() - begun < 5s) {
     CHECK_FALSE(testbed.arena->advance_to(0us));
@@ -204,7 +204,7 @@ TEST_CASE("kilobot arena: nothing blocks") {
     CHECK(testbed.arena->next_service() <= testbed.wall.now() + 20ms);
     testbed.wall.wait_until(testbed.arena->next_service());
   }
-  CHECK(holds(testbed.arena->waiting_for(), "the testbed: 1 of 4 robots"));
+  CHECK(has_part(testbed.arena->waiting_for(), "the testbed: 1 of 4 robots"));
   CHECK_FALSE(testbed.arena->poses().latest());
   testbed.eyes_see->in_doubt.clear();
   testbed.frame(0);
