@@ -114,7 +114,7 @@ TEST_CASE("who opens the page of track --serve sees the robots") {
                                     folder.path() / "clip" / (std::to_string(i) + ".png"));
   Process process(ARKMESH_PROGRAM, {"track", (folder.path() / "clip").string(), "--serve", "0"},
                   folder.path() / "out.txt");
-  const std::string says = "/table shows the robots";
+  const std::string says = "/arena shows the robots";
   REQUIRE(eventually(20s, [&] { return process.output().find(says) != std::string::npos; }));
   const std::string output = process.output();
   const std::size_t begin = output.find("http://");

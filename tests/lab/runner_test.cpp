@@ -146,6 +146,19 @@ TEST_CASE("a scenario may finish early") {
   CHECK(bench.runner.period() == 1);
 }
 
+TEST_CASE("a lab that has ended still says how it is") {
+  // While its arena ends, which takes some seconds where robots are told to stop.
+  Bench bench;
+  bench.run();
+  int statuses = 0;
+  const auto heard = bench.bus.subscribe("status", [&](std::string_view, auto) { ++statuses; });
+  for (int k = 0; k < 3; ++k) {
+    bench.now += 1s;
+    CHECK(bench.step() == Runner::Step::ended);
+  }
+  CHECK(statuses == 2);  // the last one has yet to be heard
+}
+
 TEST_CASE("what a scenario wrote before it failed is kept") {
   Bench bench;
   bench.scenario.fail_at = 2;
