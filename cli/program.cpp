@@ -81,10 +81,11 @@ int parse(CLI::App& app, int argc, char** argv) {
     const std::vector<std::string> rest = command->remaining();
     const bool is_command =
         command->get_require_subcommand_min() > 0 && !rest.empty() && !rest.front().starts_with("-");
-    fmt::print(stderr, "arkmesh: {}; {} --help lists them\n",
-               is_command ? fmt::format("{} has no command {}", name, rest.front())
-                          : fmt::format("{}: {}", name, sentence(*command, e, std::span(argv, argc).subspan(1))),
-               name);
+    if (is_command)
+      fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
+    else
+      fmt::print(stderr, "arkmesh: {} (see {} --help)\n", sentence(*command, e, std::span(argv, argc).subspan(1)),
+                 name);
     return 2;
   }
 }

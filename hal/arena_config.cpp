@@ -8,13 +8,8 @@
 namespace arkmesh::hal {
 
 void ArenaSides::fields(const Section& arena) {
-  arena.field("width_m", width_m, {{-100, 100}, "m", "along x"});
-  arena.field("height_m", height_m, {{-100, 100}, "m", "along y"});
-}
-
-void ArenaSides::check(const Section& arena) const {
-  if (width_m <= 0) arena.refuse("width_m", "must be above 0 and at most 100 metres");
-  if (height_m <= 0) arena.refuse("height_m", "must be above 0 and at most 100 metres");
+  arena.field("width_m", width_m, {{0.001, 100}, "m", "along x"});
+  arena.field("height_m", height_m, {{0.001, 100}, "m", "along y"});
 }
 
 void ArenaConfig::fields(const Section& arena) {

@@ -10,7 +10,6 @@ struct ArenaSides {
   double width_m = 1, height_m = 1;  // along x, along y
 
   void fields(const Section& arena);
-  void check(const Section& arena) const;
 };
 
 struct ArenaConfig : ArenaSides {

@@ -224,6 +224,9 @@ void Section::value(std::string_view key, Member member, const Field& about) con
       refuse(key, fmt::format("must be {}{}", kind, said->is_table() ? ", not a table" : ""));
     if (path && !(*path)->empty()) **path = resolved(**path, place);
     check_value(key, member, about);
+    const auto* const text = std::get_if<std::string*>(&member);
+    if (about.required && ((path && (*path)->empty()) || (text && (*text)->empty())))
+      refuse(key, fmt::format("must not be empty{}{}", about.sample.empty() ? "" : "; write one such as ", about.sample));
   }
   state.read.erase(said);
   put(table, key, member);

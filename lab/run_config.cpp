@@ -9,7 +9,7 @@
 namespace arkmesh::lab {
 
 void RunConfig::fields(const hal::Section& root) {
-  root.section("lab").field("name", lab, {.help = "1 to 15 of a-z 0-9 _ -", .sample = "\"shark\"", .required = true});
+  root.section("lab").field("name", lab, {.help = "1 to 15 of a-z 0-9 _ -", .sample = "\"lab\"", .required = true});
   const hal::Section run = root.section("run"), shared = root.section("shared"), gate = root.section("gate");
   run.field("scenario", scenario, {.help = "what the labs do together", .sample = "\"dhtf\"", .required = true});
   run.field("seed", seed, {.help = "one for all labs; random streams are named lab/purpose"});
