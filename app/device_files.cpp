@@ -42,7 +42,7 @@ Finding usable(const std::string& kind, const fs::path& device) {
 }
 
 std::vector<Finding> all_usable(const std::string& kind, const std::vector<fs::path>& found) {
-  if (found.empty()) return {{fmt::format("{}: none at this machine", kind), "", ""}};
+  if (found.empty()) return {{fmt::format("{}: none on this machine", kind), "", ""}};
   std::vector<Finding> findings;
   for (const fs::path& device : found) findings.push_back(usable(kind, device));
   return findings;

@@ -69,17 +69,17 @@ void add_calibrate_motors_command(CLI::App& app) {
   CLI::App* command = add_command(app, "calibrate-motors");
   options->common.add_to(*command);
   command->add_option("--ids", options->common.ids, "Which robots, such as 0-11,40 (default: the lab's robots)");
-  command->add_option("--duty", options->first_duty, "To begin with, of 255")
+  command->add_option("--duty", options->first_duty, "Duty of the first test, of 255")
       ->check(CLI::Range(40, 110))
       ->capture_default_str();
-  command->add_option("--seconds", options->max_s, "Give a robot up after this time")
+  command->add_option("--seconds", options->max_s, "Give up on a robot after this time, in seconds")
       ->check(CLI::Range(10.0, 1e5))
       ->capture_default_str();
   command->footer(
       "Examples:\n  arkmesh calibrate-motors lab.toml\n  arkmesh calibrate-motors lab.toml --ids 3,7 --duty 65\n"
-      "Each robot needs an id of its own and about 15 cm of room. Real robots must run "
-      "kilolib/programs/calibrate_motors.c; simulated ones do\n"
-      "so by themselves. Ends with 1 when a robot was not calibrated.");
+      "Each robot needs an id of its own and about 15 cm of free space. Real robots must run\n"
+      "kilolib/programs/calibrate_motors.c; simulated ones run it already. Ends with 1\n"
+      "when a robot was not calibrated.");
   command->callback([options] {
     if (const int code = calibrate(*options)) throw CLI::RuntimeError(code);
   });

@@ -28,7 +28,7 @@ void CalibrateOptions::add_to(CLI::App& command) {
   command.add_option("PICTURES", pictures, "Pictures of a chessboard, at different slants, all over the camera's view")
       ->check(CLI::ExistingFile);
   command.add_option("--board", board, "Inner corners of the chessboard, columns x rows")->capture_default_str();
-  command.add_option("--square-mm", square_mm, "Side of one of its squares")
+  command.add_option("--square-mm", square_mm, "Side of one of its squares, in millimetres")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   command.add_option("--arena", arena, "Width x height of the arena in metres, along x (east) and y (north)")
@@ -37,26 +37,26 @@ void CalibrateOptions::add_to(CLI::App& command) {
                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
   command
       .add_option("--corners", corner_picture,
-                  "A picture of the whole arena; without --corner its corners are looked for, the upper left "
-                  "one being north-west")
+                  "A picture of the whole arena; without --corner arkmesh finds the corners in it and takes "
+                  "the upper left one for the north-west one")
       ->check(CLI::ExistingFile);
   command
       .add_option("--landmark", landmarks,
-                  "A point of the arena, where the picture shows it and where it is: x,y=x,y in pixels and metres (x "
+                  "A point of the arena, in the picture and in the arena: x,y=x,y in pixels and metres (x "
                   "east, y north of the "
                   "arena's middle); "
                   "four times or more, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command.add_option("--name", name, "The camera's name in the file")->capture_default_str();
-  command.add_option("--png", png, "Draw the arena over the picture of the arena, to see whether it fits");
+  command.add_option("--png", png, "Draw the arena's outline over its picture, to check the calibration");
   command.add_option("--out", out, "The calibration file (.yaml); other cameras in it are kept")->required();
   auto* import_ark =
-      command.add_option("--import-ark", ark, "Take an ARK calibration over instead")->check(CLI::ExistingFile);
-  command.add_option("--camera-height", camera_height_m, "Metres of ARK's cameras above the arena")
+      command.add_option("--import-ark", ark, "Convert an ARK calibration instead")->check(CLI::ExistingFile);
+  command.add_option("--camera-height", camera_height_m, "Height of ARK's cameras above the arena, in metres")
       ->check(CLI::Range(0.1, 50.0))
       ->needs(import_ark)
       ->capture_default_str();
-  command.add_option("--size", size, "Pictures of ARK's cameras, width x height in pixels")
+  command.add_option("--size", size, "Size of the pictures of ARK's cameras, width x height in pixels")
       ->needs(import_ark)
       ->capture_default_str();
 }
@@ -79,7 +79,7 @@ tracker::ChessboardSize CalibrateOptions::chessboard() const {
 std::pair<int, int> CalibrateOptions::ark_picture_px() const {
   const auto [width_px, height_px] = two_numbers(size, 'x', "--size", "2048x1536 (pixels)");
   if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
-    throw CLI::ValidationError("--size", "that is no camera's picture");
+    throw CLI::ValidationError("--size", "no camera has pictures of this size");
   return {static_cast<int>(width_px), static_cast<int>(height_px)};
 }
 

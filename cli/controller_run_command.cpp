@@ -131,11 +131,11 @@ void add_controller_run_command(CLI::App& app) {
   run->add_option("--spacing", options->swarm.spacing_m,
                   "Start on a square grid with this spacing in metres, not at random")
       ->check(CLI::Range(0.033, 10.0));
-  run->add_option("--seed", options->swarm.seed, "Everything that is random follows from it")->capture_default_str();
+  run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
   run->add_option("--png", options->png, "Draw the end of the run");
-  run->add_option("--video", options->video, "Draw all of it (mp4)");
-  run->add_option("--csv", options->csv, "Write where each robot was, ten times a second");
-  run->add_option("--text", options->text_lines, "How many lines of what each robot prints to show")
+  run->add_option("--video", options->video, "Draw the whole run (mp4)");
+  run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
+  run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   run->footer(

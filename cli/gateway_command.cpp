@@ -28,7 +28,7 @@ void add_gateway_command(CLI::App& app) {
       ->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml\n"
-      "Ends with SIGINT or SIGTERM.");
+      "SIGINT or SIGTERM ends it.");
   command->callback([options] { gateway::run_gateway(hal::Config::from_file(options->file, options->sets)); });
 }
 

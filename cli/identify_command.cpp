@@ -72,8 +72,9 @@ void add_identify_command(CLI::App& app) {
                    "119, one by one")
       ->check(CLI::IsMember({"spelled", "ark", "ark-runtime"}))
       ->capture_default_str();
-  command->add_option("--ids", options->common.ids, "Whom to expect, such as 0-11,40 (default: the lab's robots)");
-  command->add_flag("--any", options->any, "Expect nobody in particular: whoever answers")->excludes("--ids");
+  command->add_option("--ids", options->common.ids,
+                      "Which robots to expect, such as 0-11,40 (default: the lab's robots)");
+  command->add_flag("--any", options->any, "Expect no particular robots: accept all that answer")->excludes("--ids");
   command
       ->add_option("--seconds", options->max_s,
                    "Give up after this time (default: 120, with ARK's messages 3 for each id)")
@@ -81,7 +82,7 @@ void add_identify_command(CLI::App& app) {
   command->footer(
       "Examples:\n  arkmesh identify lab.toml\n  arkmesh identify lab.toml --any\n  arkmesh identify lab.toml "
       "--protocol ark --ids 0-19\n"
-      "Robots need not RUN. Ends with 1 when somebody expected was not found.");
+      "Robots need not run their program. Ends with 1 when an expected robot was not found.");
   command->callback([options] {
     if (const int code = identify(*options)) throw CLI::RuntimeError(code);
   });

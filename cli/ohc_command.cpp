@@ -23,7 +23,7 @@ using namespace hal::kilobot;
 std::vector<Packet> give_id(const std::string& text) {
   const std::uint16_t id = parse_number(text, 65535, "N");
   if (id > max_robot_id)
-    fmt::print(stderr, "arkmesh: robots with ids above {} cannot be spoken to one by one\n", max_robot_id);
+    fmt::print(stderr, "arkmesh: robots with ids above {} cannot be addressed one by one\n", max_robot_id);
   return set_id_packets(id);
 }
 
@@ -53,23 +53,23 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
     add(name, help, usual_s, [type] { return std::vector{plain_packet(type)}; });
   };
   add_plain("run", "Robots run their program, from the beginning or where they were paused", 1, type_run);
-  add_plain("pause", "Robots stop and flash green; `run` goes on", 1, type_wakeup);
-  add_plain("reset", "Robots start anew", 1, type_reset);
+  add_plain("pause", "Robots stop and flash green; `run` continues", 1, type_wakeup);
+  add_plain("reset", "Robots restart", 1, type_reset);
   add_plain("sleep", "Robots sleep; they listen every 8 s", 1, type_sleep);
   add_plain("wake", "As pause, for longer than robots sleep", 10, type_wakeup);
   add_plain("voltage", "Robots show their battery: green, blue, yellow, red", 1, type_voltage);
   add_plain("charge", "Robots show red while they are charged", 1, type_charge);
-  add("stop", "The controller falls silent", 0.04, [] { return std::vector<Packet>{stop_packet()}; });
+  add("stop", "The controller stops sending", 0.04, [] { return std::vector<Packet>{stop_packet()}; });
   add("lamp", "Switches the controller's lamp on or off", 0.04, [] { return std::vector{led_toggle_packet()}; });
 
   const auto take = [options](CLI::App* command, const std::string& name, const std::string& help, int least,
                               int most) {
     command->add_option(name, options->numbers, help)->required()->expected(least, most);
   };
-  take(add("message", "A message of a robot program's own", 1,
+  take(add("message", "Robots get a message for their program", 1,
            [options] { return std::vector{message_packet(options->numbers)}; }),
        "TYPE_AND_BYTES", "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
-  take(add("set-uid", "Gives the id N to every robot in sight, and saves it: put one there", 1,
+  take(add("set-uid", "Every robot in reach gets the id N, and saves it: put only one there", 1,
            [options] { return give_id(options->numbers.at(0)); }),
        "N", "0 to 65535", 1, 1);
   take(add("left", "Robots turn left with this duty", 1,
@@ -81,7 +81,7 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   take(add("straight", "Robots go straight with these duties", 1,
            [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }),
        "LEFT_AND_RIGHT", "Each 0 to 255; a little lower than for turning", 2, 2);
-  add("save", "Robots keep the duties and the id that they were given, and stop", 1,
+  add("save", "Robots store the duties and the id that they got, and stop", 1,
       [] { return std::vector{save_packet()}; });
 }
 
@@ -93,10 +93,10 @@ void add_ohc_command(CLI::App& app) {
   ohc->add_option("PORT", options->port,
                   "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
-  ohc->add_option("--seconds", options->seconds, "Repeat the command for so long (usually 1, wake 10)")
+  ohc->add_option("--seconds", options->seconds, "How many seconds the command is repeated (default 1; wake 10)")
       ->check(CLI::Range(0.04, 86400.0));
   ohc->add_option("--settle", options->settle_s,
-                  "Wait so long after opening: boards that start then hear nothing before")
+                  "Seconds to wait after opening the port: some boards start then, and receive nothing before")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   ohc->require_subcommand(1);
@@ -105,9 +105,9 @@ void add_ohc_command(CLI::App& app) {
       "ohc /dev/ttyUSB0 "
       "set-uid 12\n"
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
-      "Each subcommand has a --help of its own. The controller is silent afterwards, also after Ctrl-C; if arkmesh was "
-      "killed, or the\n"
-      "cable pulled, it goes on with what it was told: arkmesh ohc PORT stop. Ends with 1 when it cannot be reached.");
+      "Each subcommand has a --help of its own. At the end arkmesh stops the controller's sending, also after Ctrl-C.\n"
+      "If arkmesh was killed, or the cable pulled, the controller goes on sending:\n"
+      "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_commands(*ohc, options);
   add_ohc_upload_command(*ohc, options);

@@ -50,14 +50,14 @@ bool upload(const OhcOptions& options) {
 
 void add_ohc_upload_command(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   CLI::App* command =
-      ohc.add_subcommand("upload", "Puts a program (Intel HEX) on all robots in sight, round after round")
+      ohc.add_subcommand("upload", "Loads a program (Intel HEX) onto all robots in reach, round after round")
           ->fallthrough();
   command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
-  command->add_option("--rounds", options->rounds, "Stop after so many; else go on until Ctrl-C")
+  command->add_option("--rounds", options->rounds, "Stop after so many rounds (default: go on until Ctrl-C)")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_option("--boot", options->boot_s,
-                   "Call the robots to their boot loaders for so many seconds; robots asleep need 10")
+                   "Call the robots to their boot loaders for so many seconds; sleeping robots need 10")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
   command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
@@ -65,9 +65,9 @@ void add_ohc_upload_command(CLI::App& ohc, const std::shared_ptr<OhcOptions>& op
       ->capture_default_str();
   command->footer(
       "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
-      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. Nothing "
-      "is heard from\n"
-      "them: look at them, and press Ctrl-C when the last one has it. Ends with 1 when not even one round was sent.");
+      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. They\n"
+      "send nothing back: watch them, and press Ctrl-C when the last one has the program. Ends with 1\n"
+      "when not even one round was sent.");
   command->callback([options] { run_ohc([&] { return upload(*options); }); });
 }
 

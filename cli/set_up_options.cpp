@@ -34,7 +34,7 @@ void SetUpOptions::say_program(const testbed::SetUpArena& arena) const {
 }
 
 void SetUpOptions::say_whose_robots(bool simulated) {
-  if (simulated) fmt::print(stderr, "The robots are simulated: this says nothing of real ones.\n");
+  if (simulated) fmt::print(stderr, "The robots are simulated: the result does not apply to real ones.\n");
 }
 
 }  // namespace arkmesh::cli

@@ -116,15 +116,15 @@ void add_track_command(CLI::App& app) {
   const auto options = std::make_shared<testbed::StreamOptions>();
   add_track_options(*command, *options);
   command->footer(
-      "Examples:\n  arkmesh track table.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
+      "Examples:\n  arkmesh track robots.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
       "drawn.mp4\n"
       "  arkmesh track 0 --calibration testbed.yaml --serve 8095\n"
       "With --json a picture's robots are a list of {x_px, y_px, r_px, led, led_x_px, led_y_px, heading_rad, "
       "led_heading_rad}; heading_rad "
       "is the\n"
-      "driving direction, led_heading_rad that of the LED, and what an unlit LED leaves unknown is null.\n"
-      "A folder is followed as a clip with any of --csv, --video, --serve, --publish, --calibration; else each picture "
-      "stands for itself.\n"
+      "driving direction, led_heading_rad that of the LED, and values that an unlit LED leaves unknown are null.\n"
+      "A folder is tracked as a video with any of --csv, --video, --serve, --publish, --calibration; otherwise\n"
+      "robots are found in each picture separately.\n"
       "Pixels: x right, y down, the centre of the top-left pixel is (0, 0). Angles: counter-clockwise from the "
       "picture's right.");
   command->callback([options] {

@@ -41,7 +41,7 @@ std::optional<int> whole(std::string_view text, int below) {
 }
 
 std::string unknown(std::string_view what) {
-  return fmt::format("error: '{}' is not understood; `help` lists what is", what);
+  return fmt::format("error: '{}' is no command; `help` lists the commands", what);
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ std::string_view Emulator::help_text() {
 
 std::string Emulator::command(std::string_view line) {
   const std::vector<std::string_view> words = split(line.substr(0, 400));
-  if (words.empty()) return "error: an empty command; `help` lists those that are understood";
+  if (words.empty()) return "error: an empty command; `help` lists the commands";
   if (words[0] == "help") return std::string(help_text());
   if (words[0] == "status") return status();
   if (words[0] == "camera" && words.size() >= 3) return camera_command(words[1], words);
@@ -73,7 +73,7 @@ std::string Emulator::camera_command(std::string_view name, const std::vector<st
   if (words[2] == "move") {
     const auto dx = number(words.size() > 3 ? words[3] : ""), dy = number(words.size() > 4 ? words[4] : ""),
                turn = number(words.size() > 5 ? words[5] : "0");
-    if (!dx || !dy || !turn) return "error: `camera NAME move` wants two distances in metres and, if you like, degrees";
+    if (!dx || !dy || !turn) return "error: `camera NAME move` needs two distances in metres and, optionally, degrees";
     CameraPose pose = eye->camera->pose();
     pose.x_m += *dx;
     pose.y_m += *dy;
@@ -114,11 +114,11 @@ std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
   } else if (words[1] == "garbage") {
     const auto bytes = whole(words.size() > 2 ? words[2] : "", OhcSerialPort::max_waiting + 1);
     if (!bytes)
-      return fmt::format("error: `ohc garbage` wants a number of bytes, at most {}", OhcSerialPort::max_waiting);
+      return fmt::format("error: `ohc garbage` needs a number of bytes, at most {}", OhcSerialPort::max_waiting);
     serial_.garbage(static_cast<std::size_t>(*bytes), now_us);
   } else if (words[1] == "noise") {
     const auto share = number(words.size() > 2 ? words[2] : "");
-    if (!share || *share < 0 || *share > 1) return "error: `ohc noise` wants a share of the bytes, 0 to 1";
+    if (!share || *share < 0 || *share > 1) return "error: `ohc noise` needs a share of the bytes, 0 to 1";
     serial_.set_noise(*share);
   } else {
     return unknown(words[1]);
@@ -131,21 +131,21 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
   if (!robot) return fmt::format("error: there is no robot '{}'; they are numbered 0 to {}", words[1], robots() - 1);
   seen_at_ = hal::LabTime{-1};
   if (words[2] == "take" || words[2] == "put") {
-    if (is_lifted(*robot)) return fmt::format("error: somebody has robot {} in the hand", *robot);
+    if (is_lifted(*robot)) return fmt::format("error: a hand holds robot {}", *robot);
     if (words[2] == "take") {
       arena_->take_off(*robot);
       return "ok";
     }
     const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""),
                heading = number(words.size() > 5 ? words[5] : "");
-    if (!x || !y || !heading) return "error: `robot N put` wants x and y in metres and a heading in degrees";
+    if (!x || !y || !heading) return "error: `robot N put` needs x and y in metres and a heading in degrees";
     const std::string trouble =
         arena_->put(*robot, {*x, *y, std::remainder(*heading * rad_per_degree, 2 * std::numbers::pi)});
     return trouble.empty() ? "ok" : "error: " + trouble;
   }
   if (words[2] == "cover") {
     const auto seconds = number(words.size() > 3 ? words[3] : "");
-    if (!seconds || *seconds <= 0 || *seconds > 3600) return "error: `robot N cover` wants seconds, at most 3600";
+    if (!seconds || *seconds <= 0 || *seconds > 3600) return "error: `robot N cover` needs seconds, at most 3600";
     const hal::Pose pose = look()[static_cast<std::size_t>(*robot)].pose;
     coverings_.push_back({{pose.x_m, pose.y_m}, now() + hal::LabTime{static_cast<std::int64_t>(*seconds * 1e6)}});
     return "ok";
@@ -161,12 +161,12 @@ std::string Emulator::swap(const std::vector<std::string_view>& words) {
              b = whole(words.size() > 2 ? words[2] : "", robots());
   const auto seconds = number(words.size() > 3 ? words[3] : "1.5");
   if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600)
-    return "error: `swap` wants two robots and seconds, at most 3600";
-  if (is_lifted(*a) || is_lifted(*b)) return "error: somebody has one of them in the hand";
+    return "error: `swap` needs two robots and seconds, at most 3600";
+  if (is_lifted(*a) || is_lifted(*b)) return "error: a hand holds one of the two robots";
   const std::vector<sim_ode::SimulatedArena::Seen> seen = look();
   const sim_ode::SimulatedArena::Seen &first = seen[static_cast<std::size_t>(*a)],
                                       &second = seen[static_cast<std::size_t>(*b)];
-  if (!first.in_arena || !second.in_arena) return "error: one of them is not in the arena";
+  if (!first.in_arena || !second.in_arena) return "error: one of the two robots is not in the arena";
   const hal::LabTime until = now() + hal::LabTime{static_cast<std::int64_t>(*seconds * 1e6)};
   for (const auto& [robot, from, to] : {std::tuple{*a, first.pose, second.pose}, {*b, second.pose, first.pose}}) {
     arena_->take_off(robot);
@@ -189,7 +189,7 @@ std::string Emulator::say(const std::vector<std::string_view>& words) {
   packet[1] = type->second == 0 ? 0 : 2;
   packet[11] = type->second;
   for (std::size_t i = 0; i + 1 < packet.size(); ++i) packet.back() ^= packet[i];
-  if (serial_free() < packet.size()) return "error: the line is full";
+  if (serial_free() < packet.size()) return "error: the serial port holds no more bytes; try again";
   serial_.write(packet, now().count());
   return serial_.plugged() ? "ok" : "error: the overhead controller is unplugged";
 }

@@ -32,7 +32,7 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
     truth_ << "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena\n";
     if (!truth_.flush())
       throw std::runtime_error(
-          fmt::format("cannot write the truth to {}; is the folder there, and is there emulator?", truth));
+          fmt::format("cannot write the truth to {}; does the folder exist, and has the disk free space?", truth));
   }
   if (video.empty()) return;
   const std::string kind = std::filesystem::path(video).extension().string();
@@ -49,7 +49,7 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
                                                         cv::Size(camera.width_px, camera.height_px)));
     if (!videos_.back()->isOpened())
       throw std::runtime_error(
-          fmt::format("cannot write the video {}; is the folder there, and is there emulator?", name));
+          fmt::format("cannot write the video {}; does the folder exist, and has the disk free space?", name));
     videos_.back()->set(cv::VIDEOWRITER_PROP_QUALITY, 95);
     last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
   }
@@ -66,7 +66,7 @@ void EmulatorRecord::add_truth(const Emulator& emulator) {
                         robot.seen.pose.y_m, robot.seen.pose.heading_rad,
                         led_names[static_cast<std::size_t>(robot.led)], robot.seen.in_arena ? 1 : 0);
   if (!(truth_ << rows).flush())
-    throw std::runtime_error(fmt::format("cannot write on to {}: is the disk full?", truth_name_));
+    throw std::runtime_error(fmt::format("cannot continue to write {}; is the disk full?", truth_name_));
 }
 
 void EmulatorRecord::add_picture(std::size_t number, const cv::Mat& picture) {
@@ -85,7 +85,7 @@ void write_calibration(const Emulator& emulator, const std::string& file) {
   // asked first: OpenCV complains by itself
   if (!std::ofstream(file, std::ios::app))
     throw std::runtime_error(
-        fmt::format("cannot write the calibration to {}; is the folder there, and may you write in it?", file));
+        fmt::format("cannot write the calibration to {}; does the folder exist, and may you write in it?", file));
   cv::FileStorage out(file, cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
   out << "cameras"
       << "[";
@@ -122,7 +122,7 @@ void write_chessboards(const Emulator& emulator, int pictures, const std::string
       }
       if (!written)
         throw std::runtime_error(
-            fmt::format("cannot write the picture {}; is there emulator on the disk, may you write there?", name));
+            fmt::format("cannot write the picture {}; has the disk free space, and may you write there?", name));
     }
 }
 

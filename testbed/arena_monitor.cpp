@@ -123,27 +123,26 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     const Verdict verdict = eye.guard.look(picture, *calibration);
     if (verdict == Verdict::in_place) {
       eye.moved = false;
-      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the testbed as it should", eye.source);
+      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the arena again", eye.source);
       return true;
     }
     no_use_ = true;
     own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
     if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
       own_counters_.add("camera.unrecognised");
-      spdlog::warn("the camera {} does not show the testbed: dark, covered, or turned away? Its pictures are not used",
+      spdlog::warn("the camera {} does not show the arena: dark, covered, or turned away? Its pictures are not used",
                    eye.source);
     }
     auto now = eye.guard.realigned();
     if ((now || verdict == Verdict::moved) && !std::exchange(eye.moved, true)) {
       own_counters_.add("camera.moved");
-      spdlog::warn("the camera {} hangs elsewhere than it did: its pictures are not used until it is clear where",
-                   eye.source);
+      spdlog::warn("the camera {} was moved: its pictures are not used until its new position is known", eye.source);
     }
     if (now) {
       const auto before = calibration->position_m(), after = now->position_m();
       spdlog::warn(
-          "the camera {} hangs {:.1f} mm from where it did, and its calibration follows; calibrate it anew when there "
-          "is time",
+          "the camera {} hangs {:.1f} mm from its former position, and its calibration was corrected; calibrate it "
+          "again when possible",
           eye.source, 1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
       tracker_.realign(camera, std::move(*now));
       own_counters_.add("camera.realigned");
@@ -160,7 +159,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     for (const tracker::Detection& robot : tracker_.detections(camera))
       robots.push_back({robot.x_px, robot.y_px, robot.r_px});
     eye.guard.learn(picture, robots, *calibration);
-    spdlog::debug("the camera {} is watched by {} marks in the arena", eye.source, eye.guard.marks());
+    spdlog::debug("the camera {} is monitored by {} landmarks in the arena", eye.source, eye.guard.marks());
   }
 
   // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not

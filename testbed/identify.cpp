@@ -34,9 +34,9 @@ class Identification {
         report_.took_s = arena_.seconds();
       }
       const auto now = keeper.progress();
-      progress_.show(fmt::format(
-          "{:.1f} s, {} of {} robots named, {}", arena_.seconds(), now.named, now.tracks,
-          now.digits ? fmt::format("round {}, digit {} of {}", now.passes, now.digit, now.digits) : "nobody is asked"));
+      progress_.show(fmt::format("{:.1f} s, {} of {} robots named, {}", arena_.seconds(), now.named, now.tracks,
+                                 now.digits ? fmt::format("round {}, digit {} of {}", now.passes, now.digit, now.digits)
+                                            : "no robot is asked"));
     }
     for (const auto& [number, track] : tracks_)
       if (const auto robot = keeper.robot_of(number)) found_[*robot] = {number, *robot, confidence[number]};

@@ -41,7 +41,7 @@ class OutageReport {
     said_ = trouble;
     said_at_ = now;
     progress_.done();
-    fmt::print(stderr, "arkmesh: {}\n", trouble.empty() ? "pictures come again" : trouble);
+    fmt::print(stderr, "arkmesh: {}\n", trouble.empty() ? "pictures arrive again" : trouble);
   }
 
  private:

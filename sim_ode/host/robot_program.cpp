@@ -103,7 +103,7 @@ std::string first_error(std::string output, const fs::path& folder, const fs::pa
       }
   }
   if (!of_macro.empty()) return of_macro;
-  return first.empty() ? "the compiler said nothing" : first;
+  return first.empty() ? "the compiler gave no message" : first;
 }
 
 // Whether a variable of the program or of what it includes may change under its eyes: the word stands in lines that are

@@ -111,7 +111,7 @@ class EmulatorFaults(unittest.TestCase):
         self.command("camera camera0 ok")
         self.until(60, sees_again(2), "a camera that is frozen no more")
         self.command("camera camera0 move 0.02 0")
-        self.until(30, lambda: "hangs elsewhere" in self.said("lab"), "a camera that is knocked about")
+        self.until(30, lambda: "was moved" in self.said("lab"), "a camera that is knocked about")
         self.until(60, sees_again(3), "a calibration that follows")
         self.command("ohc unplug")
         self.until(30, lambda: "the overhead controller is gone" in self.said("lab"), "a controller that is unplugged")

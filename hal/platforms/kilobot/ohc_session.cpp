@@ -64,7 +64,7 @@ OhcSaid OhcSession::say(const OhcCommand& command) {
     sender_.poll(present);
     if (!port_.is_open())
       throw std::runtime_error(
-          fmt::format("{}; {} had been said for {:.1f} of {:.1f} s", port_.trouble(), command.name, said_s(), all_s));
+          fmt::format("{}; {} had been sent for {:.1f} of {:.1f} s", port_.trouble(), command.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", command.name, said_s(), all_s));
     } else if (next == command.packets.size()) {
