@@ -226,7 +226,8 @@ void Section::value(std::string_view key, Member member, const Field& about) con
     check_value(key, member, about);
     const auto* const text = std::get_if<std::string*>(&member);
     if (about.required && ((path && (*path)->empty()) || (text && (*text)->empty())))
-      refuse(key, fmt::format("must not be empty{}{}", about.sample.empty() ? "" : "; write one such as ", about.sample));
+      refuse(key,
+             fmt::format("must not be empty{}{}", about.sample.empty() ? "" : "; write one such as ", about.sample));
   }
   state.read.erase(said);
   put(table, key, member);

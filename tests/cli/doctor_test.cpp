@@ -94,9 +94,9 @@ std::string lab_text(int lcm_port, const std::string& listen) {
 }
 
 // A TCP socket that listens on a port that the kernel chose.
-class Listener {
+class TcpListener {
  public:
-  Listener() {
+  TcpListener() {
     sockaddr_in a{};
     a.sin_family = AF_INET;
     a.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -106,7 +106,7 @@ class Listener {
     REQUIRE(::getsockname(fd_, reinterpret_cast<sockaddr*>(&a), &length) == 0);
     port_ = ntohs(a.sin_port);
   }
-  ~Listener() { ::close(fd_); }
+  ~TcpListener() { ::close(fd_); }
   int port() const { return port_; }
 
  private:
@@ -193,7 +193,7 @@ TEST_CASE("another lab on our LCM port") {
 
 TEST_CASE("only our own lab on our LCM port") {
   // A lab that is running already is no problem of its own port, nor is its gateway's listening socket.
-  const Listener gateway;
+  const TcpListener gateway;
   const LabFile file(lab_text(7871, fmt::format("127.0.0.1:{}", gateway.port())));
   hal::Bus bus("udpm://239.255.76.67:7871?ttl=0");
   peers_t ours{};
@@ -209,7 +209,7 @@ TEST_CASE("only our own lab on our LCM port") {
 
 TEST_CASE("TCP port taken") {
   // A listening port that another program has is named with the way to find out whose it is; a free one is fine.
-  const Listener other;
+  const TcpListener other;
   const std::string taken = fmt::format("127.0.0.1:{}", other.port());
   const LabFile file(lab_text(7872, taken));
   Command examined(doctor + " " + file.path());
@@ -221,7 +221,7 @@ TEST_CASE("TCP port taken") {
 
   std::string free;
   {
-    const Listener gone;
+    const TcpListener gone;
     free = fmt::format("127.0.0.1:{}", gone.port());
   }
   const LabFile fine(lab_text(7872, free));

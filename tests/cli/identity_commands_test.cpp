@@ -14,7 +14,7 @@ using tests::Process, tests::TemporaryFolder;
 
 namespace {
 
-struct Ended {
+struct CommandEnd {
   int code = -1;
   std::string output;  // standard output and error
 };
@@ -30,7 +30,7 @@ class Lab {
         "[arena.ode]\ncontroller = \"{}/{}\"\n{}\n",
         robots, ARKMESH_SOURCE_DIR, controller, more);
   }
-  Ended run(std::vector<std::string> arguments, int seconds = 120) {
+  CommandEnd run(std::vector<std::string> arguments, int seconds = 120) {
     arguments.insert(arguments.begin() + 1, (folder_.path() / "lab.toml").string());
     Process process(ARKMESH_PROGRAM, arguments, folder_.path() / fmt::format("output-{}.txt", ++number_));
     const auto code = process.wait(std::chrono::seconds(seconds));
@@ -42,13 +42,13 @@ class Lab {
   int number_ = 0;
 };
 
-bool says(const Ended& ended, const std::string& part) {
-  return ended.output.find(part) != std::string::npos;
+bool says(const CommandEnd& end, const std::string& part) {
+  return end.output.find(part) != std::string::npos;
 }
 
 // Rows of the table: lines that begin with a number.
-int rows(const Ended& ended) {
-  std::istringstream lines(ended.output);
+int rows(const CommandEnd& end) {
+  std::istringstream lines(end.output);
   int n = 0;
   for (std::string line; std::getline(lines, line);) {
     const auto at = line.find_first_not_of(' ');
@@ -67,12 +67,12 @@ TEST_CASE("identify tells who is who") {
                                              {"identify", "--protocol", "ark"},
                                              {"identify", "--protocol", "ark-runtime"},
                                              {"identify", "--any"}}) {
-    const Ended ended = lab.run(arguments);
-    INFO(ended.output);
-    CHECK(ended.code == 0);
-    CHECK(rows(ended) == 12);
-    CHECK(says(ended, "12 of 12 robots named"));
-    CHECK(says(ended, "The robots are simulated"));
+    const CommandEnd end = lab.run(arguments);
+    INFO(end.output);
+    CHECK(end.code == 0);
+    CHECK(rows(end) == 12);
+    CHECK(says(end, "12 of 12 robots named"));
+    CHECK(says(end, "The robots are simulated"));
   }
 }
 
@@ -80,15 +80,15 @@ TEST_CASE("identify names those who are missing") {
   // Of twelve robots two more are expected than there are: exit code 1, and both are named; a program that cannot
   // answer finds nobody.
   Lab lab(12);
-  const Ended missing = lab.run({"identify", "--ids", "0-13"});
+  const CommandEnd missing = lab.run({"identify", "--ids", "0-13"});
   INFO(missing.output);
   CHECK(missing.code == 1);
   CHECK(rows(missing) == 12);
   CHECK(says(missing, "not found: 12, 13"));
-  const Ended strangers = lab.run({"identify", "--ids", "0-9"});
+  const CommandEnd strangers = lab.run({"identify", "--ids", "0-9"});
   CHECK(strangers.code == 0);
   Lab mute(3, "tests/sim_ode/controllers/wander.c");
-  const Ended nobody = mute.run({"identify"});
+  const CommandEnd nobody = mute.run({"identify"});
   INFO(nobody.output);
   CHECK(nobody.code == 1);
   CHECK(rows(nobody) == 0);
@@ -99,12 +99,12 @@ TEST_CASE("identify names those who are missing") {
 TEST_CASE("assign-ids gives ids") {
   // Six robots get the ids asked for; with too few ids those who got none are told of, exit code 1.
   Lab lab(6);
-  const Ended all = lab.run({"assign-ids", "--ids", "100-104,7"});
+  const CommandEnd all = lab.run({"assign-ids", "--ids", "100-104,7"});
   INFO(all.output);
   CHECK(all.code == 0);
   CHECK(rows(all) == 6);
   CHECK(says(all, "6 of 6 robots have ids of their own"));
-  const Ended few = lab.run({"assign-ids", "--ids", "3,1"});
+  const CommandEnd few = lab.run({"assign-ids", "--ids", "3,1"});
   INFO(few.output);
   CHECK(few.code == 1);
   CHECK(says(few, "2 of 6 robots have ids of their own"));
@@ -114,12 +114,12 @@ TEST_CASE("assign-ids gives ids") {
 TEST_CASE("calibrate-motors calibrates") {
   // Four robots, each with a row of duties and measures, stored; one that is not there is missed.
   Lab lab(4);
-  const Ended all = lab.run({"calibrate-motors"});
+  const CommandEnd all = lab.run({"calibrate-motors"});
   INFO(all.output);
   CHECK(all.code == 0);
   CHECK(rows(all) == 4);
   CHECK(says(all, "4 of 4 robots calibrated and stored"));
-  const Ended missing = lab.run({"calibrate-motors", "--ids", "0,9"});
+  const CommandEnd missing = lab.run({"calibrate-motors", "--ids", "0,9"});
   INFO(missing.output);
   CHECK(missing.code == 1);
   CHECK(says(missing, "not found: 9"));
@@ -142,9 +142,9 @@ TEST_CASE("the set-up procedures refuse wrong use") {
                                                        {"calibrate-motors", "--ids", "0-300"},
                                                        {"identify", "--set", "arena.use=null"}};
   for (const auto& arguments : wrong) {
-    const Ended ended = lab.run(arguments);
-    INFO(ended.output);
-    CHECK(ended.code == 2);
-    CHECK_FALSE(ended.output.empty());
+    const CommandEnd end = lab.run(arguments);
+    INFO(end.output);
+    CHECK(end.code == 2);
+    CHECK_FALSE(end.output.empty());
   }
 }

@@ -12,9 +12,9 @@
 namespace arkmesh::gateway {
 namespace {
 
-const std::vector<std::string> labs = {"roark", "shark"};
+const std::vector<std::string> both_labs = {"roark", "shark"};
 
-GatewayConfig read(const std::string& keys, const std::vector<std::string>& shared_labs = labs) {
+GatewayConfig read(const std::string& keys, const std::vector<std::string>& shared_labs = both_labs) {
   const hal::Config config = hal::Config::from_text(keys, "shark.toml");
   GatewayConfig gateway = read_gateway_config(config.root().section("gateway"), "shark", shared_labs);
   config.refuse_unknown("gateway");

@@ -28,7 +28,7 @@ struct Peer {
 
 enum class Kind { round, square };
 
-struct Arena {
+struct ArenaKeys {
   int robots = 1;
   double width_m = 0.1, height_m = std::numeric_limits<double>::quiet_NaN();
   bool lit = false;
@@ -75,7 +75,7 @@ std::string refusal(const std::function<void()>& read) {
 std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) {
   return refusal([&] {
     const Config config = Config::from_text(text, "a.toml", overrides);
-    config.root().section("arena").read<Arena>();
+    config.root().section("arena").read<ArenaKeys>();
     config.refuse_unknown();
   });
 }
@@ -87,11 +87,11 @@ std::string without_comment(const std::string& text) {
 }  // namespace
 
 TEST_CASE("a struct that gains a key has it read, checked, written, listed and in the sample") {
-  // Arena's keys with one more: nothing but a line of fields() says so.
-  struct More : Arena {
+  // ArenaKeys's keys with one more: nothing but a line of fields() says so.
+  struct More : ArenaKeys {
     double added_m = 0.30000000000000004;
     void fields(const Section& arena) {
-      Arena::fields(arena);
+      ArenaKeys::fields(arena);
       arena.field("added_m", added_m, {.range = {0, 5}, .unit = "m", .help = "a new one"});
     }
   };
@@ -139,11 +139,11 @@ weight = 1
 )",
                                           "/somewhere/a.toml");
   const auto read = [](const Config& one) {
-    auto arena = one.root().section("arena").read<Arena>();
+    auto arena = one.root().section("arena").read<ArenaKeys>();
     one.refuse_unknown();
     return arena;
   };
-  const Arena arena = read(config);
+  const ArenaKeys arena = read(config);
   CHECK(arena.height_m == 2);
   CHECK(arena.kind == Kind::round);
   CHECK(arena.frame == std::chrono::milliseconds(250));
@@ -202,7 +202,7 @@ TEST_CASE("overrides set single keys, a bare word is a text, and errors name the
   const std::string text = "[lab]\nname = \"shark\"\n[arena]\nrobots = 1\n";
   const Config config = Config::from_text(
       text, "a.toml", {"arena.robots=5", "arena.name=plain word", " arena.kind = \"round\"", "shark:arena.lit=true"});
-  const auto arena = config.root().section("arena").read<Arena>();
+  const auto arena = config.root().section("arena").read<ArenaKeys>();
   CHECK(arena.robots == 5);
   CHECK(arena.name == "plain word");
   CHECK(arena.kind == Kind::round);
@@ -217,13 +217,14 @@ TEST_CASE("overrides set single keys, a bare word is a text, and errors name the
     const std::string said = refusal([&, set = one] {
       const Config bad = Config::from_text(text, "a.toml", {set});
       bad.root().section("lab").get("name", std::string());
-      bad.root().section("arena").read<Arena>();
+      bad.root().section("arena").read<ArenaKeys>();
       bad.refuse_unknown();
     });
     CHECK(said == message);
   }
   for (const char* bad : {"=1", "arena..robots=1", "arena.robots=[1"})
-    CHECK(refusal(text, {bad}).substr(0, std::string(bad).size() + 24) == std::string("--set ") + bad + ": not valid TOML: ");
+    CHECK(refusal(text, {bad}).substr(0, std::string(bad).size() + 24) ==
+          std::string("--set ") + bad + ": not valid TOML: ");
 }
 
 TEST_CASE("preset below includes below the file below overrides, each with its own place and folder") {
@@ -263,7 +264,7 @@ TEST_CASE("what a key was in a lower layer leaves no trace, and lists of tables 
   const auto file = directory.write("lab.toml", "include = [\"base.toml\"]\nx = 2\n[[arena.peers]]\nlab = \"three\"\n");
   directory.write("again.toml", "include = [\"lab.toml\"]\n[[arena.peers]]\nlab = \"four\"\n");
   const Config config = Config::from_file(directory.path() / "again.toml");
-  const auto arena = config.root().section("arena").read<Arena>();
+  const auto arena = config.root().section("arena").read<ArenaKeys>();
   REQUIRE(arena.peers.size() == 1);
   CHECK(arena.peers[0].lab == "four");
   CHECK(config.root().get("x", 0) == 2);
@@ -272,7 +273,7 @@ TEST_CASE("what a key was in a lower layer leaves no trace, and lists of tables 
 
 TEST_CASE("the table of a choice not made is left alone") {
   const Config config = Config::from_text("[arena]\n[arena.ode]\nwhatever = 1\n[arena.ode.more]\nx = 1\n", "a.toml");
-  config.root().section("arena").read<Arena>();
+  config.root().section("arena").read<ArenaKeys>();
   CHECK_THROWS_AS(config.refuse_unknown(), ConfigError);
   config.root().section("arena").leave_alone("ode");
   config.refuse_unknown();

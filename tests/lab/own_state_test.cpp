@@ -7,9 +7,9 @@ using namespace arkmesh;
 
 namespace {
 
-const hal::PoseFrame frame{.stamp = hal::LabTime(100'000),
-                           .number = 1,
-                           .robots = {{.robot = 3, .pose = {0.1234567, -0.2, 1.5}, .led = hal::Led::green}}};
+const hal::PoseFrame one_frame{.stamp = hal::LabTime(100'000),
+                               .number = 1,
+                               .robots = {{.robot = 3, .pose = {0.1234567, -0.2, 1.5}, .led = hal::Led::green}}};
 
 const std::map<std::string, std::string, std::less<>> settings = {{"run.seed", "1"}};
 
@@ -27,7 +27,7 @@ lab::LabData data() {
 TEST_CASE("an own state holds the newest robots, projected and rounded as others decode them") {
   lab::OwnState own(settings);
   own.add({});
-  own.add(frame);
+  own.add(one_frame);
   const lab::LabState state = own.at_boundary(0, data());
   REQUIRE(state.robots.size() == 1);
   CHECK(state.robots[0].robot == 3);
@@ -53,16 +53,16 @@ TEST_CASE("the hash is over what robots and sites did, not over settings and the
     own.add(seen);
     return own.at_boundary(0, d).hash;
   };
-  const std::uint64_t reference = hash(frame, data());
+  const std::uint64_t reference = hash(one_frame, data());
   lab::LabData other = data();
   other.fields["once"] = {4};
-  CHECK(hash(frame, other, "2") == reference);
+  CHECK(hash(one_frame, other, "2") == reference);
   other.fields["team"] = {4};
-  CHECK(hash(frame, other) != reference);
+  CHECK(hash(one_frame, other) != reference);
   lab::LabData drawn = data();
   drawn.streams.emplace("sites", hal::RandomStream(1, "a/sites")).first->second.next();
-  CHECK(hash(frame, drawn) != reference);
-  hal::PoseFrame moved = frame;
+  CHECK(hash(one_frame, drawn) != reference);
+  hal::PoseFrame moved = one_frame;
   moved.robots[0].pose.x_m += 1e-6;
   CHECK(hash(moved, data()) != reference);
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/configured_lab.hpp"
+#include "app/joint_run.hpp"
 #include "gateway/config.hpp"
 #include "hal/arena_config.hpp"
 #include "lab/run_config.hpp"
@@ -61,8 +61,13 @@ TEST_CASE("docs/formats.md holds the table of keys as it is") {
 TEST_CASE("the sample is a lab that runs") {
   tests::TemporaryDirectory folder;
   const auto file = folder.write("sample.toml", hal::print_sample(app::all_keys()));
-  app::ConfiguredLab lab(hal::Config::from_file(file, {"run.duration_s=2"}), folder.path() / "run");
-  CHECK(lab.name() == "lab");
+  std::vector<hal::Config> configs;
+  configs.push_back(hal::Config::from_file(file, {"run.duration_s=20"}));
+  app::JointRun run(std::move(configs), folder.path() / "run");
+  while (run.step()) {
+  }
+  CHECK(run.finished());
+  CHECK(run.lab("lab").name() == "lab");
 }
 
 TEST_CASE("a run's config.toml says the same from elsewhere") {
