@@ -48,16 +48,19 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   return *chosen;
 }
 
-std::unique_ptr<hal::Arena> make_arena(const hal::Section& root, const lab::RunConfig& run, hal::Bus& bus,
+std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
                                        hal::EventLoop& loop, const std::filesystem::path& directory) {
-  const hal::Section arena = root.section("arena");
-  return chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
-                                          .lab = run.lab,
-                                          .seed = run.seed,
-                                          .run_length = run.period * run.last_period,
-                                          .bus = &bus,
-                                          .loop = &loop,
-                                          .directory = directory});
+  const hal::Section arena = config.root().section("arena");
+  std::unique_ptr<hal::Arena> made = chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
+                                                                      .lab = run.lab,
+                                                                      .seed = run.seed,
+                                                                      .run_length = run.period * run.last_period,
+                                                                      .bus = &bus,
+                                                                      .loop = &loop,
+                                                                      .directory = directory,
+                                                                      .all_read = [&] { config.refuse_unknown(); }});
+  config.refuse_unknown();
+  return made;
 }
 
 }  // namespace arkmesh::app

@@ -48,9 +48,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
   const auto recorder = root.section("recorder").read<lab::RecorderConfig>();
   scenario_ = make_scenario(root, run_config_);
-  arena_ = make_arena(root, run_config_, private_bus_, loop, directory);
-  config_.refuse_unknown();
-
+  arena_ = make_arena(config_, run_config_, private_bus_, loop, directory);
   folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(directory), recorder.options());
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);

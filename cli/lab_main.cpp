@@ -4,9 +4,13 @@
 
 int main(int argc, char** argv) {
   using namespace arkmesh::cli;
-  static constexpr OwnCommand own[] = {{"run", add_run_command},
-                                       {"lab", add_lab_command},
-                                       {"config", add_config_command},
-                                       {"controller", add_controller_command}};
+  static constexpr OwnCommand own[] = {
+    {"run", add_run_command},
+    {"lab", add_lab_command},
+#if !ARKMESH_CAMERAS
+    {"config", add_config_command},
+#endif
+    {"controller", add_controller_command}
+  };
   return arkmesh::cli::main(argc, argv, own);
 }

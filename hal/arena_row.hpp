@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct ArenaRequest {
   std::filesystem::path directory;  // for videos
   bool set_up = false;              // for a set-up procedure, which finds out itself who is who
   std::string program;  // what simulated robots run then: the name of a file in kilolib/programs, or nothing
+  // Refuses keys that nobody has read. Called by an arena that has read all of its own and goes on to something slow.
+  std::function<void()> all_read = [] {};
 };
 
 struct ArenaRow {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -270,8 +271,9 @@ class OdeArena final : public SimulatedArena {
   std::string lost_;                                      // why the arena is lost for good
 };
 
-std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                               const SimulatedArenaOptions& options, const std::filesystem::path& program = {}) {
+std::unique_ptr<OdeArena> make(
+    const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& options,
+    const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const Settings settings = read_settings(arena, program);
 
@@ -293,6 +295,7 @@ std::unique_ptr<OdeArena> make(const hal::Section& arena, const std::string& lab
   if (static_cast<int>(start.size()) < config.robots)
     arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
 
+  all_read();
   try {
     return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed,
                                       options);
@@ -312,7 +315,7 @@ hal::ArenaRow ode_arena_row() {
           [](const hal::Section& arena, const hal::ArenaRequest& request) {
             const std::filesystem::path program =
                 request.program.empty() ? std::filesystem::path() : kilolib_folder() / "programs" / request.program;
-            return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program));
+            return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program, request.all_read));
           },
           [] {
             std::vector<hal::KeyRow> rows = hal::keys_of<ViewSettings>("arena");

@@ -226,7 +226,7 @@ TEST_CASE("a run that the log cannot carry is refused in one sentence") {
         })).ends_with(": the log's frames are not stamped number times frame period"));
   CHECK(replay_error(directory.path() / "none.lcm").find("there is no file") != std::string::npos);
   CHECK(replay_error(directory.write("text.lcm", "not a log")).find("is no LCM log") != std::string::npos);
-  CHECK(replay_error("").ends_with("must name the LCM log whose poses are replayed"));
+  CHECK(replay_error("").find("must not be empty") != std::string::npos);
 
   // a cut log is good up to its last whole frame
   const std::string whole = arkmesh::tests::read_file(log);

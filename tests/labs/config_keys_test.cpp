@@ -102,7 +102,7 @@ TEST_CASE("every key of a shipped configuration that is spoiled is refused by na
     for (const auto& [key, value] : config.in_force_below(table)) {
       if (key.find('[') != std::string::npos) continue;  // an element of a list cannot be overridden
       const bool is_number = value.find_first_of("\"[tf") == std::string::npos;
-      for (const char* bad : {"{ x = 1 }", is_number ? "nan" : "nan", is_number ? "1e300" : "-1"}) {
+      for (const char* bad : {"{ x = 1 }", "nan", is_number ? "1e300" : "-1"}) {
         CAPTURE(key);
         CAPTURE(bad);
         const std::string said = refusal(shipped, {key + "=" + bad});
@@ -110,7 +110,7 @@ TEST_CASE("every key of a shipped configuration that is spoiled is refused by na
         CHECK(said.starts_with("--set " + key));
         ++spoiled;
       }
-      CHECK(refusal(shipped, {key + "x=1"}).find("unknown") != std::string::npos);
+      CHECK(refusal(shipped, {key + "x=1"}).starts_with("--set " + key + "x=1: "));
       ++spoiled;
     }
   CHECK(spoiled > 100);
