@@ -10,6 +10,7 @@
 
 #include "cli/command_table.hpp"
 #include "tests/support/processes/process.hpp"
+#include "tests/support/processes/sanitized.hpp"
 
 namespace {
 
@@ -17,12 +18,6 @@ using namespace arkmesh;
 using namespace arkmesh::tests;
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 // A lab whose gateway listens for a peer that does not come, in a folder of its own.
 struct Lab {
