@@ -23,6 +23,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
+#include "gateway/address.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/handle.hpp"
@@ -149,29 +150,25 @@ Heard listen_on(hal::Bus& bus) {
 // Whether the gateway of the lab could listen where its file says.
 Finding listening(const std::string& where, bool gateway_is_running) {
   Finding finding{"TCP " + where, "", ""};
-  const auto colon = where.rfind(':');
-  const int port = colon == std::string::npos ? 0 : std::atoi(where.c_str() + colon + 1);
-  in_addr ip{};
-  if (port < 1 || port > 65535 || ::inet_pton(AF_INET, where.substr(0, colon).c_str(), &ip) != 1) {
-    finding.problem = "gateway.listen is no address of the form 127.0.0.1:7801";
+  if (const std::string why = gateway::why_not_loopback(where); !why.empty()) {
+    finding.problem = "gateway.listen " + why;
     finding.mend = "correct the key gateway.listen";
     return finding;
   }
-  const hal::Handle socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const auto there = gateway::loopback_endpoint(where);
+  const hal::Handle socket(::socket(there.protocol().family(), SOCK_STREAM | SOCK_CLOEXEC, 0));
   const int on = 1;
   ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  const auto there = address(where.substr(0, colon).c_str(), static_cast<std::uint16_t>(port));
-  if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0 &&
-      ::listen(socket.get(), 1) == 0)
+  if (::bind(socket.get(), there.data(), static_cast<socklen_t>(there.size())) == 0 && ::listen(socket.get(), 1) == 0)
     return finding;
   if (gateway_is_running) {
     finding.what += " (in use by this lab's own gateway)";
     return finding;
   }
-  finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", port)
+  finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", there.port())
                                         : fmt::format("cannot listen there: {}", std::strerror(errno));
-  finding.mend =
-      fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen", port);
+  finding.mend = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen",
+                             there.port());
   return finding;
 }
 

@@ -1,8 +1,11 @@
 // `arkmesh ohc`: drives an overhead controller by hand, one command at a time.
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,24 +30,49 @@ std::vector<Packet> give_id(const std::string& text) {
   return set_id_packets(id);
 }
 
-bool say(const OhcOptions& options, const OhcCommand& command) {
+// Whether the person at the terminal wants `what`, a sentence without its full stop. Where nobody can be asked, --yes
+// must have been given.
+bool is_wanted(const std::string& what) {
+  if (!::isatty(STDIN_FILENO))
+    throw CLI::ValidationError("--yes", fmt::format("is needed where nobody can be asked: {}", what));
+  fmt::print(stderr, "{}. Go on? [y/N] ", what);
+  OperatorStop stop;
+  pollfd typed{STDIN_FILENO, POLLIN, 0};
+  while (::poll(&typed, 1, 100) <= 0)
+    if (stop.stopped()) return false;
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer == "y" || answer == "yes") return true;
+  fmt::print(stderr, "arkmesh: nothing was sent\n");
+  return false;
+}
+
+// `then`: what an operator has to know or do next.
+bool say(const OhcOptions& options, const OhcCommand& command, const std::string& then) {
   OperatorStop stop;
   ProgressLine status;
   OhcSession session(options.port, from_seconds(options.settle_s), stop, status);
   const OhcSaid said = session.say(command);
-  if (!said.all)
-    fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s\n", command.name, said.seconds,
-               said.of_seconds);
+  if (said.all)
+    fmt::print("{}: sent for {:.3g} s{}\n", command.name, said.of_seconds, then);
+  else
+    fmt::print(stderr, "arkmesh: {} was stopped after {:.1f} of {:.1f} s{}\n", command.name, said.seconds,
+               said.of_seconds, then);
   return said.all;
 }
 
 void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   // `packets` is called when the command is, so that its numbers are there
-  const auto add = [&ohc, options](const std::string& name, const std::string& help, double usual_s, auto packets) {
+  const auto add = [&ohc, options](const std::string& name, const std::string& help, double usual_s, auto packets,
+                                   const std::string& then = {}) {
     CLI::App* command = ohc.add_subcommand(name, help)->fallthrough();
-    command->callback([options, name, usual_s, packets] {
+    command->callback([options, name, usual_s, packets, then] {
       run_ohc([&] {
-        return say(*options, {name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s)});
+        const OhcCommand said{name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s)};
+        if (name == "set-uid" && !options->yes &&
+            !is_wanted(fmt::format("Every robot in reach gets the id {}, and saves it", options->numbers.at(0))))
+          return false;
+        return say(*options, said, then);
       });
     });
     return command;
@@ -69,17 +97,22 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   take(add("message", "Robots get a message for their program", 1,
            [options] { return std::vector{message_packet(options->numbers)}; }),
        "TYPE_AND_BYTES", "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
-  take(add("set-uid", "Every robot in reach gets the id N, and saves it: put only one there", 1,
-           [options] { return give_id(options->numbers.at(0)); }),
-       "N", "0 to 65535", 1, 1);
-  take(add("left", "Robots turn left with this duty", 1,
-           [options] { return std::vector{turn_left_packet(options->numbers.at(0))}; }),
+  CLI::App* const set_uid = add("set-uid", "Every robot in reach gets the id N, and saves it: put only one there", 1,
+                                [options] { return give_id(options->numbers.at(0)); });
+  take(set_uid, "N", "0 to 65535", 1, 1);
+  set_uid->add_flag("--yes", options->yes, "Do not ask");
+  const std::string moving = "; robots go on so until `pause`, or until `save`, which stores the duties";
+  take(add(
+           "left", "Robots turn left with this duty", 1,
+           [options] { return std::vector{turn_left_packet(options->numbers.at(0))}; }, moving),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
-  take(add("right", "Robots turn right with this duty", 1,
-           [options] { return std::vector{turn_right_packet(options->numbers.at(0))}; }),
+  take(add(
+           "right", "Robots turn right with this duty", 1,
+           [options] { return std::vector{turn_right_packet(options->numbers.at(0))}; }, moving),
        "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
-  take(add("straight", "Robots go straight with these duties", 1,
-           [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }),
+  take(add(
+           "straight", "Robots go straight with these duties", 1,
+           [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }, moving),
        "LEFT_AND_RIGHT", "Each 0 to 255; a little lower than for turning", 2, 2);
   add("save", "Robots store the duties and the id that they got, and stop", 1,
       [] { return std::vector{save_packet()}; });

@@ -19,6 +19,7 @@ struct OhcOptions {
   double seconds = 0;  // 0: what suits the command
   double settle_s = 2.5;
   std::vector<std::string> numbers;
+  bool yes = false;  // what reaches every robot is done without asking
   std::filesystem::path program;
   int rounds = 0;  // 0: until somebody stops it
   double boot_s = 3, page_ms = 165;

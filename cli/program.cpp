@@ -50,8 +50,9 @@ bool is_own(std::string_view name) {
 // The words of CLI11's errors in our voice.
 std::string sentence(const CLI::App& command, const CLI::ParseError& error, std::span<char*> words) {
   std::set<std::string, std::less<>> known;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& name : option->get_lnames()) known.insert("--" + name);
+  for (const CLI::App* each = &command; each; each = each->get_parent())
+    for (const CLI::Option* option : each->get_options())
+      for (const std::string& name : option->get_lnames()) known.insert("--" + name);
   for (const std::string_view word : words) {
     const std::string name(word.substr(0, word.find('=')));
     if (word == "--") break;

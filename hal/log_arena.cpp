@@ -27,6 +27,7 @@ namespace arkmesh::hal {
 namespace {
 
 constexpr std::size_t max_robots = 100'000;
+constexpr double max_place_m = 1000;  // no arena is so large; what computes in whole units cannot overflow
 
 // Whether the bytes are as long as the robots that they claim to hold: the generated decoder would ask for memory
 // first.
@@ -43,11 +44,18 @@ bool is_sane(const pose_frame_t& part) {
   if (part.stamp_us < 0 || part.number < 0 || part.parts < 1 || part.part < 0 || part.part >= part.parts) return false;
   for (const robot_pose_t& pose : part.robots) {
     if (pose.robot < 0) return false;
-    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !(std::abs(pose.heading_rad) <= std::numbers::pi))
+    if (!(std::abs(pose.x_m) <= max_place_m) || !(std::abs(pose.y_m) <= max_place_m) ||
+        !(std::abs(pose.heading_rad) <= std::numbers::pi))
       return false;
     if (pose.led > 7 || !(pose.confidence >= 0 && pose.confidence <= 1) || pose.age_us < 0) return false;
   }
   return true;
+}
+
+// Whether the stamp is number * period. Divides, for the product of a log's numbers may be anything.
+bool is_even(const PoseFrame& frame, LabTime period) {
+  if (frame.number == 0) return frame.stamp == LabTime{0};
+  return frame.stamp % frame.number == LabTime{0} && frame.stamp / frame.number == period;
 }
 
 bool is_ascending(const std::vector<Observation>& robots) {
@@ -156,7 +164,7 @@ Survey survey(const std::filesystem::path& file) {
       out.first_number = frame->number, out.first_stamp = frame->stamp;
     else if (out.frame_period == LabTime{0})
       out.frame_period = (frame->stamp - out.first_stamp) / (frame->number - out.first_number);
-    out.even = out.even && frame->stamp == frame->number * out.frame_period;
+    out.even = out.even && is_even(*frame, out.frame_period);
     out.last_stamp = frame->stamp;
     for (const Observation& observation : frame->robots) out.robots.insert(observation.robot);
   }

@@ -229,6 +229,19 @@ TEST_CASE("TCP port taken") {
   CHECK(has(second.words(), fmt::format("ok       TCP {}\n", free)));
 }
 
+TEST_CASE("addresses to listen on are those that the gateway takes") {
+  // Each name of this machine and a port of the system's choice are fine; an address for everybody is not.
+  const auto finding = [](const std::string& listen) {
+    const LabFile file(lab_text(7872, listen));
+    Command examined(doctor + " " + file.path());
+    return line_of(examined.words(), "TCP " + listen);
+  };
+  CHECK(finding("localhost:0") == "ok       TCP localhost:0");
+  CHECK(finding("[::1]:0") == "ok       TCP [::1]:0");
+  CHECK(has(finding("0.0.0.0:0"), "problem  TCP 0.0.0.0:0: gateway.listen is not on this machine"));
+  CHECK(has(finding("7801"), "problem  TCP 7801: gateway.listen must be HOST:PORT"));
+}
+
 TEST_CASE("a lab file that is wrong") {
   // A wrong file ends the doctor with one sentence that names the file, not with a crash.
   const LabFile file("[lab]\nname = 3\n");

@@ -107,12 +107,52 @@ TEST_CASE("ohc: numbers") {
     arguments.insert(arguments.end(), seconds.begin(), seconds.end());
     return meant(say(arguments));
   };
-  CHECK(numbers({"set-uid", "300"}) == std::vector{forward(type_calibrate, {1, 0x2C, 1}), forward(type_calibrate)});
+  CHECK(numbers({"set-uid", "300", "--yes"}) ==
+        std::vector{forward(type_calibrate, {1, 0x2C, 1}), forward(type_calibrate)});
   CHECK(numbers({"left", "72"}) == std::vector{forward(type_calibrate, {2, 0, 0, 72})});
   CHECK(numbers({"right", "0x4a"}) == std::vector{forward(type_calibrate, {3, 0, 0, 0, 74})});
   CHECK(numbers({"straight", "65", "70"}) == std::vector{forward(type_calibrate, {4, 0, 0, 0, 0, 65, 70})});
   CHECK(numbers({"save"}) == std::vector{forward(type_calibrate)});
   CHECK(numbers({"message", "120", "1", "0xFF", "3"}) == std::vector{forward(120, {1, 255, 3})});
+}
+
+TEST_CASE("ohc: a command says what was sent") {
+  // One line; robots that go on moving are told of.
+  const auto says = [](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--seconds", "0.05"});
+    const std::string output = say(arguments).output;
+    return output.substr(output.find(arguments.front()));
+  };
+  CHECK(says({"run"}) == "run: sent for 0.05 s\n");
+  CHECK(says({"set-uid", "3", "--yes"}) == "set-uid: sent for 0.1 s\n");
+  const std::string moving =
+      ": sent for 0.05 s; robots go on so until `pause`, or until `save`, which stores the duties\n";
+  CHECK(says({"left", "72"}) == "left" + moving);
+  CHECK(says({"straight", "65", "70"}) == "straight" + moving);
+}
+
+TEST_CASE("ohc: set-uid asks") {
+  // It reaches every robot in sight. At a terminal it asks; without one it wants --yes.
+  const TemporaryFolder folder;
+  const Listener listener;
+  PseudoTerminal terminal;
+  const auto start = [&](const std::string& from) {
+    return std::make_unique<Process>("/bin/sh",
+                                     std::vector<std::string>{"-c", R"(exec "$0" ohc "$1" --settle 0 set-uid 12 <"$2")",
+                                                              ARKMESH_PROGRAM, listener.port(), from},
+                                     folder.path() / "output");
+  };
+  const auto alone = start("/dev/null");
+  CHECK(alone->wait(deadline) == 2);
+  CHECK(alone->output().find("--yes: is needed where nobody can be asked: Every robot in reach gets the id 12") !=
+        std::string::npos);
+  for (const auto& [answer, code] : {std::pair{"n\n", 1}, {"y\n", 0}}) {
+    const auto asked = start(terminal.link());
+    CHECK(eventually(deadline, [&] { return asked->output().find("[y/N]") != std::string::npos; }));
+    terminal.say(answer);
+    CHECK(asked->wait(deadline) == code);
+    CHECK(asked->output().ends_with(code == 0 ? "set-uid: sent for 2 s\n" : "arkmesh: nothing was sent\n"));
+  }
 }
 
 TEST_CASE("ohc: upload") {

@@ -69,7 +69,7 @@ std::string why_not(const std::string& path, int code) {
       return no_permission(path);
     case EBUSY:
     case EWOULDBLOCK:
-      return fmt::format("{} is in use by another program; `fuser -v {}` names it", path, path);
+      return why_in_use(path);
     case ENOTTY:
     case EINVAL:
     case EISDIR:

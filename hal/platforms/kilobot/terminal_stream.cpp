@@ -15,14 +15,20 @@
 
 namespace arkmesh::hal::kilobot {
 
+std::string why_in_use(const std::string& path) {
+  return fmt::format(
+      "{} is in use by another program, perhaps a lab: only one can drive a controller, so end that one first; "
+      "`fuser -v {}` names it",
+      path, path);
+}
+
 void TerminalStream::open() {
   if (terminal_) return;
   terminal_ = Handle(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!terminal_ && errno != EBUSY) return lose(fmt::format("{} cannot be opened: {}", path_, std::strerror(errno)));
-  // for us alone: the lock tells other users of it who ask, the ioctl stops everybody but root
-  if (!terminal_ || ::flock(terminal_.get(), LOCK_EX | LOCK_NB) != 0)
-    return lose(fmt::format("{} is in use by another program; `fuser -v {}` names it", path_, path_));
-  ::ioctl(terminal_.get(), TIOCEXCL);
+  // For us alone by a lock, which ends with us. TIOCEXCL stays on a pseudo-terminal while its other end is open, so
+  // that nobody but root could open it again.
+  if (!terminal_ || ::flock(terminal_.get(), LOCK_EX | LOCK_NB) != 0) return lose(why_in_use(path_));
   termios line{};
   if (::tcgetattr(terminal_.get(), &line) != 0)
     return lose(fmt::format("{} is no terminal: {}", path_, std::strerror(errno)));

@@ -9,6 +9,9 @@
 
 namespace arkmesh::hal::kilobot {
 
+// Why a device cannot be opened that another program has, one sentence.
+std::string why_in_use(const std::string& path);
+
 class TerminalStream final : public ByteStream {
  public:
   explicit TerminalStream(std::string path) : path_(std::move(path)) {}

@@ -156,7 +156,7 @@ TEST_CASE("serial device: for one program alone") {
     first->open();
     REQUIRE(first->check() == ByteStream::State::open);
     check_holds(trouble_with(terminal.port()), "in use by another program");
-    check_holds(trouble_with(terminal.link()), "in use by another program");
+    check_holds(trouble_with(terminal.link()), "so end that one first");
   }
 }
 
@@ -177,6 +177,22 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
   check_delivery(line, 3, [&] { return terminal.read(); });
   CHECK(counters["overhead.port_lost"] == 1);
+}
+
+TEST_CASE("serial device: a pseudo-terminal is opened again by people who are not root") {
+  // Each opening is for one program alone, and the next one finds the terminal free; its other end stays open.
+  PseudoTerminal terminal;
+  const std::string device = std::filesystem::canonical(terminal.link()).string();
+  const bool root = ::geteuid() == 0;
+  if (root) REQUIRE((::chmod(device.c_str(), 0666) == 0 && ::seteuid(65534) == 0));
+  for (int i = 0; i < 3; ++i) {
+    CAPTURE(i);
+    const auto stream = make_byte_stream(device);
+    stream->open();
+    CHECK(stream->check() == ByteStream::State::open);
+    check_holds(trouble_with(device), "in use by another program");
+  }
+  if (root) REQUIRE(::seteuid(0) == 0);
 }
 
 TEST_CASE("serial device: what is no device") {
