@@ -7,12 +7,14 @@
 #include <bit>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/messages.hpp"
 #include "hal/newest_frame.hpp"
+#include "lab/world_message.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
@@ -76,6 +78,7 @@ class NotingScenario final : public lab::Scenario {
   void begin(lab::Lab& lab) override {
     calls.push_back("begin");
     lab.row("table", "what", "begin");
+    lab.declare({.name = "team", .length = 1, .low = 0, .high = 5});
   }
   void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override {
     calls.push_back(fmt::format("poses {}", frame.number));
@@ -88,11 +91,15 @@ class NotingScenario final : public lab::Scenario {
     calls.push_back(fmt::format("heard {} of {}", messages.size(), messages[0].robot));
     lab.say({.robot = 1, .kind = 2});
   }
-  void on_period(lab::Lab& lab) override { calls.push_back(fmt::format("period {}", lab.period())); }
+  void on_period(lab::Lab& lab) override {
+    calls.push_back(fmt::format("period {}", lab.period()));
+    for (const auto& [field, values] : publishes) lab.publish(field, values);
+  }
   bool finished(const lab::Lab& lab) const override { return lab.period() == end_at; }
   std::vector<std::string> calls;
   hal::PoseFrame newest;
-  std::uint32_t end_at = 1000, fail_at = 1000;  // a period, and a frame
+  std::uint32_t end_at = 1000, fail_at = 1000;                 // a period, and a frame
+  std::map<std::string, std::vector<std::int64_t>> publishes;  // at each boundary, for the next state
 };
 
 lab::RunConfig config() {
@@ -157,6 +164,32 @@ TEST_CASE("a lab that has ended still says how it is") {
     CHECK(bench.step() == Runner::Step::ended);
   }
   CHECK(statuses == 2);  // the last one has yet to be heard
+}
+
+TEST_CASE("an own state that breaks the lab's own rules ends the run before peers see it") {
+  // Peers would refuse it, and wait for another one.
+  struct Case {
+    std::string field;
+    std::vector<std::int64_t> values;
+    std::string what;
+  };
+  for (const Case& c : {Case{"team", {6}, "field 'team' holds 6, which is not within 0 to 5"},
+                        Case{"team", {1, 2}, "field 'team' has 2 values instead of 1"},
+                        Case{"taem", {1}, "field 'taem' is not declared in begin()"}}) {
+    Bench bench;
+    bench.scenario.publishes[c.field] = c.values;
+    std::uint32_t published = 0;
+    const auto world = bench.bus.subscribe("world", [&](std::string_view, auto bytes) {
+      lab::WorldMessage message;
+      REQUIRE(lab::decode_world(bytes, message).empty());
+      for (const lab::LabState& state : message.window) published = std::max(published, state.period);
+    });
+    bench.run();
+    CHECK_FALSE(bench.runner.finished());
+    CHECK(bench.runner.reason() ==
+          "a breaks its own rules at period 1: " + c.what + "; correct the scenario or what it declares");
+    CHECK(published == 0);
+  }
 }
 
 TEST_CASE("what a scenario wrote before it failed is kept") {
