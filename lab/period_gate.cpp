@@ -116,13 +116,14 @@ bool PeriodGate::find_difference(std::string_view peer, const LabState& initial)
 }
 
 PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& message) {
-  if (message.lab != origin) return refuse("other_name");
+  if (message.lab != origin) return refuse({"other_name", fmt::format("it calls itself {}", message.lab)});
   const auto it = peers_.find(origin);
   if (it == peers_.end()) return refuse("unknown_lab");
   Peer& peer = it->second;
   if (message.run_id == 0) return refuse("run_id");
   const auto ack = message.acks.find(options_.lab);
-  if (ack == message.acks.end()) return refuse("not_for_us");
+  if (ack == message.acks.end())
+    return refuse({"not_for_us", fmt::format("it does not know {}; is shared.labs the same in both?", options_.lab)});
   if (ack->second.run_id != options_.run_id) {
     // From before it knew us, or from an earlier run: teaches its run id unless we hold on to one that counts.
     if (!peer.bound) peer.run_id = message.run_id;
@@ -131,7 +132,7 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   }
   if (published_ < 0) return refuse("early");
   if (peer.bound && peer.run_id != message.run_id) return counters_.add("world.restarted"), Heard::restarted;
-  if (!peer.bound && !message.window.empty() && message.window.front().period == 0 &&
+  if (peer.received < 0 && !message.window.empty() && message.window.front().period == 0 &&
       find_difference(origin, message.window.front()))
     return Heard::different;
   if (const auto refused = refusal(peer, message)) return refuse(*refused);

@@ -184,6 +184,8 @@ void Runner::publish_status() {
                                                  .drops = drops(),
                                                  .counts = data_.counts}));
   status_due_ = now_ + repeat_status;
+  // A peer that waits while this lab computes, or waits for its arena, hears that it still counts.
+  if (begun_ && phase_ != Phase::ended) peers_.repeat_world();
 }
 
 Runner::Step Runner::wait_for_arena() {
