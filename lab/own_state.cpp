@@ -1,5 +1,7 @@
 #include "lab/own_state.hpp"
 
+#include <algorithm>
+
 namespace arkmesh::lab {
 
 void OwnState::add(const hal::PoseFrame& frame) {
@@ -26,6 +28,9 @@ LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
     if (!rule.initial_only)
       for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
   }
+  // What nobody declared is there to be refused.
+  for (const auto& [name, values] : lab.fields)
+    if (std::ranges::find(lab.rules, name, &FieldRule::name) == lab.rules.end()) own.fields.emplace(name, values);
   for (const auto& [purpose, stream] : lab.streams) hash_.add(stream.count());
   if (period == 0) own.settings = settings_;
   own.hash = hash_.value();

@@ -12,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr PeerExchange::Now repeat_world_after = 50ms;
+constexpr PeerExchange::Now refused_limit = 5s;  // of nothing but refused states
 
 std::string_view origin_of(std::string_view channel) {
   return channel.substr(0, channel.find('/'));
@@ -31,6 +32,7 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .run_id = run_id,
              .can_wait = can_wait}),
       monitor_(config.lab, gate_.peers()) {
+  for (const std::string& peer : gate_.peers()) contacts_.try_emplace(peer);
   subscriptions_.push_back(bus_.subscribe(
       "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
   subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
@@ -43,17 +45,21 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
 
 void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
   WorldMessage message;
-  if (const std::string_view why = decode_world(bytes, message); !why.empty())
+  if (const std::string_view why = decode_world(bytes, message); !why.empty()) {
+    note_refusal(origin, fmt::format("its message is ill-formed ({})", why));
     return counters_.add(fmt::format("world.refused.{}", why));
+  }
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       monitor_.hear_state(origin, now_);
+      contacts_.find(origin)->second = {.counted = now_};
       if (!message.can_wait) last_state_ = now_;
       break;
     case PeriodGate::Heard::taught:
       publish_world();  // so that the peer learns our run id without waiting for a repetition
       break;
     case PeriodGate::Heard::refused:
+      if (gate_.published() >= 0) note_refusal(origin, gate_.newest_refusal());
       break;
     case PeriodGate::Heard::restarted:
       if (gate_.mode() != PeriodGate::Mode::free && !complete_ && failure_.empty())
@@ -63,6 +69,16 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
       if (failure_.empty()) failure_ = fmt::format("the labs' settings differ: {}", gate_.difference());
       break;
   }
+}
+
+void PeerExchange::note_refusal(std::string_view origin, std::string why) {
+  const auto it = contacts_.find(origin);
+  if (it == contacts_.end()) return;
+  Contact& contact = it->second;
+  // What an earlier run left behind comes once.
+  if (contact.refusal.empty() || now_ - contact.refused > refused_limit) contact.refused_since = now_;
+  contact.refused = now_;
+  contact.refusal = std::move(why);
 }
 
 void PeerExchange::publish(LabState own) {
@@ -94,28 +110,40 @@ bool PeerExchange::repeat_world() {
 }
 
 PeerWait PeerExchange::wait_for(std::uint32_t wanted) const {
-  const auto& peers = gate_.peers();
-  const auto missing = std::find_if(peers.begin(), peers.end(), [&](const std::string& peer) {
-    return gate_.received(peer) < static_cast<std::int64_t>(wanted);
-  });
-  if (missing == peers.end()) return {};
-  const bool bound = gate_.bound(*missing);
-  const std::string words = monitor_.words(*missing, bound, now_);
-  PeerWait wait{.text = fmt::format("waiting for {}: {}", *missing, words), .give_up = {}};
-  switch (monitor_.life(*missing, bound, now_)) {
-    case PeerMonitor::Life::failed:
-    case PeerMonitor::Life::dead:
-      wait.give_up = fmt::format("{} is gone at period {}: {}", *missing, period_, words);
-      break;
-    case PeerMonitor::Life::link_down:
-    case PeerMonitor::Life::gateway_silent:
-      if (now_ - boundary_ > patience_)
-        wait.give_up =
-            fmt::format("gave up waiting for {} after {} s: {}", *missing, patience_.count() / 1'000'000, words);
-      break;
-    case PeerMonitor::Life::unknown:
-    case PeerMonitor::Life::alive:
-      break;
+  PeerWait all;
+  for (const std::string& peer : gate_.peers()) {
+    if (gate_.received(peer) >= static_cast<std::int64_t>(wanted)) continue;
+    PeerWait one = wait_for_one(peer);
+    all.text += (all.text.empty() ? "waiting for " : "; ") + one.text;
+    if (all.give_up.empty()) all.give_up = std::move(one.give_up);
+  }
+  return all;
+}
+
+PeerWait PeerExchange::wait_for_one(const std::string& peer) const {
+  const bool bound = gate_.bound(peer);
+  const Contact& contact = contacts_.find(peer)->second;
+  const PeerMonitor::Life life = monitor_.life(peer, bound, now_);
+  const std::string words = monitor_.words(peer, bound, now_);
+  PeerWait wait{.text = fmt::format("{}: {}", peer, words), .give_up = {}};
+  if (life == PeerMonitor::Life::failed || life == PeerMonitor::Life::dead) {
+    wait.give_up = fmt::format("{} is gone at period {}: {}", peer, period_, words);
+  } else if (!contact.refusal.empty() &&
+             contact.refused - std::max(contact.refused_since, boundary_) >= refused_limit) {
+    wait.give_up = fmt::format(
+        "{} refuses every state of {} at period {}: {}; do both run the same program with the same settings?", lab_,
+        peer, period_, contact.refusal);
+  } else if (const auto since = bound ? std::optional(contact.counted) : monitor_.met(peer, now_)) {
+    // A cut link may be waited for not at all; what lives has a moment to speak.
+    const bool cut = life == PeerMonitor::Life::link_down || life == PeerMonitor::Life::gateway_silent;
+    const Now patience = cut ? patience_ : std::max<Now>(patience_, PeerMonitor::status_limit);
+    const Now left = std::max(*since, boundary_) + patience - now_;
+    wait.text += fmt::format(", for {} s more", std::chrono::ceil<std::chrono::seconds>(left).count());
+    if (left < Now{0})
+      wait.give_up = fmt::format("gave up waiting for {} after {} s at period {} of {} (gate.patience_s): {}", peer,
+                                 patience.count() / 1'000'000, period_, lab_, words);
+  } else {
+    wait.text += ", until it comes or the lab is stopped";
   }
   return wait;
 }

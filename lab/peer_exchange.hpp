@@ -22,7 +22,7 @@ namespace arkmesh::lab {
 
 // For whom a lab waits.
 struct PeerWait {
-  std::string text;     // "waiting for roark: link down"; empty when nobody is waited for
+  std::string text;     // "waiting for roark: link down, for 590 s more"; empty when nobody is waited for
   std::string give_up;  // why nothing will come any more; empty when it still makes sense to wait
 };
 
@@ -53,7 +53,9 @@ class PeerExchange {
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
   Now world_due() const { return world_due_; }
-  // `wanted`: the period of the peers' states that the lab waits for since its last boundary.
+  // `wanted`: the period of the peers' states that the lab waits for since its last boundary. It gives up on a peer
+  // that is gone, on one whose states have all been refused for 5 s, and on one of which nothing has counted for
+  // gate.patience_s. That time begins with the peer's first sign of life: who waits for labs to be started waits long.
   PeerWait wait_for(std::uint32_t wanted) const;
 
   // --- ending ---
@@ -68,6 +70,14 @@ class PeerExchange {
   hal::Counters counters() const;
 
  private:
+  // What came of a peer.
+  struct Contact {
+    Now counted{0};                    // when a message counted last
+    Now refused_since{0}, refused{0};  // first and last message refused since one counted
+    std::string refusal;               // what was wrong with that
+  };
+  void note_refusal(std::string_view origin, std::string why);
+  PeerWait wait_for_one(const std::string& peer) const;
   void hear_world(std::string_view origin, std::span<const std::byte> bytes);
 
   const std::string lab_;
@@ -76,6 +86,7 @@ class PeerExchange {
   PeriodGate gate_;
   PeerMonitor monitor_;
   Lingering lingering_;
+  std::map<std::string, Contact, std::less<>> contacts_;
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last
   std::string failure_;

@@ -26,6 +26,7 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id,
   if (status.lab != peer) return counters_.add("status.refused.other_name");
   if (bound_run_id != 0 && static_cast<std::uint64_t>(status.nonce) != bound_run_id)
     return counters_.add("status.refused.other_run");
+  if (!met(peer, now)) it->second.met = now;
   it->second.status = now;
   it->second.state = status.state.substr(0, 200);
 }
@@ -62,6 +63,11 @@ PeerMonitor::Life PeerMonitor::life(std::string_view peer, bool bound, Now now) 
   return now - std::max(*p.status, *p.up) > status_limit ? Life::dead : Life::alive;
 }
 
+std::optional<PeerMonitor::Now> PeerMonitor::met(std::string_view peer, Now now) const {
+  const Peer& p = peers_.find(peer)->second;
+  return p.status && now - *p.status <= status_limit ? std::optional(p.met) : std::nullopt;
+}
+
 std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const {
   const Peer& p = peers_.find(peer)->second;
   switch (life(peer, bound, now)) {
@@ -72,7 +78,7 @@ std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const
     case Life::link_down:
       return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
     case Life::unknown:
-      return "not started yet";
+      return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", p.state) : "not started yet";
     case Life::dead:
       return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
     case Life::alive:

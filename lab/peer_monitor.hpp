@@ -34,13 +34,16 @@ class PeerMonitor {
   enum class Life { unknown, link_down, gateway_silent, alive, dead, failed };
   // `bound`: its states count, so that it has been alive in this run.
   Life life(std::string_view peer, bool bound, Now now) const;
-  // The same in words: "link down (connection refused)", "not started yet", "silent for 6 s".
+  // Since when a peer whose states do not count has given signs of life without a break; none when it gives none.
+  std::optional<Now> met(std::string_view peer, Now now) const;
+  // Its life in words: "link down (connection refused)", "not started yet", "silent for 6 s".
   std::string words(std::string_view peer, bool bound, Now now) const;
   const hal::Counters& counters() const { return counters_; }
 
  private:
   struct Peer {
     std::optional<Now> status, up;  // when last heard; since when the link is up
+    Now met{0};                     // when the first status came after a silence
     std::string state, why;
   };
   std::string lab_;

@@ -52,32 +52,47 @@ WorldMessage PeriodGate::message() const {
   return m;
 }
 
-PeriodGate::Heard PeriodGate::refuse(std::string_view why) {
-  counters_.add(fmt::format("world.refused.{}", why));
+PeriodGate::Heard PeriodGate::refuse(const Refusal& refusal) {
+  counters_.add(fmt::format("world.refused.{}", refusal.why));
+  newest_refusal_ = refusal.sentence;
   return Heard::refused;
 }
 
-std::string_view PeriodGate::why_refused(const Peer& peer, const WorldMessage& message) const {
+std::optional<Refusal> PeriodGate::own_refusal(const LabState& own) const {
+  return rules_ ? rules_->refusal(options_.lab, own, own.period == 0 ? own : initial_) : std::nullopt;
+}
+
+std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage& message) const {
+  const auto because = [](std::string_view why, std::string sentence) { return Refusal{why, std::move(sentence)}; };
   const Ack& ack = message.acks.find(options_.lab)->second;
-  if (ack.received > published_) return "acknowledges_the_future";
-  if (peer.bound && peer.can_wait != message.can_wait) return "can_wait_changed";
+  if (ack.received > published_)
+    return because("acknowledges_the_future",
+                   fmt::format("it acknowledges our state {}, newest is {}", ack.received, published_));
+  if (peer.bound && peer.can_wait != message.can_wait)
+    return because("can_wait_changed", "its arena's can_wait changed");
   // The first message that arrives may hold state 0 and later ones at once.
   const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;
   if (!initial && !message.window.empty() && message.window.front().period == 0) initial = &message.window.front();
   std::int64_t last = -1;
   for (const LabState& state : message.window) {
     const std::int64_t period = state.period;
-    if (period <= last) return "order";
-    if (period > last + 1 && last > 0) return "gap";
+    if (period <= last) return because("order", fmt::format("its state {} follows state {}", period, last));
+    if (period > last + 1 && last > 0)
+      return because("gap", fmt::format("its state {} follows state {}", period, last));
     last = period;
-    if (period > options_.last_period) return "period";
-    if (mode_ == Mode::strict && period > published_ + options_.slack + 1) return "period";
-    if ((period == 0) == state.settings.empty()) return "settings";
+    if (period > options_.last_period || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
+      return because("period", fmt::format("its state {} is of the future", period));
+    if ((period == 0) == state.settings.empty())
+      return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
-      if (known->second.hash != state.hash || known->second.robots.size() != state.robots.size()) return "changed";
+      if (known->second.hash != state.hash || known->second.robots.size() != state.robots.size())
+        return because("changed", fmt::format("its state {} is not what it was", period));
     } else if (period > peer.received && rules_) {
-      if (!initial) return "before_initial";
-      if (const std::string_view why = rules_->why_refused(message.lab, state, *initial); !why.empty()) return why;
+      if (!initial) return because("before_initial", fmt::format("its state {} came without its state 0", period));
+      if (auto refused = rules_->refusal(message.lab, state, *initial)) {
+        refused->sentence.insert(0, fmt::format("state {}: ", period));
+        return refused;
+      }
     }
   }
   return {};
@@ -101,13 +116,14 @@ bool PeriodGate::find_difference(std::string_view peer, const LabState& initial)
 }
 
 PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& message) {
-  if (message.lab != origin) return refuse("other_name");
+  if (message.lab != origin) return refuse({"other_name", fmt::format("it calls itself {}", message.lab)});
   const auto it = peers_.find(origin);
   if (it == peers_.end()) return refuse("unknown_lab");
   Peer& peer = it->second;
   if (message.run_id == 0) return refuse("run_id");
   const auto ack = message.acks.find(options_.lab);
-  if (ack == message.acks.end()) return refuse("not_for_us");
+  if (ack == message.acks.end())
+    return refuse({"not_for_us", fmt::format("it does not know {}; is shared.labs the same in both?", options_.lab)});
   if (ack->second.run_id != options_.run_id) {
     // From before it knew us, or from an earlier run: teaches its run id unless we hold on to one that counts.
     if (!peer.bound) peer.run_id = message.run_id;
@@ -116,10 +132,10 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   }
   if (published_ < 0) return refuse("early");
   if (peer.bound && peer.run_id != message.run_id) return counters_.add("world.restarted"), Heard::restarted;
-  if (!peer.bound && !message.window.empty() && message.window.front().period == 0 &&
+  if (peer.received < 0 && !message.window.empty() && message.window.front().period == 0 &&
       find_difference(origin, message.window.front()))
     return Heard::different;
-  if (const std::string_view why = why_refused(peer, message); !why.empty()) return refuse(why);
+  if (const auto refused = refusal(peer, message)) return refuse(*refused);
 
   peer.bound = true;
   peer.run_id = message.run_id;

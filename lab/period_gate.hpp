@@ -39,6 +39,8 @@ class PeriodGate {
   void set_rules(StateRules rules) { rules_ = std::move(rules); }
 
   // --- own side ---
+  // Why peers would refuse the own state of the next period, by our own rules; none when they would not.
+  std::optional<Refusal> own_refusal(const LabState& own) const;
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
   void publish(LabState own);
   std::int64_t published() const { return published_; }  // -1 before state 0
@@ -59,6 +61,8 @@ class PeriodGate {
   // `origin` is the lab that the channel name tells. Reasons go to counters() as "world.refused.<why>".
   Heard hear(std::string_view origin, const WorldMessage& message);
   const std::string& difference() const { return difference_; }
+  // What was wrong with the message refused last, for people.
+  const std::string& newest_refusal() const { return newest_refusal_; }
 
   Mode mode() const { return mode_; }
   // The states that boundary k merges are there.
@@ -99,8 +103,9 @@ class PeriodGate {
     std::map<std::uint32_t, LabState> states;
     LabState initial;  // state 0, once received >= 0
   };
-  Heard refuse(std::string_view why);
-  std::string_view why_refused(const Peer& peer, const WorldMessage& message) const;
+  Heard refuse(const Refusal& refusal);
+  Heard refuse(std::string_view why) { return refuse({why, std::string(why)}); }
+  std::optional<Refusal> refusal(const Peer& peer, const WorldMessage& message) const;
   bool find_difference(std::string_view peer, const LabState& initial);
   void accept(Peer& peer, const LabState& state);
   void decide_mode();
@@ -115,7 +120,7 @@ class PeriodGate {
   LabState initial_;                       // own state 0
   std::map<std::uint32_t, LabState> own_;  // newest window
   std::map<std::string, Peer, std::less<>> peers_;
-  std::string difference_;
+  std::string difference_, newest_refusal_;
   hal::Counters counters_;
 };
 

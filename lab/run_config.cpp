@@ -24,7 +24,10 @@ void RunConfig::fields(const hal::Section& root) {
   gate.field("mode", mode,
              {.help = "\"strict\" refuses to run with an arena that cannot wait", .one_of = {"auto", "strict"}});
   require_strict = mode == Mode::strict;
-  gate.field("patience_s", patience, {.range = {0, 1e6}, .unit = "s", .help = "how long a cut link is waited for"});
+  gate.field("patience_s", patience,
+             {.range = {0, 1e6},
+              .unit = "s",
+              .help = "how long a peer is waited for of which nothing counts, since its first sign of life"});
 }
 
 void RunConfig::check(const hal::Section& root) {

@@ -137,6 +137,9 @@ void Runner::deliver() {
 void Runner::close_period() {
   boundary_ = static_cast<std::uint32_t>(peers_.gate().published() + 1);
   LabState own = own_.at_boundary(boundary_, data_);
+  if (const auto refused = peers_.gate().own_refusal(own))
+    return fail(fmt::format("{} breaks its own rules at period {}: {}; correct the scenario or what it declares",
+                            config_.lab, boundary_, refused->sentence));
   recorder_.row("hash", "period,hash", fmt::format("{},{:016x}", boundary_, own.hash));
   peers_.publish(std::move(own));
   enter(Phase::at_boundary);
@@ -181,6 +184,8 @@ void Runner::publish_status() {
                                                  .drops = drops(),
                                                  .counts = data_.counts}));
   status_due_ = now_ + repeat_status;
+  // A peer that waits while this lab computes, or waits for its arena, hears that it still counts.
+  if (begun_ && phase_ != Phase::ended) peers_.repeat_world();
 }
 
 Runner::Step Runner::wait_for_arena() {

@@ -1,5 +1,7 @@
 #include "lab/state_rules.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -27,34 +29,46 @@ StateRules::StateRules(std::string owner, std::vector<FieldRule> fields,
                        std::map<std::string, hal::Projection, std::less<>> projections)
     : owner_(std::move(owner)), fields_(std::move(fields)), projections_(std::move(projections)) {}
 
-std::string_view StateRules::refused_field(std::string_view lab, const LabState& state) const {
+std::optional<Refusal> StateRules::field_refusal(std::string_view lab, const LabState& state) const {
   for (const auto& [name, values] : state.fields) {
-    const auto rule =
-        std::find_if(fields_.begin(), fields_.end(), [&field = name](const FieldRule& r) { return r.name == field; });
-    if (rule == fields_.end()) return "unknown_field";
-    if (rule->owner_only && lab != owner_) return "not_owner";
-    if (rule->initial_only && state.period != 0) return "initial_field";
-    if (values.size() != rule->length) return "field_length";
+    const auto refused = [&field = name](std::string_view why, const std::string& what) {
+      return Refusal{why, fmt::format("field '{}' {}", field, what)};
+    };
+    const auto rule = std::ranges::find(fields_, name, &FieldRule::name);
+    if (rule == fields_.end()) return refused("unknown_field", "is not declared in begin()");
+    if (rule->owner_only && lab != owner_)
+      return refused("not_owner", fmt::format("is published by the owner, {}, only", owner_));
+    if (rule->initial_only && state.period != 0) return refused("initial_field", "belongs to state 0 only");
+    if (values.size() != rule->length)
+      return refused("field_length", fmt::format("has {} values instead of {}", values.size(), rule->length));
     for (const std::int64_t value : values)
-      if (value < rule->low || value > rule->high) return "field_value";
+      if (value < rule->low || value > rule->high)
+        return refused("field_value",
+                       fmt::format("holds {}, which is not within {} to {}", value, rule->low, rule->high));
   }
   return {};
 }
 
-std::string_view StateRules::why_refused(std::string_view lab, const LabState& state, const LabState& initial) const {
-  if (const std::string_view why = refused_field(lab, state); !why.empty()) return why;
+std::optional<Refusal> StateRules::refusal(std::string_view lab, const LabState& state, const LabState& initial) const {
+  if (auto refused = field_refusal(lab, state)) return refused;
   const auto told = initial.fields.find(arena_field);
-  if (told == initial.fields.end() || told->second.size() != arena_rule().length) return "no_arena";
+  if (told == initial.fields.end() || told->second.size() != arena_rule().length)
+    return Refusal{"no_arena", "its state 0 does not tell its arena"};
   const std::vector<std::int64_t>& arena = told->second;
-  if (static_cast<std::int64_t>(state.robots.size()) > arena[2]) return "robots";
+  if (static_cast<std::int64_t>(state.robots.size()) > arena[2])
+    return Refusal{"robots", fmt::format("it holds {} robots, of {} in its arena", state.robots.size(), arena[2])};
   const auto projection = projections_.find(lab);
-  if (projection == projections_.end()) return "no_projection";
+  if (projection == projections_.end())
+    return Refusal{"no_projection", fmt::format("shared.projection.{} is not there", lab)};
   for (const SharedRobot& robot : state.robots) {
-    if (robot.robot > arena[3]) return "robot";
+    if (robot.robot > arena[3])
+      return Refusal{"robot", fmt::format("it holds robot {}, and the largest id is {}", robot.robot, arena[3])};
     const hal::Pose at = projection->second.to_arena(robot.in_shared);
     if (!(std::abs(at.x_m) <= static_cast<double>(arena[0]) * 5e-7 + outside_m) ||
         !(std::abs(at.y_m) <= static_cast<double>(arena[1]) * 5e-7 + outside_m))
-      return "position";
+      return Refusal{"position",
+                     fmt::format("robot {} is at {:.3f}, {:.3f} m, outside its arena of {} x {} m", robot.robot, at.x_m,
+                                 at.y_m, static_cast<double>(arena[0]) * 1e-6, static_cast<double>(arena[1]) * 1e-6)};
   }
   return {};
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,17 +30,23 @@ struct FieldRule {
 FieldRule arena_rule();
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena);
 
+// Why a state cannot be true.
+struct Refusal {
+  std::string_view why;  // one word, fit for a counter's name
+  std::string sentence;  // what is wrong, for people: "field 'team' holds 6, which is not within 0 to 5"
+};
+
 class StateRules {
  public:
   // `owner`: the lab that decides the shared things. `projections`: one for each lab.
   StateRules(std::string owner, std::vector<FieldRule> fields,
              std::map<std::string, hal::Projection, std::less<>> projections);
 
-  // Why `state` of `lab` cannot be true, given its state 0, in one word fit for a counter's name; empty when it can.
-  std::string_view why_refused(std::string_view lab, const LabState& state, const LabState& initial) const;
+  // Why `state` of `lab` cannot be true, given its state 0; none when it can.
+  std::optional<Refusal> refusal(std::string_view lab, const LabState& state, const LabState& initial) const;
 
  private:
-  std::string_view refused_field(std::string_view lab, const LabState& state) const;
+  std::optional<Refusal> field_refusal(std::string_view lab, const LabState& state) const;
 
   std::string owner_;
   std::vector<FieldRule> fields_;

@@ -37,12 +37,13 @@ TEST_CASE("an own state holds the newest robots, projected and rounded as others
   CHECK(state.hash == own.hash());
 }
 
-TEST_CASE("declared fields are part of a state, initial ones and settings of state 0 only") {
+TEST_CASE("fields are part of a state, initial ones and settings of state 0 only") {
+  // What was not declared is there to be refused.
   lab::OwnState own(settings);
   const lab::LabState first = own.at_boundary(0, data()), second = own.at_boundary(1, data());
-  CHECK(first.fields.size() == 2);
+  CHECK(first.fields.size() == 3);
   CHECK(first.settings.size() == 1);
-  CHECK(second.fields.size() == 1);
+  CHECK(second.fields.size() == 2);
   CHECK(second.fields.contains("team"));
   CHECK(second.settings.empty());
 }

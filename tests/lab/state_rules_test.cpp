@@ -18,6 +18,11 @@ const lab::StateRules rules("a",
                              {.name = "once", .length = 1, .low = 0, .high = 9, .initial_only = true}},
                             {{"a", {}}, {"b", {.scale = 2}}});
 
+std::string_view why_refused(std::string_view lab, const LabState& state, const LabState& initial) {
+  const auto refused = rules.refusal(lab, state, initial);
+  return refused ? refused->why : "";
+}
+
 LabState state_of_b(std::uint32_t period) {
   LabState s;
   s.period = period;
@@ -30,11 +35,11 @@ LabState state_of_b(std::uint32_t period) {
 }  // namespace
 
 TEST_CASE("a state within the rules is not refused") {
-  CHECK(rules.why_refused("b", state_of_b(0), state_of_b(0)) == "");
-  CHECK(rules.why_refused("b", state_of_b(7), state_of_b(0)) == "");
+  CHECK(why_refused("b", state_of_b(0), state_of_b(0)) == "");
+  CHECK(why_refused("b", state_of_b(7), state_of_b(0)) == "");
   LabState owners = state_of_b(7);
   owners.fields["site"] = {3};
-  CHECK(rules.why_refused("a", owners, state_of_b(0)) == "position");  // not scaled: a's arena is half as wide
+  CHECK(why_refused("a", owners, state_of_b(0)) == "position");  // not scaled: a's arena is half as wide
 }
 
 TEST_CASE("each lie has a name") {
@@ -62,14 +67,24 @@ TEST_CASE("each lie has a name") {
        }) {
     LabState state = state_of_b(7);
     lie.tell(state);
-    CHECK(rules.why_refused("b", state, state_of_b(0)) == lie.why);
+    CHECK(why_refused("b", state, state_of_b(0)) == lie.why);
   }
+}
+
+TEST_CASE("a lie is told in a sentence") {
+  LabState state = state_of_b(7);
+  state.fields["team"] = {1, 6};
+  CHECK(rules.refusal("b", state, state_of_b(0))->sentence == "field 'team' holds 6, which is not within 0 to 5");
+  state = state_of_b(7);
+  state.robots[0].in_shared.x_m = 1.3;
+  CHECK(rules.refusal("b", state, state_of_b(0))->sentence ==
+        "robot 1 is at 0.650, 0.250 m, outside its arena of 1 x 0.5 m");
 }
 
 TEST_CASE("a state 0 that does not tell its arena is refused, and nothing is looked up in it") {
   LabState bare = state_of_b(0);
   bare.fields.erase(lab::arena_rule().name);
-  CHECK(rules.why_refused("b", bare, bare) == "no_arena");
-  CHECK(rules.why_refused("b", state_of_b(7), bare) == "no_arena");
-  CHECK(rules.why_refused("c", state_of_b(7), state_of_b(0)) == "no_projection");
+  CHECK(why_refused("b", bare, bare) == "no_arena");
+  CHECK(why_refused("b", state_of_b(7), bare) == "no_arena");
+  CHECK(why_refused("c", state_of_b(7), state_of_b(0)) == "no_projection");
 }

@@ -1,0 +1,178 @@
+// For whom a lab waits, until when, and when it gives up.
+#include "lab/peer_exchange.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/peers_t.hpp"
+#include "hal/messages.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using lab::LabState;
+using lab::PeerWait;
+
+namespace {
+
+lab::RunConfig lab_a(std::vector<std::string> labs) {
+  lab::RunConfig c;
+  c.lab = c.owner = "a";
+  c.labs = std::move(labs);
+  for (const std::string& lab : c.labs) c.projections[lab];
+  c.last_period = 100;
+  c.patience = 600s;
+  return c;
+}
+
+// Lab a at a boundary, and what its peers and its gateway tell it.
+struct LabA {
+  explicit LabA(std::vector<std::string> labs = {"a", "b"}, bool can_wait = true)
+      : config(lab_a(std::move(labs))), exchange(config, can_wait, 1, bus) {}
+
+  void own(std::uint32_t period) {
+    exchange.publish(state(period));
+    bus.drain();
+  }
+  static LabState state(std::uint32_t period) {
+    LabState s{.period = period};
+    if (period == 0) s.settings["run.seed"] = "1";
+    return s;
+  }
+  void world(const std::string& peer, std::vector<LabState> window, std::uint64_t run_id = 2, bool can_wait = true) {
+    lab::WorldMessage m{.lab = peer, .run_id = run_id, .can_wait = can_wait, .window = std::move(window)};
+    m.acks["a"] = {1, -1};
+    bus.publish(peer + "/world", lab::to_message(m));
+    bus.drain();
+  }
+  void status(const std::string& peer, const std::string& text = "running", std::int64_t run_id = 2) {
+    lab_status_t m{};
+    m.lab = peer;
+    m.nonce = run_id;
+    m.state = text;
+    bus.publish(peer + "/status", m);
+    bus.drain();
+  }
+  // The gateway: which links are up.
+  void links(const std::vector<std::string>& up) {
+    peers_t m{};
+    m.lab = "a";
+    m.boot_id = 1;
+    for (const std::string& lab : config.labs) {
+      if (lab == "a") continue;
+      m.peers.emplace_back();
+      m.peers.back().lab = lab;
+      m.peers.back().up = std::ranges::find(up, lab) != up.end();
+    }
+    m.n_peers = static_cast<std::int32_t>(m.peers.size());
+    bus.publish(hal::channel::peers, m);
+    bus.drain();
+  }
+  // Each second until `end` the gateway tells of links that are up, and `say` something more. Where that makes a give
+  // up waiting for state `wanted`, it stops.
+  template <class Say>
+  PeerWait wait(std::chrono::microseconds end, std::uint32_t wanted, const std::vector<std::string>& up, Say say) {
+    PeerWait wait;
+    for (; wait.give_up.empty() && now < end; now += 1s) {
+      exchange.set_now(now);
+      links(up);
+      say();
+      wait = exchange.wait_for(wanted);
+    }
+    return wait;
+  }
+
+  lab::RunConfig config;
+  hal::Bus bus{"memq://"};
+  lab::PeerExchange exchange;
+  std::chrono::microseconds now{0};
+};
+
+}  // namespace
+
+TEST_CASE("exchange: patience begins with a peer's first sign of life") {
+  // A lab may be started an hour before its peers; one that runs and never joins is not waited for so long.
+  LabA a;
+  a.own(0);
+  PeerWait wait = a.wait(1h, 0, {"b"}, [] {});
+  CHECK(wait.give_up == "");
+  CHECK(wait.text == "waiting for b: not started yet, until it comes or the lab is stopped");
+  wait = a.wait(1h + 300s, 0, {"b"}, [&] { a.status("b", "starting"); });
+  CHECK(wait.give_up == "");
+  CHECK(wait.text == "waiting for b: it runs, but has not joined this run (starting), for 301 s more");
+  wait = a.wait(3h, 0, {"b"}, [&] { a.status("b", "starting"); });
+  CHECK(wait.give_up ==
+        "gave up waiting for b after 600 s at period 0 of a (gate.patience_s): it runs, but has not joined this run "
+        "(starting)");
+  CHECK(a.now == 1h + 602s);
+}
+
+TEST_CASE("exchange: a peer that died before it joined may be started again") {
+  LabA a;
+  a.own(0);
+  a.wait(300s, 0, {"b"}, [&] { a.status("b"); });
+  CHECK(a.wait(1h, 0, {"b"}, [] {}).give_up == "");
+  CHECK(a.wait(1h + 500s, 0, {"b"}, [&] { a.status("b", "starting", 3); }).give_up == "");
+}
+
+TEST_CASE("exchange: what counts, keeps a lab waiting; what only lives, does not") {
+  LabA a;
+  a.own(0);
+  a.world("b", {LabA::state(0)});
+  a.exchange.merge(0);
+  a.own(1);
+  CHECK(a.wait(1h, 1, {"b"}, [&] { a.world("b", {LabA::state(0)}); }).give_up == "");
+  const PeerWait wait = a.wait(2h, 1, {"b"}, [&] { a.status("b"); });
+  CHECK(wait.give_up == "gave up waiting for b after 600 s at period 0 of a (gate.patience_s): running");
+  CHECK(a.now <= 1h + 602s);
+}
+
+TEST_CASE("exchange: five seconds of refused states end a wait, with the newest reason") {
+  for (const bool bound : {false, true}) {
+    CAPTURE(bound);
+    LabA a;
+    a.own(0);
+    if (bound) {
+      a.world("b", {LabA::state(0)});
+      a.exchange.merge(0);
+      a.own(1);
+    }
+    a.wait(100s, 1, {"b"}, [&] { a.status("b"); });
+    const PeerWait wait = a.wait(1h, 1, {"b"}, [&] {
+      a.status("b");
+      a.world("b", {LabA::state(0), LabA::state(1), LabA::state(1)});
+    });
+    CHECK(wait.give_up ==
+          "a refuses every state of b at period 0: its state 1 follows state 1; do both run the same program with the "
+          "same settings?");
+    CHECK(a.now == 106s);
+  }
+}
+
+TEST_CASE("exchange: a message that an earlier run left behind ends nothing") {
+  LabA a;
+  a.own(0);
+  const auto leftover = [&] { a.world("b", {LabA::state(3), LabA::state(2)}); };
+  leftover();
+  a.wait(60s, 0, {"b"}, [] {});
+  leftover();
+  CHECK(a.wait(120s, 0, {"b"}, [] {}).give_up == "");
+  // nor do refused states that a counted one follows
+  CHECK(a.wait(240s, 1, {"b"}, [&] {
+           leftover();
+           a.world("b", {LabA::state(0)});
+         }).give_up == "");
+}
+
+TEST_CASE("exchange: a peer whose link is cut does not hide another one that is dead") {
+  LabA a({"a", "b", "c"});
+  a.own(0);
+  for (const char* peer : {"b", "c"}) a.world(peer, {LabA::state(0)});
+  a.exchange.merge(0);
+  a.own(1);
+  const PeerWait wait = a.wait(1h, 1, {"c"}, [] {});
+  CHECK(wait.text.starts_with("waiting for b: link down, for "));
+  CHECK(wait.give_up == "c is gone at period 0: silent for 6 s with its link up");
+}
