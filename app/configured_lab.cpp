@@ -57,6 +57,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& di
 // Robots do not go on when a run ends by an exception.
 ConfiguredLab::~ConfiguredLab() {
   try {
+    if (runner_) runner_->fail("the lab was ended");
     hal::LoopTime time(loop_);
     hal::end(*arena_, time);
   } catch (const std::exception&) {

@@ -120,7 +120,7 @@ bool JointRun::step() {
   // While a link is down waiting is right, however long.
   idle_steps_ = advanced_ || !links_up() ? 0 : idle_steps_ + 1;
   if (idle_steps_ > deadlock_steps)
-    for (const auto& m : labs_) m->lab.runner().stop("the labs wait for each other and no link is down");
+    for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
   return going_;
 }
 

@@ -1,6 +1,7 @@
 #include "app/lab_process.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <string>
@@ -85,10 +86,18 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   progress.done();
   time_.serve();
   lab_.folder().save_result(lab::lab_result(runner, wall_, traffic_.by_peer()));
-  // The status goes on meanwhile.
-  while (!lab_.arena().end()) {
-    hal::wait_for_service(lab_.arena(), time_);
-    step();
+  end_arena();
+}
+
+// The status goes on meanwhile. An arena that is lost has ended.
+void LabProcess::end_arena() {
+  try {
+    while (!lab_.arena().end()) {
+      hal::wait_for_service(lab_.arena(), time_);
+      step();
+    }
+  } catch (const std::exception& error) {
+    spdlog::warn("the arena of {} did not end well: {}", lab_.name(), error.what());
   }
 }
 

@@ -35,6 +35,7 @@ class LabProcess {
   lab::Runner::Step step();
   TimePoint wanted_at(lab::Runner::Step after);
   void serve_until(TimePoint then);
+  void end_arena();
 
   hal::EventLoop loop_;
   hal::LoopTime time_{loop_};

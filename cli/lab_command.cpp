@@ -45,7 +45,7 @@ int run(const LabOptions& options) {
   const lab::Runner& runner = process.lab().runner();
   if (!runner.finished()) {
     fmt::print(stderr, "arkmesh: lab {} ended early: {}\n", name, runner.reason());
-    return 1;
+    return exit_code(runner.outcome());
   }
   fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", name, runner.period(),
              lab::hash_text(runner.final_hash()), directory.string());

@@ -1,4 +1,4 @@
-// Ctrl-C, or SIGTERM, as a wish that work ends in good order.
+// Ctrl-C, SIGTERM, or a terminal that is closed, as a wish that work ends in good order.
 #pragma once
 
 #include "hal/stop_request.hpp"

@@ -105,7 +105,8 @@ int run(int argc, char** argv) {
   app.name("arkmesh");
   app.set_version_flag("--version", ARKMESH_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 failed, 2 wrong command line or configuration.");
+  app.footer(
+      "Exit codes: 0 done, 1 failed, 2 wrong command line or configuration, 3 the operator stopped the lab or run.");
   for (const CommandRow& row : command_table()) {
     const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
     if (own == own_commands.end())
@@ -131,6 +132,10 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
     fmt::print(stderr, "arkmesh: {}\n", e.what());
     return 1;
   }
+}
+
+int exit_code(std::string_view outcome) {
+  return outcome == "finished" ? 0 : outcome == "stopped" ? 3 : 1;
 }
 
 CLI::App* add_command(CLI::App& app, const char* name) {

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/command_table.hpp"
@@ -22,6 +23,9 @@ struct OwnCommand {
 // Runs what the command line asks for, in this process or by becoming the program that has it: process id, signals and
 // exit code stay the caller's own. Returns the exit code; every failure is one sentence.
 int main(int argc, char** argv, std::span<const OwnCommand> own);
+
+// Of a command that ran labs whose outcome is "finished", "stopped" or "failed" (lab::Runner::outcome).
+int exit_code(std::string_view outcome);
 
 // Adds the command of the table; whoever calls it adds its options and what it does.
 CLI::App* add_command(CLI::App& app, const char* name);

@@ -35,7 +35,7 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
     fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), result.at("ended").get<std::string>());
-    return 1;
+    return exit_code(result.at("state").get<std::string>());
   }
   const nlohmann::json& wall = result.at("wall");
   fmt::print("{}, seed {}: {:.0f} s simulated in {:.1f} s ({:.0f}x), final hash {}\n", run.names(),
@@ -69,7 +69,7 @@ int run_batch(const RunOptions& options, const std::filesystem::path& directory,
   }
   batch.save_table();
   fmt::print("{} runs, {} failed; table in {}\n", last - first + 1, failed, batch.table().string());
-  return failed == 0 && !stop.stopped() ? 0 : 1;
+  return exit_code(stop.stopped() ? "stopped" : failed == 0 ? "finished" : "failed");
 }
 
 int run(const RunOptions& options) {

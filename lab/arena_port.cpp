@@ -40,6 +40,12 @@ void ArenaPort::say(std::span<const hal::ToRobot> messages, std::span<const hal:
   }
 }
 
+void ArenaPort::pause_for_good(hal::LabTime now, std::uint32_t frame) {
+  operator_.reset();
+  const hal::FleetCommand pause{.kind = hal::FleetCommand::Kind::pause};
+  say({}, {&pause, 1}, now, frame);
+}
+
 bool ArenaPort::obey(const fleet_command_t& command) {
   const auto known = hal::from_message(command);
   if (known)

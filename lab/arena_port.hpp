@@ -34,6 +34,8 @@ class ArenaPort {
   // refused and counted.
   void say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands, hal::LabTime now,
            std::uint32_t frame);
+  // Robots stop, and an operator's commands are heard no more.
+  void pause_for_good(hal::LabTime now, std::uint32_t frame);
 
   // Everything dropped, replaced or refused on the way, and inside the arena ("arena.").
   hal::Counters counters() const;

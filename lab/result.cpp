@@ -40,6 +40,7 @@ nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::ma
   j["scenario"] = config.scenario;
   j["seed"] = config.seed;
   j["gate"] = run.strict() ? "strict" : "free";
+  j["state"] = run.outcome();
   j["ended"] = run.finished() ? "finished" : run.reason();
   j["periods"] = run.period();
   j["duration_s"] = lab_s;
@@ -71,13 +72,16 @@ nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::ma
 
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
   nlohmann::json joint;
-  for (const char* key : {"arkmesh", "versions", "labs", "scenario", "seed", "gate", "ended", "periods", "duration_s",
-                          "final_hash", "hash_by_lab", "counts"})
+  for (const char* key : {"arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods",
+                          "duration_s", "final_hash", "hash_by_lab", "counts"})
     joint[key] = labs.front().at(key);
   joint["drops"] = nlohmann::json::object();
   for (const nlohmann::json& lab : labs) {
     const std::string name = lab.at("lab");
-    if (lab.at("ended") != "finished") joint["ended"] = name + ": " + lab.at("ended").get<std::string>();
+    if (lab.at("state") != "finished") {
+      if (joint["state"] != "failed") joint["state"] = lab.at("state");
+      joint["ended"] = name + ": " + lab.at("ended").get<std::string>();
+    }
     for (const auto& [what, n] : lab.at("drops").items()) joint["drops"][name + "." + what] = n;
     joint["by_lab"][name] = {{"counts", lab.at("counts")},
                              {"counters", lab.at("counters")},

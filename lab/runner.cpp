@@ -38,15 +38,19 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
 Runner::Step Runner::step(Now now) {
   now_ = now;
   peers_.set_now(now);
-  arena_.serve();
-  bus_.drain();
-  if (!peers_.failure().empty()) fail(peers_.failure());
-  if (now_ >= status_due_) publish_status();
   try {
+    if (!arena_lost_) arena_.serve();
+    bus_.drain();
+    if (!peers_.failure().empty()) fail(peers_.failure());
+    if (now_ >= status_due_) publish_status();
     return go_on();
-  } catch (...) {
+  } catch (const std::exception& error) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
-    throw;
+    if (phase_ < Phase::lingering)
+      fail(fmt::format("{} failed at period {}: {}", config_.lab, data_.period, error.what()));
+    else if (std::exchange(arena_lost_, true))
+      throw;
+    return Step::advanced;
   }
 }
 
@@ -210,7 +214,13 @@ void Runner::enter(Phase phase) {
 }
 
 void Runner::stop(std::string_view why) {
+  stopped_ = stopped_ || !failed_;
   fail(hal::stopped(why, arena_));
+}
+
+std::string_view Runner::outcome() const {
+  if (failed_) return stopped_ ? "stopped" : "failed";
+  return phase_ == Phase::ended ? "finished" : "running";
 }
 
 void Runner::fail(std::string_view why) {
@@ -219,14 +229,26 @@ void Runner::fail(std::string_view why) {
   reason_ = why;
   enter(Phase::failing);
   failed_ = true;
+  pause_robots();
   peers_.linger_after_failure();
   say_last("failed: " + reason_);
 }
 
 void Runner::finish() {
   enter(Phase::lingering);
+  pause_robots();
   peers_.linger_after_last_period();
   say_last("finished");
+}
+
+// Also an arena that failed is told, as long as it listens.
+void Runner::pause_robots() {
+  if (!begun_) return;
+  try {
+    port_.pause_for_good(arena_.clock().now(), own_.frame().number);
+  } catch (const std::exception&) {
+    arena_lost_ = true;
+  }
 }
 
 void Runner::say_last(std::string state) {
@@ -238,6 +260,7 @@ void Runner::say_last(std::string state) {
 
 // Repeats the last state until every peer has it, or is gone; a failed run repeats its status for a moment.
 Runner::Step Runner::linger() {
+  if (!arena_lost_) arena_.end();
   if (peers_.repeat_world()) bus_.drain();
   if (!peers_.may_leave(boundary_)) return Step::waiting;
   phase_ = Phase::ended;

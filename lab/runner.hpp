@@ -41,19 +41,23 @@ class Runner {
          Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id);
 
   // Serves the arena, handles what is on the private bus, says in the status each second how it is, then handles at
-  // most one frame or one boundary; none after the end, while the arena ends. Throws what arena or scenario throw.
+  // most one frame or one boundary; none after the end, while the arena ends. What arena or scenario throw ends the run
+  // as failed. The last thing that robots hear is a pause.
   Step step(Now now);
   // When step() is wanted at the latest after it has waited.
   Now due() const { return awaits_arena_ ? status_due_ : std::min(status_due_, peers_.world_due()); }
-  // Ends the run as failed, as if a peer had gone: says so to others first. For the operator's Ctrl-C.
+  // Ends the run early and says why to others first: as the operator wishes, or as failed.
   void stop(std::string_view why);
+  void fail(std::string_view why);
   // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the
   // latest.
   bool awaits_arena() const { return awaits_arena_; }
 
   // It reached the last boundary and has the final hash.
   bool finished() const { return phase_ == Phase::ended && !failed_; }
-  const std::string& reason() const { return reason_; }          // why it failed
+  // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before.
+  std::string_view outcome() const;
+  const std::string& reason() const { return reason_; }          // why it ended early
   const std::string& state_text() const { return state_text_; }  // what it is doing, for progress and `status`
   std::uint32_t period() const { return data_.period; }
   std::uint32_t last_period() const { return peers_.gate().last_period(); }
@@ -79,8 +83,8 @@ class Runner {
   void publish_status();
   Step wait_for_arena();
   Step wait_for_peers(std::uint32_t wanted);
-  void fail(std::string_view why);
   void finish();
+  void pause_robots();
   void say_last(std::string state);
   Step linger();
   void enter(Phase phase);
@@ -99,7 +103,8 @@ class Runner {
   LabData data_;
   Lab lab_{data_};
   Phase phase_ = Phase::starting;
-  bool begun_ = false, failed_ = false, awaits_arena_ = false;
+  bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
+  bool arena_lost_ = false;  // it failed again after the run's end and is left alone
   std::string reason_, state_text_ = "starting";
   std::uint32_t next_frame_ = 0;  // number of the next frame to come
   std::uint32_t boundary_ = 0;    // the one whose own state was published last

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
 #include "hal/newest_frame.hpp"
 #include "lab/world_message.hpp"
@@ -46,22 +47,27 @@ class SlowArena final : public hal::Arena {
   NotingLink& robots() override { return link_; }
   bool advance_to(hal::LabTime t) override {
     if (late > 0) return --late, false;
-    clock_.set(t);
     asked.push_back(t);
+    if (t >= fail_at) throw std::runtime_error("the arena fails");
+    clock_.set(t);
     if (t % info_.frame_period == hal::LabTime{0})
       frames_.put({.stamp = t,
                    .number = static_cast<std::uint32_t>(t / info_.frame_period),
                    .robots = {{.robot = 1, .pose = {0.1 / 3, -1e-300, 3.14159}, .confidence = 0.3f}}});
     return true;
   }
-  void serve() override { ++served; }
+  void serve() override {
+    ++served;
+    if (gone) throw std::runtime_error("the arena is gone");
+  }
   hal::TimePoint next_service() const override { return late > 0 ? hal::TimePoint::max() : hal::TimePoint::min(); }
   std::string waiting_for() const override { return late > 0 && says ? "two robots" : ""; }
-  bool end() override { return true; }
+  bool end() override { return ++ends > 0; }
   const hal::Counters& counters() const override { return counters_; }
 
-  int late = 0, served = 0;
-  bool says = false;
+  int late = 0, served = 0, ends = 0;
+  bool says = false, gone = false;
+  hal::LabTime fail_at = hal::LabTime::max();
   std::vector<hal::LabTime> asked;
 
  private:
@@ -123,6 +129,12 @@ struct Bench {
   std::unique_ptr<hal::Bus::Subscription> all = bus.subscribe(".*", [this](std::string_view channel, auto) {
     if (channel != "status" && channel != "world" && channel != "shared") channels.emplace_back(channel);
   });
+  std::string state_heard;
+  std::unique_ptr<hal::Bus::Subscription> states = bus.subscribe("status", [this](std::string_view, auto bytes) {
+    lab_status_t status;
+    REQUIRE(hal::decode(bytes, status));
+    state_heard = status.state;
+  });
   std::chrono::microseconds now{0};
 
   Runner::Step step() { return runner.step(now += 1ms); }
@@ -141,7 +153,6 @@ TEST_CASE("a lab alone passes through its phases, frames and boundaries in time 
   CHECK(bench.arena.asked == std::vector<hal::LabTime>{0ms, 100ms, 200ms, 250ms, 300ms, 400ms, 500ms});
   CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0", "period 0", "poses 1", "poses 2",
                                                          "period 1", "poses 3", "poses 4", "poses 5", "period 2"});
-  CHECK(bench.arena.robots().commands == std::vector<hal::FleetCommand::Kind>{hal::FleetCommand::Kind::run});
   CHECK(bench.step() == Runner::Step::ended);
 }
 
@@ -192,14 +203,52 @@ TEST_CASE("an own state that breaks the lab's own rules ends the run before peer
   }
 }
 
-TEST_CASE("what a scenario wrote before it failed is kept") {
+TEST_CASE("a scenario that fails ends the run with its reason, and what it wrote before is kept") {
   Bench bench;
   bench.scenario.fail_at = 2;
-  CHECK_THROWS_WITH(bench.run(), "the scenario fails");
-  bench.recorder.flush();
+  bench.run();
+  CHECK_FALSE(bench.runner.finished());
+  CHECK(bench.runner.reason() == "a failed at period 0: the scenario fails");
+  CHECK(bench.state_heard == "failed: a failed at period 0: the scenario fails");
+  CHECK(bench.arena.robots().commands == std::vector{hal::FleetCommand::Kind::run, hal::FleetCommand::Kind::pause});
   std::ifstream table(bench.folder.path() / "table.csv");
   std::string text((std::istreambuf_iterator<char>(table)), {});
   CHECK(text == "what\nbegin\nposes 0\nposes 1\nposes 2\n");
+}
+
+TEST_CASE("an arena that fails ends the run with its reason, and is asked for no more") {
+  Bench bench;
+  bench.arena.fail_at = 200ms;
+  bench.run();
+  CHECK(bench.runner.reason() == "a failed at period 0: the arena fails");
+  CHECK(bench.state_heard == "failed: a failed at period 0: the arena fails");
+  CHECK(bench.arena.asked == std::vector<hal::LabTime>{0ms, 100ms, 200ms});
+  CHECK(bench.arena.robots().commands.back() == hal::FleetCommand::Kind::pause);
+}
+
+TEST_CASE("an arena that fails when it is served ends the run, and is left alone from the second time on") {
+  Bench bench;
+  bench.step();
+  bench.arena.gone = true;
+  bench.run();
+  CHECK(bench.runner.reason() == "a failed at period 0: the arena is gone");
+  CHECK(bench.arena.served == 3);
+}
+
+TEST_CASE("robots hear a pause last, however the run ends") {
+  Bench finished, stopped;
+  finished.run();
+  while (stopped.runner.period() < 1) stopped.step();
+  stopped.runner.stop("stopped by the operator");
+  stopped.run();
+  for (Bench* bench : {&finished, &stopped}) {
+    // Nobody lets them go on afterwards.
+    bench->bus.publish("operator_command",
+                       hal::to_message(hal::FleetCommand{.kind = hal::FleetCommand::Kind::run}, 0ms));
+    bench->step();
+    CHECK(bench->arena.robots().commands == std::vector{hal::FleetCommand::Kind::run, hal::FleetCommand::Kind::pause});
+    CHECK(bench->arena.ends > 0);
+  }
 }
 
 TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {

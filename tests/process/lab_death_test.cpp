@@ -74,13 +74,31 @@ TEST_CASE("a second lab on a lab's LCM port refuses to start and says why") {
 }
 
 TEST_CASE("the operator's interrupt ends a lab with its results written") {
-  // Proves that Ctrl-C loses nothing.
-  LabProcesses labs({});
+  // Proves that neither Ctrl-C nor a closed terminal loses anything, and that a stopped lab is told from one that
+  // failed.
+  for (const int signal : {SIGINT, SIGHUP}) {
+    LabProcesses labs({});
+    labs.start();
+    REQUIRE(labs.reached("shark", 5, 60s));
+    labs.lab("shark").signal(signal);
+    CHECK(labs.lab("shark").wait(5s) == 3);
+    CHECK(labs.result("shark", "ended") == "stopped by the operator");
+    CHECK(labs.result("shark", "state") == "stopped");
+    CHECK(labs.lab("roark").wait(15s) == 1);
+    CHECK(labs.result("roark", "state") == "failed");
+    CHECK(labs.lab_output("roark").find("shark is gone at period") != std::string::npos);
+  }
+}
+
+TEST_CASE("a lab whose robots' program crashes leaves its results, and its peers say why it ended") {
+  LabProcesses labs(
+      {.overrides = {"gate.period_s=0.5"},
+       .by_lab = {{"roark", {"arena.ode.controller=\"" ARKMESH_SOURCE_DIR "/tests/programs/crash_null.c\""}}}});
   labs.start();
-  REQUIRE(labs.reached("shark", 5, 60s));
-  labs.lab("shark").signal(SIGINT);
-  CHECK(labs.lab("shark").wait(5s) == 1);
-  CHECK(labs.result("shark", "ended") == "stopped by the operator");
-  CHECK(labs.lab("roark").wait(15s) == 1);
-  CHECK(labs.lab_output("roark").find("shark is gone at period") != std::string::npos);
+  CHECK(labs.lab("roark").wait(60s) == 1);
+  CHECK(labs.lab("shark").wait(15s) == 1);
+  const std::string reason = labs.result("roark", "ended");
+  CHECK(reason.starts_with("roark failed at period 3: the program of robot 3 crashed: bad pointer"));
+  CHECK(labs.result("roark", "state") == "failed");
+  CHECK(labs.result("shark", "ended").starts_with("roark is gone at period 3: failed: roark failed at period 3"));
 }

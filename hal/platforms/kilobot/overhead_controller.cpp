@@ -201,6 +201,7 @@ bool OverheadController::send_composite(TimePoint now) {
 }
 
 void OverheadController::finish() {
+  held_ = false;
   counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.composite_dropped");
   composite_.reset();
