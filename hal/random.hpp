@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "hal/fixed_math.hpp"
+
 namespace arkmesh::hal {
 
 // SplitMix64's output function (Steele, Lea, Flood, OOPSLA 2014; constants of Stafford's variant 13).
@@ -35,7 +37,7 @@ class RandomStream {
   // Normal, mean 0, standard deviation 1 (Box-Muller; two draws each).
   double normal() {
     const double u = 1.0 - uniform(), v = uniform();
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+    return std::sqrt(-2.0 * fixed::log(u)) * fixed::cos(2.0 * std::numbers::pi * v);
   }
   // How often it was asked; part of a lab's behaviour hash.
   std::uint64_t count() const { return count_; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/fixed_math.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/host/reception.hpp"
 
@@ -39,8 +40,8 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
     now_.x.push_back(pose.x_m);
     now_.y.push_back(pose.y_m);
     now_.heading.push_back(within_pi(pose.heading_rad));
-    now_.cos.push_back(std::cos(pose.heading_rad));
-    now_.sin.push_back(std::sin(pose.heading_rad));
+    now_.cos.push_back(hal::fixed::cos(pose.heading_rad));
+    now_.sin.push_back(hal::fixed::sin(pose.heading_rad));
   }
   before_ = now_;
   for (std::vector<double>* zeros : {&ahead_, &left_, &turn_, &turn_sin_}) zeros->assign(n, 0);
@@ -52,7 +53,7 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
 void ContactWorld::set_velocity(int robot, const Velocity& velocity) {
   const std::size_t i = index(robot);
   const double turn = velocity.turn_rad_s * tick_s;
-  const double half_cos = std::cos(turn / 2), half_sin = std::sin(turn / 2);
+  const double half_cos = hal::fixed::cos(turn / 2), half_sin = hal::fixed::sin(turn / 2);
   ahead_[i] = tick_s * (velocity.ahead_m_s * half_cos - velocity.left_m_s * half_sin);
   left_[i] = tick_s * (velocity.ahead_m_s * half_sin + velocity.left_m_s * half_cos);
   turn_[i] = turn;
@@ -63,14 +64,14 @@ void ContactWorld::set_velocity(int robot, const Velocity& velocity) {
 
 void ContactWorld::place(int robot, const hal::Pose& pose) {
   const std::size_t i = index(robot);
-  longest_path_m_ += std::hypot(pose.x_m - now_.x[i], pose.y_m - now_.y[i]);
+  longest_path_m_ += hal::fixed::hypot(pose.x_m - now_.x[i], pose.y_m - now_.y[i]);
   slack_m_ = -1;  // pairs are listed anew
   for (Places* places : {&now_, &before_}) {
     places->x[i] = pose.x_m;
     places->y[i] = pose.y_m;
     places->heading[i] = within_pi(pose.heading_rad);
-    places->cos[i] = std::cos(pose.heading_rad);
-    places->sin[i] = std::sin(pose.heading_rad);
+    places->cos[i] = hal::fixed::cos(pose.heading_rad);
+    places->sin[i] = hal::fixed::sin(pose.heading_rad);
   }
   in_arena_[i] = 1;
 }
@@ -109,8 +110,8 @@ void ContactWorld::align_headings() {
   fastest2_ = 0;
   for (std::size_t i = 0; i < now_.x.size(); ++i) {
     now_.heading[i] = within_pi(now_.heading[i]);
-    now_.cos[i] = std::cos(now_.heading[i]);
-    now_.sin[i] = std::sin(now_.heading[i]);
+    now_.cos[i] = hal::fixed::cos(now_.heading[i]);
+    now_.sin[i] = hal::fixed::sin(now_.heading[i]);
     fastest2_ = std::max(fastest2_, ahead_[i] * ahead_[i] + left_[i] * left_[i]);
   }
 }

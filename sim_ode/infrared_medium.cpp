@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "hal/fixed_math.hpp"
 #include "sim_ode/host/distance_readings.hpp"
 
 namespace arkmesh::sim_ode {
@@ -212,7 +213,7 @@ void InfraredMedium::send(const Message& message) {
   for (int listener : grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_)) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) continue;
-    if (settings_.ir_range_spread_m > 0 && std::hypot(dx, dy) > reach_m(robot, listener)) continue;
+    if (settings_.ir_range_spread_m > 0 && hal::fixed::hypot(dx, dy) > reach_m(robot, listener)) continue;
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
     if (!free && ear.decoding >= 0) {

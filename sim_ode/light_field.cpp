@@ -5,13 +5,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/fixed_math.hpp"
+
 namespace arkmesh::sim_ode {
 namespace {
 
 constexpr double sensor_m = 0.0145;                          // from the centre
 constexpr double sensor_rad = 100 * std::numbers::pi / 180;  // left of ahead
 constexpr double room = 400;                                 // without lamps, everywhere
-const double across = std::cos(sensor_rad), along = std::sin(sensor_rad);
+const double across = hal::fixed::cos(sensor_rad), along = hal::fixed::sin(sensor_rad);
 
 }  // namespace
 
@@ -29,8 +31,9 @@ double LightField::strength(double x_m, double y_m, std::pair<double, double> he
     const double dx = lamp.x_m - x_m - sensor_m * out_x, dy = lamp.y_m - y_m - sensor_m * out_y,
                  distance = std::sqrt(dx * dx + dy * dy);
     // a lamp right above shines on all sides alike
-    const double angle = distance > 0 ? std::acos(std::clamp((dx * out_x + dy * out_y) / distance, -1.0, 1.0)) : 0;
-    sum += 1024 * std::exp(-2 * distance) * (1 - angle / std::numbers::pi);
+    const double angle =
+        distance > 0 ? hal::fixed::acos(std::clamp((dx * out_x + dy * out_y) / distance, -1.0, 1.0)) : 0;
+    sum += 1024 * hal::fixed::exp(-2 * distance) * (1 - angle / std::numbers::pi);
   }
   return sum;
 }

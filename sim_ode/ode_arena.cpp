@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "hal/arena_config.hpp"
+#include "hal/fixed_math.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
@@ -115,7 +116,7 @@ class OdeArena final : public SimulatedArena {
     for (int i = 0; i < world_.robots(); ++i)
       if (i != robot && world_.in_arena(i)) {
         const hal::Pose other = world_.pose(i, 1);
-        if (std::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot::body_radius_m)
+        if (hal::fixed::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot::body_radius_m)
           return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
                              pose.y_m, i);
       }

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "hal/fixed_math.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/neighbour_grid.hpp"
@@ -86,7 +87,7 @@ std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, d
     int other = -1;
     grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
       const auto j = static_cast<std::size_t>(member.number);
-      if (j > i && std::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot::body_radius_m - allowed_m)
+      if (j > i && hal::fixed::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot::body_radius_m - allowed_m)
         other = member.number;
     });
     if (other >= 0)

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sim_ode/host/robot_math.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
@@ -209,8 +210,8 @@ class ObjectBuild {
 
   void link(const fs::path& part) const {
     compile({"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs", "-Wl,-T," + (kilolib_ / "robot.ld").string(),
-             part.string(), (kilolib_ / "robot.c").string(), (kilolib_ / "avr_libc.c").string(), "-lm", "-o",
-             object_.string()});
+             part.string(), (kilolib_ / "robot.c").string(), (kilolib_ / "avr_libc.c").string(),
+             (kilolib_ / "robot_math.c").string(), "-lm", "-o", object_.string()});
   }
 
   // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting
@@ -267,6 +268,8 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
 }
 
 void RobotProgram::load_object(const fs::path& object) {
+  if (!has_robot_math())
+    throw ProgramError("does not load: the simulator's mathematics are not exported from this process");
   file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
   handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));

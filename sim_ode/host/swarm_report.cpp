@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "hal/fixed_math.hpp"
 #include "hal/led_name.hpp"
 
 namespace arkmesh::sim_ode {
@@ -36,7 +37,7 @@ std::vector<double> nearest_neighbours(const hal::PoseFrame& frame) {
     const auto compare = [&](std::size_t k) {
       const double dx = by_x[k]->x_m - by_x[i]->x_m;
       if (std::abs(dx) >= best) return false;
-      best = std::min(best, std::hypot(dx, by_x[k]->y_m - by_x[i]->y_m));
+      best = std::min(best, hal::fixed::hypot(dx, by_x[k]->y_m - by_x[i]->y_m));
       return true;
     };
     for (std::size_t k = i + 1; k < by_x.size() && compare(k);) ++k;
@@ -54,7 +55,7 @@ void SwarmReport::look(const hal::PoseFrame& frame) {
   } else {
     for (std::size_t i = 0; i < frame.robots.size(); ++i) {
       const hal::Observation &now = frame.robots[i], &before = last_.robots[i];
-      path_m_[i] += std::hypot(now.pose.x_m - before.pose.x_m, now.pose.y_m - before.pose.y_m);
+      path_m_[i] += hal::fixed::hypot(now.pose.x_m - before.pose.x_m, now.pose.y_m - before.pose.y_m);
       changes_[i] += now.led != before.led;
     }
   }
@@ -81,8 +82,8 @@ std::string SwarmReport::text(const hal::Counters& counters) const {
 
   std::vector<double> displaced_m;
   for (std::size_t i = 0; i < last_.robots.size(); ++i)
-    displaced_m.push_back(std::hypot(last_.robots[i].pose.x_m - first_.robots[i].pose.x_m,
-                                     last_.robots[i].pose.y_m - first_.robots[i].pose.y_m));
+    displaced_m.push_back(hal::fixed::hypot(last_.robots[i].pose.x_m - first_.robots[i].pose.x_m,
+                                            last_.robots[i].pose.y_m - first_.robots[i].pose.y_m));
   text += fmt::format("\npaths      {}\ndisplaced  {}\n", centimetres(path_m_), centimetres(displaced_m));
   if (last_.robots.size() > 1)
     text += fmt::format("nearest    {} at the start\n           {} at the end\n",
