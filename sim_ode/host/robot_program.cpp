@@ -14,7 +14,6 @@
 #include <system_error>
 #include <utility>
 
-#include "sim_ode/host/robot_math.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
@@ -268,8 +267,6 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
 }
 
 void RobotProgram::load_object(const fs::path& object) {
-  if (!has_robot_math())
-    throw ProgramError("does not load: the simulator's mathematics are not exported from this process");
   file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
   handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));

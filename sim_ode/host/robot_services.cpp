@@ -1,5 +1,6 @@
 #include "sim_ode/host/robot_services.hpp"
 
+#include "hal/fixed_math.hpp"
 #include "sim_ode/host/turns.hpp"
 
 namespace arkmesh::sim_ode {
@@ -17,7 +18,11 @@ arkmesh_host RobotServices::all(bool prints) {
           .started = started,
           .ended = ended,
           .busy_at = busy_at,
-          .jumps = jumps};
+          .jumps = jumps,
+#define MATHEMATICS(name) .name = hal::fixed::name,
+          ARKMESH_MATHEMATICS(MATHEMATICS, MATHEMATICS)
+#undef MATHEMATICS
+  };
 }
 
 Turns& RobotServices::turns() {

@@ -62,9 +62,20 @@ static void no_end(const char* why, const void* from) {
 static void no_busy(const void* from, int wakeable) {
   (void)from, (void)wakeable;
 }
+static double no_function(double x) {
+  return x;
+}
+static double no_function_of_two(double x, double y) {
+  (void)y;
+  return x;
+}
+#define OF_ONE(name) no_function,
+#define OF_TWO(name) no_function_of_two,
 __attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {
     no_wait,   no_tick, no_motors, no_colour, no_reading, no_reading, no_reading,
-    no_chance, 0,       no_start,  no_end,    no_busy,    no_tick};
+    no_chance, 0,       no_start,  no_end,    no_busy,    no_tick,    ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
+#undef OF_ONE
+#undef OF_TWO
 
 /* ---- time ---- */
 

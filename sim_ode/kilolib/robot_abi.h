@@ -5,6 +5,27 @@
 
 #include <stdint.h>
 
+// The mathematics that a program may call, of one number and of two.
+#define ARKMESH_MATHEMATICS(OF_ONE, OF_TWO) \
+  OF_ONE(sin)                               \
+  OF_ONE(cos)                               \
+  OF_ONE(tan)                               \
+  OF_ONE(asin)                              \
+  OF_ONE(acos)                              \
+  OF_ONE(atan)                              \
+  OF_ONE(sinh)                              \
+  OF_ONE(cosh)                              \
+  OF_ONE(tanh)                              \
+  OF_ONE(exp)                               \
+  OF_ONE(exp2)                              \
+  OF_ONE(log)                               \
+  OF_ONE(log2)                              \
+  OF_ONE(log10)                             \
+  OF_ONE(cbrt)                              \
+  OF_TWO(atan2)                             \
+  OF_TWO(pow)                               \
+  OF_TWO(hypot)
+
 // What the simulator does for the robot whose turn it is. Filled in once after loading; not part of a robot's memory.
 struct arkmesh_host {
   void (*wait_us)(uint32_t us);             // lets the robot's time pass
@@ -22,6 +43,11 @@ struct arkmesh_host {
       const void* from,
       int wakeable);  // it has computed for about a tick; it has callbacks that may change what it waits for
   void (*jumps)(const void* from);  // longjmp is called; does not return from inside a callback
+#define OF_ONE(name) double (*name)(double);
+#define OF_TWO(name) double (*name)(double, double);
+  ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)
+#undef OF_ONE
+#undef OF_TWO
 };
 
 // What the simulator uses of a program.

@@ -2,48 +2,28 @@
    depend on the CPU. What is missing here is exact anyway (sqrt, fmod, floor, ...), or a robot's library lacks it. */
 #include "robot_parts.h"
 
-#define OF_ONE(name)                                                                       \
-  extern __attribute__((visibility("default"), weak)) double arkmesh_fixed_##name(double); \
-  STAND_IN double name(double x) {                                                         \
-    return arkmesh_fixed_##name(x);                                                        \
-  }                                                                                        \
-  STAND_IN float name##f(float x) {                                                        \
-    return (float)arkmesh_fixed_##name(x);                                                 \
+#define OF_ONE(name)                     \
+  STAND_IN double name(double x) {       \
+    return arkmesh_calls.name(x);        \
+  }                                      \
+  STAND_IN float name##f(float x) {      \
+    return (float)arkmesh_calls.name(x); \
   }
-#define OF_TWO(name)                                                                               \
-  extern __attribute__((visibility("default"), weak)) double arkmesh_fixed_##name(double, double); \
-  STAND_IN double name(double x, double y) {                                                       \
-    return arkmesh_fixed_##name(x, y);                                                             \
-  }                                                                                                \
-  STAND_IN float name##f(float x, float y) {                                                       \
-    return (float)arkmesh_fixed_##name(x, y);                                                      \
+#define OF_TWO(name)                         \
+  STAND_IN double name(double x, double y) { \
+    return arkmesh_calls.name(x, y);         \
+  }                                          \
+  STAND_IN float name##f(float x, float y) { \
+    return (float)arkmesh_calls.name(x, y);  \
   }
-
-OF_ONE(sin)
-OF_ONE(cos)
-OF_ONE(tan)
-OF_ONE(asin)
-OF_ONE(acos)
-OF_ONE(atan)
-OF_ONE(sinh)
-OF_ONE(cosh)
-OF_ONE(tanh)
-OF_ONE(exp)
-OF_ONE(exp2)
-OF_ONE(log)
-OF_ONE(log2)
-OF_ONE(log10)
-OF_ONE(cbrt)
-OF_TWO(atan2)
-OF_TWO(pow)
-OF_TWO(hypot)
+ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)
 
 /* What the compiler makes of a sine and a cosine of the same angle. */
 STAND_IN void sincos(double x, double* sine, double* cosine) {
-  *sine = arkmesh_fixed_sin(x);
-  *cosine = arkmesh_fixed_cos(x);
+  *sine = arkmesh_calls.sin(x);
+  *cosine = arkmesh_calls.cos(x);
 }
 STAND_IN void sincosf(float x, float* sine, float* cosine) {
-  *sine = (float)arkmesh_fixed_sin(x);
-  *cosine = (float)arkmesh_fixed_cos(x);
+  *sine = (float)arkmesh_calls.sin(x);
+  *cosine = (float)arkmesh_calls.cos(x);
 }
