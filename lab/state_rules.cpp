@@ -11,13 +11,13 @@
 namespace arkmesh::lab {
 namespace {
 
-const std::string arena_field = "lab.arena";
+constexpr std::string_view arena_field = "lab.arena";
 constexpr double outside_m = 0.1;  // what tracking noise and a pushed frame may add
 
 }  // namespace
 
 FieldRule arena_rule() {
-  return {.name = arena_field, .length = 4, .low = 0, .high = 1'000'000'000, .initial_only = true};
+  return {.name = std::string(arena_field), .length = 4, .low = 0, .high = 1'000'000'000, .initial_only = true};
 }
 
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena) {

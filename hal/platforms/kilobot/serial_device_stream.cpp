@@ -150,7 +150,7 @@ ByteStream::State SerialDeviceStream::check() {
 std::size_t SerialDeviceStream::write(std::span<const std::uint8_t> bytes) {
   if (terminal_) return terminal_->write(bytes);
   if (!port_ || bytes.empty()) return 0;
-  const sp_return written = sp_nonblocking_write(port_, bytes.data(), bytes.size());
+  const int written = sp_nonblocking_write(port_, bytes.data(), bytes.size());
   if (written >= 0) return static_cast<std::size_t>(written);
   // libserialport 0.1.1 calls a full buffer an error
   const int code = sp_last_error_code();
@@ -162,7 +162,7 @@ std::size_t SerialDeviceStream::write(std::span<const std::uint8_t> bytes) {
 std::size_t SerialDeviceStream::waiting_bytes() {
   if (terminal_) return terminal_->waiting_bytes();
   if (!port_) return 0;
-  const sp_return waiting = sp_output_waiting(port_);
+  const int waiting = sp_output_waiting(port_);
   return waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
 }
 
