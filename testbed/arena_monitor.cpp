@@ -172,7 +172,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       if (const auto robot = names_->robot_of(track.number)) doubtful_.push_back(*robot);
     }
     std::ranges::sort(doubtful_);
-    doubtful_.erase(std::ranges::unique(doubtful_).begin(), doubtful_.end());
+    doubtful_.erase(std::unique(doubtful_.begin(), doubtful_.end()), doubtful_.end());
   }
 
   // Robots whose name is sure. Those out of sight are in it for as long as their name stays sure, with their age.

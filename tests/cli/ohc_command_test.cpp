@@ -90,8 +90,9 @@ TEST_CASE("ohc: commands") {
   const std::vector<std::pair<std::string, std::uint8_t>> commands{
       {"run", type_run},     {"pause", type_wakeup},    {"reset", type_reset},  {"sleep", type_sleep},
       {"wake", type_wakeup}, {"voltage", type_voltage}, {"charge", type_charge}};
-  for (const auto& [name, type] : commands) {
-    CAPTURE(name);
+  for (const auto& command : commands) {
+    const auto& [name, type] = command;
+    CAPTURE(command.first);
     const Outcome outcome = say({name, "--seconds", "0.05"});
     CHECK(meant(outcome) == std::vector{forward(type)});
     CHECK(outcome.heard.back() == stop_packet());

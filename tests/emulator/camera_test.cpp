@@ -90,8 +90,9 @@ TEST_CASE("a robot's board is centred where its centre is projected to, at its h
     const Camera camera(settings, scene);
     cv::Mat without, with;
     camera.picture({}, {}, 0, without);
-    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.312, 0.137}, {-0.405, -0.213}, {0.101, -0.2507}}) {
-      CAPTURE(x);
+    for (const auto& place : {std::pair{0.0, 0.0}, {0.312, 0.137}, {-0.405, -0.213}, {0.101, -0.2507}}) {
+      const auto& [x, y] = place;
+      CAPTURE(place.first);
       cv::Point2d sum(0, 0);
       for (int k = 0; k < 24; ++k) {
         const Seen robot{.pose = {x, y, k * std::numbers::pi / 12}};

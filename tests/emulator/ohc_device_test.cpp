@@ -207,8 +207,9 @@ TEST_CASE("a flash page goes out as 22 messages while the line is deaf") {
   CHECK(sent.back().message.data[4] == 0x56);
 
   // packets 132 ms apart come through; at 125 ms the line is deaf to the beginning of some
-  for (const auto& [spacing_us, all] : {std::pair{132'000, true}, {165'000, true}, {125'000, false}}) {
-    CAPTURE(spacing_us);
+  for (const auto& row : {std::pair{132'000, true}, {165'000, true}, {125'000, false}}) {
+    const auto& [spacing_us, all] = row;
+    CAPTURE(row.first);
     OhcDevice other;
     for (int k = 0; k < 40; ++k) {
       Packet numbered = page;

@@ -117,8 +117,9 @@ TEST_CASE("what a file may not say") {
       {"gateway.listen = \"tcp://127.0.0.1:7801\"", "is not on this machine"},
       {peer + "lab = \"lynx\"\nport = 7801", "unknown key 'gateway.peers[0].port'"},
   };
-  for (const auto& [text, sentence] : table) {
-    CAPTURE(text);
+  for (const auto& row : table) {
+    const auto& [text, sentence] = row;
+    CAPTURE(row.first);
     std::string said;
     try {
       read(text);

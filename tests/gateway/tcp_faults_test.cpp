@@ -13,6 +13,7 @@
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/network/tcp_bench.hpp"
+#include "tests/support/processes/sanitized.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -257,11 +258,7 @@ std::size_t resident_bytes() {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool counts_memory = false;  // freed memory is kept in quarantine
-#else
-constexpr bool counts_memory = true;
-#endif
+constexpr bool counts_memory = !tests::sanitized;  // sanitizers keep freed memory in quarantine
 
 TEST_CASE("a stalled peer costs no more than its outbox") {
   // A peer that never reads is offered 200 MB: memory stays below the cap, everything dropped is counted, another peer

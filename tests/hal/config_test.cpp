@@ -310,8 +310,9 @@ TEST_CASE("bad files are refused with the line that asked") {
       {"\xff = 1", "lab.toml:1: not valid TOML: "},
       {"x = 1\nx = 2", "lab.toml:2: not valid TOML: "},
   };
-  for (const auto& [text, message] : rows) {
-    CAPTURE(message);
+  for (const auto& row : rows) {
+    const auto& [text, message] = row;
+    CAPTURE(row[1]);
     const auto file = directory.write("lab.toml", text);
     CHECK(refusal([&] { Config::from_file(file); }).starts_with(at + message));
   }

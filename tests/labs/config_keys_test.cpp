@@ -99,11 +99,12 @@ TEST_CASE("every key of a shipped configuration that is spoiled is refused by na
   int spoiled = 0;
   const auto begun = std::chrono::steady_clock::now();
   for (const char* table : {"lab", "run", "shared", "gate", "arena", "gateway", "recorder", "scenario"})
-    for (const auto& [key, value] : config.in_force_below(table)) {
+    for (const auto& entry : config.in_force_below(table)) {
+      const auto& [key, value] = entry;
       if (key.find('[') != std::string::npos) continue;  // an element of a list cannot be overridden
       const bool is_number = value.find_first_of("\"[tf") == std::string::npos;
       for (const char* bad : {"{ x = 1 }", "nan", is_number ? "1e300" : "-1"}) {
-        CAPTURE(key);
+        CAPTURE(entry.first);
         CAPTURE(bad);
         const std::string said = refusal(shipped, {key + "=" + bad});
         CHECK(said.find(key) != std::string::npos);

@@ -270,8 +270,9 @@ TEST_CASE("wrong configurations end with one sentence") {
       {"bus.url=memq://", "bus.url = \"memq://\": must be udpm://ADDRESS:PORT?ttl=0"},
       {"shared.labs=[\"lynx\", \"roark\", \"shark\"]", "has no entry for lab lynx, which shared.labs names; add one"},
   };
-  for (const auto& [set, sentence] : table) {
-    CAPTURE(set);
+  for (const auto& row : table) {
+    const auto& [set, sentence] = row;
+    CAPTURE(row.first);
     const Files files;
     Process shark = files.start(files.shark, "shark", {set});
     CHECK(shark.wait(10s) == 2);

@@ -58,8 +58,9 @@ bool becomes(const Process& process, const std::string& program) {
 TEST_CASE("arkmesh becomes the program that runs the command") {
   // Under the process id that was started, so that signals reach it, and its exit code is the caller's.
   const Lab lab;
-  for (const auto& [signal, code] : {std::pair(SIGTERM, 0), std::pair(SIGINT, 0), std::pair(SIGKILL, 128 + SIGKILL)}) {
-    CAPTURE(signal);
+  for (const auto& row : {std::pair(SIGTERM, 0), std::pair(SIGINT, 0), std::pair(SIGKILL, 128 + SIGKILL)}) {
+    const auto& [signal, code] = row;
+    CAPTURE(row.first);
     Process gateway = lab.start({"gateway", lab.file.string()});
     REQUIRE(eventually(20s, [&] { return gateway.output().find("listening") != std::string::npos; }));
     CHECK(program_of(gateway) == "arkmesh-gateway");

@@ -40,7 +40,7 @@ TEST_CASE("four processes over TCP have the hash of one process") {
   // Proves that a lab's result is independent of how the labs are joined.
   LabProcesses labs({.overrides = shortened});
   labs.start();
-  REQUIRE(labs.ended(120s));
+  REQUIRE(labs.ended(300s));
   check_same(labs);
 }
 
@@ -50,7 +50,7 @@ TEST_CASE("six processes of three labs have the hash of one process") {
       lab::hash_text(tests::run_labs({.labs = {"shark", "roark", "lynx"}, .overrides = {"run.duration_s=600"}}).hash);
   LabProcesses labs({.labs = {"shark", "roark", "lynx"}, .overrides = shortened});
   labs.start();
-  REQUIRE(labs.ended(120s));
+  REQUIRE(labs.ended(300s));
   for (const char* lab : {"shark", "roark", "lynx"}) {
     CAPTURE(labs.lab_output(lab));
     CHECK(labs.result(lab, "final_hash") == expected);
@@ -62,7 +62,7 @@ TEST_CASE("a gateway killed in mid-run and started again changes nothing") {
   for (const char* killed : {"roark", "shark"}) {
     LabProcesses labs({.overrides = shortened});
     labs.start();
-    REQUIRE(labs.reached("shark", 30, 60s));
+    REQUIRE(labs.reached("shark", 30, 120s));
     labs.gateway(killed).kill();
     const std::int64_t at = labs.period("shark", 200ms);
     REQUIRE(at < 300);  // in mid-run
@@ -72,7 +72,7 @@ TEST_CASE("a gateway killed in mid-run and started again changes nothing") {
     CHECK(labs.period("shark") <= at + 1);
     CHECK(std::abs(labs.period("shark") - labs.period("roark")) <= 1);
     labs.start_gateway(killed);
-    REQUIRE(labs.ended(120s));
+    REQUIRE(labs.ended(300s));
     check_same(labs);
   }
 }
@@ -81,7 +81,7 @@ TEST_CASE("both gateways killed stop all labs; started again they finish the run
   // Proves that the labs share nothing but what goes through their gateways.
   LabProcesses labs({.overrides = shortened});
   labs.start();
-  REQUIRE(labs.reached("roark", 30, 60s));
+  REQUIRE(labs.reached("roark", 30, 120s));
   labs.gateway("roark").kill();
   labs.gateway("shark").kill();
   for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;)
@@ -94,6 +94,6 @@ TEST_CASE("both gateways killed stop all labs; started again they finish the run
   CHECK(labs.period("shark") == shark);
   labs.start_gateway("roark");
   labs.start_gateway("shark");
-  REQUIRE(labs.ended(120s));
+  REQUIRE(labs.ended(300s));
   check_same(labs);
 }

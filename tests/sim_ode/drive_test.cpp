@@ -140,8 +140,9 @@ TEST_CASE("friction turns what slides past") {
 
 TEST_CASE("crowds do not overlap") {
   // In a crowd of wandering robots nobody is ever deeper than 1 mm in another or in a wall.
-  for (const auto& [robots, side] : {std::pair{48, 1.0}, std::pair{100, 0.5}, std::pair{60, 0.3}}) {
-    CAPTURE(robots);
+  for (const auto& crowd : {std::pair{48, 1.0}, std::pair{100, 0.5}, std::pair{60, 0.3}}) {
+    const auto& [robots, side] = crowd;
+    CAPTURE(crowd.first);
     auto arena = TestArena{.robots = robots, .side_m = side}.make_running();
     double nearest = 1, outermost = 0;
     for (int k = 0; k <= 600; ++k) {

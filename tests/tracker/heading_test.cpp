@@ -30,7 +30,10 @@ struct Walker {
     }
   }
   double noise(double sigma) { return std::normal_distribution<>(0, sigma)(random); }
-  void show_place(Motion& motion) { motion.see_place(x_m + noise(0.0005), y_m + noise(0.0005), 0.0005); }
+  void show_place(Motion& motion) {
+    const double y = y_m + noise(0.0005);
+    motion.see_place(x_m + noise(0.0005), y, 0.0005);
+  }
   double off_degrees(const Motion& motion) const {
     return std::abs(wrapped(motion.pose().heading_rad - heading_rad)) / degree;
   }

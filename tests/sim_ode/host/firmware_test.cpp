@@ -39,9 +39,10 @@ TEST_CASE("firmware: commands that lead to a state") {
                                                   {type_charge, State::charging}, {type_voltage, State::battery},
                                                   {type_sleep, State::sleeping},  {type_boot, State::loader}};
   for (State from : {State::idle, State::running, State::battery, State::charging, State::moving})
-    for (const auto& [type, to] : leads) {
+    for (const auto& lead : leads) {
+      const auto& [type, to] = lead;
       CAPTURE(static_cast<int>(from));
-      CAPTURE(static_cast<int>(type));
+      CAPTURE(static_cast<int>(lead.first));
       Robot robot = Robot::in(from);
       const Effects effects = robot.hear(type);
       CHECK(robot.firmware.state() == to);

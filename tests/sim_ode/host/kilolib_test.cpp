@@ -49,8 +49,9 @@ TEST_CASE("waiting by reading the clock") {
 TEST_CASE("delay takes its time") {
   // Two delays of 500 ms are a round of exactly 1 s, two of 100 ms one of 0.2 s, whatever the tick: 600 and 3000 rounds
   // in 600 s.
-  for (const auto& [program, rounds] : {std::pair{"rounds.c", 600}, std::pair{"short_rounds.c", 3000}}) {
-    CAPTURE(program);
+  for (const auto& row : {std::pair{"rounds.c", 600}, std::pair{"short_rounds.c", 3000}}) {
+    const auto& [program, rounds] = row;
+    CAPTURE(row.first);
     auto arena = TestArena{.program = program, .robots = 3}.make_running();
     arena->advance_to(seconds(600));
     arena->robots().command(broadcast(2, {rounds & 255, rounds >> 8}));

@@ -80,8 +80,9 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
   run(swarm, calibrator, 1800);
   MESSAGE("12 robots calibrated in ", swarm.seconds(), " s, ", calibrator.counters()["calibration.changed"],
           " changes, ", calibrator.counters()["calibration.repeated.contact"], " pictures with contacts");
-  for (const auto& [id, robot] : calibrator.robots()) {
-    INFO("robot ", id, ": ", robot.why);
+  for (const auto& entry : calibrator.robots()) {
+    const auto& [id, robot] = entry;
+    INFO("robot ", entry.first, ": ", entry.second.why);
     CHECK(robot.stage == MotorCalibrator::Stage::done);
     CHECK(robot.stored);
     CHECK(robot.round);
@@ -116,8 +117,9 @@ TEST_CASE("identity calibration: dead robots fail by themselves, one between the
   for (int robot : {2, 4}) swarm.table().set_power(robot, false);
   MotorCalibrator calibrator({.width_m = 1.2, .height_m = 1.2, .max_per_robot_s = 300}, numbers(5));
   run(swarm, calibrator, 1800);
-  for (const auto& [id, robot] : calibrator.robots()) {
-    INFO("robot ", id, ": ", robot.why);
+  for (const auto& entry : calibrator.robots()) {
+    const auto& [id, robot] = entry;
+    INFO("robot ", entry.first, ": ", entry.second.why);
     const bool alive = id == 1 || id == 3;
     CHECK((robot.stage == MotorCalibrator::Stage::done) == alive);
     CHECK(robot.stored == alive);

@@ -331,9 +331,10 @@ TEST_CASE("kilobot arena: the last word") {
   // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise
   // repeat it for ever; a command for robots asleep is not waited for. So it is whether somebody asks it to end or
   // takes it away.
-  for (const auto& [asleep, asked] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
-    CAPTURE(asleep);
-    CAPTURE(asked);
+  for (const auto& row : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
+    const auto& [asleep, asked] = row;
+    CAPTURE(row.first);
+    CAPTURE(row.second);
     Testbed testbed("kilobot.again_s = 0");
     testbed.frame(0);
     if (asleep) testbed.arena->robots().command({Kind::sleep});
