@@ -33,7 +33,7 @@ struct UpOptions {
 };
 
 struct LabOfFile {
-  std::string name, port;  // of its overhead controller; empty in simulation
+  std::string name;
   std::size_t lab = 0, gateway = 0;
   bool ended = false;
 };
@@ -43,10 +43,7 @@ class Group {
   explicit Group(const UpOptions& options) {
     for (const std::string& file : options.files) {
       const hal::Section root = hal::Config::from_file(file, options.sets).root();
-      LabOfFile lab{.name = root.section("lab").get("name", std::string(), {.required = true}), .port = {}};
-      if (root.section("arena").get("use", std::string()) == "kilobot")
-        lab.port = root.section("arena").section("kilobot").get("port", std::string());
-      labs_.push_back(std::move(lab));
+      labs_.push_back({.name = root.section("lab").get("name", std::string(), {.required = true})});
     }
     for (std::size_t i = 0; i < labs_.size(); ++i) start(options, options.files[i], labs_[i]);
   }
@@ -98,8 +95,6 @@ class Group {
                  *code, others_notice_within.count());
       end_at_ = Clock::now() + others_notice_within;
     }
-    // Killed, it could not pause its robots: its overhead controller repeats what it heard last.
-    if (*code > 128 && !lab.port.empty()) children_.start(lab.name + " robots", {"ohc", lab.port, "pause"});
   }
 
   void stop_labs() {
