@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "app/joint_run.hpp"
+#include "lab/run_folder.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -60,7 +61,8 @@ std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
   return configs;
 }
 
-Batch::Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory)
+Batch::Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory,
+             bool force)
     : labs_(std::move(labs)),
       first_(first),
       last_(last),
@@ -68,6 +70,7 @@ Batch::Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, con
       jobs_(static_cast<std::size_t>(jobs)),
       directory_(directory) {
   read_labs(labs_, first);
+  lab::claim_run_folder(directory_, force);
 }
 
 std::filesystem::path Batch::folder(std::int64_t seed) const {

@@ -26,9 +26,10 @@ std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed);
 
 class Batch {
  public:
-  // Seeds first..last, each into `directory`/seed-N, at most `jobs` at a time. Throws ConfigError, so that a wrong
-  // configuration is said once, before anything starts.
-  Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory);
+  // Seeds first..last, each into `directory`/seed-N, at most `jobs` at a time; what `directory` holds is moved aside
+  // with `force`. Throws ConfigError, so that a wrong configuration is said once, before anything starts.
+  Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory,
+        bool force);
 
   struct Ended {
     std::int64_t seed = 0;

@@ -10,6 +10,7 @@
 #include "hal/bus_config.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "lab/result.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -28,6 +29,17 @@ std::unique_ptr<lab::Scenario> make_scenario(const hal::Section& root, const lab
   root.section("run").refuse("scenario", fmt::format("is none of: {}", known));
 }
 
+// The program that simulated robots run, also those of an emulated testbed; empty when there are none.
+std::filesystem::path controller_of(const hal::Section& root) {
+  const hal::Section arena = root.section("arena");
+  const auto use = arena.read<ArenaUse>().use;
+  if (use == "ode") return arena.section("ode").get("controller", std::filesystem::path());
+  if (use != "emulated") return {};
+  const auto file = arena.section("emulated").get("file", std::filesystem::path());
+  const hal::Config emulator = hal::Config::from_file(file);
+  return emulator.root().section("arena").section("ode").get("controller", std::filesystem::path());
+}
+
 // 64 random bits, never 0.
 std::uint64_t random_run_id() {
   std::random_device device;
@@ -37,19 +49,25 @@ std::uint64_t random_run_id() {
 
 }  // namespace
 
-ConfiguredLab::ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
+ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop)
     : loop_(loop),
       config_(std::move(config)),
+      directory_(std::move(directory)),
       run_config_(config_.root().read<lab::RunConfig>()),
       run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_url_ = root.section("bus").read<hal::BusConfig>().url;
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
-  const auto recorder = root.section("recorder").read<lab::RecorderConfig>();
+  recorder_config_ = root.section("recorder").read<lab::RecorderConfig>();
   scenario_ = make_scenario(root, run_config_);
-  arena_ = make_arena(config_, run_config_, private_bus_, loop, directory);
-  folder_ = std::make_unique<lab::RunFolder>(directory, config_.effective(directory), recorder.options());
+  arena_ = make_arena(config_, run_config_, private_bus_, loop, directory_);
+}
+
+void ConfiguredLab::open_run() {
+  const std::string effective = config_.effective(directory_);
+  facts_ = lab::run_facts(run_config_, effective, controller_of(config_.root()));
+  folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);
 }

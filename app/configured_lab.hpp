@@ -17,11 +17,12 @@ namespace arkmesh::app {
 
 class ConfiguredLab {
  public:
-  // Reads every key, refuses unknown ones, writes `directory`/config.toml (the effective configuration) and opens the
-  // recording. `loop` serves what the arena shows, and outlives the lab. Throws ConfigError, or std::runtime_error when
-  // the directory cannot be written.
-  ConfiguredLab(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop);
+  // Reads every key, refuses unknown ones, and makes all but the run: nothing is written. `directory` is for the run;
+  // `loop` serves what the arena shows, and outlives the lab. Throws ConfigError.
+  ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop);
   ~ConfiguredLab();
+  // Once, before anything else: opens the run folder and makes the runner. Throws as RunFolder does.
+  void open_run();
 
   // Copies the private bus to `public_bus` and lets in what a lab wants from others, as long as what it returns lives:
   // no longer than bus and lab.
@@ -37,15 +38,19 @@ class ConfiguredLab {
   // The file that it was read from.
   std::string file() const { return config_.file().string(); }
   const lab::RunFolder& folder() const { return *folder_; }
+  const nlohmann::json& facts() const { return facts_; }
   std::uint64_t run_id() const { return run_id_; }
   hal::Bus& bus() { return private_bus_; }
 
  private:
   hal::EventLoop& loop_;
   hal::Config config_;
+  std::filesystem::path directory_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
   std::string bus_url_;
+  lab::RecorderConfig recorder_config_;
+  nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;
   hal::Bus private_bus_;
   std::unique_ptr<hal::Arena> arena_;

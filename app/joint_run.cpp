@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "lab/result.hpp"
+#include "lab/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -54,7 +55,7 @@ void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::files
 
 }  // namespace
 
-JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory)
+JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory, bool force)
     : directory_(directory), network_(1) {
   for (hal::Config& config : configs) {
     const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
@@ -68,6 +69,15 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     if (member->lab.config().labs.size() != labs_.size())
       throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->lab.name(),
                                          member->lab.config().labs.size(), labs_.size()));
+  lab::claim_run_folder(directory, force);
+  for (const auto& member : labs_) {
+    member->lab.open_run();
+    member->tap = member->lab.join(member->public_bus);
+  }
+  nlohmann::json running = labs_.front()->lab.facts();
+  running.erase("lab");
+  running["state"] = running["ended"] = "running";
+  lab::replace_json(directory / "result.json", running);
   for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 
@@ -160,15 +170,15 @@ nlohmann::json JointRun::save(double wall_s) const {
   std::vector<nlohmann::json> results;
   std::vector<const ConfiguredLab*> labs;
   for (const auto& m : labs_) {
-    results.push_back(
-        lab::lab_result(m->lab.runner(), {.computing_s = wall_s, .waiting_s = 0}, traffic_of(m->gateway.get())));
+    results.push_back(lab::lab_result(m->lab.facts(), m->lab.runner(), {.computing_s = wall_s, .waiting_s = 0},
+                                      traffic_of(m->gateway.get())));
     m->lab.folder().save_result(results.back());
     labs.push_back(&m->lab);
   }
   nlohmann::json result = lab::joint_result(results);
   result["wall"] = {{"total_s", wall_s}, {"speed", wall_s > 0 ? result.at("duration_s").get<double>() / wall_s : 0}};
   join_hashes(labs, directory_);
-  lab::write_json(directory_ / "result.json", result);
+  lab::save_json(directory_ / "result.json", result);
   return result;
 }
 

@@ -23,8 +23,9 @@ namespace arkmesh::app {
 
 class JointRun {
  public:
-  // Each lab records into `directory`/<lab>. Throws ConfigError when the configurations do not make one shared world.
-  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory);
+  // Each lab records into `directory`/<lab>; what `directory` holds is moved aside with `force`. Throws ConfigError
+  // when the configurations do not make one shared world, or the directory is not empty.
+  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, bool force = false);
   ~JointRun();
 
   // One step of every lab and of the network between them, or a part of it: a lab whose arena is not there yet goes on
@@ -55,7 +56,7 @@ class JointRun {
         : lab(std::move(config), directory, loop) {}
     hal::Bus public_bus{"memq://"};
     ConfiguredLab lab;
-    std::unique_ptr<hal::Tap> tap = lab.join(public_bus);
+    std::unique_ptr<hal::Tap> tap;
     std::unique_ptr<gateway::Gateway> gateway;
   };
   Member& member(const std::string& name);

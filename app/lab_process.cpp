@@ -23,12 +23,14 @@ lab::Runner::Now since_boot(hal::TimePoint moment) {
 
 }  // namespace
 
-LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory)
+LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory, bool force)
     : lab_(std::move(config), directory, loop_),
       public_bus_(lab_.bus_url()),
       heard_(loop_, public_bus_.descriptor(), [this] { public_bus_.drain(); }),
       traffic_(lab_.bus()) {
   refuse_neighbours();
+  lab::claim_run_folder(directory, force);
+  lab_.open_run();
   tap_ = lab_.join(public_bus_);
 }
 
@@ -69,10 +71,12 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   lab::Runner& runner = lab_.runner();
   const double period_s = static_cast<double>(lab_.config().period.count()) * 1e-6;
   bool moves = false;
+  std::string_view outcome = runner.outcome();
   for (TimePoint before = time_.now();;) {
     if (stop.stopped()) runner.stop("stopped by the operator");
     const auto stepped = step();
     if (stepped == lab::Runner::Step::ended) break;
+    if (std::exchange(outcome, runner.outcome()) != runner.outcome()) save_result();
     const TimePoint then = wanted_at(stepped), between = time_.now();
     serve_until(then);
     const TimePoint after = time_.now();
@@ -85,8 +89,12 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   }
   progress.done();
   time_.serve();
-  lab_.folder().save_result(lab::lab_result(runner, wall_, traffic_.by_peer()));
+  save_result();
   end_arena();
+}
+
+void LabProcess::save_result() const {
+  lab_.folder().save_result(lab::lab_result(lab_.facts(), lab_.runner(), wall_, traffic_.by_peer()));
 }
 
 // The status goes on meanwhile. An arena that is lost has ended.

@@ -21,9 +21,10 @@ namespace arkmesh::app {
 
 class LabProcess {
  public:
-  // Makes the lab, which records into `directory`, and joins its LCM bus. Throws ConfigError, also when another lab
-  // process is on that LCM port, and std::runtime_error when there is no such bus.
-  LabProcess(hal::Config config, const std::filesystem::path& directory);
+  // Makes the lab, joins its LCM bus, and then opens `directory` for its run; what that holds is moved aside with
+  // `force`. Throws ConfigError, also when another lab process is on that LCM port or the folder is not empty, and
+  // std::runtime_error when there is no such bus.
+  LabProcess(hal::Config config, const std::filesystem::path& directory, bool force);
 
   // Runs the lab to its end and writes result.json.
   void run(hal::StopRequest& stop, hal::Progress& progress);
@@ -35,6 +36,7 @@ class LabProcess {
   lab::Runner::Step step();
   TimePoint wanted_at(lab::Runner::Step after);
   void serve_until(TimePoint then);
+  void save_result() const;
   void end_arena();
 
   hal::EventLoop loop_;

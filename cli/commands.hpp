@@ -18,6 +18,10 @@ namespace arkmesh::cli {
 void add_run_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
+void add_up_command(CLI::App& app);
+void add_stop_command(CLI::App& app);
+void add_pause_command(CLI::App& app);
+void add_resume_command(CLI::App& app);
 void add_config_command(CLI::App& app);
 // `examine_testbed`: what is to be said of the hardware that [arena] names; null in a program without cameras.
 void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));

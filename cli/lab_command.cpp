@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/lab_process.hpp"
@@ -22,29 +22,22 @@ namespace {
 struct LabOptions {
   std::string file, out;
   std::vector<std::string> sets;
+  bool force = false;
 };
 
 int run(const LabOptions& options) {
   OperatorStop stop;
+  hal::Config config = hal::Config::from_file(options.file, options.sets);
+  const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
   const std::filesystem::path directory =
-      options.out.empty() ? lab::default_run_directory() : std::filesystem::path(options.out);
-  // a wrong configuration leaves no folder behind
-  const bool was_there = std::filesystem::exists(directory);
-  std::optional<app::LabProcess> made;
-  try {
-    made.emplace(hal::Config::from_file(options.file, options.sets), directory);
-  } catch (const hal::ConfigError&) {
-    if (!was_there) std::filesystem::remove_all(directory);
-    throw;
-  }
-  app::LabProcess& process = *made;
-  const std::string& name = process.lab().name();
+      options.out.empty() ? lab::default_run_directory(name) : std::filesystem::path(options.out);
+  app::LabProcess process(std::move(config), directory, options.force);
   ProgressLine progress(name);
   process.run(stop, progress);
 
   const lab::Runner& runner = process.lab().runner();
   if (!runner.finished()) {
-    fmt::print(stderr, "arkmesh: lab {} ended early: {}\n", name, runner.reason());
+    progress.say(fmt::format("arkmesh: lab {} ended early: {}", name, runner.reason()));
     return exit_code(runner.outcome());
   }
   fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", name, runner.period(),
@@ -58,7 +51,8 @@ void add_lab_command(CLI::App& app) {
   auto options = std::make_shared<LabOptions>();
   CLI::App* command = add_command(app, "lab");
   command->add_option("file", options->file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
-  command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
+  command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LAB)");
+  command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
   command->add_option("--set", options->sets, "Override a key: --set run.seed=7")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");

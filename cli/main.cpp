@@ -5,6 +5,10 @@
 int main(int argc, char** argv) {
   using namespace arkmesh::cli;
   static constexpr OwnCommand own[] = {{"doctor", [](CLI::App& app) { add_doctor_command(app, nullptr); }},
+                                       {"up", add_up_command},
+                                       {"stop", add_stop_command},
+                                       {"pause", add_pause_command},
+                                       {"resume", add_resume_command},
                                        {"ohc", add_ohc_command}};
   return arkmesh::cli::main(argc, argv, own);
 }

@@ -10,6 +10,16 @@ namespace arkmesh::cli {
 
 using namespace std::chrono_literals;
 
+namespace {
+
+// Work goes on when nobody reads any more, or the terminal is gone: fmt::print would throw.
+void put(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+}  // namespace
+
 ProgressLine::ProgressLine(std::string what, std::string unit)
     : what_(std::move(what)),
       unit_(std::move(unit)),
@@ -24,9 +34,8 @@ void ProgressLine::show(const std::string& text) {
   due_ = now + (terminal_ ? 100ms : 2000ms);
   same_due_ = now + (terminal_ ? 100ms : 30'000ms);
   text_ = text;
-  fmt::print(stderr, "{}{}{}{}{}", terminal_ ? "\r" : "", what_, what_.empty() ? "" : ": ", text,
-             terminal_ ? "\033[K" : "\n");
-  std::fflush(stderr);
+  put(fmt::format("{}{}{}{}{}", terminal_ ? "\r" : "", what_, what_.empty() ? "" : ": ", text,
+                  terminal_ ? "\033[K" : "\n"));
   open_ = terminal_;
 }
 
@@ -45,16 +54,17 @@ void ProgressLine::show(std::uint32_t done, std::uint32_t all, double unit_s, co
     line += "  " + state;
   else if (speed > 0)
     line += fmt::format("  eta {:.0f} s", (all - done) * unit_s / speed);
-  if (terminal_)
-    fmt::print(stderr, "\r\033[K{}", line);
-  else
-    fmt::print(stderr, "{}\n", line);
-  std::fflush(stderr);
+  put(terminal_ ? "\r\033[K" + line : line + "\n");
   open_ = terminal_;
 }
 
 void ProgressLine::done() {
-  if (std::exchange(open_, false)) fmt::print(stderr, "\r\033[K");
+  if (std::exchange(open_, false)) put("\r\033[K");
+}
+
+void ProgressLine::say(const std::string& line) {
+  done();
+  put(line + "\n");
 }
 
 }  // namespace arkmesh::cli

@@ -21,6 +21,8 @@ class ProgressLine final : public hal::Progress {
   // "shark  period 412/900  45.8 %  312x  eta 3 s", at most once a second; a wait is said at once and then every 5 s.
   void show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state = "running") override;
   void done() override;
+  // A line that stays.
+  void say(const std::string& line);
 
  private:
   using Clock = std::chrono::steady_clock;

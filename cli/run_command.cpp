@@ -25,16 +25,23 @@ struct RunOptions {
   std::string seeds, out;
   std::int64_t seed = -1;
   int jobs = 1;
+  bool force = false;
 };
 
+std::filesystem::path directory_of(const RunOptions& options) {
+  if (!options.out.empty()) return options.out;
+  std::string names;
+  for (const hal::Config& lab : app::read_labs(options.labs, options.seed))
+    names += (names.empty() ? "" : "-") + lab.root().section("lab").get("name", std::string());
+  return lab::default_run_directory(names);
+}
+
 int run_once(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
-  std::vector<hal::Config> labs = app::read_labs(options.labs, options.seed);
-  std::filesystem::create_directories(directory);
-  app::JointRun run(std::move(labs), directory);
+  app::JointRun run(app::read_labs(options.labs, options.seed), directory, options.force);
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
-    fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), result.at("ended").get<std::string>());
+    progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), result.at("ended").get<std::string>()));
     return exit_code(result.at("state").get<std::string>());
   }
   const nlohmann::json& wall = result.at("wall");
@@ -59,8 +66,7 @@ std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
 
 int run_batch(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
   const auto [first, last] = parse_seeds(options.seeds);
-  app::Batch batch(options.labs, first, last, options.jobs, directory);
-  std::filesystem::create_directories(directory);
+  app::Batch batch(options.labs, first, last, options.jobs, directory, options.force);
   int failed = 0;
   std::int64_t done = 0;
   while (const auto ended = batch.next(stop)) {
@@ -74,17 +80,8 @@ int run_batch(const RunOptions& options, const std::filesystem::path& directory,
 
 int run(const RunOptions& options) {
   OperatorStop stop;
-  const std::filesystem::path directory =
-      options.out.empty() ? lab::default_run_directory() : std::filesystem::path(options.out);
-  if (!options.seeds.empty()) return run_batch(options, directory, stop);
-  // a wrong configuration leaves no folder behind
-  const bool was_there = std::filesystem::exists(directory);
-  try {
-    return run_once(options, directory, stop);
-  } catch (const hal::ConfigError&) {
-    if (!was_there) std::filesystem::remove_all(directory);
-    throw;
-  }
+  const std::filesystem::path directory = directory_of(options);
+  return options.seeds.empty() ? run_once(options, directory, stop) : run_batch(options, directory, stop);
 }
 
 }  // namespace
@@ -101,7 +98,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--jobs", options->jobs, "How many runs of a batch at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command->add_option("--out", options->out, "Folder for the results (default runs/DATE-TIME)");
+  command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LABS)");
+  command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
   command
       ->add_option("--set", options->labs.sets,
                    "Override a key of every lab, or of one: --set gate.slack=1, --set shark:arena.robots=30")

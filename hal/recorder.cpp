@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <system_error>
@@ -117,6 +119,11 @@ Recorder::~Recorder() {
   flush();
 }
 
+void Recorder::start_now() {
+  using namespace std::chrono;
+  state_->start_utime = duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+}
+
 void Recorder::record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes) {
   if (!state_->log || !state_->may_record()) return;
   std::array<std::byte, 28> header;
@@ -159,6 +166,8 @@ void Recorder::row(std::string_view name, std::string_view header, std::string_v
 }
 
 void Recorder::flush() {
+  if (struct stat there{}; state_->recording && stat(state_->directory.c_str(), &there) != 0)
+    state_->stop("the folder was removed", ENOENT);
   state_->for_each_file([&](RecordFile& file) { state_->write_out(file); });
 }
 

@@ -29,6 +29,8 @@ class Recorder {
   Recorder(const std::filesystem::path& directory, std::int64_t start_utime, Options options);
   ~Recorder();
 
+  // From now on lab time 0 stands for this moment in the log. Before, labs wait for each other and lab time is 0.
+  void start_now();
   // One message at lab time `stamp`.
   void record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes);
   // Whatever passes `bus`, stamped by `clock`, while what it returns lives; all three outlive that.

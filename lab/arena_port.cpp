@@ -11,6 +11,10 @@ ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus)
         fleet_command_t message;
         if (!check_fleet_command(bytes).empty() || !hal::decode(bytes, message))
           return counters_.add("fleet_command.refused.undecodable");
+        if (message.command == end_run) {
+          end_asked_ = true;
+          return;
+        }
         if (obey(message)) counters_.add("operator.commands");
       })) {}
 

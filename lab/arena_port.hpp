@@ -3,6 +3,7 @@
 // decoded again from it.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,6 +42,9 @@ class ArenaPort {
   hal::Counters counters() const;
   // Commands of an operator on the lab's public bus (fleet_command_t). They are no part of a reproducible run.
   static inline const std::string operator_channel = "operator_command";
+  // A `command` that is for the lab itself: to end the run with its results.
+  static constexpr std::uint8_t end_run = 255;
+  bool end_asked() const { return end_asked_; }
 
  private:
   bool obey(const fleet_command_t& command);
@@ -48,6 +52,7 @@ class ArenaPort {
   hal::Arena& arena_;
   hal::Bus& bus_;
   hal::Counters counters_;
+  bool end_asked_ = false;
   std::unique_ptr<hal::Bus::Subscription> operator_;
 };
 

@@ -1,10 +1,16 @@
 #include "lab/result.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <gnu/libc-version.h>
 #include <lcm/lcm.h>
 
+#include <ctime>
 #include <fstream>
-#include <stdexcept>
+#include <iterator>
+#include <utility>
+
+#include "lab/result_file.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -20,28 +26,53 @@ bool is_drop(const std::string& name) {
   return false;
 }
 
+// FNV-1a.
+std::uint64_t fingerprint(const std::string& bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
+  return hash;
+}
+
 }  // namespace
 
 std::string hash_text(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
 
-nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::map<std::string, Traffic>& between_labs) {
-  const RunConfig& config = run.config();
-  const double periods = std::max<double>(run.period(), 1), total_s = wall.computing_s + wall.waiting_s;
-  const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
+nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
+                         const std::filesystem::path& controller) {
   nlohmann::json j;
   j["arkmesh"] = ARKMESH_VERSION;
-  j["versions"] = {{"lcm", fmt::format("{}.{}.{}", LCM_MAJOR_VERSION, LCM_MINOR_VERSION, LCM_MICRO_VERSION)},
-                   {"ode", ARKMESH_ODE_VERSION},
-                   {"compiler", __VERSION__}};
+  j["versions"] = {{"commit", ARKMESH_COMMIT},
+                   {"build", ARKMESH_BUILD_TYPE},
+                   {"compiler", __VERSION__},
+                   {"glibc", gnu_get_libc_version()},
+                   {"lcm", fmt::format("{}.{}.{}", LCM_MAJOR_VERSION, LCM_MINOR_VERSION, LCM_MICRO_VERSION)},
+                   {"ode", ARKMESH_ODE_VERSION}};
+#if defined(__x86_64__)
+  j["cpu"] = {{"fma", __builtin_cpu_supports("fma") != 0}, {"avx2", __builtin_cpu_supports("avx2") != 0}};
+#endif
+  j["hashes"]["config.toml"] = hash_text(fingerprint(effective_config));
+  if (std::ifstream source(controller, std::ios::binary); source && !controller.empty())
+    j["hashes"][controller.filename().string()] = hash_text(fingerprint({std::istreambuf_iterator<char>(source), {}}));
+  j["started"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  j["process"] = own_process();
   j["lab"] = config.lab;
   j["labs"] = config.labs;
   j["scenario"] = config.scenario;
   j["seed"] = config.seed;
+  return j;
+}
+
+nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
+                          const std::map<std::string, Traffic>& between_labs) {
+  const RunConfig& config = run.config();
+  const double periods = std::max<double>(run.period(), 1), total_s = wall.computing_s + wall.waiting_s;
+  const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
+  nlohmann::json j = std::move(facts);
   j["gate"] = run.strict() ? "strict" : "free";
   j["state"] = run.outcome();
-  j["ended"] = run.finished() ? "finished" : run.reason();
+  j["ended"] = run.reason().empty() ? std::string(run.outcome()) : run.reason();
   j["periods"] = run.period();
   j["duration_s"] = lab_s;
   j["final_hash"] = hash_text(run.final_hash());
@@ -72,8 +103,8 @@ nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::ma
 
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
   nlohmann::json joint;
-  for (const char* key : {"arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods",
-                          "duration_s", "final_hash", "hash_by_lab", "counts"})
+  for (const char* key : {"arkmesh", "versions", "started", "process", "labs", "scenario", "seed", "gate", "state",
+                          "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts"})
     joint[key] = labs.front().at(key);
   joint["drops"] = nlohmann::json::object();
   for (const nlohmann::json& lab : labs) {
@@ -89,12 +120,6 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
                              {"between_labs", lab.at("between_labs")}};
   }
   return joint;
-}
-
-void write_json(const std::filesystem::path& file, const nlohmann::json& json) {
-  std::ofstream out(file);
-  out << json.dump(2) << '\n';
-  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot be written; is the disk full?", file.string()));
 }
 
 }  // namespace arkmesh::lab

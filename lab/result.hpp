@@ -23,11 +23,15 @@ struct Traffic {
   std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
 };
 
-nlohmann::json lab_result(const Runner& run, const WallTime& wall, const std::map<std::string, Traffic>& between_labs);
+// What is known of a run when it begins, and what its result is made with. `controller`: what simulated robots run;
+// empty when there is no such file.
+nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
+                         const std::filesystem::path& controller);
+// `facts` are those of the run.
+nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
+                          const std::map<std::string, Traffic>& between_labs);
 // One result of labs that ran together: the shared part once, the rest by lab.
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs);
-// Throws std::runtime_error with one sentence when the file cannot be written.
-void write_json(const std::filesystem::path& file, const nlohmann::json& json);
 // 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 

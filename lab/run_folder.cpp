@@ -1,33 +1,78 @@
 #include "lab/run_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 
 #include "lab/result.hpp"
+#include "lab/result_file.hpp"
 
 namespace arkmesh::lab {
+
+namespace fs = std::filesystem;
+
 namespace {
 
-// Wall microseconds since 1970: what lab time 0 stands for in a recording.
+constexpr off_t reserve_bytes = 256 << 10;
+
+// Wall microseconds since 1970: what lab time 0 stands for in a recording until it begins.
 std::int64_t wall_utime() {
   return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
+// A run that is about to write here as well finds the file there.
+fs::path take(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  const fs::path file = directory / "result.json";
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (descriptor < 0 && errno == EEXIST)
+    throw hal::ConfigError(fmt::format("{} holds another run; give another folder with --out", directory.string()));
+  if (descriptor < 0)
+    throw std::runtime_error(
+        fmt::format("cannot record in {}: {}; choose another directory", directory.string(), std::strerror(errno)));
+  ::close(descriptor);
+  return directory;
+}
+
+void make_room(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor < 0) return;
+  ::posix_fallocate(descriptor, 0, reserve_bytes);
+  ::close(descriptor);
+}
+
 }  // namespace
 
-RunFolder::RunFolder(const std::filesystem::path& directory, const std::string& effective_config,
-                     hal::Recorder::Options options)
-    : recorder_(directory, wall_utime(), options) {
+RunFolder::RunFolder(const fs::path& directory, const std::string& effective_config, hal::Recorder::Options options,
+                     const nlohmann::json& facts)
+    : recorder_(take(directory), wall_utime(), options), reserve_(directory / "reserve.tmp") {
   std::ofstream(directory / "config.toml") << effective_config;
+  nlohmann::json running = facts;
+  running["state"] = running["ended"] = "running";
+  replace_json(directory / "result.json", running);
+  make_room(reserve_);
+}
+
+RunFolder::~RunFolder() {
+  std::error_code gone;
+  fs::remove(reserve_, gone);
 }
 
 void RunFolder::save_result(const nlohmann::json& result) const {
-  write_json(directory() / "result.json", result);
+  const fs::path file = directory() / "result.json";
+  if (replace_json(file, result) == 0) return;
+  std::error_code gone;
+  fs::remove(reserve_, gone);
+  save_json(file, result);
 }
 
 void RecorderConfig::fields(const hal::Section& recorder) {
@@ -41,8 +86,33 @@ hal::Recorder::Options RecorderConfig::options() const {
   return {.log = log, .keep_free_bytes = static_cast<std::uint64_t>(keep_free_mib) << 20};
 }
 
-std::filesystem::path default_run_directory() {
-  return fmt::format("runs/{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
+fs::path default_run_directory(const std::string& name) {
+  const std::string first = fmt::format("runs/{:%Y%m%d-%H%M%S}-{}", fmt::localtime(std::time(nullptr)), name);
+  fs::path directory = first;
+  for (int number = 2; fs::exists(directory); ++number) directory = fmt::format("{}-{}", first, number);
+  return directory;
+}
+
+void claim_run_folder(const fs::path& directory, bool force) {
+  std::error_code error;
+  const fs::path own = fs::absolute(directory / "").lexically_normal().parent_path();
+  mark_killed_beside(own);
+  if (fs::exists(own, error) && !fs::is_empty(own, error)) {
+    if (const std::string run = running_in(own); !run.empty())
+      throw hal::ConfigError(
+          fmt::format("{} is the folder of {}; give another one with --out", directory.string(), run));
+    if (!force)
+      throw hal::ConfigError(fmt::format("{} is not empty; give another folder with --out, or --force to move it aside",
+                                         directory.string()));
+    fs::path aside;
+    for (int number = 1; aside.empty() || fs::exists(aside); ++number)
+      aside = fmt::format("{}.{}", own.string(), number);
+    fs::rename(own, aside);
+  }
+  fs::create_directories(own, error);
+  if (error)
+    throw std::runtime_error(
+        fmt::format("cannot record in {}: {}; choose another directory", directory.string(), error.message()));
 }
 
 }  // namespace arkmesh::lab

@@ -1,5 +1,5 @@
 // Where a lab's run leaves what it was and gave: the effective configuration, the recording with its tables, and
-// result.json.
+// result.json. No run overwrites another one.
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,24 @@ namespace arkmesh::lab {
 
 class RunFolder {
  public:
-  // Makes `directory`, writes config.toml and opens the recording. Throws std::runtime_error when it cannot be written.
-  RunFolder(const std::filesystem::path& directory, const std::string& effective_config,
-            hal::Recorder::Options options);
+  // Writes config.toml, opens the recording, and says in result.json that the run of these `facts` goes on; a killed
+  // run leaves it at that. Throws ConfigError when another run has the folder, and std::runtime_error when it cannot be
+  // written.
+  RunFolder(const std::filesystem::path& directory, const std::string& effective_config, hal::Recorder::Options options,
+            const nlohmann::json& facts);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
 
   const std::filesystem::path& directory() const { return recorder_.directory(); }
   hal::Recorder& recorder() { return recorder_; }
-  // Writes result.json. Throws std::runtime_error with one sentence when it cannot be written.
+  // Replaces result.json. On a full disk there is room for it; where it cannot be written it goes to the standard
+  // output.
   void save_result(const nlohmann::json& result) const;
 
  private:
   hal::Recorder recorder_;
+  std::filesystem::path reserve_;  // room for the result
 };
 
 // [recorder] of a lab's configuration.
@@ -34,7 +41,11 @@ struct RecorderConfig {
   void fields(const hal::Section& recorder);
   hal::Recorder::Options options() const;
 };
-// The default of --out: runs/DATE-TIME.
-std::filesystem::path default_run_directory();
+
+// The default of --out: runs/DATE-TIME-NAME, or the first of runs/DATE-TIME-NAME-2, ... that is not there yet.
+std::filesystem::path default_run_directory(const std::string& name);
+// Makes the folder of a run; marks those beside it whose process was killed. One that holds something is refused with a
+// ConfigError, or with `force` moved aside to DIRECTORY.1, .2, ..., unless its run still goes on.
+void claim_run_folder(const std::filesystem::path& directory, bool force);
 
 }  // namespace arkmesh::lab

@@ -42,6 +42,7 @@ Runner::Step Runner::step(Now now) {
     if (!arena_lost_) arena_.serve();
     bus_.drain();
     if (!peers_.failure().empty()) fail(peers_.failure());
+    if (port_.end_asked()) stop("stopped by the operator");
     if (now_ >= status_due_) publish_status();
     return go_on();
   } catch (const std::exception& error) {
@@ -157,7 +158,10 @@ void Runner::merge_period() {
   tell_merged(data_, k, merged);
   const shared_view_t view = make_shared_view(k, data_.now, lab_.projection(), merged);
   scenario_.on_period(lab_);
-  if (k == 0) lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
+  if (k == 0) {
+    lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
+    recorder_.start_now();
+  }
   deliver();
   bus_.publish(hal::channel::shared, view);
   if (!data_.overlay.empty()) bus_.publish(hal::channel::overlay, hal::to_message(data_.overlay, data_.now));
@@ -220,7 +224,7 @@ void Runner::stop(std::string_view why) {
 
 std::string_view Runner::outcome() const {
   if (failed_) return stopped_ ? "stopped" : "failed";
-  return phase_ == Phase::ended ? "finished" : "running";
+  return phase_ < Phase::lingering ? "running" : "finished";
 }
 
 void Runner::fail(std::string_view why) {

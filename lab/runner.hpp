@@ -55,7 +55,8 @@ class Runner {
 
   // It reached the last boundary and has the final hash.
   bool finished() const { return phase_ == Phase::ended && !failed_; }
-  // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before.
+  // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
+  // the lab has told everybody.
   std::string_view outcome() const;
   const std::string& reason() const { return reason_; }          // why it ended early
   const std::string& state_text() const { return state_text_; }  // what it is doing, for progress and `status`

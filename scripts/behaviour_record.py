@@ -42,10 +42,14 @@ def digest(*parts):
     return whole.hexdigest()[:16]
 
 
+# Of results: what each run, machine and commit has of its own.
+OWN_OF_A_RUN = {"wall", "started", "process", "hashes", "commit"}
+
+
 def flat(value, path=""):
-    """[(key, value)] of nested tables, without what the wall clock decided."""
+    """[(key, value)] of nested tables, without what the wall clock, the machine or the commit decided."""
     if isinstance(value, dict):
-        return [pair for key, each in value.items() if key != "wall" for pair in flat(each, f"{path}.{key}")]
+        return [pair for key, each in value.items() if key not in OWN_OF_A_RUN for pair in flat(each, f"{path}.{key}")]
     return [(path, json.dumps(value))]
 
 

@@ -39,8 +39,7 @@ class LabProcesses:
         self.processes = {}  # (what, lab) -> Popen
 
     def __enter__(self):
-        for lab in self.files:
-            (self.out / lab).mkdir(parents=True, exist_ok=True)
+        self.out.mkdir(parents=True, exist_ok=True)
         try:
             for lab in self.files:
                 self.start("gateway", lab)
@@ -56,7 +55,7 @@ class LabProcesses:
 
     def said(self, what, lab):
         """The file that holds what a process said."""
-        return self.out / lab / f"{what}.txt"
+        return self.out / f"{lab}-{what}.txt"
 
     def start(self, what, lab):
         command = [self.program, what, self.files[lab], *self.overrides[lab]]
@@ -131,8 +130,8 @@ def join_results(results):
     if strict and len(set(hashes.values())) != 1:
         raise Failed(f"The labs do not agree on the final hash: {hashes}; hash.csv of each shows the first period that differs.")
     first = next(iter(results.values()))
-    common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts")
-    joint = {key: first[key] for key in common}
+    common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts")
+    joint = {key: first[key] for key in common if key in first}
     joint["drops"] = {f"{lab}.{name}": n for lab, result in results.items() for name, n in result["drops"].items()}
     joint["by_lab"] = {lab: {key: result[key] for key in ("counts", "counters", "wall", "between_labs")} for lab, result in results.items()}
     walls = [result["wall"] for result in results.values()]

@@ -53,6 +53,7 @@ class OdeArena final : public SimulatedArena {
         overhead_chance_(seed, lab + "/ode/overhead_loss"),
         overhead_(options.overhead) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
+    if (settings.leave_failed) host_.leave_failed_robots();
     if (!overhead_) return;
     host_.nothing_is_repeated();
     infrared_.listen_to(overhead_);
@@ -141,6 +142,7 @@ class OdeArena final : public SimulatedArena {
     counters_.set("infrared.lost.spoiled", air.spoiled);
     counters_.set("infrared.lost.chance", air.lost);
     counters_.set("infrared.backed_off", air.backed_off);
+    if (host_.failed_robots() > 0) counters_.set("robots.failed", host_.failed_robots());
     counters_.set("contacts.robot_ticks", world.touching);
     counters_.set("contacts.deeper_than_1mm", world.deep);
     return counters_;

@@ -10,6 +10,11 @@ void Settings::fields(const hal::Section& ode) {
             {.help = "the C file that robots run",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty()});
+  enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
+  ode.field("on_fault", on_fault,
+            {.help = "a robot's program that crashes or hangs ends the run, or leaves that robot dead",
+             .one_of = {"end", "leave"}});
+  leave_failed = on_fault == OnFault::leave;
   enum class Start { uniform, centre80 } start = start_in_centre ? Start::centre80 : Start::uniform;
   ode.field("start", start,
             {.help = "robots start anywhere, or within 0.8 of the sides", .one_of = {"uniform", "centre80"}});

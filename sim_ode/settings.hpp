@@ -21,6 +21,7 @@ struct ViewSettings {
 
 struct Settings : DriveSettings {
   std::filesystem::path controller;    // a C file for kilolib
+  bool leave_failed = false;           // on_fault = "end" | "leave"
   bool start_in_centre = false;        // start = "uniform" | "centre80"
   std::vector<hal::Pose> start_poses;  // of each robot in turn; wins over `start`
   bool blank_leds = false;             // arena.blank_leds: cameras see no colours

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "hal/platforms/kilobot/pause_guard.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
@@ -15,16 +16,17 @@ namespace {
 std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequest& request) {
   const hal::Section kilobot = arena.section("kilobot");
   const KilobotSettings settings = read_kilobot_settings(arena, request.lab);
+  // The guard's process has what this one has when the line opens: little, before there are pictures.
+  std::unique_ptr<hal::kilobot::ByteStream> stream;
+  try {
+    stream = hal::kilobot::guarded(hal::kilobot::open_byte_stream(settings.arena.port));
+  } catch (const hal::kilobot::PortError& error) {
+    kilobot.refuse("port", error.what());
+  }
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes =
       make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
-  std::unique_ptr<hal::kilobot::ByteStream> stream;
-  try {
-    stream = hal::kilobot::open_byte_stream(settings.arena.port);
-  } catch (const hal::kilobot::PortError& error) {
-    kilobot.refuse("port", error.what());
-  }
   auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream));
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }

@@ -1,6 +1,7 @@
 #include "sim_ode/host/robot_host.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <utility>
@@ -54,16 +55,19 @@ void RobotHost::set_power(int robot, bool on) {
 }
 
 void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
-  const Fault fault = turns_.walk(number, inbox);
-  if (fault.kind != Fault::Kind::none) report(fault);
+  for (Fault fault = turns_.walk(number, inbox); fault.kind != Fault::Kind::none;
+       fault = turns_.walk_on_without_robot())
+    leave_or_report(fault);
   for (int robot : turns_.resets()) power_up(robot);
 }
 
 Reply RobotHost::send_turn(const Outcome& outcome) {
   Reply reply;
   const Fault fault = turns_.send(outcome, reply);
-  if (fault.kind != Fault::Kind::none) report(fault);
-  return reply;
+  if (fault.kind == Fault::Kind::none) return reply;
+  leave_or_report(fault);
+  turns_.give_up_robot();
+  return {};
 }
 
 // `place` is the source line where it happened, perhaps empty.
@@ -85,11 +89,20 @@ std::string RobotHost::words_for(const Fault& fault, const std::string& place) c
   }
 }
 
-void RobotHost::report(const Fault& fault) const {
+std::string RobotHost::sentence_for(const Fault& fault) const {
   const std::string place = fault.instruction ? program_->place_of(fault.instruction) : std::string{};
-  throw ProgramFault(fmt::format("the program of robot {} {}{} at {:.3f} s ({})", turns_.robot(),
-                                 words_for(fault, place), place, static_cast<double>(turns_.now_us()) * 1e-6,
-                                 program_->source().string()));
+  return fmt::format("the program of robot {} {}{} at {:.3f} s ({})", turns_.robot(), words_for(fault, place), place,
+                     static_cast<double>(turns_.now_us()) * 1e-6, program_->source().string());
+}
+
+void RobotHost::report(const Fault& fault) const {
+  throw ProgramFault(sentence_for(fault));
+}
+
+void RobotHost::leave_or_report(const Fault& fault) {
+  if (!leave_failed_) report(fault);
+  spdlog::warn("{}; it stands still from now on", sentence_for(fault));
+  ++failed_robots_;
 }
 
 }  // namespace arkmesh::sim_ode

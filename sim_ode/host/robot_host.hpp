@@ -35,6 +35,10 @@ class RobotHost {
             RobotSensors sensors, const std::string& lab, std::uint64_t seed, double clock_spread = 0,
             const std::vector<std::uint16_t>& ids = {});
 
+  // From now on a robot whose program fails stands still, dark and deaf, and the others go on. It fails all the same
+  // where it boots.
+  void leave_failed_robots() { leave_failed_ = true; }
+  std::uint64_t failed_robots() const { return failed_robots_; }
   // All robots' turns for tick `number` (1, 2, ...). Throws ProgramFault, which ends the host's use.
   void tick(std::int64_t number, const Inbox& inbox);
 
@@ -65,6 +69,8 @@ class RobotHost {
  private:
   void power_up(int robot);
   [[noreturn]] void report(const Fault& fault) const;
+  void leave_or_report(const Fault& fault);
+  std::string sentence_for(const Fault& fault) const;
   std::string words_for(const Fault& fault, const std::string& place) const;
 
   std::shared_ptr<const RobotProgram> program_;
@@ -72,6 +78,8 @@ class RobotHost {
   RobotBodies bodies_;
   RobotMemory memory_;
   Turns turns_;
+  bool leave_failed_ = false;
+  std::uint64_t failed_robots_ = 0;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -98,6 +98,24 @@ Fault Turns::walk(std::int64_t number, const Inbox& inbox) {
   robot_ = 0;
   phase_ = Phase::enter;
   next_infrared_ = 0;
+  return run_walk();
+}
+
+Fault Turns::walk_on_without_robot() {
+  give_up_robot();
+  stacks_.give(stack_);  // its program was on it
+  worker_ = nullptr;
+  ++robot_;
+  phase_ = Phase::enter;
+  return run_walk();
+}
+
+void Turns::give_up_robot() {
+  in_callback_ = false;
+  switch_off(robot_);
+}
+
+Fault Turns::run_walk() {
   running_ = this;
   Fault fault = guard_.run(
       [](void* self) {

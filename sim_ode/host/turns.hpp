@@ -30,13 +30,17 @@ class Turns {
   Turns(const Turns&) = delete;
   Turns& operator=(const Turns&) = delete;
 
-  // Each of these returns why it ended early: then robot() and now_us() say in whose turn and when, and the turns are
-  // of no more use.
+  // Each of these returns why it ended early: then robot() and now_us() say in whose turn and when. The turns are of no
+  // more use then, unless that robot is given up.
 
   // Power-up: fresh memory, values from the EEPROM, main() up to kilo_start(), with which it ends (Fault::Kind::left).
   Fault boot(int robot);
   // All robots' turns for tick `number` (1, 2, ...).
   Fault walk(std::int64_t number, const Inbox& inbox);
+  // After a fault in walk(): that robot is given up, and the others' turns go on.
+  Fault walk_on_without_robot();
+  // After a fault: the robot whose turn it was is switched off.
+  void give_up_robot();
   // A robot's turn when the moment of its send timer has come.
   Fault send(const Outcome& outcome, Reply& reply);
 
@@ -76,6 +80,7 @@ class Turns {
 
   void* new_worker();
   void worker();
+  Fault run_walk();
   void walk_on();
   bool enter();
   bool deliver_next();

@@ -348,6 +348,17 @@ TEST_CASE("an operator's command reaches the robots; what is none is counted") {
   CHECK(bench.runner.drops()["fleet_command.refused.undecodable"] == 1);
 }
 
+TEST_CASE("an operator ends the run with its results") {
+  Bench bench;
+  bench.step();
+  fleet_command_t end{};
+  end.command = lab::ArenaPort::end_run;
+  bench.bus.publish("operator_command", end);
+  bench.run();
+  CHECK(bench.runner.outcome() == "stopped");
+  CHECK(bench.runner.reason() == "stopped by the operator");
+}
+
 TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
   tests::TemporaryDirectory folder;
   SlowArena arena;

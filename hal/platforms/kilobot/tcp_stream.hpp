@@ -21,6 +21,7 @@ class TcpStream final : public ByteStream {
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
+  int descriptor() const override { return fd_; }
   const std::string& trouble() const override { return trouble_; }
 
  private:

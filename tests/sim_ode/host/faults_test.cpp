@@ -1,6 +1,7 @@
 // Programs that do not compile, crash, hang or give up end an arena with one sentence, and nothing else.
 #include <dlfcn.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -87,6 +88,37 @@ TEST_CASE("crashes") {
   CHECK(says(run_error("crash_stack.c"), {"robot 0", "stack overflow"}));
   CHECK(says(run_error("crash_call.c"), {"robot 0", "bad pointer", "in loop", "crash_call.c:9"}));
   CHECK(says(run_error("crash_beyond.c"), {"robot 0", "bad pointer", "crash_beyond.c"}));
+}
+
+TEST_CASE("a robot that fails is left behind") {
+  // With on_fault = "leave" the others go on, in the same way each time, whatever they were doing: in loop, in a
+  // callback, on a stack that overflows, in a program that never returns.
+  for (const char* program : {"crash_null.c", "crash_zero.c", "crash_stack.c", "endless.c", "jumps.c"}) {
+    CAPTURE(program);
+    const TestArena scene{.program = program, .robots = 4, .ode = "on_fault = \"leave\""};
+    std::uint64_t failed[2] = {}, places[2] = {};
+    for (int again = 0; again < 2; ++again) {
+      auto arena = scene.make_running();
+      arena->advance_to(seconds(1));
+      arena->robots().command(broadcast(1, {0}));
+      const hal::PoseFrame frame = frame_at(*arena, seconds(10));
+      CHECK(frame.robots.size() == 4);
+      failed[again] = arena->counters()["robots.failed"];
+      for (const hal::Observation& robot : frame.robots)
+        places[again] = places[again] * 31 + static_cast<std::uint64_t>(std::llround(robot.pose.x_m * 1e6));
+    }
+    CHECK(failed[0] > 0);
+    CHECK(failed[1] == failed[0]);
+    CHECK(places[1] == places[0]);
+  }
+  // One of four is lost, and the others move on.
+  auto arena = TestArena{.program = "crash_ahead.c", .robots = 4, .ode = "on_fault = \"leave\""}.make_running();
+  const hal::PoseFrame then = frame_at(*arena, seconds(3)), later = frame_at(*arena, seconds(9));
+  CHECK(arena->counters()["robots.failed"] == 1);
+  for (std::size_t i = 0; i < 4; ++i) {
+    CAPTURE(i);
+    CHECK((later.robots[i].pose.x_m == then.robots[i].pose.x_m) == (i == 2));
+  }
 }
 
 TEST_CASE("aborts") {

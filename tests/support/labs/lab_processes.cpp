@@ -60,7 +60,7 @@ std::vector<std::string> LabProcesses::arguments(const std::string& command, con
 
 void LabProcesses::start_lab(const std::string& lab) {
   std::vector<std::string> all = arguments("lab", lab);
-  all.insert(all.end(), {"--out", directory(lab).string()});
+  all.insert(all.end(), {"--force", "--out", directory(lab).string()});
   labs_.at(lab).process = std::make_unique<Process>(ARKMESH_PROGRAM, all, folder_.path() / (lab + "-lab.txt"));
 }
 

@@ -355,3 +355,18 @@ TEST_CASE("kilobot arena: the last word") {
     CHECK(took <= (asleep ? 2100ms : 600ms));
   }
 }
+
+TEST_CASE("kilobot arena: the last word of a lab that never began") {
+  // Robots that run from before hear the pause although nobody was found yet.
+  Testbed testbed("kilobot.again_s = 0");
+  testbed.eyes_see->named_after_looks = 1'000'000;
+  const TimePoint until = testbed.wall.now() + 5s;
+  while (testbed.wall.now() < until && !testbed.arena->advance_to(hal::LabTime{0}))
+    hal::wait_for_service(*testbed.arena, testbed.wall);
+  testbed.cable->take();
+  testbed.arena->robots().command({Kind::pause});
+  hal::end(*testbed.arena, testbed.wall);
+  REQUIRE(testbed.cable->heard.size() == 2);
+  CHECK(testbed.cable->heard[0].message_type() == type_wakeup);
+  CHECK(testbed.cable->heard[1].type() == PacketType::stop);
+}
