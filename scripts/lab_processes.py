@@ -39,8 +39,7 @@ class LabProcesses:
         self.processes = {}  # (what, lab) -> Popen
 
     def __enter__(self):
-        for lab in self.files:
-            (self.out / lab).mkdir(parents=True, exist_ok=True)
+        self.out.mkdir(parents=True, exist_ok=True)
         try:
             for lab in self.files:
                 self.start("gateway", lab)
@@ -56,12 +55,13 @@ class LabProcesses:
 
     def said(self, what, lab):
         """The file that holds what a process said."""
-        return self.out / lab / f"{what}.txt"
+        return self.out / f"{lab}-{what}.txt"
 
-    def start(self, what, lab):
+    def start(self, what, lab, out=None):
+        """Starts a process; a lab records into `out`, by default a folder of its name."""
         command = [self.program, what, self.files[lab], *self.overrides[lab]]
         if what == "lab":
-            command += ["--out", self.out / lab]
+            command += ["--out", out or self.out / lab]
         with open(self.said(what, lab), "ab") as said:
             try:
                 self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
