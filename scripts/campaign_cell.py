@@ -104,7 +104,7 @@ def pace_of(arena, phase, fault):
 
 def failing_program(program):
     """The program whose scenario fails when it is told to; built with the tests."""
-    return program.parent / "tests/arkmesh_failing"
+    return program.parent / "arkmesh_failing"
 
 
 class Cell:
@@ -167,19 +167,19 @@ class Cell:
         if self.phase == "waiting at 0" and self.fault == "peer's states refused":
             # the peer spoke to nobody yet: what it would have said is what the impostor alters
             self.start_lab("shark")
-            self.until(60, lambda: self.ears["shark"].period() == 0 and self.ears["shark"].message("status"), "the peer's start")
+            self.until(300, lambda: self.ears["shark"].period() == 0 and self.ears["shark"].message("status"), "the peer's start")
             self.process("shark").send_signal(signal.SIGSTOP)
         self.labs.start("gateway", "shark")
         self.labs.start("gateway", "roark")
         self.start_lab("roark")
-        self.until(200, lambda: self.state().startswith("waiting for shark") or not self.lives(), "the lab's wait for its peer")
+        self.until(300, lambda: self.state().startswith("waiting for shark") or not self.lives(), "the lab's wait for its peer")
         if self.phase == "waiting at 0":
             return
         self.start_lab("shark")
         if self.phase == "ending":
-            self.until(200, lambda: self.state() == "finished" or not self.lives(), "the end of the run")
+            self.until(300, lambda: self.state() == "finished" or not self.lives(), "the end of the run")
             return
-        self.until(100, lambda: self.ears["roark"].period() >= self.pace.fault_at or not self.lives(), "the run's beginning")
+        self.until(300, lambda: self.ears["roark"].period() >= self.pace.fault_at or not self.lives(), "the run's beginning")
         if self.phase == "waiting in mid-run":
             self.link.cut()
             # an arena that keeps real time notices after five seconds; whether it says so is not what this cell is about
@@ -338,7 +338,7 @@ class Cell:
         again = self.folders["roark"].with_name("roark-again")
         self.labs.start("lab", "roark", again)
         begin = time.monotonic()
-        while self.lives() and not (again / "config.toml").exists() and time.monotonic() - begin < 60:
+        while self.lives() and not (again / "config.toml").exists() and time.monotonic() - begin < 300:
             time.sleep(0.05)
         time.sleep(0.5)
         self.process().send_signal(signal.SIGINT)
@@ -351,17 +351,17 @@ class Cell:
 
     # ------------------------------------------------------------ all of it
 
-    def run(self):
-        """What was wrong, as sentences; empty when the promise was kept."""
-        self.out.mkdir(parents=True)
+    @contextlib.contextmanager
+    def prepared(self, own_overrides=None):
+        """Files, ears, the link and the emulator are there; whatever is started within is ended."""
+        self.out.mkdir(parents=True, exist_ok=True)
         if self.fault == "disk full":
             disk = self.folders["roark"].parent
             disk.mkdir()
             subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", disk], check=True)
         (self.out / "fail").mkdir()
         os.environ["ARKMESH_FAIL_IN"] = str(self.out / "fail")
-        files = self.write_files()
-        self.labs = LabProcesses(files, self.out, program=self.program)
+        self.labs = LabProcesses(self.write_files(), self.out, own_overrides=own_overrides, program=self.program)
         self.ears = {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
         self.link = Link(THROUGH, LISTENS)
         with contextlib.ExitStack() as ending:
@@ -369,7 +369,12 @@ class Cell:
             if self.arena == "hardware":
                 more = ["--calibration", self.out / "testbed.yaml"]
                 ending.enter_context(emulated_testbed(self.out, self.program, self.out / "emulator.toml", more))
-            try:
+            yield
+
+    def run(self):
+        """What was wrong, as sentences; empty when the promise was kept."""
+        try:
+            with self.prepared():
                 self.enter_phase()
                 if not self.lives() and not (self.phase == "ending" or self.fault == "program crash"):
                     raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
@@ -385,6 +390,6 @@ class Cell:
                 self.judge_recording()
                 if self.promise.end == "killed":
                     self.judge_next_start()
-            except Failed as failure:
-                self.problems.append(f"not brought about: {failure}")
+        except Failed as failure:
+            self.problems.append(f"not brought about: {failure}")
         return self.problems

@@ -75,7 +75,7 @@ def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
     with open(said, "wb") as file:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, preexec_fn=end_with_parent)
     try:
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while "commands:" not in said.read_text(errors="replace"):
             if process.poll() is not None or time.monotonic() > end:
                 words = said.read_text(errors="replace").strip().splitlines() or ["it said nothing"]
