@@ -22,7 +22,8 @@ from lab_processes import ROOT, Failed, LabProcesses
 PORTS = {"shark": 7701, "roark": 7702}  # of the LCM buses
 LISTENS, THROUGH = 7801, 7811           # shark's gateway, and the link to it
 CONTROL = 8092                          # of the emulator
-PATIENCE_S = 8
+PATIENCE_S = 8                          # gate.patience_s
+LONG_PATIENCE_S = 40                    # where a lab stands still for 20 s, or its link is mended again
 NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that, on a busy machine
 STANDS_STILL_S = 20
 ROBOTS = 3
@@ -113,6 +114,8 @@ class Cell:
         self.promise = campaign_promises.promise(arena, phase, fault)
         self.program = failing_program(program) if fault == "scenario exception" else program
         self.pace = pace_of(arena, phase, fault)
+        goes_on = isinstance(self.promise, campaign_promises.Promise) and self.promise.end == "finished"
+        self.patience_s = LONG_PATIENCE_S if fault == "SIGSTOP 20 s" or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
         self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
         self.waits = ""  # what it said while it waited
         self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
@@ -132,7 +135,7 @@ class Cell:
             files.append(self.out / f"{lab}.toml")
             files[-1].write_text(LAB.format(
                 root=ROOT, lab=lab, bus=bus, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out,
-                patience_s=5 * PATIENCE_S if self.fault == "SIGSTOP 20 s" else PATIENCE_S, use="kilobot" if own and hardware else "ode",
+                patience_s=self.patience_s, use="kilobot" if own and hardware else "ode",
                 pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0, controller=crash if crashes else dhtf) + GATEWAYS[lab])
         return files
 
@@ -250,7 +253,7 @@ class Cell:
         """How long after the fault a lab may take to end so."""
         if end == "finished":
             return 60 + (0 if self.arena == "simulated" else self.pace.duration_s)
-        return NOTICES_S + (PATIENCE_S if end == "failed" else 0)
+        return NOTICES_S + (self.patience_s if end == "failed" else 0)
 
     def wait_for_ends(self, since):
         """{lab: seconds from the fault to its end}; a lab that is not over in time is a problem. The hardware's robots are looked at meanwhile."""
