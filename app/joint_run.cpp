@@ -16,9 +16,11 @@ namespace arkmesh::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using hal::TimePoint;
 
 constexpr std::chrono::microseconds step_time{1000};
-constexpr std::uint64_t deadlock_steps = 10'000;  // repetition and dead-peer rules have long had their say by then
+constexpr std::chrono::milliseconds wait_at_most{20};  // for arenas that keep real time, in one step
+constexpr std::uint64_t deadlock_steps = 10'000;       // repetition and dead-peer rules have long had their say by then
 constexpr std::uint64_t show_steps = 64;
 constexpr std::uint64_t serve_steps = 256;  // an arena that shows something is waited for, and is served then
 
@@ -108,15 +110,23 @@ void JointRun::start_gateway(const std::string& lab) {
 }
 
 bool JointRun::step() {
-  const std::chrono::microseconds now = step_time * steps_;
-  if (turn_ == 0) advanced_ = going_ = false;
+  const std::chrono::microseconds now = step_time * steps_ + waited_;
+  if (turn_ == 0) {
+    advanced_ = going_ = false;
+    wake_ = TimePoint::max();
+  }
   for (; turn_ < labs_.size(); ++turn_) {
     Member& m = *labs_[turn_];
     const auto step = m.lab.runner().step(now);
-    // The others stand still meanwhile, so that the course does not depend on how long it takes.
     if (m.lab.runner().awaits_arena()) {
-      hal::wait_for_service(m.lab.arena(), time_);
-      return true;
+      const TimePoint wanted = m.lab.arena().next_service();
+      // One that computes its own time: the others stand still meanwhile, so that the course does not depend on how
+      // long it takes.
+      if (wanted == TimePoint::min()) {
+        time_.serve();
+        return true;
+      }
+      wake_ = std::min(wake_, wanted);
     }
     advanced_ = advanced_ || step == lab::Runner::Step::advanced;
     going_ = going_ || step != lab::Runner::Step::ended;
@@ -127,11 +137,20 @@ bool JointRun::step() {
   ++steps_;
   network_.step();
   if (steps_ % serve_steps == 0) time_.serve();
+  const bool real_time = wake_ != TimePoint::max();
+  if (real_time && !advanced_) wait_for_arenas();
   // While a link is down waiting is right, however long.
-  idle_steps_ = advanced_ || !links_up() ? 0 : idle_steps_ + 1;
+  idle_steps_ = advanced_ || real_time || !links_up() ? 0 : idle_steps_ + 1;
   if (idle_steps_ > deadlock_steps)
     for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
   return going_;
+}
+
+// Arenas that keep real time: what is waited for them passes for all labs, which tell each other how they are.
+void JointRun::wait_for_arenas() {
+  const TimePoint before = time_.now();
+  time_.wait_until(std::min(wake_, before + wait_at_most));
+  waited_ += std::chrono::duration_cast<std::chrono::microseconds>(time_.now() - before);
 }
 
 bool JointRun::links_up() const {

@@ -28,8 +28,9 @@ class JointRun {
   JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, bool force = false);
   ~JointRun();
 
-  // One step of every lab and of the network between them, or a part of it: a lab whose arena is not there yet goes on
-  // with the next call. False once all labs have ended.
+  // One step of every lab and of the network between them, or a part of it: a lab whose arena computes its own time
+  // and is not there yet goes on with the next call. Waits a moment when all that is left to do is to wait for arenas
+  // that keep real time. False once all labs have ended.
   // Labs that wait for each other with no link down, and would for ever, are ended with that reason.
   bool step();
 
@@ -60,6 +61,7 @@ class JointRun {
     std::unique_ptr<gateway::Gateway> gateway;
   };
   Member& member(const std::string& name);
+  void wait_for_arenas();
   bool links_up() const;
   nlohmann::json save(double wall_s) const;
 
@@ -69,6 +71,8 @@ class JointRun {
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;
+  std::chrono::microseconds waited_{0};    // for arenas that keep real time
+  hal::TimePoint wake_{};                  // when the first of these goes on, of the current step
   std::size_t turn_ = 0;                   // the lab with which the current step goes on
   bool advanced_ = false, going_ = false;  // any lab so far in the current step
 };

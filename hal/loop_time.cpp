@@ -26,6 +26,7 @@ void LoopTime::wait_for_anything(TimePoint then) {
   if (loop_.poll() > 0 || then <= now()) return;
   alarm_->timer.expires_at(then);
   alarm_->timer.async_wait([](boost::system::error_code) {});
+  loop_.restart();  // as before: it would not wait
   loop_.run_one();
   alarm_->timer.cancel();
   loop_.poll();

@@ -23,8 +23,12 @@ void Lingering::begin_after_failure(Now now) {
   until_ = now + fail_linger;
 }
 
-void Lingering::begin_after_last_period(Now now) {
-  until_ = now + linger_most;
+void Lingering::begin_after_last_period(Now now, Now patience) {
+  until_ = now + std::clamp<Now>(patience, PeerMonitor::status_limit, linger_most);
+}
+
+void Lingering::hurry(Now now) {
+  until_ = std::min<Now>(until_, now + fail_linger);
 }
 
 bool Lingering::over(const PeriodGate& gate, const PeerMonitor& monitor, std::uint32_t last, Now now) {

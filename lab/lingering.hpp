@@ -1,6 +1,6 @@
 // How long a lab that has finished stays to repeat its last state: until every peer has it for a moment, or is gone,
-// and never longer than a minute. A lab that failed stays for a second, so that its peers hear why. The caller owns
-// time.
+// and never longer than a minute or its patience. A lab that failed stays for a second, so that its peers hear why. The
+// caller owns time.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,10 @@ class Lingering {
   using Now = PeerMonitor::Now;
 
   void begin_after_failure(Now now);
-  void begin_after_last_period(Now now);
+  // `patience`: a minute is the most, but a peer whose link is cut is not waited for longer than elsewhere.
+  void begin_after_last_period(Now now, Now patience);
+  // Somebody wants the lab to go: a second more is the most.
+  void hurry(Now now);
   // Whether the lab may go; after the last period asks what peers have. `last`: that period.
   bool over(const PeriodGate& gate, const PeerMonitor& monitor, std::uint32_t last, Now now);
   // It went although somebody may lack the last state.

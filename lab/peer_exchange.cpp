@@ -150,7 +150,7 @@ PeerWait PeerExchange::wait_for_one(const std::string& peer) const {
 
 void PeerExchange::linger_after_last_period() {
   complete_ = true;
-  lingering_.begin_after_last_period(now_);
+  lingering_.begin_after_last_period(now_, patience_);
   publish_world();
 }
 

@@ -61,6 +61,7 @@ class PeerExchange {
   // --- ending ---
   void linger_after_failure() { lingering_.begin_after_failure(now_); }
   void linger_after_last_period();
+  void hurry() { lingering_.hurry(now_); }
   // No peer needs this lab any more. `last`: the last period.
   bool may_leave(std::uint32_t last);
 

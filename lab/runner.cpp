@@ -218,6 +218,7 @@ void Runner::enter(Phase phase) {
 }
 
 void Runner::stop(std::string_view why) {
+  if (phase_ == Phase::lingering) return peers_.hurry();  // it has finished, and the result stands
   stopped_ = stopped_ || !failed_;
   fail(hal::stopped(why, arena_));
 }

@@ -46,7 +46,8 @@ class Runner {
   Step step(Now now);
   // When step() is wanted at the latest after it has waited.
   Now due() const { return awaits_arena_ ? status_due_ : std::min(status_due_, peers_.world_due()); }
-  // Ends the run early and says why to others first: as the operator wishes, or as failed.
+  // Ends the run early and says why to others first: as the operator wishes, or as failed. A run that has finished
+  // stays so, and the lab goes soon.
   void stop(std::string_view why);
   void fail(std::string_view why);
   // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the

@@ -68,14 +68,14 @@ def summary(joint, out):
 
 
 @contextlib.contextmanager
-def emulated_testbed(out, seconds, program=PROGRAM):
+def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
     """The emulator's process, ready: cameras and overhead controller can be reached."""
     said = out / "emulator.txt"
-    command = [program, "emulator", EMULATOR, "--truth", out / "truth.csv"]
+    command = [program, "emulator", file, "--truth", out / "truth.csv", *more]
     with open(said, "wb") as file:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, preexec_fn=end_with_parent)
     try:
-        end = time.monotonic() + 20
+        end = time.monotonic() + 300
         while "commands:" not in said.read_text(errors="replace"):
             if process.poll() is not None or time.monotonic() > end:
                 words = said.read_text(errors="replace").strip().splitlines() or ["it said nothing"]
@@ -99,7 +99,7 @@ def run(arguments, files=LABS, program=PROGRAM):
     overrides = [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"]
     with contextlib.ExitStack() as ending:
         if arguments.emulated:
-            ending.enter_context(emulated_testbed(out, arguments.seconds, program))
+            ending.enter_context(emulated_testbed(out, program))
         labs = ending.enter_context(LabProcesses(files, out, overrides, EMULATED_OVERRIDES if arguments.emulated else None, program=program))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
         if arguments.emulated:

@@ -57,10 +57,11 @@ class LabProcesses:
         """The file that holds what a process said."""
         return self.out / f"{lab}-{what}.txt"
 
-    def start(self, what, lab):
+    def start(self, what, lab, out=None):
+        """Starts a process; a lab records into `out`, by default a folder of its name."""
         command = [self.program, what, self.files[lab], *self.overrides[lab]]
         if what == "lab":
-            command += ["--out", self.out / lab]
+            command += ["--out", out or self.out / lab]
         with open(self.said(what, lab), "ab") as said:
             try:
                 self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,

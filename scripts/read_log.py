@@ -51,6 +51,17 @@ def decode(data):
     return cls.decode(data) if cls else None
 
 
+def new(type_name, **values):
+    """A message of ours by the name of its type, with these fields; counts of arrays follow from the arrays."""
+    cls = next(cls for cls in types().values() if cls.__name__ == type_name)
+    message = cls()
+    for name, value in values.items():
+        setattr(message, name, value)
+        if isinstance(value, list) and hasattr(message, "n_" + name):
+            setattr(message, "n_" + name, len(value))
+    return message
+
+
 def text(message, indent=""):
     """A message as indented lines, nested ones too."""
     lines = []

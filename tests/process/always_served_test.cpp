@@ -128,3 +128,14 @@ TEST_CASE("a lab that identifies its robots shows its arena and answers") {
   labs.start_lab("roark");
   check_lively(look(labs, "roark", "waiting for the testbed", looked_for));
 }
+
+TEST_CASE("a lab that waits for the next frame of a slow arena answers") {
+  // Frames are five seconds apart; the lab says each second how it is nonetheless.
+  LabProcesses labs(
+      {.labs = {"shark"},
+       .overrides = {"arena.use=null", "arena.pace=1.0", "arena.frame_period_s=5.0", "gate.period_s=5.0"}});
+  labs.start_lab("shark");
+  const Seen seen = look(labs, "shark", "running", looked_for);
+  CHECK(seen.statuses.size() >= 4);
+  CHECK(longest_gap(seen.statuses) < 2s);
+}

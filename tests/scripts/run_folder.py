@@ -6,17 +6,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 import read_log  # noqa: E402
-
-
-def new(type_name, **values):
-    """A message of ours by type name, with its fields set; counts of arrays follow from the arrays."""
-    cls = next(c for c in read_log.types().values() if c.__name__ == type_name)
-    message = cls()
-    for name, value in values.items():
-        setattr(message, name, value)
-        if isinstance(value, list) and hasattr(message, "n_" + name):
-            setattr(message, "n_" + name, len(value))
-    return message
+from read_log import new  # noqa: E402
 
 
 def field(name, values):

@@ -1,0 +1,398 @@
+"""One cell of the campaign: brings two small labs into a phase, does the fault, and judges what came of it. Runs in a network and mount namespace
+of its own. See scripts/campaign."""
+import contextlib
+import csv
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import time
+
+import campaign_promises
+import read_log
+from campaign_network import BusEar, Impostor, Link
+from demo_run import emulated_testbed
+from lab_processes import ROOT, Failed, LabProcesses
+
+PORTS = {"shark": 7701, "roark": 7702}  # of the LCM buses
+LISTENS, THROUGH = 7801, 7811           # shark's gateway, and the link to it
+CONTROL = 8092                          # of the emulator
+PATIENCE_S = 8                          # gate.patience_s
+LONG_PATIENCE_S = 40                    # where a lab stands still for 20 s, or its link is mended again
+NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that, on a busy machine
+STANDS_STILL_S = 20
+ROBOTS = 3
+LAB = """include = ["{root}/experiments/dhtf/common.toml", "{root}/experiments/dhtf/presets/paper.toml"]
+[lab]
+name = "{lab}"
+[bus]
+url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
+[run]
+duration_s = {duration_s}
+[gate]
+period_s = {period_s}
+patience_s = {patience_s}
+[recorder]
+keep_free_mib = 0
+[arena]
+use = "{use}"
+pace = {pace}
+width_m = {side_m}
+height_m = {side_m}
+robots = {robots}
+[arena.ode]
+controller = "{controller}"
+[arena.kilobot]
+port = "tcp://127.0.0.1:8091"
+window = false
+[[arena.kilobot.cameras]]
+source = "http://127.0.0.1:8090/camera0"
+calibration = "{out}/testbed.yaml"
+"""
+GATEWAYS = {"shark": f'[gateway]\nlisten = "127.0.0.1:{LISTENS}"\n[[gateway.peers]]\nlab = "roark"\n',
+            "roark": f'[gateway]\n[[gateway.peers]]\nlab = "shark"\nconnect = "127.0.0.1:{THROUGH}"\n'}
+EMULATOR = """[emulator]
+frames_per_s = 10.0
+[[emulator.camera]]
+name = "camera0"
+width_px = 640
+height_px = 480
+z_m = 0.95
+focal_px = 800.0
+[arena]
+robots = {robots}
+width_m = 0.5
+height_m = 0.5
+[arena.ode]
+controller = "{controller}"
+"""
+# A robot's program that crashes at a tick (31 a second).
+CRASH = """#include <kilolib.h>
+static int *nowhere = 0;
+void setup() {{}}
+void loop() {{
+    set_color(RGB(0, 1, 0));
+    if (kilo_ticks > {tick}) *nowhere = 1;
+}}
+int main() {{
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}}
+"""
+
+
+@dataclasses.dataclass
+class Pace:
+    """Times of a run: lab seconds, and how many periods before the fault."""
+    period_s: float
+    duration_s: float
+    fault_at: int
+
+
+def pace_of(arena, phase, fault):
+    if arena == "simulated":
+        return Pace(2.0, 4000.0, 600)
+    if phase == "ending" or phase == "waiting at 0":
+        return Pace(0.5, 8.0, 6)
+    return Pace(0.5, 44.0 if fault == "SIGSTOP 20 s" else 24.0, 6)
+
+
+def failing_program(program):
+    """The program whose scenario fails when it is told to; built with the tests."""
+    return program.parent / "arkmesh_failing"
+
+
+class Cell:
+    def __init__(self, arena, phase, fault, out, program, hash_text):
+        self.arena, self.phase, self.fault, self.out, self.hash = arena, phase, fault, out, hash_text
+        self.promise = campaign_promises.promise(arena, phase, fault)
+        self.program = failing_program(program) if fault == "scenario exception" else program
+        self.pace = pace_of(arena, phase, fault)
+        goes_on = isinstance(self.promise, campaign_promises.Promise) and self.promise.end == "finished"
+        self.patience_s = LONG_PATIENCE_S if fault == "SIGSTOP 20 s" or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
+        self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
+        self.waits = ""  # what it said while it waited
+        self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
+
+    # ------------------------------------------------------------ preparation
+
+    def write_files(self):
+        hardware = self.arena == "hardware"
+        dhtf = ROOT / "scenarios/dhtf/controller/dhtf.c"
+        crash = self.out / "crash.c"
+        crash.write_text(CRASH.format(tick=int(31 * self.pace.period_s * self.pace.fault_at)))
+        (self.out / "emulator.toml").write_text(EMULATOR.format(robots=ROBOTS, controller=dhtf))
+        files = []
+        for lab, bus in PORTS.items():
+            own = lab == "roark"
+            crashes = own and self.fault == "program crash" and not hardware
+            files.append(self.out / f"{lab}.toml")
+            files[-1].write_text(LAB.format(
+                root=ROOT, lab=lab, bus=bus, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out,
+                patience_s=self.patience_s, use="kilobot" if own and hardware else "ode",
+                pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0, controller=crash if crashes else dhtf) + GATEWAYS[lab])
+        return files
+
+    def said(self, lab="roark"):
+        file = self.labs.said("lab", lab)
+        return file.read_text(errors="replace") if file.exists() else ""
+
+    def until(self, seconds, condition, what):
+        """Waits for something that the cell needs before it can judge."""
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                raise Failed(f"{what} has not happened within {seconds} s; roark: {self.said()[-300:].strip()} shark: {self.said('shark')[-300:].strip()}")
+            time.sleep(0.01)
+
+    def process(self, lab="roark"):
+        return self.labs.processes["lab", lab]
+
+    def lives(self, lab="roark"):
+        process = self.labs.processes.get(("lab", lab))
+        return process is not None and process.poll() is None
+
+    def state(self):
+        return self.ears["roark"].state()
+
+    def start_lab(self, lab, again=False):
+        self.folders[lab] = self.folders[lab].with_name(f"{lab}-again") if again else self.folders[lab]
+        self.labs.start("lab", lab, self.folders[lab])
+
+    def enter_phase(self):
+        """Until the lab is where the fault shall meet it."""
+        if self.phase == "waiting at 0" and self.fault == "peer's states refused":
+            # the peer spoke to nobody yet: what it would have said is what the impostor alters
+            self.start_lab("shark")
+            self.until(300, lambda: self.ears["shark"].period() == 0 and self.ears["shark"].message("status"), "the peer's start")
+            self.process("shark").send_signal(signal.SIGSTOP)
+        self.labs.start("gateway", "shark")
+        self.labs.start("gateway", "roark")
+        self.start_lab("roark")
+        self.until(300, lambda: self.state().startswith("waiting for shark") or not self.lives(), "the lab's wait for its peer")
+        if self.phase == "waiting at 0":
+            return
+        self.start_lab("shark")
+        if self.phase == "ending":
+            self.until(300, lambda: self.state() == "finished" or not self.lives(), "the end of the run")
+            return
+        self.until(300, lambda: self.ears["roark"].period() >= self.pace.fault_at or not self.lives(), "the run's beginning")
+        if self.phase == "waiting in mid-run":
+            self.link.cut()
+            # an arena that keeps real time notices after five seconds; whether it says so is not what this cell is about
+            end = time.monotonic() + 7
+            while not re.search("waiting for shark|without shark", self.state()) and self.lives() and time.monotonic() < end:
+                time.sleep(0.01)
+
+    # ------------------------------------------------------------ faults
+
+    def do_fault(self):
+        fault, process = self.fault, self.process()
+        if fault in ("Ctrl-C", "SIGTERM", "SIGKILL"):
+            process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[fault])
+        elif fault == "SIGSTOP 20 s":
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(STANDS_STILL_S)
+            process.send_signal(signal.SIGCONT)
+        elif fault == "program crash":
+            if self.arena == "hardware":
+                self.tell_emulator("robot 0 kill")
+        elif fault == "scenario exception":
+            (self.out / "fail" / "roark").touch()
+        elif fault == "peer killed":
+            if self.phase == "waiting at 0":
+                self.start_lab("shark")
+                time.sleep(0.6)  # it has said nothing yet
+            self.process("shark").kill()
+            self.process("shark").wait()
+        elif fault == "peer's states refused":
+            self.process("shark").send_signal(signal.SIGSTOP)
+            self.impostor = Impostor(PORTS["shark"], self.ears["shark"], "roark")
+        elif fault.startswith("link cut"):
+            self.link.cut()
+            time.sleep(4 if fault == "link cut 4 s" else 0)
+        elif fault == "disk full":
+            with contextlib.suppress(OSError), open(self.folders["roark"].parent / "filler", "wb", buffering=0) as filler:
+                while True:
+                    filler.write(bytes(4096))
+        elif fault == "run folder removed":
+            shutil.rmtree(self.folders["roark"])
+
+    def end_fault(self):
+        """What comes after the fault: the peer starts, the link is mended."""
+        if self.phase == "waiting at 0" and self.fault == "link cut":
+            time.sleep(6)
+            self.waits = self.state()
+            if self.lives():
+                self.process().send_signal(signal.SIGINT)
+        elif self.phase == "waiting at 0" and self.lives() and self.fault not in ("Ctrl-C", "SIGTERM", "peer's states refused"):
+            if self.fault == "link cut 4 s":
+                self.link.mend()
+            self.start_lab("shark", again=self.fault == "peer killed")
+        elif self.fault == "link cut 4 s" or (self.phase == "waiting in mid-run" and self.promise.end != "stopped" and self.fault not in ("SIGKILL", "link cut")):
+            time.sleep(0.5)
+            self.link.mend()
+
+    def tell_emulator(self, line):
+        with socket.create_connection(("127.0.0.1", CONTROL), timeout=10) as port:
+            port.sendall(line.encode() + b"\n")
+            return port.makefile().readline().strip()
+
+    def emulator_time_s(self):
+        return float(re.search(r"time_s=([\d.]+)", self.tell_emulator("status"))[1])
+
+    # ------------------------------------------------------------ the end
+
+    def limit_s(self, end):
+        """How long after the fault a lab may take to end so."""
+        if end == "finished":
+            return 60 + (0 if self.arena == "simulated" else self.pace.duration_s)
+        return NOTICES_S + (self.patience_s if end == "failed" else 0)
+
+    def wait_for_ends(self, since):
+        """{lab: seconds from the fault to its end}; a lab that is not over in time is a problem. The hardware's robots are looked at meanwhile."""
+        wanted = {"roark": self.promise.end, "shark": self.promise.peer}
+        if self.impostor or wanted["shark"] is None or ("lab", "shark") not in self.labs.processes:
+            del wanted["shark"]
+        still = None
+        while open_ := [lab for lab in wanted if lab not in self.ended]:
+            for lab in open_:
+                if not self.lives(lab):
+                    self.ended[lab] = time.monotonic() - since
+                    if lab == "roark" and self.arena == "hardware":
+                        still = self.emulator_time_s()
+                elif time.monotonic() - since > self.limit_s(wanted[lab]):
+                    self.ended[lab] = None
+                    self.problems.append(f"{lab} has not ended {self.limit_s(wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
+            time.sleep(0.02)
+        if still is not None:
+            self.until(30, lambda: self.emulator_time_s() > still + 4.5, "the emulator's time")
+            self.judge_stillness(still)
+
+    def judge_stillness(self, end_s):
+        """By the emulator's truth robots stand still from two seconds after the lab's end."""
+        places = {}
+        with open(self.out / "truth.csv", newline="") as truth:
+            for row in csv.DictReader(truth):
+                with contextlib.suppress(TypeError, ValueError):  # the last row may be half written
+                    if end_s + 2 <= float(row["time_s"]) <= end_s + 4:
+                        places.setdefault(row["robot"], []).append([float(row[key]) for key in ("x_m", "y_m", "heading_rad")])
+        if len(places) != ROBOTS:
+            self.problems.append(f"the emulator's record holds {len(places)} of {ROBOTS} robots after the end")
+        moved = sum(max(abs(a - b) for a, b in zip(way[0], way[-1])) > 5e-4 for way in places.values())
+        if moved:
+            self.problems.append(f"{moved} of {ROBOTS} robots move 2 s after the end")
+
+    def result_of(self, lab):
+        if lab == "roark" and self.fault == "run folder removed":
+            text = self.said()
+            with contextlib.suppress(ValueError):
+                return json.JSONDecoder().raw_decode(text, text.index("{\n"))[0]
+            return {}
+        try:
+            return json.loads((self.folders[lab] / "result.json").read_text())
+        except FileNotFoundError:
+            return {}
+        except ValueError:
+            self.problems.append(f"result.json of {lab} is no JSON ({(self.folders[lab] / 'result.json').stat().st_size} bytes)")
+            return {}
+
+    def judge_lab(self, lab, end, says):
+        if end is None or (lab not in self.ended and end != "killed") or self.ended.get(lab, 0) is None:
+            return
+        code = self.process(lab).poll()
+        if code != campaign_promises.EXIT_CODES[end]:
+            self.problems.append(f"{lab} ended with code {code} instead of {campaign_promises.EXIT_CODES[end]}: {self.labs.last_words('lab', lab)[:200]}")
+        result = self.result_of(lab)
+        state = result.get("state", "no result")
+        if state != ("running" if end == "killed" else end):
+            self.problems.append(f"the result of {lab} says {state} instead of {'running' if end == 'killed' else end}")
+        words = f"{self.said(lab)}\n{result.get('ended', '')}\n{self.waits if lab == 'roark' else ''}"
+        if says and not re.search(says, words):
+            self.problems.append(f"{lab} does not say /{says}/ but: {str(result.get('ended') or self.labs.last_words('lab', lab))[:200]}")
+        if end == "finished" and self.arena == "simulated" and result.get("final_hash") not in (self.hash, None):
+            self.problems.append(f"{lab} has hash {result['final_hash']} instead of {self.hash}")
+
+    def judge_recording(self):
+        if self.fault == "run folder removed":
+            return
+        try:
+            worlds = sum(channel == "world" for _, channel, _ in read_log.events(self.folders["roark"] / "log.lcm"))
+        except OSError as error:
+            worlds = 0
+            self.problems.append(f"no recording ({error.strerror})")
+        least = 1 if self.phase == "waiting at 0" else self.pace.fault_at
+        if self.fault != "disk full" and 0 < worlds < least:
+            self.problems.append(f"the recording holds {worlds} states of at least {least}")
+
+    def judge_next_start(self):
+        """After a kill the next start beside it marks the result."""
+        with contextlib.suppress(FileNotFoundError, ValueError):
+            process = json.loads((self.folders["roark"] / "result.json").read_text()).get("process", {})
+            if process.get("pid") != self.process().pid:
+                self.problems.append(f"result.json of the killed lab names process {process.get('pid')}, not {self.process().pid}")
+        killed = self.process()
+        again = self.folders["roark"].with_name("roark-again")
+        self.labs.start("lab", "roark", again)
+        begin = time.monotonic()
+        while self.lives() and not (again / "config.toml").exists() and time.monotonic() - begin < 300:
+            time.sleep(0.05)
+        time.sleep(0.5)
+        self.process().send_signal(signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process().wait(20)
+        self.labs.processes["lab", "roark"] = killed
+        state = self.result_of("roark").get("state", "no result")
+        if state != "killed":
+            self.problems.append(f"after the next start the killed lab's result says {state} instead of killed")
+
+    # ------------------------------------------------------------ all of it
+
+    @contextlib.contextmanager
+    def prepared(self, own_overrides=None):
+        """Files, ears, the link and the emulator are there; whatever is started within is ended."""
+        self.out.mkdir(parents=True, exist_ok=True)
+        if self.fault == "disk full":
+            disk = self.folders["roark"].parent
+            disk.mkdir()
+            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", disk], check=True)
+        (self.out / "fail").mkdir()
+        os.environ["ARKMESH_FAIL_IN"] = str(self.out / "fail")
+        self.labs = LabProcesses(self.write_files(), self.out, own_overrides=own_overrides, program=self.program)
+        self.ears = {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
+        self.link = Link(THROUGH, LISTENS)
+        with contextlib.ExitStack() as ending:
+            ending.callback(self.labs.stop)
+            if self.arena == "hardware":
+                more = ["--calibration", self.out / "testbed.yaml"]
+                ending.enter_context(emulated_testbed(self.out, self.program, self.out / "emulator.toml", more))
+            yield
+
+    def run(self):
+        """What was wrong, as sentences; empty when the promise was kept."""
+        try:
+            with self.prepared():
+                self.enter_phase()
+                if not self.lives() and not (self.phase == "ending" or self.fault == "program crash"):
+                    raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
+                begin = time.monotonic()
+                self.do_fault()
+                if self.fault == "SIGSTOP 20 s":
+                    begin = time.monotonic()
+                self.end_fault()
+                self.wait_for_ends(begin)
+                self.judge_lab("roark", self.promise.end, self.promise.says)
+                if "shark" in self.ended or self.promise.peer == "killed":
+                    self.judge_lab("shark", self.promise.peer, self.promise.peer_says)
+                self.judge_recording()
+                if self.promise.end == "killed":
+                    self.judge_next_start()
+        except Failed as failure:
+            self.problems.append(f"not brought about: {failure}")
+        return self.problems

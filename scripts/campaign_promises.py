@@ -1,0 +1,164 @@
+"""What happens when: what labs promise for each fault, in each phase of a run, on each kind of arena. scripts/campaign judges by this table, and
+docs/what-happens-when.md is written from it.
+
+The lab that the fault meets is roark, its peer is shark.
+"""
+import dataclasses
+
+ARENAS = {
+    "simulated": "both labs simulate, as fast as they can (strict: a lab waits for its peer at each boundary)",
+    "paced": "both labs simulate in real time (free: lab time goes on without the peer)",
+    "hardware": "the lab drives an emulated testbed in real time: cameras, overhead controller, robots (free); its peer simulates in real time",
+}
+PHASES = {
+    "waiting at 0": "the lab waits for its peer, which was not started yet; it is started after the fault",
+    "running": "both labs are in mid-run",
+    "waiting in mid-run": "the link is cut, and the lab waits for its peer; the link is mended after the fault",
+    "ending": "the lab has finished and repeats its last state for its peer",
+}
+FAULTS = {
+    "Ctrl-C": "the lab's operator presses Ctrl-C",
+    "SIGTERM": "the lab is asked to end",
+    "SIGKILL": "the lab's process is killed",
+    "SIGSTOP 20 s": "the lab's process stands still for 20 s",
+    "program crash": "a robot's program crashes; on hardware a robot fails",
+    "scenario exception": "the scenario fails",
+    "peer killed": "the peer's process is killed",
+    "peer's states refused": "the peer sends states that break the rules",
+    "link cut": "the link between the labs is cut for good",
+    "link cut 4 s": "the link between the labs is cut and mended",
+    "disk full": "the run folder's disk is full, with `recorder.keep_free_mib = 0`",
+    "run folder removed": "the run folder is deleted",
+}
+EXIT_CODES = {"finished": 0, "failed": 1, "stopped": 3, "killed": -9}
+STRICT, FREE = ("simulated",), ("paced", "hardware")
+
+
+@dataclasses.dataclass(frozen=True)
+class Promise:
+    """How the lab ends and what it says about it, and the same of its peer. `says` are regular expressions; a peer that is None ends as it likes."""
+    end: str = "finished"
+    says: str = ""
+    peer: str | None = "finished"
+    peer_says: str = ""
+    note: str = ""  # for the reader
+
+
+@dataclasses.dataclass(frozen=True)
+class NoSense:
+    """A cell that makes no sense, and why."""
+    why: str
+
+
+GOES_ON = Promise()
+GONE_ROARK = r"roark is gone|gave up waiting for roark|without roark|waiting for roark"
+GONE_SHARK = r"shark is gone|gave up waiting for shark|without shark"
+STOPPED = Promise("stopped", "stopped by the operator", "failed", GONE_ROARK)
+KILLED = Promise("killed", "", "failed", GONE_ROARK)
+PEER_GONE = Promise("failed", GONE_SHARK, None)
+REFUSED = Promise("failed", r"refuse|no robot|largest id", None)
+GAVE_UP = Promise("failed", GONE_SHARK, "failed", GONE_ROARK, note="after `gate.patience_s`")
+CRASHED = Promise("failed", r"roark failed at period \d+: the program of robot \d+ crashed", "failed", GONE_ROARK)
+FAILED = Promise("failed", r"roark failed at period \d+: the scenario was told to fail", "failed", GONE_ROARK)
+DISK_FULL = Promise(says=r"recording in .* stopped", note="the recording stops; `result.json` has its room from the start")
+REMOVED = Promise(says=r"\"state\": \"finished\"", note="said once, and the result goes to stdout")
+STANDS_STILL = "lab time stands still: no robot's program runs, and no scenario is called"
+IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
+
+
+def promise(arena, phase, fault):
+    """What is promised for one cell: a Promise, or NoSense."""
+    strict = arena in STRICT
+    at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
+    if fault in ("Ctrl-C", "SIGTERM"):
+        if ending:
+            return Promise(note="the result stands")
+        return Promise("stopped", "stopped by the operator", None) if at_0 else STOPPED
+    if fault == "SIGKILL":
+        return Promise("killed", "", "finished" if ending else None) if at_0 or ending else KILLED
+    if fault == "SIGSTOP 20 s":
+        if strict and phase == "running":
+            return Promise("failed", GONE_SHARK, "failed", r"roark is gone at period \d+: silent")
+        return GOES_ON
+    if fault in ("program crash", "scenario exception"):
+        if arena == "hardware" and fault == "program crash":
+            return Promise(note="the other robots play on")
+        if ending:
+            return NoSense(IS_OVER)
+        if at_0 or (strict and waits):
+            return NoSense(STANDS_STILL)
+        if waits and fault == "program crash":
+            return NoSense("robots that are paused run no program")
+        return CRASHED if fault == "program crash" else FAILED
+    if fault == "peer killed":
+        if at_0:
+            return Promise(note="the lab waits on, for the peer's next start")
+        return Promise(peer="killed") if ending else dataclasses.replace(PEER_GONE, peer="killed")
+    if fault == "peer's states refused":
+        return Promise(peer=None) if ending else REFUSED
+    if fault == "link cut":
+        if at_0:
+            return Promise("stopped", "until it comes or the lab is stopped", None, note="the lab waits until it is stopped, and says so")
+        return Promise(peer=None) if ending else GAVE_UP
+    if fault == "link cut 4 s":
+        return GOES_ON
+    return DISK_FULL if fault == "disk full" else REMOVED
+
+
+def cells():
+    """Every (arena, phase, fault)."""
+    return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS]
+
+
+# What CI runs.
+SHORT = [
+    ("simulated", "waiting at 0", "Ctrl-C"),
+    ("simulated", "waiting at 0", "peer's states refused"),
+    ("simulated", "running", "SIGTERM"),
+    ("simulated", "running", "SIGKILL"),
+    ("simulated", "running", "program crash"),
+    ("simulated", "running", "disk full"),
+    ("simulated", "waiting in mid-run", "run folder removed"),
+    ("simulated", "waiting in mid-run", "link cut"),
+    ("paced", "running", "peer killed"),
+    ("paced", "ending", "SIGTERM"),
+    ("hardware", "waiting at 0", "SIGTERM"),
+    ("hardware", "running", "SIGKILL"),
+]
+
+
+def in_words(promised):
+    """How the lab ends, and its peer where that differs."""
+    if isinstance(promised, NoSense):
+        return "-"
+    code = EXIT_CODES[promised.end]
+    words = promised.end + (f" ({code})" if code >= 0 else "")
+    return words + (f", peer {promised.peer}" if promised.peer and promised.peer != promised.end else "")
+
+
+def page():
+    """docs/what-happens-when.md."""
+    lines = ["# What happens when", "",
+             "What a lab does when something goes wrong, in each phase of a run. `scripts/campaign` brings two labs into each phase, does the fault, and judges",
+             "what came of it by these tables; `scripts/campaign --docs` writes this page.", "",
+             "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and that of its peer where it differs. In each cell the lab ends or",
+             "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
+             "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 2 s of the lab's end, by the",
+             "emulator's record, however it ended. A strict run that finishes has the hash of an undisturbed one.", ""]
+    notes = []
+    for arena, words in ARENAS.items():
+        lines += [f"## {arena.capitalize()}", "", f"{words[0].upper()}{words[1:]}.", "", f"| fault | {' | '.join(PHASES)} |", "|---" * (len(PHASES) + 1) + "|"]
+        for fault in FAULTS:
+            row = []
+            for phase in PHASES:
+                promised = promise(arena, phase, fault)
+                note = promised.why if isinstance(promised, NoSense) else promised.note
+                if note and note not in notes:
+                    notes.append(note)
+                row.append(in_words(promised) + (f" [{notes.index(note) + 1}]" if note else ""))
+            lines.append(f"| {fault} | {' | '.join(row)} |")
+        lines.append("")
+    lines += [f"{number}. {note[0].upper()}{note[1:]}." for number, note in enumerate(notes, 1)]
+    for title, words in (("The phases", PHASES), ("The faults", FAULTS)):
+        lines += ["", f"## {title}", "", "| | |", "|---|---|", *(f"| {name} | {text} |" for name, text in words.items())]
+    return "\n".join(lines) + "\n"

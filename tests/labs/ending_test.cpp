@@ -1,0 +1,61 @@
+// Labs that have finished and stay for their peers' sake.
+#include <doctest/doctest.h>
+
+#include <string_view>
+
+#include "app/batch.hpp"
+#include "app/joint_run.hpp"
+#include "tests/support/labs/dhtf_configs.hpp"
+#include "tests/support/processes/process.hpp"
+
+using namespace arkmesh;
+
+namespace {
+
+// A step is a millisecond of the labs' time.
+constexpr std::uint64_t second_steps = 1000;
+
+app::LabFiles two_labs() {
+  // Roark takes a step a period and shark twenty, so that shark has roark's last state when it finishes.
+  app::LabFiles labs{.sets = {"arena.use=null", "run.duration_s=20", "gate.patience_s=8", "recorder.log=false",
+                              "roark:arena.frame_period_s=2.0"}};
+  for (const char* lab : {"shark.toml", "roark.toml"})
+    labs.files.push_back((tests::experiments() / "dhtf" / lab).string());
+  return labs;
+}
+
+// Shark has just finished, and its last state does not reach roark: the link is cut.
+struct Finished {
+  Finished() {
+    run.network().impair("shark", "roark", {.delay_steps = 5});
+    while (run.lab("shark").runner().state_text() != "finished") REQUIRE(run.step());
+    run.network().set_up("shark", "roark", false);
+    since = run.steps();
+  }
+  // Steps until shark has gone.
+  std::uint64_t stay() {
+    while (run.step() && !run.lab("shark").runner().finished() && run.steps() < since + 100 * second_steps) {
+    }
+    return run.steps() - since;
+  }
+  std::string_view outcome() { return run.lab("shark").runner().outcome(); }
+
+  tests::TemporaryFolder folder;
+  app::JointRun run{app::read_labs(two_labs(), 1), folder.path()};
+  std::uint64_t since = 0;
+};
+
+}  // namespace
+
+TEST_CASE("a lab that has finished waits no longer than its patience for a peer behind a cut link") {
+  Finished labs;
+  CHECK(labs.stay() < 9 * second_steps);
+  CHECK(labs.outcome() == "finished");
+}
+
+TEST_CASE("a lab that has finished stays so when the operator stops it, and goes") {
+  Finished labs;
+  labs.run.lab("shark").runner().stop("stopped by the operator");
+  CHECK(labs.stay() < 2 * second_steps);
+  CHECK(labs.outcome() == "finished");
+}

@@ -1,0 +1,58 @@
+"""A lab on emulated hardware in real time that is ready long before its peer: it looks at its robots, serves its overhead controller and shows
+its arena meanwhile, so that nothing is missing when the run begins."""
+import json
+import pathlib
+import re
+import signal
+import socket
+import tempfile
+import time
+import unittest
+
+import run_folder  # noqa: F401  (makes the scripts importable)
+import read_log
+from campaign_cell import ROBOTS, Cell
+from lab_processes import PROGRAM
+
+WINDOW_PORT = 7991
+LOOKED_FOR_S = 4
+
+
+def pictures(seconds):
+    """The different pictures of the lab's window that come in this time."""
+    with socket.create_connection(("127.0.0.1", WINDOW_PORT), timeout=30) as window:
+        window.sendall(b"GET /camera0 HTTP/1.1\r\n\r\n")
+        got, end = b"", time.monotonic() + seconds
+        while time.monotonic() < end:
+            got += window.recv(1 << 16)
+    return {part for part in re.split(rb"Content-Length: \d+\r\n", got)[1:-1]}
+
+
+class LatePeer(unittest.TestCase):
+    def test_waits_with_open_eyes(self):
+        """Frame 1 and those after it hold everybody, and nothing was withheld; the controller was unplugged and plugged in meanwhile."""
+        if not PROGRAM.exists():
+            self.skipTest("scripts/build has not been run")
+        with tempfile.TemporaryDirectory() as folder:
+            cell = Cell("hardware", "waiting at 0", "SIGTERM", pathlib.Path(folder), PROGRAM, "")
+            with cell.prepared({"roark": ["arena.kilobot.window=true", f"arena.kilobot.window_port={WINDOW_PORT}"]}):
+                cell.enter_phase()
+                self.assertGreater(len(pictures(LOOKED_FOR_S)), LOOKED_FOR_S)
+                self.assertTrue(cell.state().startswith("waiting for shark"), cell.state())
+                cell.tell_emulator("ohc unplug")
+                cell.until(300, lambda: "the overhead controller is gone" in cell.said(), "a controller that is unplugged")
+                cell.tell_emulator("ohc plug")
+                cell.until(300, lambda: cell.said().count("the overhead controller listens") == 2, "a controller that is plugged in")
+                cell.start_lab("shark")
+                cell.until(300, lambda: cell.ears["roark"].period() >= 3, "the run")
+                cell.process().send_signal(signal.SIGTERM)
+                cell.process().wait(300)
+                frames = [read_log.decode(data) for _, channel, data in read_log.events(cell.folders["roark"] / "log.lcm") if channel == "poses"]
+                counters = json.loads((cell.folders["roark"] / "result.json").read_text())["counters"]
+        self.assertEqual([frame.number for frame in frames[:10]], list(range(10)))
+        self.assertEqual({len(frame.robots) for frame in frames}, {ROBOTS})
+        self.assertEqual([name for name, count in counters.items() if "withheld" in name and count], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
