@@ -66,6 +66,7 @@ ConfiguredLab::~ConfiguredLab() {
 }
 
 std::unique_ptr<hal::Tap> ConfiguredLab::join(hal::Bus& public_bus) {
+  runner_->count(public_bus);
   return std::make_unique<hal::Tap>(
       private_bus_, public_bus,
       std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel});
