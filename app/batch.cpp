@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -17,6 +18,16 @@
 
 namespace arkmesh::app {
 namespace {
+
+namespace fs = std::filesystem;
+
+// One field of a row; what separates fields may be in it.
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
+}
 
 // One seed, in a process of its own. Returns the exit code.
 int run_seed(const LabFiles& labs, std::int64_t seed, const std::filesystem::path& directory,
@@ -102,23 +113,30 @@ std::optional<Batch::Ended> Batch::next(hal::StopRequest& stop) {
 }
 
 void Batch::save_table() const {
-  std::ofstream table(this->table());
-  std::string header;
+  std::map<std::int64_t, nlohmann::json> results;
+  std::set<std::string> counts;  // of any seed
   for (std::int64_t seed = first_; seed <= last_; ++seed) {
     std::ifstream in(folder(seed) / "result.json");
     if (!in) continue;
-    const nlohmann::json result = nlohmann::json::parse(in, nullptr, false);
+    nlohmann::json result = nlohmann::json::parse(in, nullptr, false);
     if (result.is_discarded()) continue;
-    if (header.empty()) {
-      header = "seed,ended,final_hash,speed";
-      for (const auto& [name, n] : result.at("counts").items()) header += "," + name;
-      table << header << '\n';
-    }
-    table << fmt::format("{},{},{},{:.1f}", seed, result.at("ended").get<std::string>(),
-                         result.at("final_hash").get<std::string>(), result.at("wall").at("speed").get<double>());
-    for (const auto& [name, n] : result.at("counts").items()) table << ',' << n.get<std::uint64_t>();
-    table << '\n';
+    for (const auto& [name, n] : result.at("counts").items()) counts.insert(name);
+    results.emplace(seed, std::move(result));
   }
+  // who looks meanwhile finds a whole table
+  const fs::path unfinished = table().string() + ".part";
+  std::ofstream out(unfinished);
+  out << "seed,ended,final_hash";
+  for (const std::string& name : counts) out << ',' << name;
+  out << '\n';
+  for (const auto& [seed, result] : results) {
+    out << seed << ',' << csv_text(result.at("ended").get<std::string>()) << ','
+        << result.at("final_hash").get<std::string>();
+    for (const std::string& name : counts) out << ',' << result.at("counts").value(name, std::uint64_t{0});
+    out << '\n';
+  }
+  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot be written; is the disk full?", table().string()));
+  fs::rename(unfinished, table());
 }
 
 }  // namespace arkmesh::app

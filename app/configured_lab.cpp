@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <random>
 #include <utility>
 
 #include "app/arenas.hpp"
+#include "app/robot_limits.hpp"
 #include "app/scenarios.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/loop_time.hpp"
@@ -15,17 +17,17 @@
 namespace arkmesh::app {
 namespace {
 
-std::unique_ptr<lab::Scenario> make_scenario(const hal::Section& root, const lab::RunConfig& run) {
+const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunConfig& run) {
   std::string known;
-  std::unique_ptr<lab::Scenario> scenario;
+  const CatalogueEntry* chosen = nullptr;
   for (const CatalogueEntry& entry : catalogue()) {
     if (entry.name == run.scenario)
-      scenario = entry.make(root.section("scenario").section(run.scenario), run.labs);
+      chosen = &entry;
     else
       root.section("scenario").leave_alone(entry.name);
     known += (known.empty() ? "" : ", ") + entry.name;
   }
-  if (scenario) return scenario;
+  if (chosen) return *chosen;
   root.section("run").refuse("scenario", fmt::format("is none of: {}", known));
 }
 
@@ -59,9 +61,13 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
   const hal::Section root = config_.root();
   bus_url_ = root.section("bus").read<hal::BusConfig>().url;
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
+  run_config_.max_message_bytes =
+      std::min<std::size_t>(run_config_.max_message_bytes, gateway_config_.max_message_bytes);
   recorder_config_ = root.section("recorder").read<lab::RecorderConfig>();
-  scenario_ = make_scenario(root, run_config_);
+  const CatalogueEntry& scenario = chosen_scenario(root, run_config_);
+  scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
   arena_ = make_arena(config_, run_config_, private_bus_, loop, directory_);
+  check_robot_limits(root, run_config_, scenario, arena_->info(), lab::shared_settings(config_));
 }
 
 void ConfiguredLab::open_run() {
@@ -84,6 +90,7 @@ ConfiguredLab::~ConfiguredLab() {
 }
 
 std::unique_ptr<hal::Tap> ConfiguredLab::join(hal::Bus& public_bus) {
+  runner_->count(public_bus);
   return std::make_unique<hal::Tap>(
       private_bus_, public_bus,
       std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel});

@@ -17,6 +17,7 @@ struct CatalogueEntry {
   std::function<std::unique_ptr<lab::Scenario>(const hal::Section& settings, const std::vector<std::string>& labs)>
       make;
   std::vector<hal::KeyRow> (*keys)() = nullptr;  // of its settings, for the table of all keys
+  bool addresses_robots = true;                  // it says something to single robots (Lab::say)
 };
 
 // All scenarios this build knows. A program of your own may add its own before it makes labs.

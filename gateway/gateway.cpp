@@ -128,7 +128,7 @@ bool Gateway::tick(Now now, const hal::Counters& more) {
   for (const Peer& peer : state_->peers) message.peers.push_back(state_->describe(peer, now));
   message.n_peers = static_cast<std::int32_t>(message.peers.size());
   hal::Counters all = state_->counters;
-  all.merge(state_->bus.counters());
+  all.merge(state_->bus.counters(), "bus.");
   all.merge(more);
   message.counters = hal::to_message(all);
   message.n_counters = static_cast<std::int32_t>(message.counters.size());

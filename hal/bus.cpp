@@ -170,11 +170,11 @@ std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pat
 
 void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) {
   if (channel.empty() || channel.size() > LCM_MAX_CHANNEL_NAME_LENGTH || channel.find('\0') != std::string::npos) {
-    counters_.add("bus.refused.channel_name");
+    counters_.add("refused.channel_name");
     return;
   }
   if (lcm_publish(state_->lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
-    counters_.add("bus.refused.send_failed");
+    counters_.add("refused.send_failed");
   else if (state_->in_memory)
     ++state_->waiting;
 }

@@ -10,7 +10,7 @@ namespace arkmesh::hal {
 
 class Counters {
  public:
-  // Names are dotted: what.why, for example "world.refused.not_finite".
+  // Names are dotted: what, what became of it, why: "world.refused.not_finite". They say whether it was lost: loss.hpp.
   void add(std::string_view name, std::uint64_t n = 1) {
     if (auto it = totals_.find(name); it != totals_.end())
       it->second += n;

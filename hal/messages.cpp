@@ -2,6 +2,7 @@
 #include "hal/messages.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace arkmesh::hal {
 
@@ -17,7 +18,9 @@ robot_pose_t to_message(const Observation& observation) {
   out.heading_rad = observation.pose.heading_rad;
   out.led = static_cast<std::uint8_t>(observation.led);
   out.confidence = observation.confidence;
-  out.age_us = static_cast<std::int32_t>(observation.age.count());
+  // 36 minutes at most.
+  out.age_us = static_cast<std::int32_t>(
+      std::min<std::int64_t>(observation.age.count(), std::numeric_limits<std::int32_t>::max()));
   return out;
 }
 

@@ -12,7 +12,7 @@ bool Pacer::reached(LabTime t) {
   const TimePoint moment = moment_of(t), now = wall_.now();
   next_ = now < moment ? moment : TimePoint::max();
   if (now < moment) return false;
-  if (now > moment + frame_period_) counters_.add("arena.late");
+  if (now > moment + frame_period_) counters_.add("late");
   return true;
 }
 

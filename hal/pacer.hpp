@@ -1,5 +1,5 @@
 // Keeps lab time in step with the wall, for arenas that cannot wait: says when moments are and whether they have come.
-// Never waits. Counts as `arena.late` each lab time that was reached more than one frame period after its moment.
+// Never waits. Counts as `late` each lab time that was reached more than one frame period after its moment.
 #pragma once
 
 #include <optional>

@@ -24,6 +24,7 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
     : lab_(config.lab),
       period_length_(config.period),
       patience_(config.patience),
+      max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
       gate_({.lab = config.lab,
              .labs = config.labs,
@@ -99,7 +100,14 @@ bool PeerExchange::may_begin_next_period() const {
 }
 
 void PeerExchange::publish_world() {
-  bus_.publish(hal::channel::world, to_message(gate_.message()));
+  const world_t message = to_message(gate_.message());
+  if (const auto bytes = static_cast<std::size_t>(message.getEncodedSize());
+      bytes > max_message_bytes_ && !gate_.peers().empty() && failure_.empty())
+    failure_ = fmt::format(
+        "the message of {} to its peers has {} bytes at period {}, and gateway.max_message_bytes = {}: raise that in "
+        "all labs, or take fewer robots",
+        lab_, bytes, gate_.published(), max_message_bytes_);
+  bus_.publish(hal::channel::world, message);
   world_due_ = now_ + repeat_world_after;
 }
 

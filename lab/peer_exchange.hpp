@@ -83,6 +83,7 @@ class PeerExchange {
 
   const std::string lab_;
   const std::chrono::microseconds period_length_, patience_;
+  const std::size_t max_message_bytes_;
   hal::Bus& bus_;
   PeriodGate gate_;
   PeerMonitor monitor_;

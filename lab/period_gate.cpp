@@ -8,7 +8,7 @@
 namespace arkmesh::lab {
 
 PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
-  if (options_.window == 0) options_.window = 2 * options_.slack + 2;
+  if (options_.window == 0) options_.window = window_of(options_.slack);
   std::sort(options_.labs.begin(), options_.labs.end());
   for (const std::string& lab : options_.labs)
     if (lab != options_.lab) {
@@ -20,7 +20,7 @@ PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
 // Strict labs are at most slack + 1 periods apart, so the window is all that a peer can need. A real-time arena runs
 // ahead by as much as its clock began earlier; 256 periods of it are kept.
 std::size_t PeriodGate::kept() const {
-  return mode_ == Mode::free ? 256 : 2 * options_.slack + 2;
+  return mode_ == Mode::free ? 256 : window_of(options_.slack);
 }
 
 void PeriodGate::publish(LabState own) {

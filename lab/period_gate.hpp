@@ -30,7 +30,7 @@ class PeriodGate {
     std::uint32_t last_period = 0;  // K
     std::uint64_t run_id = 1;       // of this lab and run, never 0
     bool can_wait = true;
-    std::uint32_t window = 0;  // own states per message; 0 means 2 * slack + 2, the fewest that cannot deadlock
+    std::uint32_t window = 0;  // own states per message; 0 means window_of(slack)
   };
 
   explicit PeriodGate(Options options);

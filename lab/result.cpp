@@ -10,21 +10,11 @@
 #include <iterator>
 #include <utility>
 
+#include "hal/loss.hpp"
 #include "lab/result_file.hpp"
 
 namespace arkmesh::lab {
 namespace {
-
-// A counter's name says what became of what it counts; these words say that something was lost, refused, replaced or
-// late.
-bool is_drop(const std::string& name) {
-  for (const char* word :
-       {"refused",     "lost",    "late",     "skipped", "missing", "replaced",   "not_sent", "not_recorded",
-        "ignored",     "failed",  "closed",   "gap",     "gave_up", "restarted",  "dropped",  "backed_off",
-        "deeper_than", "expired", "withheld", "gone",    "frozen",  "no_picture", "unread",   "packet_cut"})
-    if (name.find(word) != std::string::npos) return true;
-  return false;
-}
 
 // FNV-1a.
 std::uint64_t fingerprint(const std::string& bytes) {
@@ -81,10 +71,10 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
   j["drops"] = nlohmann::json::object();
   j["counters"] = nlohmann::json::object();
-  const hal::Counters drops = run.drops();
-  for (const auto& [name, n] : drops.all()) {
+  const hal::Counters counters = run.drops();
+  for (const auto& [name, n] : counters.all()) {
     j["counters"][name] = n;
-    if (n > 0 && is_drop(name)) j["drops"][name] = n;
+    if (n > 0 && hal::is_loss(name)) j["drops"][name] = n;
   }
   j["wall"] = {
       {"total_s", total_s},

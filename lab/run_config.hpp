@@ -26,6 +26,8 @@ struct RunConfig {
   std::uint32_t slack = 0;
   bool require_strict = false;  // gate.mode = "strict"
   std::chrono::microseconds patience{600'000'000};
+  // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
+  std::size_t max_message_bytes = 1 << 24;
 
   void fields(const hal::Section& root);
   void check(const hal::Section& root);

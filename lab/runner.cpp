@@ -277,6 +277,7 @@ hal::Counters Runner::drops() const {
   all.merge(port_.counters());
   all.merge(recorder_.counters());
   all.merge(bus_.counters(), "bus.");
+  if (public_bus_) all.merge(public_bus_->counters(), "public_bus.");
   return all;
 }
 

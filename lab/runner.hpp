@@ -69,8 +69,10 @@ class Runner {
   // Hash of each lab at the last boundary, and all of them in name order as one. A lab never heard has 0.
   std::map<std::string, std::uint64_t> hash_by_lab() const { return peers_.hash_by_lab(own_.hash()); }
   std::uint64_t final_hash() const { return joint_hash(hash_by_lab()); }
-  // Everything dropped, replaced, late or refused in this lab, by reason.
+  // Every counter of this lab.
   hal::Counters drops() const;
+  // Counts that bus's, too, as `public_bus.*`. It lives as long as counters are asked for.
+  void count(const hal::Bus& public_bus) { public_bus_ = &public_bus; }
 
  private:
   enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
@@ -95,6 +97,7 @@ class Runner {
   hal::Arena& arena_;
   Scenario& scenario_;
   hal::Bus& bus_;
+  const hal::Bus* public_bus_ = nullptr;
   hal::Recorder& recorder_;
   const std::uint64_t run_id_;
   std::unique_ptr<hal::Bus::Subscription>

@@ -22,7 +22,7 @@ FieldRule arena_rule() {
 
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena) {
   return {to_micro(arena.width_m), to_micro(arena.height_m), static_cast<std::int64_t>(arena.robots.size()),
-          arena.max_robot};
+          std::max(arena.max_robot, arena.robots.empty() ? 0 : arena.robots.back())};
 }
 
 StateRules::StateRules(std::string owner, std::vector<FieldRule> fields,

@@ -77,7 +77,7 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
     if (s.period < 0 || s.n_robots > 1'000'000) return "range";
     std::int32_t last = -1;
     for (const shared_robot_t& r : s.robots) {
-      if (r.robot <= last || r.robot > 0xffff || r.led > 7) return "robot";
+      if (r.robot <= last || r.robot > static_cast<std::int32_t>(max_shared_robot) || r.led > 7) return "robot";
       last = r.robot;
     }
     out.window.push_back(from_message(s));
@@ -104,6 +104,21 @@ world_t to_message(const WorldMessage& message) {
   for (const LabState& s : message.window) m.window.push_back(to_message(s));
   m.n_states = static_cast<std::int32_t>(m.window.size());
   return m;
+}
+
+std::size_t longest_message(const RunConfig& run, const LabState& initial, bool can_wait) {
+  WorldMessage message{.lab = run.lab};
+  for (const std::string& peer : run.labs)
+    if (peer != run.lab) message.acks[peer];
+  // State 0 stays in it where labs do not wait for each other.
+  const std::size_t later = window_of(run.slack) - (can_wait ? 1 : 0);
+  const auto empty = static_cast<std::size_t>(to_message(message).getEncodedSize());
+  const auto bytes = [](const LabState& state) {
+    return static_cast<std::size_t>(to_message(state)._getEncodedSizeNoHash());
+  };
+  LabState next = initial;
+  next.settings.clear();
+  return empty + bytes(initial) + later * bytes(next);
 }
 
 }  // namespace arkmesh::lab

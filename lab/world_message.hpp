@@ -10,8 +10,17 @@
 
 #include "arkmesh/world_t.hpp"
 #include "lab/lab_state.hpp"
+#include "lab/run_config.hpp"
 
 namespace arkmesh::lab {
+
+// Labs tell each other of robots with ids to this.
+inline constexpr hal::RobotId max_shared_robot = 0xffff;
+
+// Own states per message: the fewest that cannot deadlock.
+constexpr std::uint32_t window_of(std::uint32_t slack) {
+  return 2 * slack + 2;
+}
 
 // How far a lab has heard a peer.
 struct Ack {
@@ -36,5 +45,7 @@ std::vector<field_t> to_messages(const std::map<std::string, std::vector<std::in
 // Checks sizes, decodes. Returns an empty text, or the reason for refusing in one word; `message` is then unchanged.
 std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message);
 world_t to_message(const WorldMessage& message);
+// Length in bytes of the longest message of a lab whose states are all as long as `initial`, its state 0.
+std::size_t longest_message(const RunConfig& run, const LabState& initial, bool can_wait);
 
 }  // namespace arkmesh::lab

@@ -60,7 +60,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       own_counters_.add("frame.no_picture");
       // one that is no use tells more than none at all
       if (no_use_ || now - seen_at_ >= doubt_after) doubtful_ = expected_;
-      if (observer_) observer_({now, pictures, tracker_});
+      if (observer_) observer_({now, pictures, tracker_, own_counters_});
       return;
     }
     seen_at_ = now;
@@ -70,7 +70,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
     update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
     poses_.put(frame(now));
-    if (observer_) observer_({now, pictures, tracker_});
+    if (observer_) observer_({now, pictures, tracker_, own_counters_});
   }
 
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }

@@ -22,6 +22,7 @@ struct Look {
   hal::LabTime now{0};
   std::span<const cv::Mat> pictures;
   const tracker::TableTracker& tracker;
+  hal::Counters& counters;  // among which who watches may keep totals of its own
 };
 using Observer = std::function<void(const Look&)>;
 

@@ -70,6 +70,8 @@ void ArenaView::hear_shared(std::span<const std::byte> bytes) {
 }
 
 void ArenaView::look(const testbed::Look& look) {
+  if (server_)
+    for (const auto& [name, total] : server_->counters().all()) look.counters.set(name, total);
   tracker_ = &look.tracker;
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];

@@ -149,7 +149,7 @@ void Associator::miss(Life& life, hal::LabTime now) {
   life.track.confidence *= static_cast<float>(std::exp(-2 * seconds(now - now_)));
   if (!life.shown || now - life.last_seen <= settings_.show_for) return;
   life.shown = false;
-  if (life.established) counters_.add("track.lost");
+  if (life.established) counters_.add("track.ended");
 }
 
 void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int32_t> column_of, hal::LabTime now) {

@@ -32,6 +32,12 @@ TEST_CASE("a pose frame survives the way through its message") {
   }
 }
 
+TEST_CASE("an age that its field cannot hold is the longest that it can") {
+  PoseFrame frame;
+  frame.robots = {{.robot = 1, .age = LabTime{3'600'000'000}}};
+  CHECK(from_message(to_messages(frame)[0]).robots[0].age == LabTime{2'147'483'647});
+}
+
 TEST_CASE("frames are split at 1000 robots") {
   // Sizes around the limit; the parts share number and stamp, count up and hold every robot once, in order.
   for (const std::size_t robots : {0, 1, 999, 1000, 1001, 2000, 2001}) {

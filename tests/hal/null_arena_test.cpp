@@ -116,9 +116,9 @@ TEST_CASE("the pacer gives absolute moments and counts being late") {
   CHECK(pacer.next() == TimePoint::max());
   wall.wait_until(begun + milliseconds{790});
   CHECK(pacer.reached(LabTime{40'000}));
-  CHECK(counters["arena.late"] == 0);
+  CHECK(counters["late"] == 0);
   CHECK(pacer.reached(LabTime{39'000}));
-  CHECK(counters["arena.late"] == 1);
+  CHECK(counters["late"] == 1);
   CHECK_FALSE(pacer.reached(LabTime{91'000}));
-  CHECK(counters["arena.late"] == 1);
+  CHECK(counters["late"] == 1);
 }

@@ -15,6 +15,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
 #include "hal/newest_frame.hpp"
+#include "lab/result.hpp"
 #include "lab/world_message.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
@@ -64,6 +65,7 @@ class SlowArena final : public hal::Arena {
   std::string waiting_for() const override { return late > 0 && says ? "two robots" : ""; }
   bool end() override { return ++ends > 0; }
   const hal::Counters& counters() const override { return counters_; }
+  void count(const char* name) { counters_.add(name); }
 
   int late = 0, served = 0, ends = 0;
   bool says = false, gone = false;
@@ -357,6 +359,26 @@ TEST_CASE("an operator ends the run with its results") {
   bench.run();
   CHECK(bench.runner.outcome() == "stopped");
   CHECK(bench.runner.reason() == "stopped by the operator");
+}
+
+TEST_CASE("a result lists every counter once, and as drops exactly the losses") {
+  // The arena's and both buses' counters have one prefix each. No word inside another one makes a loss.
+  Bench bench;
+  hal::Bus public_bus("memq://");
+  bench.runner.count(public_bus);
+  const std::string too_long(100, 'c');
+  bench.bus.publish(too_long, {});
+  public_bus.publish(too_long, {});
+  for (const char* name :
+       {"late", "contacts.deeper_than_1mm", "camera.isolated", "mjpeg.skipped", "poses.lost.no_picture"})
+    bench.arena.count(name);
+  const nlohmann::json result = lab::lab_result(nlohmann::json::object(), bench.runner, {}, {});
+  for (const auto& [name, n] : result.at("drops").items()) CHECK(result.at("counters").at(name) == n);
+  CHECK(result.at("counters").at("arena.contacts.deeper_than_1mm") == 1);
+  std::vector<std::string> drops;
+  for (const auto& [name, n] : result.at("drops").items()) drops.push_back(name);
+  CHECK(drops == std::vector<std::string>{"arena.late", "arena.mjpeg.skipped", "arena.poses.lost.no_picture",
+                                          "bus.refused.channel_name", "public_bus.refused.channel_name"});
 }
 
 TEST_CASE("a lab that is started first waits for an hour, and says for whom") {

@@ -61,6 +61,8 @@ TEST_CASE("wrong configuration is said in one sentence that names the key, with 
       {"arena.width_m=-1.0", {"arena.width_m"}},
       {"arena.robots=3.5", {"arena.robots"}},
       {"arena.robots=5000", {"arena.robots", "too many"}},
+      {"arena={use=\"null\",width_m=3,height_m=3,robots=1100}",
+       {"arena.robots", "only ids to 1022 can be spoken to", "scenario dhtf", "take 1023 robots at most"}},
       {"run.duration_s=3.0", {"run.duration_s", "whole number of periods"}},
       {"run.scenario=\"chess\"", {"run.scenario", "dhtf"}},
       {"arena.use=\"moon\"", {"arena.use", "ode"}},

@@ -206,7 +206,7 @@ TEST_CASE("a robot out of sight fades, is no longer reported, and comes back in 
   CHECK(associator.tracks()[0].confidence < before);
   associator.update(at_s(2.0), {});
   CHECK(associator.tracks().empty());
-  CHECK(associator.counters()["track.lost"] == 1);
+  CHECK(associator.counters()["track.ended"] == 1);
   associator.update(at_s(2.5), std::vector{robot_at(0.1, 0.1)});
   REQUIRE(associator.tracks().size() == 1);
   CHECK(associator.tracks()[0].number == 0);

@@ -44,7 +44,7 @@ void ArkIdentifier::drop_unsure(std::span<const Track> tracks) {
                                  [&entry](const Track& track) { return track.number == entry.first; });
     return at == tracks.end() || at->doubtful || at->age > blind;
   };
-  counters_.add("identity.doubted.lost", std::erase_if(claims_, unsure));
+  counters_.add("identity.doubted.unseen", std::erase_if(claims_, unsure));
   std::erase_if(answers_, unsure);
   std::erase_if(counts_, unsure);
 }

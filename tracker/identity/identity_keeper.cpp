@@ -84,7 +84,7 @@ void IdentityKeeper::update_book(hal::LabTime now, std::span<const Track> tracks
   for (const auto& [number, entry] : book_) {
     if (book.contains(number)) continue;
     reader_.forget(number);
-    if (entry.sure()) counters_.add("identity.doubted.lost");
+    if (entry.sure()) counters_.add("identity.doubted.unseen");
   }
   book_ = std::move(book);
 }

@@ -136,7 +136,7 @@ void OverheadController::expire(TimePoint now) {
   }
   if (now - *down_since_ <= settings_.expire_after) return;
   counters_.add("to_robots.expired", registers_.drop_all());
-  if (composite_) counters_.add("overhead.composite_dropped");
+  if (composite_) counters_.add("overhead.dropped.composite");
   composite_.reset();
 }
 
@@ -203,7 +203,7 @@ bool OverheadController::send_composite(TimePoint now) {
 void OverheadController::finish() {
   held_ = false;
   counters_.add("to_robots.expired", registers_.drop_all());
-  if (composite_) counters_.add("overhead.composite_dropped");
+  if (composite_) counters_.add("overhead.dropped.composite");
   composite_.reset();
   question_.reset();
 }

@@ -37,7 +37,7 @@ struct OverheadSettings {
 };
 
 // Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`,
-// `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.composite_dropped`, and what its parts
+// `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.dropped.composite`, and what its parts
 // count.
 class OverheadController final : public RobotLink {
  public:

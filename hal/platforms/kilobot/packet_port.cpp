@@ -33,7 +33,7 @@ void PacketPort::poll(TimePoint now) {
   if (state_ == ByteStream::State::open) pump(now);
   if (state_ == ByteStream::State::closed && before == ByteStream::State::open) {
     counters_.add("overhead.port_lost");
-    if (std::exchange(left_, 0) > 0) counters_.add("overhead.packet_cut");
+    if (std::exchange(left_, 0) > 0) counters_.add("overhead.dropped.packet");
     pause_ = first_pause;
     try_at_ = now + pause_;
   }

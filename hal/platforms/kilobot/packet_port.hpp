@@ -20,8 +20,8 @@ using hal::TimePoint;
 
 class PacketPort {
  public:
-  // `counters` outlives the line: `overhead.port_opened`, `.port_lost`, `.packet_cut` (a packet was on its way when it
-  // was lost).
+  // `counters` outlives the line: `overhead.port_opened`, `.port_lost`, `.dropped.packet` (a packet was on its way when
+  // it was lost).
   PacketPort(std::unique_ptr<ByteStream> stream, Counters& counters)
       : stream_(std::move(stream)), counters_(counters) {}
 

@@ -81,7 +81,7 @@ TEST_CASE("identity: ARK's protocol forgets who was hidden") {
     for (const Naming& naming : identifier.take_namings()) names[naming.track] = naming.robot;
   }
   CHECK(identifier.finished());
-  CHECK(identifier.counters()["identity.doubted.lost"] == 1);
+  CHECK(identifier.counters()["identity.doubted.unseen"] == 1);
   CHECK(names.size() == 4);
   for (const auto& [track, robot] : names) CHECK(robots.by_track(track).id == robot);
 }

@@ -183,10 +183,10 @@ TEST_CASE("kilobot arena: real time") {
   CHECK(frame->number == 20);
   CHECK(frame->stamp == 2s);
   CHECK(testbed.arena->counters()["poses.skipped"] == 20);
-  CHECK(testbed.arena->counters()["arena.late"] == 0);
+  CHECK(testbed.arena->counters()["late"] == 0);
   testbed.wall.pass(1s);
   testbed.frame(21);
-  CHECK(testbed.arena->counters()["arena.late"] == 1);
+  CHECK(testbed.arena->counters()["late"] == 1);
 }
 
 TEST_CASE("kilobot arena: nothing blocks") {
