@@ -28,10 +28,10 @@ TEST_CASE("a run of real-time arenas whose frames are far apart says each second
         hal::channel::status, [&statuses, name = run.lab(i).name()](auto, auto) { ++statuses[name]; }));
   for (const auto end = std::chrono::steady_clock::now() + 2500ms; std::chrono::steady_clock::now() < end;)
     REQUIRE(run.step());
-  for (const auto& [lab, count] : statuses) {
-    CAPTURE(lab);
-    CHECK(count >= 3);
-    CHECK(count <= 4);
+  for (const auto& status : statuses) {
+    CAPTURE(status.first);
+    CHECK(status.second >= 3);
+    CHECK(status.second <= 4);
   }
   CHECK(statuses.size() == 2);
 }
