@@ -88,7 +88,7 @@ Seen look(LabProcesses& labs, const std::string& lab, const std::string& state, 
   });
   Viewer viewer;
   std::size_t before = 0;
-  CHECK(tests::eventually(60s, [&] {
+  CHECK(tests::eventually(300s, [&] {
     bus.drain(2ms);
     const std::size_t now = viewer.pictures();
     if (now > before && current.starts_with(state)) seen.pictures.push_back(Clock::now());
@@ -137,5 +137,5 @@ TEST_CASE("a lab that waits for the next frame of a slow arena answers") {
   labs.start_lab("shark");
   const Seen seen = look(labs, "shark", "running", looked_for);
   CHECK(seen.statuses.size() >= 4);
-  CHECK(longest_gap(seen.statuses) < 2s);
+  if (!tests::sanitized) CHECK(longest_gap(seen.statuses) < 2s);
 }

@@ -58,6 +58,7 @@ width_m = 0.5
 height_m = 0.5
 [arena.kilobot]
 port = "tcp://127.0.0.1:8091"
+settle_s = 0
 window = false
 [[arena.kilobot.cameras]]
 source = "http://127.0.0.1:8090/camera0"
@@ -110,7 +111,7 @@ TEST_CASE("robots of a lab that is killed stand still within 2 s") {
 
   const double killed_s = latest();
   lab.kill();
-  REQUIRE(tests::eventually(guarded_deadline, [&] { return latest() > killed_s + 4 || !testbed.running(); }));
+  REQUIRE(tests::eventually(guarded_deadline, [&] { return latest() > killed_s + 3.5 || !testbed.running(); }));
   const auto all = headings(truth);
   const auto turned = [&](double from_s, double to_s) {
     const auto first = all.lower_bound(from_s), last = all.lower_bound(to_s);
@@ -118,5 +119,5 @@ TEST_CASE("robots of a lab that is killed stand still within 2 s") {
     return std::any_of(first, last, [&](const auto& row) { return row.second != first->second; });
   };
   CHECK(turned(killed_s - 1, killed_s));
-  CHECK_FALSE(turned(killed_s + 2, killed_s + 4));
+  CHECK_FALSE(turned(killed_s + 2, killed_s + 3.5));
 }
