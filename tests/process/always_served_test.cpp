@@ -16,7 +16,6 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
 #include "tests/support/labs/lab_processes.hpp"
-#include "tests/support/processes/sanitized.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
@@ -26,7 +25,7 @@ using tests::LabProcesses;
 namespace {
 
 constexpr std::uint16_t window_port = 7990;
-constexpr std::chrono::seconds looked_for = tests::sanitized ? 20s : 4s;
+constexpr std::chrono::seconds looked_for = 4s;
 
 // Watches a stream of pictures; comes again until there is one.
 class Viewer {
@@ -108,7 +107,6 @@ LabProcesses::Options emulated(std::vector<std::string> overrides) {
 void check_lively(const Seen& seen) {
   CHECK(seen.statuses.size() >= 4);
   CHECK(seen.pictures.size() >= 4);
-  if (tests::sanitized) return;  // a picture takes a second then
   CHECK(longest_gap(seen.statuses) < 2s);
   CHECK(longest_gap(seen.pictures) < 2500ms);
 }
@@ -137,5 +135,5 @@ TEST_CASE("a lab that waits for the next frame of a slow arena answers") {
   labs.start_lab("shark");
   const Seen seen = look(labs, "shark", "running", looked_for);
   CHECK(seen.statuses.size() >= 4);
-  if (!tests::sanitized) CHECK(longest_gap(seen.statuses) < 2s);
+  CHECK(longest_gap(seen.statuses) < 2s);
 }
