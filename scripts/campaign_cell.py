@@ -222,7 +222,8 @@ class Cell:
                 while True:
                     filler.write(bytes(4096))
         elif fault == "run folder removed":
-            shutil.rmtree(self.folders["roark"])
+            while self.folders["roark"].exists():  # the lab may be writing there
+                shutil.rmtree(self.folders["roark"], ignore_errors=True)
 
     def end_fault(self):
         """What comes after the fault: the peer starts, the link is mended."""
@@ -252,7 +253,7 @@ class Cell:
     def limit_s(self, end):
         """How long after the fault a lab may take to end so."""
         if end == "finished":
-            return 60 + (0 if self.arena == "simulated" else self.pace.duration_s)
+            return 180 + (0 if self.arena == "simulated" else self.pace.duration_s)
         return NOTICES_S + (self.patience_s if end == "failed" else 0)
 
     def wait_for_ends(self, since):
@@ -310,9 +311,9 @@ class Cell:
         if code != campaign_promises.EXIT_CODES[end]:
             self.problems.append(f"{lab} ended with code {code} instead of {campaign_promises.EXIT_CODES[end]}: {self.labs.last_words('lab', lab)[:200]}")
         result = self.result_of(lab)
-        state = result.get("state", "no result")
-        if state != ("running" if end == "killed" else end):
-            self.problems.append(f"the result of {lab} says {state} instead of {'running' if end == 'killed' else end}")
+        state, wanted = result.get("state", "no result"), "running" if end == "killed" else end
+        if state != wanted and not (state == "finished" and self.promise.may_be_finished):
+            self.problems.append(f"the result of {lab} says {state} instead of {wanted}")
         words = f"{self.said(lab)}\n{result.get('ended', '')}\n{self.waits if lab == 'roark' else ''}"
         if says and not re.search(says, words):
             self.problems.append(f"{lab} does not say /{says}/ but: {str(result.get('ended') or self.labs.last_words('lab', lab))[:200]}")
@@ -321,6 +322,9 @@ class Cell:
 
     def judge_recording(self):
         if self.fault == "run folder removed":
+            said = self.said()
+            if said.count("the folder was removed") > 1 or not re.search("the folder was removed|is printed instead", said):
+                self.problems.append(f"that the folder was removed is said {said.count('the folder was removed')} times")
             return
         try:
             worlds = sum(channel == "world" for _, channel, _ in read_log.events(self.folders["roark"] / "log.lcm"))
@@ -349,7 +353,7 @@ class Cell:
             self.process().wait(20)
         self.labs.processes["lab", "roark"] = killed
         state = self.result_of("roark").get("state", "no result")
-        if state != "killed":
+        if state != "killed" and not (state == "finished" and self.promise.may_be_finished):
             self.problems.append(f"after the next start the killed lab's result says {state} instead of killed")
 
     # ------------------------------------------------------------ all of it

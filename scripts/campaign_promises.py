@@ -41,6 +41,7 @@ class Promise:
     says: str = ""
     peer: str | None = "finished"
     peer_says: str = ""
+    may_be_finished: bool = False  # a killed lab's result may say so
     note: str = ""  # for the reader
 
 
@@ -75,7 +76,9 @@ def promise(arena, phase, fault):
             return Promise(note="the result stands")
         return Promise("stopped", "stopped by the operator", None) if at_0 else STOPPED
     if fault == "SIGKILL":
-        return Promise("killed", "", "finished" if ending else None) if at_0 or ending else KILLED
+        if ending:
+            return Promise("killed", "", "finished", may_be_finished=True, note="its result says `finished` when that was written already")
+        return Promise("killed", "", None) if at_0 else KILLED
     if fault == "SIGSTOP 20 s":
         if strict and phase == "running":
             return Promise("failed", GONE_SHARK, "failed", r"roark is gone at period \d+: silent")
@@ -93,7 +96,7 @@ def promise(arena, phase, fault):
     if fault == "peer killed":
         if at_0:
             return Promise(note="the lab waits on, for the peer's next start")
-        return Promise(peer="killed") if ending else dataclasses.replace(PEER_GONE, peer="killed")
+        return Promise(peer="killed", may_be_finished=True) if ending else dataclasses.replace(PEER_GONE, peer="killed")
     if fault == "peer's states refused":
         return Promise(peer=None) if ending else REFUSED
     if fault == "link cut":
@@ -102,7 +105,9 @@ def promise(arena, phase, fault):
         return Promise(peer=None) if ending else GAVE_UP
     if fault == "link cut 4 s":
         return GOES_ON
-    return DISK_FULL if fault == "disk full" else REMOVED
+    if fault == "disk full":
+        return dataclasses.replace(DISK_FULL, says="", note="`result.json` has its room from the start") if ending else DISK_FULL
+    return REMOVED
 
 
 def cells():
