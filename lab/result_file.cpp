@@ -3,15 +3,18 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <vector>
 
 namespace arkmesh::lab {
@@ -19,6 +22,8 @@ namespace arkmesh::lab {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr std::uintmax_t largest_result_bytes = 16 << 20;
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -30,13 +35,32 @@ bool is_running(const nlohmann::json& result) {
   return result.is_object() && result.contains("state") && result["state"] == "running" && result.contains("process");
 }
 
+// When the process began, in clock ticks since this machine did; 0 when there is no such process. Ids are used again,
+// after the machine's next start too. Source: proc(5), field 22 of stat; field 2 ends with the last ')'.
+std::int64_t began(std::int64_t process) {
+  std::ifstream file(fmt::format("/proc/{}/stat", process));
+  const std::string stat{std::istreambuf_iterator<char>(file), {}};
+  const auto name_end = stat.rfind(')');
+  if (name_end == std::string::npos) return 0;
+  std::istringstream fields(stat.substr(name_end + 1));
+  std::string field;
+  for (int i = 3; i <= 22; ++i) fields >> field;
+  std::int64_t ticks = 0;
+  std::from_chars(field.data(), field.data() + field.size(), ticks);
+  return ticks;
+}
+
 // Of another machine it cannot be known.
 bool lives(const nlohmann::json& result) {
   const nlohmann::json& process = result.at("process");
-  return process.value("host", "") != host_name() || ::kill(process.value("pid", 0), 0) == 0 || errno == EPERM;
+  return process.value("host", "") != host_name() ||
+         began(process.value("pid", 0)) == process.value("began_ticks", std::int64_t{-1});
 }
 
+// Null for what is no result: beside a run there may be anything.
 nlohmann::json read(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > largest_result_bytes) return {};
   std::ifstream in(file);
   return in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
 }
@@ -81,7 +105,7 @@ void save_json(const fs::path& file, const nlohmann::json& json) {
 }
 
 nlohmann::json own_process() {
-  return {{"pid", ::getpid()}, {"host", host_name()}};
+  return {{"pid", ::getpid()}, {"began_ticks", began(::getpid())}, {"host", host_name()}};
 }
 
 std::string running_in(const fs::path& directory) {

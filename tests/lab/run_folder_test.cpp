@@ -2,6 +2,7 @@
 #include "lab/run_folder.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,6 +83,12 @@ TEST_CASE("the next start marks a run whose process is gone as killed") {
     std::filesystem::create_directories(root.path() / lives);
     lab::save_json(root.path() / lives / "result.json", left);
   }
+  nlohmann::json reused = left;  // by this process, which began at another time
+  reused["process"]["began_ticks"] = 1;
+  std::filesystem::create_directories(root.path() / "reused");
+  lab::save_json(root.path() / "reused" / "result.json", reused);
+  std::filesystem::create_directories(root.path() / "pipe");
+  REQUIRE(::mkfifo((root.path() / "pipe" / "result.json").c_str(), 0600) == 0);  // nobody ever writes to it
   left["process"]["pid"] = gone();
   for (const char* dead : {"dead", "dead/shark"}) {
     std::filesystem::create_directories(root.path() / dead);
@@ -91,6 +98,7 @@ TEST_CASE("the next start marks a run whose process is gone as killed") {
   lab::claim_run_folder(root.path() / "next", false);
   CHECK(result_in(root.path() / "dead").at("state") == "killed");
   CHECK(result_in(root.path() / "dead" / "shark").at("state") == "killed");
+  CHECK(result_in(root.path() / "reused").at("state") == "killed");
   CHECK(result_in(root.path() / "lives").at("state") == "running");
   CHECK(result_in(root.path() / "lives" / "shark").at("state") == "running");
 }
