@@ -177,6 +177,7 @@ class Cell:
         self.start_lab("roark")
         self.until(300, lambda: self.state().startswith("waiting for shark") or not self.lives(), "the lab's wait for its peer")
         if self.phase == "waiting at 0":
+            self.judge_wait()
             return
         self.start_lab("shark")
         if self.phase == "ending":
@@ -189,6 +190,12 @@ class Cell:
             end = time.monotonic() + 7
             while not re.search("waiting for shark|without shark", self.state()) and self.lives() and time.monotonic() < end:
                 time.sleep(0.01)
+            self.judge_wait()
+
+    def judge_wait(self):
+        """Whoever waits says for whom and until when."""
+        if self.lives() and not re.search(r"shark.*(for \d+ s more|until )", state := self.state()):
+            self.problems.append(f"roark does not say for whom it waits and until when: {state[:150]}")
 
     # ------------------------------------------------------------ faults
 

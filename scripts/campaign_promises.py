@@ -121,7 +121,7 @@ SHORT = [
     ("simulated", "waiting at 0", "peer's states refused"),
     ("simulated", "running", "SIGTERM"),
     ("simulated", "running", "SIGKILL"),
-    ("simulated", "running", "program crash"),
+    ("simulated", "running", "scenario exception"),
     ("simulated", "running", "disk full"),
     ("simulated", "waiting in mid-run", "run folder removed"),
     ("simulated", "waiting in mid-run", "link cut"),
