@@ -45,7 +45,6 @@ void put(int line, const Packet& packet, int then_ms) {
 }
 
 [[noreturn]] void stand_guard(int line, int word, const GuardWords& words) {
-  ::setsid();  // what ends the program's whole group does not end this
   ::prctl(PR_SET_NAME, "arkmesh-guard");
   const auto [low, high] = std::minmax({static_cast<unsigned>(line), static_cast<unsigned>(word)});
   if (low > 0) ::close_range(0, low - 1, 0);
@@ -97,6 +96,7 @@ PauseGuard::PauseGuard(int line) {
     ::pthread_sigmask(SIG_SETMASK, &all, &before);  // none reaches the new process, at no time
     process_ = ::fork();
     if (process_ == 0) stand_guard(line, theirs.get(), words);
+    if (process_ > 0) ::setpgid(process_, process_);  // what kills the program's whole group does not kill this
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
   if (process_ < 0)
