@@ -8,6 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
+#include "gateway/frame.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/links.hpp"
 #include "gateway/outbox.hpp"
@@ -60,6 +61,12 @@ void GatewayConfig::fields(const hal::Section& gateway) {
   gateway.field("max_message_bytes", max_message_bytes,
                 {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
   gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
+  gateway.field("window_bytes", flow.bytes,
+                {{4 << 10, 64 << 20},
+                 "bytes",
+                 "what may be under way to one peer; the rest waits here, where newer values replace it"});
+  gateway.field("window_s", flow.delay,
+                {{0.01, 10}, "s", "no more is under way than arrives in so much more than the path itself takes"});
   gateway.field("peers", peers);
 }
 
@@ -68,11 +75,13 @@ void GatewayConfig::check(const hal::Section& gateway) {
   exports.clear();
   add_rules(gateway, "exports", Delivery::latest, latest, exports);
   add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);
-  if (outbox_bytes < max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
+  const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
+  const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
+  if (outbox_bytes < max_message_bytes + more)
     gateway.refuse("outbox_bytes",
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
-                               max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
+                               max_message_bytes, more));
 }
 
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/flow_window.hpp"
 #include "gateway/link.hpp"
 #include "hal/config.hpp"
 
@@ -26,6 +27,7 @@ struct GatewayConfig {
   std::vector<Rule> exports;                           // both
   std::size_t outbox_bytes = 4 << 20;                  // what may wait for one peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;           // longer messages are not sent and not taken
+  FlowLimits flow;                                     // what may be under way to one peer
   std::vector<PeerConfig> peers;                       // those of gateway.peers that take part
   std::vector<std::string> ignored;                    // the others: not in shared.labs
 

@@ -66,6 +66,15 @@ struct Gateway::State {
     out.why = stats.why;
     out.boot_id = static_cast<std::int64_t>(stats.peer_boot_id);
     out.version = stats.peer_version;
+    out.round_trip_us = -1;
+    out.clock_offset_us = out.clock_uncertainty_us = 0;
+    out.clock_drift_ppm = 0;
+    if (const auto& clock = stats.clock) {
+      out.round_trip_us = clock->round_trip_us;
+      out.clock_offset_us = stats.peer_wall_offset_us;
+      out.clock_uncertainty_us = clock->uncertainty_us;
+      out.clock_drift_ppm = clock->drift_ppm;
+    }
     for (const auto& [name, received] : peer.channels) {
       channel_age_t& age = out.channels.emplace_back();
       age.channel = name;

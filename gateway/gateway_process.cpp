@@ -163,6 +163,7 @@ class GatewayProcess {
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
+    settings.flow = config_.gateway.flow;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 
@@ -212,7 +213,7 @@ class GatewayProcess {
     for (const auto& link : gateway_->links()) {
       const LinkStats stats = link->stats();
       say_change(link->peer(), stats.why,
-                 stats.up ? fmt::format("{} connected", link->peer())
+                 stats.up ? fmt::format("{} {}", link->peer(), stats.why)
                           : fmt::format("{} not connected: {}", link->peer(), stats.why));
     }
     if (!notice_.empty()) say_change("", notice_, notice_);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/frame.hpp"
 #include "gateway/outbox.hpp"
 #include "hal/random.hpp"
 
@@ -22,16 +23,6 @@ struct Message {
   std::string channel;
   std::vector<std::byte> bytes;
 };
-
-// What the outbox keeps: the channel's length in one byte, the channel, the bytes.
-std::vector<std::byte> pack(std::string_view channel, std::span<const std::byte> bytes) {
-  std::vector<std::byte> packed;
-  packed.reserve(1 + channel.size() + bytes.size());
-  packed.push_back(static_cast<std::byte>(channel.size()));
-  for (char c : channel) packed.push_back(static_cast<std::byte>(c));
-  packed.insert(packed.end(), bytes.begin(), bytes.end());
-  return packed;
-}
 
 // One direction, as its sender holds it.
 struct Lane {
@@ -88,13 +79,18 @@ struct End {
     lane.under_way.clear();
   }
 
+  // Whole messages only: nothing cuts a frame here.
   void empty_outbox() {
+    MessageAssembler assembler;
     while (!lane.outbox.empty()) {
-      const auto packed = lane.outbox.batch(1, outbox_bytes).front();
-      const auto size = static_cast<std::size_t>(packed[0]);
-      const auto name = packed.subspan(1, size);
-      send({reinterpret_cast<const char*>(name.data()), name.size()}, packed.subspan(1 + size));
-      lane.outbox.written(packed.size());
+      auto frame = lane.outbox.batch(1, outbox_bytes).front();
+      const std::size_t size = frame.size();
+      FrameDecoder decoder(max_frame_payload_bytes);
+      if (const auto payload = assembler.take(*decoder.next(frame), outbox_bytes)) {
+        const auto message = read_message(*payload);
+        send(message->channel, message->bytes);
+      }
+      lane.outbox.acknowledged(lane.outbox.written(size).messages);
     }
   }
 };
@@ -181,7 +177,7 @@ class LoopbackLink final : public Link {
     if (end_->stats.up)
       end_->send(channel, bytes);
     else
-      end_->lane.outbox.put(rule.delivery, channel, pack(channel, bytes));
+      end_->lane.outbox.put(rule.delivery, channel, bytes);
   }
 
   LinkStats stats() const override {

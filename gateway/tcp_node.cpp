@@ -83,7 +83,7 @@ void TcpNode::accept() {
 
 std::shared_ptr<Session> TcpNode::make_session(asio::ip::tcp::socket socket,
                                                std::optional<asio::ip::tcp::endpoint> to) const {
-  return std::make_shared<Session>(tcp_stream(std::move(socket), to), settings_.times, hello_frame_);
+  return std::make_shared<Session>(tcp_stream(std::move(socket), to), settings_.times, settings_.flow, hello_frame_);
 }
 
 std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {

@@ -34,9 +34,12 @@ struct TcpSettings {
   std::size_t max_pending = 16;  // connections that have not said hello
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
+  FlowLimits flow;
   SessionTimes times;
-  std::chrono::milliseconds first_retry{50};  // then doubling, each time half to whole of it by chance
-  std::chrono::milliseconds longest_retry{2'000};
+  // Between attempts of a link that is down an eighth of the time since then passes, half to whole of it by chance, and
+  // from the first to the second of these.
+  std::chrono::milliseconds first_retry{50};
+  std::chrono::milliseconds longest_retry{10'000};
 };
 
 class TcpLink;
@@ -64,6 +67,7 @@ class TcpNode final : private Session::Owner {
   void on_hello(Session& session, const Hello& hello) override;
   void on_up(Session&) override {}                           // never: pending sessions are not accepted here
   void on_message(Session&, const MessageView&) override {}  // never
+  void on_heartbeat(Session&, const Heartbeat&, const std::optional<RoundTrip>&) override {}  // never
   void on_ended(Session& session, const Session::End& end) override;
 
   void listen();
