@@ -24,6 +24,9 @@ void RunConfig::fields(const hal::Section& root) {
   gate.field("mode", mode,
              {.help = "\"strict\" refuses to run with an arena that cannot wait", .one_of = {"auto", "strict"}});
   require_strict = mode == Mode::strict;
+  gate.field("on_peer_lost", on_peer_lost,
+             {.help = "what a lab does in free mode when nothing of a peer has counted for 5 s; in strict mode it ends",
+              .one_of = {"pause", "go_on", "end"}});
   gate.field("patience_s", patience,
              {.range = {0, 1e6},
               .unit = "s",

@@ -41,7 +41,7 @@ class NotingLink final : public hal::RobotLink {
 // A frame each 100 ms with odd numbers in it; not there yet for the next `late` calls.
 class SlowArena final : public hal::Arena {
  public:
-  SlowArena() { info_.robots = {1}, info_.max_robot = 9; }
+  explicit SlowArena(bool can_wait = true) { info_.robots = {1}, info_.max_robot = 9, info_.can_wait = can_wait; }
   const hal::ArenaInfo& info() const override { return info_; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return frames_; }
@@ -394,7 +394,7 @@ TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
   Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
   std::chrono::microseconds now{0};
   CHECK(runner.step(now) == Runner::Step::advanced);
-  while (now < 1h) CHECK(runner.step(now += 100ms) == Runner::Step::waiting);
+  while (now < 1h) CHECK(runner.step(now += 2s) == Runner::Step::waiting);
   CHECK(runner.state_text() ==
         "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it comes or the lab is "
         "stopped");
@@ -412,4 +412,68 @@ TEST_CASE("a lab whose arena is late tells its peers each second that it counts"
     CHECK(bench.runner.due() - bench.now <= 1s);
   }
   CHECK(worlds == 2);
+}
+
+TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
+  // Lab time goes on; what the run would be worth without the peer is not called finished.
+  using Kind = hal::FleetCommand::Kind;
+  tests::TemporaryDirectory folder;
+  SlowArena arena(false);
+  NotingScenario scenario;
+  hal::Bus bus("memq://");
+  hal::Recorder recorder(folder.path(), 0, {.log = false});
+  lab::RunConfig two = config();
+  two.labs = {"a", "b"};
+  two.projections["b"];
+  two.last_period = 100;
+  Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
+  std::chrono::microseconds now{0};
+  const auto hear_b = [&](std::uint64_t run_id) {
+    lab::WorldMessage m{.lab = "b", .run_id = run_id, .can_wait = false};
+    m.acks["a"] = {5, -1};
+    m.window.push_back({.settings = {{"run.seed", "1"}}});
+    m.window[0].fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 9};
+    bus.publish("b/world", lab::to_message(m));
+  };
+  // A second per step, so that lab time is of no account.
+  const auto pass = [&](std::uint32_t period) {
+    while (runner.period() < period && runner.step(now += 1s) != Runner::Step::ended) REQUIRE(now < 1h);
+  };
+  const auto operator_says = [&](Kind kind) {
+    bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = kind}, 0ms));
+    runner.step(now += 1s);
+  };
+  std::vector<Kind> said{Kind::run};
+  runner.step(now);
+  hear_b(2);
+  pass(2);
+  said.push_back(Kind::pause);
+  CHECK(arena.robots().commands == said);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  hear_b(3);
+  runner.step(now += 1s);
+  said.push_back(Kind::run);
+  CHECK(arena.robots().commands == said);
+  CHECK(runner.state_text() == "running");
+
+  // The peer's return does not undo what an operator said, and no operator makes robots run without the peer.
+  operator_says(Kind::pause);
+  said.push_back(Kind::pause);
+  pass(5);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  hear_b(4);
+  runner.step(now += 1s);
+  CHECK(runner.state_text() == "running");
+  pass(8);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  operator_says(Kind::run);
+  CHECK(arena.robots().commands == said);
+  hear_b(5);
+  runner.step(now += 1s);
+  said.push_back(Kind::run);
+  CHECK(arena.robots().commands == said);
+
+  pass(100);
+  CHECK_FALSE(runner.finished());
+  CHECK(runner.reason().starts_with("a reached its last period 100 without a peer: paused without b: "));
 }
