@@ -11,6 +11,15 @@
 
 namespace arkmesh::lab {
 
+namespace {
+
+// A state quoted in another's sentence: without its explanation, which may quote that other lab.
+std::string without_explanation(const std::string& state) {
+  return state.substr(0, state.find(": "));
+}
+
+}  // namespace
+
 PeerMonitor::PeerMonitor(std::string lab, const std::vector<std::string>& peers) : lab_(std::move(lab)) {
   for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
 }
@@ -78,11 +87,12 @@ std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const
     case Life::link_down:
       return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
     case Life::unknown:
-      return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", p.state) : "not started yet";
+      return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", without_explanation(p.state))
+                            : "not started yet";
     case Life::dead:
       return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
     case Life::alive:
-      return p.state.empty() ? "running" : p.state;
+      return p.state.empty() ? "running" : without_explanation(p.state);
   }
   return {};
 }
