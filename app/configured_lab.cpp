@@ -89,11 +89,11 @@ ConfiguredLab::~ConfiguredLab() {
   }
 }
 
-std::unique_ptr<hal::Tap> ConfiguredLab::join(hal::Bus& public_bus) {
-  runner_->count(public_bus);
-  return std::make_unique<hal::Tap>(
-      private_bus_, public_bus,
-      std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel});
+ConfiguredLab::Membership::Membership(ConfiguredLab& lab, hal::Bus& public_bus)
+    : runner_(*lab.runner_),
+      tap_(lab.private_bus_, public_bus,
+           {"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel}) {
+  runner_.count(&public_bus);
 }
 
 }  // namespace arkmesh::app

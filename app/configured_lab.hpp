@@ -24,9 +24,19 @@ class ConfiguredLab {
   // Once, before anything else: opens the run folder and makes the runner. Throws as RunFolder does.
   void open_run();
 
-  // Copies the private bus to `public_bus` and lets in what a lab wants from others, as long as what it returns lives:
-  // no longer than bus and lab.
-  [[nodiscard]] std::unique_ptr<hal::Tap> join(hal::Bus& public_bus);
+  // While it lives, the private bus is copied to a public one, what a lab wants from others is let in, and that bus's
+  // counters are the run's, too. Bus and lab outlive it.
+  class Membership {
+   public:
+    Membership(ConfiguredLab& lab, hal::Bus& public_bus);
+    ~Membership() { runner_.count(nullptr); }
+    Membership(const Membership&) = delete;
+    Membership& operator=(const Membership&) = delete;
+
+   private:
+    lab::Runner& runner_;
+    hal::Tap tap_;
+  };
 
   const std::string& name() const { return run_config_.lab; }
   lab::Runner& runner() { return *runner_; }

@@ -74,12 +74,11 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   lab::claim_run_folder(directory, force);
   for (const auto& member : labs_) {
     member->lab.open_run();
-    member->tap = member->lab.join(member->public_bus);
+    member->membership.emplace(member->lab, member->public_bus);
   }
   nlohmann::json running = labs_.front()->lab.facts();
   running.erase("lab");
-  running["state"] = running["ended"] = "running";
-  lab::replace_json(directory / "result.json", running);
+  lab::save_running(directory / "result.json", std::move(running));
   for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 

@@ -31,7 +31,7 @@ LabProcess::LabProcess(hal::Config config, const std::filesystem::path& director
   refuse_neighbours();
   lab::claim_run_folder(directory, force);
   lab_.open_run();
-  tap_ = lab_.join(public_bus_);
+  membership_.emplace(lab_, public_bus_);
 }
 
 void LabProcess::refuse_neighbours() {

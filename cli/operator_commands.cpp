@@ -88,7 +88,8 @@ void tell(const OperatorWord& word, const std::string& url) {
   if (!heard)
     throw std::runtime_error(fmt::format(
         "{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause", name));
-  fmt::print("{} {} {}\n", name, word.done, lab.status().period);
+  const std::string now = lab.has_ended() ? "" : fmt::format(" ({})", lab.status().state);
+  fmt::print("{} {} {}{}\n", name, word.done, lab.status().period, now);
 }
 
 // `word` lives as long as the process.

@@ -62,7 +62,10 @@ void ArenaPort::pause_for_good(hal::LabTime now, std::uint32_t frame) {
 bool ArenaPort::obey(const fleet_command_t& command) {
   using Kind = hal::FleetCommand::Kind;
   const auto known = hal::from_message(command);
-  if (!known) return counters_.add("fleet_command.refused.unknown"), false;
+  if (!known) {
+    counters_.add("fleet_command.refused.unknown");
+    return false;
+  }
   const bool run = known->kind == Kind::run;
   if (run || known->kind == Kind::pause || known->kind == Kind::reset || known->kind == Kind::sleep) told_to_run_ = run;
   if (!run || !still_) arena_.robots().command(*known);

@@ -38,6 +38,8 @@ class ArenaPort {
   // Nobody makes robots run that are kept still. Afterwards they do what a scenario or an operator said last, meanwhile
   // or before.
   void keep_still(bool still, hal::LabTime now);
+  // What a scenario or an operator said last is to run.
+  bool told_to_run() const { return told_to_run_; }
   // Robots stop, and an operator's commands are heard no more.
   void pause_for_good(hal::LabTime now, std::uint32_t frame);
 

@@ -185,7 +185,10 @@ void Runner::look_for_lost_peers() {
   if (!lost.give_up.empty()) return fail(lost.give_up);
   paused_ = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
   port_.keep_still(paused_, data_.now);
-  state_.does = lost.text.empty() ? "running" : fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
+  if (!lost.text.empty())
+    state_.does = fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
+  else
+    state_.does = port_.told_to_run() ? "running" : "running, with its robots paused";
 }
 
 void Runner::publish_status() {

@@ -75,8 +75,8 @@ class Runner {
   std::uint64_t final_hash() const { return joint_hash(hash_by_lab()); }
   // Every counter of this lab.
   hal::Counters drops() const;
-  // Counts that bus's, too, as `public_bus.*`. It lives as long as counters are asked for.
-  void count(const hal::Bus& public_bus) { public_bus_ = &public_bus; }
+  // Counts that bus's, too, as `public_bus.*`; null: no longer.
+  void count(const hal::Bus* public_bus) { public_bus_ = public_bus; }
 
  private:
   enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
