@@ -29,7 +29,8 @@ std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) 
   if (!gateway) return by_peer;
   for (const auto& link : gateway->links()) {
     const gateway::LinkStats stats = link->stats();
-    lab::Traffic& t = by_peer[link->peer()] = {stats.received_messages, stats.received_bytes, stats.counters.all()};
+    lab::Traffic& t = by_peer[link->peer()] = {stats.peer_version, stats.received_messages, stats.received_bytes,
+                                               stats.counters.all()};
     t.counters["sent_messages"] = stats.sent_messages;
     t.counters["sent_bytes"] = stats.sent_bytes;
   }

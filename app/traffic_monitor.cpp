@@ -1,6 +1,7 @@
 #include "app/traffic_monitor.hpp"
 
 #include "arkmesh/peers_t.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
 #include "lab/message_check.hpp"
 
@@ -16,9 +17,11 @@ TrafficMonitor::TrafficMonitor(hal::Bus& private_bus)
       links_(private_bus.subscribe(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) {
         peers_t message;
         if (!lab::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
-        for (const peer_t& peer : message.peers)
-          for (const counter_t& c : peer.counters)
-            by_peer_[peer.lab].counters[c.name] = static_cast<std::uint64_t>(c.value);
+        for (const peer_t& peer : message.peers) {
+          lab::Traffic& t = by_peer_[peer.lab];
+          if (hal::is_label(peer.version)) t.version = peer.version;
+          for (const counter_t& c : peer.counters) t.counters[c.name] = static_cast<std::uint64_t>(c.value);
+        }
       })) {}
 
 }  // namespace arkmesh::app

@@ -65,6 +65,7 @@ struct Gateway::State {
     out.up = stats.up;
     out.why = stats.why;
     out.boot_id = static_cast<std::int64_t>(stats.peer_boot_id);
+    out.version = stats.peer_version;
     for (const auto& [name, received] : peer.channels) {
       channel_age_t& age = out.channels.emplace_back();
       age.channel = name;

@@ -26,6 +26,7 @@
 #include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -47,7 +48,7 @@ constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
-  std::string lab, bus_url;
+  std::string lab, experiment, bus_url;
   GatewayConfig gateway;
 };
 
@@ -62,6 +63,9 @@ ProcessConfig read_process_config(const hal::Config& config) {
   if (std::ranges::find(labs, out.lab) == labs.end())
     root.section("shared").refuse("labs",
                                   fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
+  out.experiment = root.section("shared").get("experiment", root.section("run").get("scenario", std::string()));
+  if (!out.experiment.empty() && !hal::is_label(out.experiment))
+    root.section("shared").refuse("experiment", fmt::format("must be 1 to {} printable characters", hal::max_label));
   out.bus_url = root.section("bus").read<hal::BusConfig>().url;
   if (!out.bus_url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
@@ -153,6 +157,7 @@ class GatewayProcess {
   void begin() {
     TcpSettings settings;
     settings.lab = config_.lab;
+    settings.experiment = config_.experiment;
     settings.boot_id = boot_id_;
     for (const Rule& rule : config_.gateway.exports) settings.exports.push_back(exported(rule.channel));
     settings.listen = config_.gateway.listen;

@@ -1,5 +1,5 @@
-// Layout: magic, version, lab | boot id, largest message, channels with fingerprints. Names are one length byte and the
-// text.
+// Layout: magic, version, lab | version of arkmesh, experiment, boot id, largest message, channels with fingerprints.
+// Names are one length byte and the text.
 #include "gateway/hello.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +10,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/channel_name.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -72,6 +73,8 @@ std::vector<std::byte> encode_hello(const Hello& hello) {
   for (char c : magic) out.push_back(static_cast<std::byte>(c));
   put(out, hello.version);
   put_name(out, hello.lab);
+  put_name(out, hello.software);
+  put_name(out, hello.experiment);
   put(out, hello.boot_id);
   put(out, hello.max_message_bytes);
   put(out, static_cast<std::uint16_t>(hello.channels.size()));
@@ -90,6 +93,10 @@ std::optional<Hello> read_hello(std::span<const std::byte> payload) {
   hello.lab = in.take_name();
   if (!in.good() || !hal::is_lab_name(hello.lab)) return {};
   if (hello.version != protocol_version) return hello;
+  hello.software = in.take_name();
+  hello.experiment = in.take_name();
+  for (const std::string* text : {&hello.software, &hello.experiment})
+    if (!text->empty() && !hal::is_label(*text)) return {};
   hello.boot_id = in.take<std::uint64_t>();
   hello.max_message_bytes = in.take<std::uint32_t>();
   const std::size_t channels = in.take<std::uint16_t>();
@@ -118,6 +125,11 @@ std::optional<Refusal> why_refused(const Hello& ours, const Hello& theirs) {
     return Refusal{"session.refused.version",
                    fmt::format("lab {} speaks protocol version {}, lab {} version {}; install the same arkmesh in both",
                                theirs.lab, theirs.version, ours.lab, ours.version)};
+  if (theirs.experiment != ours.experiment)
+    return Refusal{"session.refused.experiment",
+                   fmt::format("gateway of {} belongs to experiment '{}', this one to '{}'; end that gateway, or set "
+                               "shared.experiment alike",
+                               theirs.lab, theirs.experiment, ours.experiment)};
   for (const ExportedChannel& own : ours.channels) {
     const auto same = std::ranges::find(theirs.channels, own.name, &ExportedChannel::name);
     if (same == theirs.channels.end() || own.type == 0 || same->type == 0 || own.type == same->type) continue;

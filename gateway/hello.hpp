@@ -11,7 +11,7 @@
 
 namespace arkmesh::gateway {
 
-inline constexpr std::uint16_t protocol_version = 1;
+inline constexpr std::uint16_t protocol_version = 2;
 // A hello is never longer; nothing longer is read from a peer that has not introduced itself.
 inline constexpr std::size_t max_hello_bytes = 16'384;
 inline constexpr std::size_t max_hello_channels = 256;
@@ -24,9 +24,11 @@ struct ExportedChannel {
 struct Hello {
   std::uint16_t version = protocol_version;
   std::string lab;
-  std::uint64_t boot_id = 0;              // grows with each start of that lab's gateway
-  std::uint32_t max_message_bytes = 0;    // longer ones are not wanted
-  std::vector<ExportedChannel> channels;  // each once; nothing else will come
+  std::string software = ARKMESH_VERSION;  // the arkmesh that speaks; for people
+  std::string experiment;                  // shared.experiment; both must have the same
+  std::uint64_t boot_id = 0;               // grows with each start of that lab's gateway
+  std::uint32_t max_message_bytes = 0;     // longer ones are not wanted
+  std::vector<ExportedChannel> channels;   // each once; nothing else will come
 };
 
 // The payload of a hello frame.

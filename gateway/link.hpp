@@ -27,6 +27,7 @@ struct LinkStats {
   bool up = false;
   std::string why;                                  // reason of the last change, in words
   std::uint64_t peer_boot_id = 0;                   // 0 until the peer was met
+  std::string peer_version;                         // of its arkmesh; empty until then
   std::uint64_t sent_messages = 0, sent_bytes = 0;  // payload bytes
   std::uint64_t received_messages = 0, received_bytes = 0;
   hal::Counters counters;  // everything dropped, replaced, refused or failed, by reason

@@ -124,6 +124,7 @@ struct Pair {
   void bring_up() {
     of_first->stats.peer_boot_id = of_second->number;
     of_second->stats.peer_boot_id = of_first->number;
+    of_first->stats.peer_version = of_second->stats.peer_version = ARKMESH_VERSION;
     for (const auto& end : {of_first, of_second}) end->change(true, "connected");
     for (const auto& end : {of_first, of_second}) end->empty_outbox();
   }

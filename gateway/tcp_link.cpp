@@ -145,6 +145,7 @@ bool TcpLink::judge(Session& session, const Hello& hello) {
 
 void TcpLink::on_up(Session& session) {
   stats_.peer_boot_id = session.peer().boot_id;
+  stats_.peer_version = session.peer().software;
   stats_.counters.add("session.opened");
   pause_ = node_.settings_.first_retry;
   change(true, "connected");

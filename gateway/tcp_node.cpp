@@ -24,6 +24,7 @@ constexpr std::chrono::milliseconds tick_period{50};
 TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
     : io_(io), settings_(std::move(settings)), acceptor_(io), timer_(io), chance_(settings_.boot_id, "gateway/retry") {
   hello_.lab = settings_.lab;
+  hello_.experiment = settings_.experiment;
   hello_.boot_id = settings_.boot_id;
   hello_.max_message_bytes = settings_.max_message_bytes;
   hello_.channels = settings_.exports;

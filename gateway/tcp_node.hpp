@@ -25,6 +25,7 @@ namespace arkmesh::gateway {
 
 struct TcpSettings {
   std::string lab;                       // who we are
+  std::string experiment;                // what we take part in; peers have the same
   std::uint64_t boot_id = 0;             // grows with each start of this lab's gateway; never 0
   std::vector<ExportedChannel> exports;  // what the peers are told to expect
   std::string listen;                    // "127.0.0.1:7801"; empty: does not listen

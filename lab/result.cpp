@@ -82,8 +82,10 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
       {"waiting_s", wall.waiting_s},
       {"per_period_ms", {{"computing", wall.computing_s * 1e3 / periods}, {"waiting", wall.waiting_s * 1e3 / periods}}},
       {"speed", total_s > 0 ? lab_s / total_s : 0}};
+  j["peers"] = nlohmann::json::object();
   j["between_labs"] = nlohmann::json::object();
   for (const auto& [peer, traffic] : between_labs) {
+    if (!traffic.version.empty()) j["peers"][peer]["version"] = traffic.version;
     nlohmann::json& t = j["between_labs"][peer] = {{"received_messages", traffic.received_messages},
                                                    {"received_bytes", traffic.received_bytes}};
     for (const auto& [name, n] : traffic.counters) t[name] = n;
@@ -107,6 +109,7 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
     joint["by_lab"][name] = {{"counts", lab.at("counts")},
                              {"counters", lab.at("counters")},
                              {"wall", lab.at("wall")},
+                             {"peers", lab.at("peers")},
                              {"between_labs", lab.at("between_labs")}};
   }
   return joint;

@@ -19,6 +19,7 @@ struct WallTime {
 
 // What went between this lab and one peer.
 struct Traffic {
+  std::string version;  // of the peer's arkmesh; empty when the link said nothing
   std::uint64_t received_messages = 0, received_bytes = 0;
   std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
 };

@@ -14,6 +14,8 @@ namespace {
 Hello hello_of(const std::string& lab) {
   Hello hello;
   hello.lab = lab;
+  hello.software = "1.2.3";
+  hello.experiment = "dhtf";
   hello.boot_id = 0x0102030405060708;
   hello.max_message_bytes = 1 << 20;
   hello.channels = {exported("world"), exported("status"), exported("events")};
@@ -26,6 +28,8 @@ TEST_CASE("a hello comes back as it was") {
   REQUIRE(read.has_value());
   CHECK(read->version == protocol_version);
   CHECK(read->lab == "shark");
+  CHECK(read->software == "1.2.3");
+  CHECK(read->experiment == "dhtf");
   CHECK(read->boot_id == 0x0102030405060708);
   CHECK(read->max_message_bytes == 1 << 20);
   REQUIRE(read->channels.size() == 3);
@@ -38,6 +42,7 @@ TEST_CASE("a hello comes back as it was") {
 TEST_CASE("the largest hello fits its limit") {
   // A configuration with as many and as long channel names as are allowed can still introduce itself.
   Hello hello = hello_of("fifteen-letters");
+  hello.software = hello.experiment = std::string(63, 'x');
   hello.channels.clear();
   for (std::size_t i = 0; i < max_hello_channels; ++i)
     hello.channels.push_back({std::to_string(1000 + i) + std::string(43, 'c'), 1});
@@ -64,6 +69,12 @@ TEST_CASE("what is no hello is not read") {
     Hello hello = hello_of("shark");
     hello.channels.push_back({channel, 0});
     CHECK_FALSE(read_hello(encode_hello(hello)).has_value());
+  }
+  for (const std::string& text : {std::string("\x1b[2J"), std::string("a\nb"), std::string(64, 'x')}) {
+    Hello software = hello_of("shark"), experiment = software;
+    software.software = experiment.experiment = text;
+    CHECK_FALSE(read_hello(encode_hello(software)).has_value());
+    CHECK_FALSE(read_hello(encode_hello(experiment)).has_value());
   }
   Hello twice = hello_of("shark");
   twice.channels.push_back({"world", 5});
@@ -98,19 +109,32 @@ TEST_CASE("of another version only version and lab are read") {
 }
 
 TEST_CASE("who refuses whom") {
-  // Another version or another type of a common channel is refused in words that name both; all else is accepted.
+  // Another version, another experiment or another type of a common channel is refused in words that name both; all
+  // else is accepted.
   const Hello shark = hello_of("shark");
   CHECK_FALSE(why_refused(shark, hello_of("roark")).has_value());
 
   Hello other = hello_of("roark");
-  other.version = 2;
+  other.version = 1;
   CHECK(why_refused(shark, other)->counter == "session.refused.version");
   CHECK(why_refused(shark, other)->sentence ==
-        "lab roark speaks protocol version 2, lab shark version 1; install the same arkmesh in both");
+        "lab roark speaks protocol version 1, lab shark version 2; install the same arkmesh in both");
   CHECK(why_refused(other, shark)->sentence ==
-        "lab shark speaks protocol version 1, lab roark version 2; install the same arkmesh in both");
+        "lab shark speaks protocol version 2, lab roark version 1; install the same arkmesh in both");
 
   other = hello_of("roark");
+  other.experiment = "cre";
+  CHECK(why_refused(shark, other)->counter == "session.refused.experiment");
+  CHECK(why_refused(shark, other)->sentence ==
+        "gateway of roark belongs to experiment 'cre', this one to 'dhtf'; end that gateway, or set shared.experiment "
+        "alike");
+  CHECK(why_refused(other, shark)->sentence.starts_with("gateway of shark belongs to experiment 'dhtf'"));
+
+  // The text of another arkmesh is no reason.
+  other = hello_of("roark");
+  other.software = "7.0";
+  CHECK_FALSE(why_refused(shark, other).has_value());
+
   other.channels[0].type = 0xabc;
   CHECK(why_refused(shark, other)->counter == "session.refused.message_type");
   CHECK(why_refused(shark, other)

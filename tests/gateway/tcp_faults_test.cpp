@@ -274,6 +274,7 @@ TEST_CASE("a stalled peer costs no more than its outbox") {
       link->start({.arrived = [](auto, auto) {}, .changed = [](auto, auto) {}});
     RawPeer roark(io, node->listening().port()), lynx(io, node->listening().port());
     Hello hello;
+    hello.experiment = "dhtf";
     hello.boot_id = 7;
     hello.max_message_bytes = 1 << 20;
     hello.lab = "roark";

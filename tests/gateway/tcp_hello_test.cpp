@@ -52,6 +52,7 @@ struct Listening {
   static Hello hello(std::uint64_t boot_id = 7) {
     Hello out;
     out.lab = "roark";
+    out.experiment = "dhtf";
     out.boot_id = boot_id;
     out.max_message_bytes = 1 << 20;
     out.channels = {exported("world"), exported("status")};
@@ -84,12 +85,28 @@ TEST_CASE("a peer of another protocol version is refused in words") {
   Hello later = Listening::hello();
   later.version = 9;
   peer->say(later);
-  const std::string why = "lab roark speaks protocol version 9, lab shark version 1; install the same arkmesh in both";
+  const std::string why = "lab roark speaks protocol version 9, lab shark version 2; install the same arkmesh in both";
   REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
   CHECK(peer->bye == why);
   CHECK(shark.link->stats().why == why);
   CHECK(shark.count("session.refused.version") == 1);
   CHECK_FALSE(shark.link->stats().up);
+}
+
+TEST_CASE("a peer of another experiment is refused in words") {
+  // A gateway that was left running is named with what it belongs to, on both sides.
+  Listening shark;
+  const auto peer = shark.peer();
+  Hello forgotten = Listening::hello();
+  forgotten.experiment = "cre";
+  peer->say(forgotten);
+  const std::string why =
+      "gateway of roark belongs to experiment 'cre', this one to 'dhtf'; end that gateway, or set shared.experiment "
+      "alike";
+  REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
+  CHECK(peer->bye == why);
+  CHECK(shark.link->stats().why == why);
+  CHECK(shark.count("session.refused.experiment") == 1);
 }
 
 TEST_CASE("a peer with other message types is refused in words") {
@@ -137,8 +154,12 @@ TEST_CASE("the connecting side judges as well") {
     expected = "there is lab lynx, not lab roark";
   }
   SUBCASE("version") {
-    answer.version = 2;
-    expected = "lab roark speaks protocol version 2, lab shark version 1";
+    answer.version = 1;
+    expected = "lab roark speaks protocol version 1, lab shark version 2";
+  }
+  SUBCASE("experiment") {
+    answer.experiment = "cre";
+    expected = "gateway of roark belongs to experiment 'cre', this one to 'dhtf'";
   }
   SUBCASE("type") {
     answer.channels[0].type = 5;

@@ -208,7 +208,11 @@ TEST_CASE("a result lists every counter once, and as drops exactly the losses") 
   for (const char* name :
        {"late", "contacts.deeper_than_1mm", "camera.isolated", "mjpeg.skipped", "poses.lost.no_picture"})
     bench.arena.count(name);
-  const nlohmann::json result = lab::lab_result(nlohmann::json::object(), bench.runner, {}, {});
+  lab::Traffic met;
+  met.version = "1.2.3";
+  const nlohmann::json result =
+      lab::lab_result(nlohmann::json::object(), bench.runner, {}, {{"roark", met}, {"lynx", lab::Traffic()}});
+  CHECK(result.at("peers") == nlohmann::json{{"roark", {{"version", "1.2.3"}}}});
   for (const auto& [name, n] : result.at("drops").items()) CHECK(result.at("counters").at(name) == n);
   CHECK(result.at("counters").at("arena.contacts.deeper_than_1mm") == 1);
   std::vector<std::string> drops;

@@ -58,6 +58,7 @@ peers_t peers_example() {
   m.peers.resize(1);
   m.peers[0].lab = "roark";
   m.peers[0].why = "connected";
+  m.peers[0].version = "0.1.0";
   m.peers[0].channels.resize(1);
   m.peers[0].channels[0].channel = "roark/world";
   m.peers[0].n_channels = 1;

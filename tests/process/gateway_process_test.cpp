@@ -84,6 +84,7 @@ TEST_CASE("two gateway processes join two labs") {
     at_roark.drain(50ms);
     return peers.lab == "roark" && peers.peers.size() == 1 && peers.peers[0].up && peers.peers[0].channels.size() == 1;
   }));
+  CHECK(peers.peers[0].version == ARKMESH_VERSION);
   CHECK(peers.peers[0].channels[0].channel == "shark/world");
   CHECK(peers.peers[0].channels[0].messages == 1);
   CHECK(peers.peers[0].channels[0].bytes == 11);
@@ -93,6 +94,18 @@ TEST_CASE("two gateway processes join two labs") {
   CHECK(says(roark, "gateway of roark: shark not connected: "));
   roark.signal(SIGINT);
   CHECK(roark.wait(5s) == 0);
+}
+
+TEST_CASE("a gateway that was left running by another experiment is refused by name") {
+  // Both sides say what the other belongs to. What a gateway belongs to is its file's scenario, or what the file says.
+  const Files files;
+  Process shark = files.start(files.shark, "shark", {"run.scenario=\"dhtf\""});
+  Process roark = files.start(files.roark, "roark", {"run.scenario=\"dhtf\"", "shared.experiment=\"last week\""});
+  CHECK(says(shark,
+             "gateway of roark belongs to experiment 'last week', this one to 'dhtf'; end that gateway, or set "
+             "shared.experiment alike\n",
+             300s));
+  CHECK(says(roark, "gateway of shark belongs to experiment 'dhtf', this one to 'last week'", 300s));
 }
 
 TEST_CASE("a gateway killed with SIGKILL comes back") {
@@ -265,6 +278,7 @@ TEST_CASE("wrong configurations end with one sentence") {
   const std::pair<std::string, std::string> table[] = {
       {"gateway.listen=\"0.0.0.0:7846\"", "gateway.listen = \"0.0.0.0:7846\": is not on this machine"},
       {"gateway.lisen=\"127.0.0.1:1\"", "unknown key 'gateway.lisen'; did you mean 'gateway.listen'?"},
+      {"shared.experiment=\"red\\u001b[31m\"", "must be 1 to 63 printable characters"},
       {"lab.name=lynx", "shared.labs = [ \"roark\", \"shark\" ]: does not name this lab, 'lynx'"},
       {"lab.name=\"Not a name\"", "lab.name = \"Not a name\": must have 1 to 15 of a-z, 0-9, '_' and '-'"},
       {"bus.url=memq://", "bus.url = \"memq://\": must be udpm://ADDRESS:PORT?ttl=0"},

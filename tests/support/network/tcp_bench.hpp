@@ -26,6 +26,7 @@ inline gateway::SessionTimes short_times() {
 inline gateway::TcpSettings tcp_settings(const std::string& lab, std::uint64_t boot_id) {
   gateway::TcpSettings settings;
   settings.lab = lab;
+  settings.experiment = "dhtf";
   settings.boot_id = boot_id;
   for (const char* channel : {"world", "status", "events"}) settings.exports.push_back(gateway::exported(channel));
   settings.times = short_times();
