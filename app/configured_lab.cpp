@@ -73,6 +73,8 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
 void ConfiguredLab::open_run() {
   const std::string effective = config_.effective(directory_);
   facts_ = lab::run_facts(run_config_, effective, controller_of(config_.root()));
+  facts_["files"] = config_.files();
+  facts_["arena"] = {{"platform", arena_->info().platform}};
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);

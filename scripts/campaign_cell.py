@@ -144,6 +144,8 @@ class Cell:
         fault, process = self.fault, self.process()
         if fault in ("Ctrl-C", "SIGTERM", "SIGKILL"):
             process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[fault])
+            if fault == "SIGKILL":
+                process.wait()
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)
