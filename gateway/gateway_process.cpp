@@ -47,7 +47,8 @@ constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
-  std::string lab, bus_url;
+  std::string lab;
+  hal::BusConfig bus;
   GatewayConfig gateway;
 };
 
@@ -62,8 +63,8 @@ ProcessConfig read_process_config(const hal::Config& config) {
   if (std::ranges::find(labs, out.lab) == labs.end())
     root.section("shared").refuse("labs",
                                   fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
-  out.bus_url = root.section("bus").read<hal::BusConfig>().url;
-  if (!out.bus_url.starts_with("udpm://"))
+  out.bus = root.section("bus").read<hal::BusConfig>();
+  if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
   config.refuse_unknown("gateway");
@@ -86,12 +87,12 @@ class GatewayProcess {
   explicit GatewayProcess(ProcessConfig config)
       : config_(std::move(config)),
         boot_id_(new_boot_id()),
-        bus_(config_.bus_url),
+        bus_(config_.bus.url, config_.bus.hear),
         monitor_(bus_, config_.lab, boot_id_),
         readable_(io_, bus_.descriptor()),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM) {}
-  ~GatewayProcess() { readable_.release(); }  // the descriptor is LCM's
+  ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
