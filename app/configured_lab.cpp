@@ -9,7 +9,6 @@
 #include "app/arenas.hpp"
 #include "app/robot_limits.hpp"
 #include "app/scenarios.hpp"
-#include "hal/bus_config.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
 #include "lab/result.hpp"
@@ -59,7 +58,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
       run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
-  bus_url_ = root.section("bus").read<hal::BusConfig>().url;
+  bus_config_ = root.section("bus").read<hal::BusConfig>();
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
   run_config_.max_message_bytes =
       std::min<std::size_t>(run_config_.max_message_bytes, gateway_config_.max_message_bytes);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gateway/config.hpp"
+#include "hal/bus_config.hpp"
 #include "hal/config.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/tap.hpp"
@@ -44,7 +45,7 @@ class ConfiguredLab {
   hal::Arena& arena() { return *arena_; }
   const lab::RunConfig& config() const { return run_config_; }
   const gateway::GatewayConfig& gateway() const { return gateway_config_; }
-  const std::string& bus_url() const { return bus_url_; }
+  const hal::BusConfig& bus_config() const { return bus_config_; }
   // The file that it was read from.
   std::string file() const { return config_.file().string(); }
   const lab::RunFolder& folder() const { return *folder_; }
@@ -58,7 +59,7 @@ class ConfiguredLab {
   std::filesystem::path directory_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
-  std::string bus_url_;
+  hal::BusConfig bus_config_;
   lab::RecorderConfig recorder_config_;
   nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;

@@ -26,8 +26,8 @@ using namespace std::chrono_literals;
 // The lab on a bus, as its status tells.
 class RunningLab {
  public:
-  explicit RunningLab(const std::string& url)
-      : bus_(url), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
+  explicit RunningLab(const hal::BusConfig& bus)
+      : bus_(bus.url, bus.hear), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
           lab_status_t status;
           if (lab::check_status(bytes).empty() && hal::decode(bytes, status)) status_ = status;
         })) {}
@@ -74,11 +74,11 @@ constexpr OperatorWord stop_word{"stop", lab::ArenaPort::end_run, "ended at peri
 constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period"};
 constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period"};
 
-void tell(const OperatorWord& word, const std::string& url) {
-  RunningLab lab(url);
+void tell(const OperatorWord& word, const hal::BusConfig& bus) {
+  RunningLab lab(bus);
   if (!lab.speaks())
-    throw std::runtime_error(
-        fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", url, word.name));
+    throw std::runtime_error(fmt::format(
+        "no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", bus.url, word.name));
   const std::string name = lab.status().lab;
   const std::int64_t before = lab.commands_heard();
   if (lab.has_ended()) throw std::runtime_error(fmt::format("{} has ended already: {}", name, lab.status().state));
@@ -102,9 +102,9 @@ void add_operator_command(CLI::App& app, const OperatorWord& word) {
   command->add_option("--set", *sets, "Override a key of the file, as for `arkmesh lab`")->allow_extra_args(false);
   command->footer(fmt::format("Example:\n  arkmesh {} experiments/dhtf/shark.toml", word.name));
   command->callback([&word, file, sets] {
-    std::string url = hal::BusConfig().url;
-    if (!file->empty()) url = hal::Config::from_file(*file, *sets).root().section("bus").read<hal::BusConfig>().url;
-    tell(word, url);
+    hal::BusConfig bus;
+    if (!file->empty()) bus = hal::Config::from_file(*file, *sets).root().section("bus").read<hal::BusConfig>();
+    tell(word, bus);
   });
 }
 

@@ -48,7 +48,8 @@ constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
-  std::string lab, experiment, bus_url;
+  std::string lab, experiment;
+  hal::BusConfig bus;
   GatewayConfig gateway;
 };
 
@@ -66,8 +67,8 @@ ProcessConfig read_process_config(const hal::Config& config) {
   out.experiment = root.section("shared").get("experiment", root.section("run").get("scenario", std::string()));
   if (!out.experiment.empty() && !hal::is_label(out.experiment))
     root.section("shared").refuse("experiment", fmt::format("must be 1 to {} printable characters", hal::max_label));
-  out.bus_url = root.section("bus").read<hal::BusConfig>().url;
-  if (!out.bus_url.starts_with("udpm://"))
+  out.bus = root.section("bus").read<hal::BusConfig>();
+  if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
   config.refuse_unknown("gateway");
@@ -90,12 +91,12 @@ class GatewayProcess {
   explicit GatewayProcess(ProcessConfig config)
       : config_(std::move(config)),
         boot_id_(new_boot_id()),
-        bus_(config_.bus_url),
+        bus_(config_.bus.url, config_.bus.hear),
         monitor_(bus_, config_.lab, boot_id_),
         readable_(io_, bus_.descriptor()),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM) {}
-  ~GatewayProcess() { readable_.release(); }  // the descriptor is LCM's
+  ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
