@@ -150,12 +150,12 @@ Heard listen_on(hal::Bus& bus) {
 // Whether the gateway of the lab could listen where its file says.
 Finding listening(const std::string& where, bool gateway_is_running) {
   Finding finding{"TCP " + where, "", ""};
-  if (const std::string why = gateway::why_not_loopback(where); !why.empty()) {
+  if (const std::string why = gateway::why_not_listenable(where); !why.empty()) {
     finding.problem = "gateway.listen " + why;
     finding.mend = "correct the key gateway.listen";
     return finding;
   }
-  const auto there = gateway::loopback_endpoint(where);
+  const auto there = gateway::read_listen_address(where).at;
   const hal::Handle socket(::socket(there.protocol().family(), SOCK_STREAM | SOCK_CLOEXEC, 0));
   const int on = 1;
   ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);

@@ -10,6 +10,7 @@ constexpr CommandRow rows[] = {
     {"lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others", lab_program},
     {"config", "List every key of a lab's file, or print a sample", ARKMESH_CAMERAS ? testbed_program : lab_program},
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
+    {"keys", "Make a lab's key and certificate, and say which labs its gateway lets in", gateway_program},
     {"up", "Run the labs and gateways of some files as one, and end them together", light_program},
     {"stop", "End a lab that runs, with its results", light_program},
     {"pause", "Pause the robots of a lab that runs", light_program},

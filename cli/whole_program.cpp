@@ -18,6 +18,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"run", add_run_command},
     {"lab", add_lab_command},
     {"gateway", add_gateway_command},
+    {"keys", add_keys_command},
     {"up", add_up_command},
     {"stop", add_stop_command},
     {"pause", add_pause_command},

@@ -24,6 +24,7 @@
 #include "gateway/links.hpp"
 #include "gateway/port_monitor.hpp"
 #include "gateway/tcp_node.hpp"
+#include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/label.hpp"
@@ -164,17 +165,23 @@ class GatewayProcess {
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
+    if (config_.gateway.needs_keys() && !keys_)
+      keys_ = std::make_shared<TlsKeys>(KeyFolder(config_.gateway.keys), config_.lab);
+    settings.keys = keys_;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers)
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
-    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, std::move(links));
+    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, config_.gateway.imports,
+                                         std::move(links));
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
-    if (!config_.gateway.listen.empty()) say(fmt::format("listening on {}", to_text(node_->listening())));
+    if (!config_.gateway.listen.empty())
+      say(fmt::format("listening on {}{}", config_.gateway.listen.starts_with("tls://") ? "tls://" : "",
+                      to_text(node_->listening())));
     for (const auto& link : gateway_->links()) said_[link->peer()] = {link->stats().why, {}};
   }
 
@@ -216,8 +223,28 @@ class GatewayProcess {
                  stats.up ? fmt::format("{} connected", link->peer())
                           : fmt::format("{} not connected: {}", link->peer(), stats.why));
     }
+    if (keys_) say_about_keys(say_change);
     if (!notice_.empty()) say_change("", notice_, notice_);
     if (!monitor_.earlier().empty()) say_change("bus", monitor_.earlier(), monitor_.earlier());
+  }
+
+  template <class SayChange>
+  void say_about_keys(const SayChange& say_change) const {
+    const auto say_end = [&](const std::string& lab) {
+      const auto days = keys_->days_left(lab);
+      if (!days) return;
+      const std::string when = *days < 0 ? "has ended" : fmt::format("ends in {} days", *days);
+      say_change(
+          "certificate " + lab, when,
+          fmt::format("the certificate of lab {} {}; it still counts, but make it last longer, there: arkmesh keys "
+                      "renew {}",
+                      lab, when, lab));
+    };
+    say_end(config_.lab);
+    for (const auto& link : gateway_->links()) say_end(link->peer());
+    std::string wrong;
+    for (const std::string& sentence : keys_->complaints()) wrong += (wrong.empty() ? "" : "; ") + sentence;
+    if (!wrong.empty()) say_change("keys", wrong, "keys: " + wrong);
   }
 
   // To standard output, at once. Nobody may be reading it any more; that is no reason to stop.
@@ -236,6 +263,7 @@ class GatewayProcess {
   asio::posix::stream_descriptor readable_;
   asio::steady_timer timer_;
   asio::signal_set signals_;
+  std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
   std::unique_ptr<Gateway> gateway_;  // holds the node's links
   Clock::time_point begun_;           // to connect to peers

@@ -40,9 +40,9 @@ Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, 
 
 void Session::begin(Owner& owner) {
   owner_ = &owner;
-  stream_->open([self = shared_from_this()](const std::string& error) {
+  stream_->open([self = shared_from_this()](const StreamFailure& failure) {
     if (self->closed()) return;
-    if (!error.empty()) return self->end("session.failed.connect", error);
+    if (!failure.counter.empty()) return self->end(failure);
     self->state_ = State::greeting;
     self->heard_ = self->wrote_ = now();
     self->read();
@@ -94,8 +94,7 @@ void Session::shut() {
 void Session::read() {
   stream_->read(asio::buffer(read_buffer_), [self = shared_from_this()](error_code error, std::size_t bytes) {
     if (self->closed()) return;
-    if (error == asio::error::eof) return self->end("session.closed.by_peer", "connection closed by the peer");
-    if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
+    if (error) return self->end(self->stream_->explain(error));
     self->on_bytes(std::span(self->read_buffer_).first(bytes));
     if (!self->closed()) self->read();
   });
@@ -176,7 +175,7 @@ void Session::write() {
   stream_->write(in_write_, [self = shared_from_this()](error_code error, std::size_t bytes) {
     self->writing_ = false;
     if (self->closed()) return;
-    if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
+    if (error) return self->end(self->stream_->explain(error));
     self->on_written(bytes);
     self->write();
   });
@@ -202,7 +201,7 @@ void Session::check(Time at) {
   if (closed()) return;
   switch (state_) {
     case State::opening:
-      if (at - began_ > times_.hello) end("session.failed.connect", "no answer for " + seconds(times_.hello));
+      if (at - began_ > times_.hello) end(stream_->too_slow(), "no answer for " + seconds(times_.hello));
       return;
     case State::greeting:
       if (at - began_ > times_.hello) end("session.closed.no_hello", "no hello for " + seconds(times_.hello));
@@ -212,6 +211,7 @@ void Session::check(Time at) {
       return;
     case State::accepted:
     case State::up:
+      if (const StreamFailure objection = stream_->objection(); !objection.counter.empty()) return end(objection);
       if (at - heard_ > times_.silence)
         return end("session.closed.silent", "nothing heard for " + seconds(times_.silence));
       if (writing_ && at - wrote_ > times_.stall)

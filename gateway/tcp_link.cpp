@@ -8,6 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/tcp_node.hpp"
+#include "gateway/tls_keys.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -24,10 +25,10 @@ std::size_t longest_frame(std::size_t max_message_bytes) {
 
 }  // namespace
 
-TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect)
+TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
     : node_(node),
       peer_(std::move(peer)),
-      connect_(connect),
+      connect_(std::move(connect)),
       outbox_(node.settings_.outbox_bytes),
       pause_(node.settings_.first_retry) {
   outbox_.set_longest(longest_frame(node_.settings_.max_message_bytes));
@@ -71,6 +72,9 @@ LinkStats TcpLink::stats() const {
   stats.counters.merge(outbox_.counters());
   stats.counters.set("outbox.waiting.messages", outbox_.messages());
   stats.counters.set("outbox.waiting.bytes", outbox_.bytes());
+  if (node_.settings_.keys)
+    if (const auto days = node_.settings_.keys->days_left(peer_))
+      stats.counters.set("certificate.days_left", static_cast<std::uint64_t>(std::max(0L, *days)));
   return stats;
 }
 
@@ -85,7 +89,7 @@ void TcpLink::check(Session::Time now) {
 }
 
 void TcpLink::connect() {
-  session_ = node_.make_session(boost::asio::ip::tcp::socket(node_.io_), connect_);
+  session_ = node_.make_session(*connect_, peer_, attempts_++);
   session_->begin(*this);
 }
 
@@ -126,7 +130,8 @@ void TcpLink::welcome(Session& session, const Hello& hello) {
 
 void TcpLink::on_hello(Session& session, const Hello& hello) {
   if (hello.lab != peer_) {
-    const std::string why = fmt::format("at {} there is lab {}, not lab {}", to_text(*connect_), hello.lab, peer_);
+    const std::string where = std::visit([](const auto& target) { return to_text(target); }, *connect_);
+    const std::string why = fmt::format("at {} there is lab {}, not lab {}", where, hello.lab, peer_);
     stats_.counters.add("session.refused.lab_name");
     change(false, why);
     return session.refuse(why);
