@@ -6,14 +6,12 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
+#include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
-#include "hal/config.hpp"
 #include "hal/messages.hpp"
 #include "lab/arena_port.hpp"
 #include "lab/message_check.hpp"
@@ -95,17 +93,10 @@ void tell(const OperatorWord& word, const hal::BusConfig& bus) {
 // `word` lives as long as the process.
 void add_operator_command(CLI::App& app, const OperatorWord& word) {
   CLI::App* command = add_command(app, word.name);
-  const auto file = std::make_shared<std::string>();
-  const auto sets = std::make_shared<std::vector<std::string>>();
-  command->add_option("file", *file, "The lab's configuration file; without it the lab on the default bus.url")
-      ->check(CLI::ExistingFile);
-  command->add_option("--set", *sets, "Override a key of the file, as for `arkmesh lab`")->allow_extra_args(false);
+  const auto options = std::make_shared<BusOptions>();
+  options->add_to(*command);
   command->footer(fmt::format("Example:\n  arkmesh {} experiments/dhtf/shark.toml", word.name));
-  command->callback([&word, file, sets] {
-    hal::BusConfig bus;
-    if (!file->empty()) bus = hal::Config::from_file(*file, *sets).root().section("bus").read<hal::BusConfig>();
-    tell(word, bus);
-  });
+  command->callback([&word, options] { tell(word, options->bus()); });
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"keys", add_keys_command},
     {"up", add_up_command},
     {"stop", add_stop_command},
+    {"status", add_status_command},
     {"pause", add_pause_command},
     {"resume", add_resume_command},
     {"config", add_config_command},

@@ -8,6 +8,8 @@
 #include <cassert>
 #include <utility>
 
+#include "hal/label.hpp"
+
 namespace arkmesh::gateway {
 
 namespace asio = boost::asio;
@@ -114,10 +116,7 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
 
 void Session::on_frame(const FrameDecoder::Frame& frame) {
   if (frame.kind == FrameKind::bye) {
-    std::string why(text_of(frame.payload.first(std::min(frame.payload.size(), longest_bye))));
-    for (char& c : why)
-      if (c < ' ' || c > '~') c = '?';
-    return end("session.closed.bye", "the peer says: " + why);
+    return end("session.closed.bye", "the peer says: " + hal::printable(text_of(frame.payload), longest_bye));
   }
   if (state_ == State::greeting) {
     if (frame.kind != FrameKind::hello) return end("session.closed.no_hello", "the peer did not say hello first");

@@ -79,6 +79,8 @@ TEST_CASE("labs that wait for each other do not quote each other's quotations") 
   w.status(0s, "waiting for shark: waiting for roark: running, for 600 s more");
   CHECK(w.words("roark", true, 1s) == "waiting for shark");
   CHECK(w.words("roark", false, 1s) == "it runs, but has not joined this run (waiting for shark)");
+  w.status(0s, "waiting for \x1b[2Jshark");
+  CHECK(w.words("roark", true, 1s) == "waiting for ?[2Jshark");
   w.status(0s, "failed: roark failed at period 3: no camera");
   CHECK(w.words("roark", true, 1s) == "failed: roark failed at period 3: no camera");
 }
