@@ -43,10 +43,9 @@ TEST_CASE("labs are not hurt by a flood of another host, nor by forged fragments
   const Inside inside(hosts.lab_host());
   constexpr int port = 7822;
   LabProcesses labs({.overrides = {"run.duration_s=100"}, .first_port = port});
-  std::atomic<bool> over = false;
   std::atomic<std::uint64_t> sent = 0;
   const UdpSender stranger(hosts.stranger_host(), "10.9.0.2"), local(hosts.lab_host(), "10.9.0.1");
-  std::thread flood([&] {
+  std::jthread flood([&](const std::stop_token& over) {
     fleet_command_t pause{};
     pause.command = fleet_command_t::pause;
     std::string command(static_cast<std::size_t>(pause.getEncodedSize()), '\0');
@@ -57,18 +56,18 @@ TEST_CASE("labs are not hurt by a flood of another host, nor by forged fragments
     forged.push_back(short_datagram(lab::ArenaPort::operator_channel, command));
     forged.push_back(fragment({.size = 1000, .offset = 0xffffffff - 299, .number = 1, .bytes = std::string(301, 'x')}));
     forged.push_back(fragment({.channel = "poses", .size = 1 << 28, .bytes = "x"}));
-    while (!over) {
+    std::uint32_t sequence = 0;
+    while (!over.stop_requested()) {
       for (const auto& datagram : forged) {
         stranger.send(datagram, "239.255.76.67", port);
         stranger.send(datagram, "10.9.0.1", port);
         sent += 2;
       }
       // From this machine fragments only: who is on it may speak.
-      for (std::uint32_t i = 0; i < 5; ++i) {
-        local.send(fragment({.channel = "poses", .sequence = i, .size = 8 << 20, .bytes = std::string(1000, 'x')}),
-                   "239.255.76.67", port);
-        local.send(forged[forged.size() - 1 - i % 2], "239.255.76.67", port);
-      }
+      local.send(
+          fragment({.channel = "poses", .sequence = ++sequence, .size = 1 << 20, .bytes = std::string(1000, 'x')}),
+          "239.255.76.67", port);
+      local.send(forged[forged.size() - 1 - sequence % 2], "239.255.76.67", port);
       std::this_thread::sleep_for(1ms);
     }
   });
@@ -80,7 +79,7 @@ TEST_CASE("labs are not hurt by a flood of another host, nor by forged fragments
     least = std::min(least, kb), most = std::max(most, kb);
     labs.period("shark", 10ms);
   }
-  over = true;
+  flood.request_stop();
   flood.join();
   CAPTURE(labs.lab_output("shark"));
   CAPTURE(labs.gateway_output("shark"));
