@@ -9,6 +9,7 @@
 #include <lcm/lcm.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -153,11 +154,17 @@ struct Bus::State {
   // Opens the socket, and sends a word to itself as LCM does: false when nothing comes back.
   bool listen(const std::string& url) {
     if (receiver) return true;
+    const MulticastUrl parts(url);
     try {
-      receiver = std::make_unique<MulticastReceiver>(MulticastUrl(url), hear);
+      receiver = std::make_unique<MulticastReceiver>(parts, hear);
     } catch (const std::system_error& error) {
       throw std::runtime_error(fmt::format("bus {}: cannot listen: {}", url, error.what()));
     }
+    if (std::cmp_less(receiver->buffer_bytes(), parts.receive_buffer_bytes))
+      spdlog::warn(
+          "bus {}: its receive buffer has {} bytes only, so bursts may be lost; as root: sysctl -w "
+          "net.core.rmem_max={}",
+          url, receiver->buffer_bytes(), parts.receive_buffer_bytes);
     for (int attempt = 0; attempt < 100; ++attempt) {
       lcm_publish(lcm, self_test_channel.data(), "", 0);
       if (readable(std::chrono::milliseconds{100})) return true;

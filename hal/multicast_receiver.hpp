@@ -33,6 +33,8 @@ class MulticastReceiver {
   bool has_fetched() const;
   // Readable while datagrams wait that were not fetched yet.
   int descriptor() const { return socket_.get(); }
+  // Of the receive buffer, as the kernel measures: it grants twice what is asked for.
+  std::size_t buffer_bytes() const { return buffer_bytes_; }
   // What was refused or lost, up to now.
   Counters counters();
 
@@ -42,7 +44,7 @@ class MulticastReceiver {
   void count_drops();
 
   Handle socket_;
-  std::size_t buffer_bytes_ = 0;  // as the kernel measures: it grants twice what is asked for
+  std::size_t buffer_bytes_ = 0;
   std::unique_ptr<Batch> batch_;
   DatagramAssembler assembler_;
   std::size_t backlog_bytes_ = 0;  // fetched since the kernel's queue was empty last, with the kernel's overhead
