@@ -41,7 +41,8 @@ class TlsStream final : public AsioStream<TlsSocket> {
     lookup_.emplace(executor(), *to_, [this, opened = std::move(opened)](const std::string& error, auto addresses) {
       if (closed_ || !error.empty()) return opened(no_connection(error));
       addresses_ = std::move(addresses);
-      std::ranges::rotate(addresses_, addresses_.begin() + static_cast<std::ptrdiff_t>(attempt_ % addresses_.size()));
+      const auto first = addresses_.begin() + static_cast<std::ptrdiff_t>(attempt_ % addresses_.size());
+      std::rotate(addresses_.begin(), first, addresses_.end());
       asio::async_connect(stream_.next_layer(), addresses_, [this, opened](error_code failed, const tcp::endpoint&) {
         if (closed_ || failed) return opened(no_connection(failed.message()));
         shake_hands(opened);
