@@ -113,6 +113,8 @@ TEST_CASE("status tells how a lab and its links are") {
   CHECK(text.find("\n  b         up ") != std::string::npos);
   CHECK(status({bench.file("a"), "--set", "bus.url=\"udpm://239.255.76.67:7973?ttl=0\""}, 1)
             .find("neither a lab nor a gateway speaks on") != std::string::npos);
+  bench.up->signal(SIGINT);
+  CHECK(bench.up->wait(300s) == 3);
 }
 
 TEST_CASE("up ends with the labs, also with those that another terminal stopped") {
