@@ -38,11 +38,11 @@ Runner::Step Runner::step(Now now) {
   peers_.set_now(now);
   try {
     if (!arena_lost_) arena_.serve();
-    bus_.drain();
+    if (now_ >= status_due_) publish_status();
+    bus_.drain();  // also what the status brought here, so that it leaves in this step
     if (!peers_.failure().empty()) fail(peers_.failure());
     if (port_.end_asked()) stop("stopped by the operator");
     if (phase_ == Phase::running) look_for_lost_peers();
-    if (now_ >= status_due_) publish_status();
     return go_on();
   } catch (const std::exception& error) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
