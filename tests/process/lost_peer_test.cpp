@@ -54,14 +54,18 @@ class LostPeerWatch {
 }  // namespace
 
 TEST_CASE("a killed peer of labs in real time pauses, is gone without or ends them, and may be started again") {
-  // Shark pauses, roark goes on, and lynx, when it has been started again and roark is killed, ends.
+  // Shark pauses, roark goes on, and lynx, when it has been started again and roark is killed, ends. On a busy machine
+  // a state may come a period or two late all the time.
   LabProcesses labs({.labs = {"shark", "roark", "lynx"},
                      .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"},
                      .by_lab = {{"roark", {"gate.on_peer_lost=\"go_on\""}}, {"lynx", {"gate.on_peer_lost=\"end\""}}}});
   constexpr int run = fleet_command_t::run, pause = fleet_command_t::pause;
   LostPeerWatch shark(labs.bus_url("shark"));
   labs.start();
-  REQUIRE_MESSAGE(shark.comes_to([&] { return shark.state == "running" && shark.age("lynx") == 0; }), shark.state);
+  const auto runs_with_lynx = [&] {
+    return shark.state == "running" && shark.age("lynx") >= 0 && shark.age("lynx") <= 2;
+  };
+  REQUIRE_MESSAGE(shark.comes_to(runs_with_lynx), shark.state);
   CHECK(shark.commands == std::vector{run});
 
   labs.lab("lynx").kill();
@@ -77,7 +81,7 @@ TEST_CASE("a killed peer of labs in real time pauses, is gone without or ends th
   CHECK(says("roark", "robots go on beside its last state; start lynx again or mend the link"));
 
   labs.start_lab("lynx");
-  REQUIRE_MESSAGE(shark.comes_to([&] { return shark.state == "running" && shark.age("lynx") <= 2; }), shark.state);
+  REQUIRE_MESSAGE(shark.comes_to(runs_with_lynx), shark.state);
   CHECK(shark.commands == std::vector{run, pause, run});
   CHECK(says("shark", "lynx was restarted at period "));
   CHECK(labs.lab("roark").running());
