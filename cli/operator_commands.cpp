@@ -12,6 +12,7 @@
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "hal/bus.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
 #include "lab/arena_port.hpp"
 #include "lab/message_check.hpp"
@@ -86,7 +87,7 @@ void tell(const OperatorWord& word, const hal::BusConfig& bus) {
   if (!heard)
     throw std::runtime_error(fmt::format(
         "{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause", name));
-  const std::string now = lab.has_ended() ? "" : fmt::format(" ({})", lab.status().state);
+  const std::string now = lab.has_ended() ? "" : fmt::format(" ({})", hal::printable(lab.status().state, 200));
   fmt::print("{} {} {}{}\n", name, word.done, lab.status().period, now);
 }
 

@@ -24,7 +24,6 @@ constexpr std::string_view wrong_host =
     "must be HOST:PORT with a port from 1 to 65535, for example roark.example.org:7444 or [2001:db8::7]:7444";
 constexpr std::string_view wrong_listener =
     "must be tls://ADDRESS:PORT with an address of this machine in numbers, for example tls://0.0.0.0:7444";
-constexpr std::string_view tls_prefix = "tls://";
 
 // The brackets, in which a number with colons must stand, are taken off. False when the text has another form.
 bool split(std::string_view text, Host& host, bool& bracketed) {
@@ -71,9 +70,9 @@ std::string_view parse_host(std::string_view text, Host& host) {
 }
 
 std::string_view parse_listening(std::string_view text, ListenAddress& listening) {
-  listening.tls = text.starts_with(tls_prefix);
+  listening.tls = is_tls(text);
   if (!listening.tls) return parse_loopback(text, listening.at);
-  return parse(text.substr(tls_prefix.size()), listening.at, wrong_listener).empty() ? std::string_view()
+  return parse(text.substr(tls_scheme.size()), listening.at, wrong_listener).empty() ? std::string_view()
                                                                                      : wrong_listener;
 }
 

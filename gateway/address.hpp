@@ -8,6 +8,11 @@
 
 namespace arkmesh::gateway {
 
+inline constexpr std::string_view tls_scheme = "tls://";
+inline bool is_tls(std::string_view address) {
+  return address.starts_with(tls_scheme);
+}
+
 // "127.0.0.1:7801", "[::1]:7801", "localhost:7801". Port 0 is allowed: when listening, the system chooses one.
 // Empty when the text is such an address, else what is wrong with it, as the end of a sentence.
 std::string why_not_loopback(std::string_view text);

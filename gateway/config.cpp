@@ -88,7 +88,6 @@ void GatewayConfig::check(const hal::Section& gateway) {
 }
 
 bool GatewayConfig::needs_keys() const {
-  const auto is_tls = [](const std::string& address) { return address.starts_with("tls://"); };
   return is_tls(listen) || std::ranges::any_of(peers, is_tls, &PeerConfig::connect);
 }
 

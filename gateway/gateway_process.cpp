@@ -27,7 +27,7 @@
 #include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
-#include "hal/label.hpp"
+#include "hal/experiment.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -65,9 +65,8 @@ ProcessConfig read_process_config(const hal::Config& config) {
   if (std::ranges::find(labs, out.lab) == labs.end())
     root.section("shared").refuse("labs",
                                   fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
-  out.experiment = root.section("shared").get("experiment", root.section("run").get("scenario", std::string()));
-  if (!out.experiment.empty() && !hal::is_label(out.experiment))
-    root.section("shared").refuse("experiment", fmt::format("must be 1 to {} printable characters", hal::max_label));
+  hal::Experiment by_default{root.section("run").get("scenario", std::string())};
+  out.experiment = root.section("shared").read(std::move(by_default)).id;
   out.bus = root.section("bus").read<hal::BusConfig>();
   if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
@@ -180,7 +179,7 @@ class GatewayProcess {
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
     if (!config_.gateway.listen.empty())
-      say(fmt::format("listening on {}{}", config_.gateway.listen.starts_with("tls://") ? "tls://" : "",
+      say(fmt::format("listening on {}{}", is_tls(config_.gateway.listen) ? tls_scheme : "",
                       to_text(node_->listening())));
     for (const auto& link : gateway_->links()) said_[link->peer()] = {link->stats().why, {}};
   }

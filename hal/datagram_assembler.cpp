@@ -7,6 +7,8 @@
 #include <boost/endian/conversion.hpp>
 #include <utility>
 
+#include "hal/label.hpp"
+
 namespace arkmesh::hal {
 
 namespace {
@@ -28,9 +30,7 @@ std::string_view take_channel(std::span<const std::byte>& bytes) {
   const auto end = std::ranges::find(bytes, std::byte{0});
   const auto length = static_cast<std::size_t>(end - bytes.begin());
   const std::string_view channel(reinterpret_cast<const char*>(bytes.data()), length);
-  if (end == bytes.end() || length > max_channel ||
-      !std::ranges::all_of(channel, [](char c) { return c >= ' ' && c <= '~'; }))
-    return {};
+  if (end == bytes.end() || length > max_channel || !std::ranges::all_of(channel, is_printable)) return {};
   bytes = bytes.subspan(length + 1);
   return channel;
 }

@@ -7,6 +7,9 @@
 
 namespace arkmesh::lab {
 
+// Of one peer in one run of this lab. Each is remembered.
+constexpr std::size_t max_former_runs = 100;
+
 PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
   if (options_.window == 0) options_.window = window_of(options_.slack);
   std::sort(options_.labs.begin(), options_.labs.end());
@@ -162,6 +165,8 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
 // Free: nobody waits for what a peer has forgotten, so its new run takes the place of the former one. An arena that
 // keeps real time begins where the others are, and keeps that distance; one that can wait catches up.
 std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& message) {
+  if (peer.former_runs.size() >= max_former_runs)
+    return Refusal{"restarted", fmt::format("it was restarted {} times; start all labs again", max_former_runs)};
   if (published_ >= static_cast<std::int64_t>(options_.last_period))
     return Refusal{"restarted", "it was restarted after the last period"};
   if (message.window.empty() || message.window.front().period != 0)

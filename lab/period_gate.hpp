@@ -55,10 +55,8 @@ class PeriodGate {
   enum class Heard {
     counted,    // its states count (all of them, or those not yet known)
     taught,     // it does not know our run id yet; learnt its run id, nothing else
-    refused,    // cannot be true or is not for us; changed nothing; the reason is
-                // counted
-    restarted,  // strict: a peer whose states count began anew: its run is
-                // another one. Free: that counts instead
+    refused,    // cannot be true or is not for us; changed nothing; the reason is counted
+    restarted,  // strict: a peer whose states count began anew: its run is another one. Free: that counts instead
     different,  // its settings differ: see difference()
   };
   // `origin` is the lab that the channel name tells. Reasons go to counters() as "world.refused.<why>".

@@ -102,7 +102,7 @@ def run(arguments, files=LABS, program=PROGRAM):
         if arguments.emulated:
             ending.enter_context(emulated_testbed(out, program))
         own, enter = EMULATED_OVERRIDES if arguments.emulated else None, None
-        if getattr(arguments, "remote", False):
+        if arguments.remote:
             names = [file.stem for file in files]
             own, enter = join_by_tls(names, out / "keys", program), ending.enter_context(joined_networks(names))
         labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter))

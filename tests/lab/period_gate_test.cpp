@@ -279,6 +279,18 @@ TEST_CASE("a free lab takes a restarted peer's new run for the former one") {
   CHECK(a.counters()["world.restarted"] == 1);
 }
 
+TEST_CASE("a peer that is restarted without end is refused at last") {
+  // Proves that its former runs, which are remembered, do not fill the memory.
+  PeriodGate a = beside_real_time_b(false);
+  std::uint64_t restarts = 0;
+  while (restarts < 10'000 &&
+         a.hear("b", from_real_time_b(3 + restarts, {state(0, 30), state(1, 31)})) == PeriodGate::Heard::counted)
+    ++restarts;
+  CHECK(restarts == 100);
+  CHECK(a.newest_refusal() == "it was restarted 100 times; start all labs again");
+  CHECK(a.run_id("b") == 102);
+}
+
 TEST_CASE("a free lab that begins while a peer is in mid-run merges that peer's newest states") {
   PeriodGate a = gate(0, false);
   a.publish(state(0));

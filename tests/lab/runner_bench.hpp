@@ -117,13 +117,17 @@ inline lab::RunConfig config_of_one_lab() {
 }
 
 struct Bench {
+  explicit Bench(lab::RunConfig run = config_of_one_lab(), bool can_wait = true)
+      : config(std::move(run)), arena(can_wait) {}
+
+  lab::RunConfig config;
   TemporaryDirectory folder;
   SlowArena arena;
   NotingScenario scenario;
   hal::Bus bus{"memq://"};
   hal::Recorder recorder{folder.path(), 0, {.log = false}};
   std::vector<std::string> channels;
-  lab::Runner runner{config_of_one_lab(), {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5};
+  lab::Runner runner{config, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5};
   std::unique_ptr<hal::Bus::Subscription> all = bus.subscribe(".*", [this](std::string_view channel, auto) {
     if (channel != "status" && channel != "world" && channel != "shared") channels.emplace_back(channel);
   });

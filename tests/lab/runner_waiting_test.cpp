@@ -7,6 +7,17 @@ using namespace std::chrono_literals;
 using lab::Runner;
 using tests::Bench;
 
+namespace {
+
+lab::RunConfig config_of_two_labs() {
+  lab::RunConfig two = tests::config_of_one_lab();
+  two.labs = {"a", "b"};
+  two.projections["b"];
+  return two;
+}
+
+}  // namespace
+
 TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {
   // The same calls reach arena and scenario as from one that is there at once, and each step serves it.
   Bench quick, slow;
@@ -52,16 +63,10 @@ TEST_CASE("a wait for the arena is forgotten when it is over") {
 }
 
 TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
-  tests::TemporaryDirectory folder;
-  tests::SlowArena arena;
-  tests::NotingScenario scenario;
-  hal::Bus bus("memq://");
-  hal::Recorder recorder(folder.path(), 0, {.log = false});
-  lab::RunConfig two = tests::config_of_one_lab();
-  two.labs = {"a", "b"};
-  two.projections["b"];
+  lab::RunConfig two = config_of_two_labs();
   two.patience = 2s;
-  Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
+  Bench bench(two);
+  Runner& runner = bench.runner;
   std::chrono::microseconds now{0};
   CHECK(runner.step(now) == Runner::Step::advanced);
   while (now < 1h) CHECK(runner.step(now += 2s) == Runner::Step::waiting);
@@ -69,7 +74,7 @@ TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
         "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it comes or the lab is "
         "stopped");
   CHECK_FALSE(runner.awaits_arena());
-  CHECK(scenario.calls == std::vector<std::string>{"begin", "poses 0"});
+  CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0"});
 }
 
 TEST_CASE("a lab whose arena is late tells its peers each second that it counts") {
@@ -87,16 +92,12 @@ TEST_CASE("a lab whose arena is late tells its peers each second that it counts"
 TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   // Lab time goes on; what the run would be worth without the peer is not called finished.
   using Kind = hal::FleetCommand::Kind;
-  tests::TemporaryDirectory folder;
-  tests::SlowArena arena(false);
-  tests::NotingScenario scenario;
-  hal::Bus bus("memq://");
-  hal::Recorder recorder(folder.path(), 0, {.log = false});
-  lab::RunConfig two = tests::config_of_one_lab();
-  two.labs = {"a", "b"};
-  two.projections["b"];
+  lab::RunConfig two = config_of_two_labs();
   two.last_period = 100;
-  Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
+  Bench bench(two, false);
+  Runner& runner = bench.runner;
+  tests::SlowArena& arena = bench.arena;
+  hal::Bus& bus = bench.bus;
   std::chrono::microseconds now{0};
   const auto hear_b = [&](std::uint64_t run_id) {
     lab::WorldMessage m{.lab = "b", .run_id = run_id, .can_wait = false};

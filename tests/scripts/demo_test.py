@@ -58,7 +58,7 @@ class Demo(unittest.TestCase):
 
     def demo(self, seed):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False), program=self.program)
+            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False, remote=False), program=self.program)
         return self.folder / f"run{seed}"
 
     def left(self):
@@ -95,7 +95,7 @@ class Demo(unittest.TestCase):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             with self.subTest(signal=number):
                 code = (f"import sys; sys.path.insert(0, {str(ROOT / 'scripts')!r}); import demo_run, argparse, pathlib; demo_run.run(argparse.Namespace("
-                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False), program=pathlib.Path({str(self.program)!r}))")
+                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False, remote=False), program=pathlib.Path({str(self.program)!r}))")
                 for flag in self.folder.glob("*-*"):
                     flag.unlink()
                 # A shell's background job, as tests may be, ignores SIGINT; the demo under test shall not.

@@ -36,9 +36,10 @@ TwoHosts::TwoHosts() {
     lab_ = own_namespace();
     if (::unshare(CLONE_NEWNET) == 0) stranger_ = own_namespace();
   }
-  if (!stranger_) why_not_ = fmt::format("this user may not make network namespaces ({})", std::strerror(errno));
+  const int error = errno;
   if (::setns(home.get(), CLONE_NEWNET) != 0) throw std::runtime_error("cannot leave a network namespace");
-  if (!why_not_.empty()) return;
+  if (!stranger_)
+    throw std::runtime_error(fmt::format("this user may not make network namespaces ({})", std::strerror(error)));
   const std::string other = fmt::format("/proc/{}/fd/{}", ::getpid(), stranger_.get());
   if (!run_in(lab_.get(), "ip link set lo up && ip link add lab0 type veth peer name str0 netns " + other +
                               " && ip addr add 10.9.0.1/24 dev lab0 && ip link set lab0 up"
@@ -47,7 +48,7 @@ TwoHosts::TwoHosts() {
               "ip link set lo up && ip addr add 10.9.0.2/24 dev str0"
               " && ip addr add 10.9.0.3/24 dev str0 && ip link set str0 up"
               " && ip route add 224.0.0.0/4 dev str0"))
-    why_not_ = "there are no virtual Ethernet devices here";
+    throw std::runtime_error("there are no virtual Ethernet devices here");
 }
 
 Inside::Inside(int host) : before_(own_namespace()) {

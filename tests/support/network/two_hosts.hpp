@@ -13,14 +13,12 @@ namespace arkmesh::tests {
 class TwoHosts {
  public:
   // lab_host: 10.9.0.1 on lab0; stranger_host: 10.9.0.2 and 10.9.0.3 on str0. Each sends multicast to its own device.
+  // Throws std::runtime_error when this user can have none.
   TwoHosts();
-  // Empty, or why this user can have none.
-  const std::string& why_not() const { return why_not_; }
   int lab_host() const { return lab_.get(); }
   int stranger_host() const { return stranger_.get(); }
 
  private:
-  std::string why_not_;
   hal::Handle lab_, stranger_;
 };
 
