@@ -9,7 +9,6 @@
 #include "app/arenas.hpp"
 #include "app/robot_limits.hpp"
 #include "app/scenarios.hpp"
-#include "hal/bus_config.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
 #include "lab/result.hpp"
@@ -59,7 +58,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
       run_id_(random_run_id()),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
-  bus_url_ = root.section("bus").read<hal::BusConfig>().url;
+  bus_config_ = root.section("bus").read<hal::BusConfig>();
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
   run_config_.max_message_bytes =
       std::min<std::size_t>(run_config_.max_message_bytes, gateway_config_.max_message_bytes);
@@ -73,6 +72,8 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
 void ConfiguredLab::open_run() {
   const std::string effective = config_.effective(directory_);
   facts_ = lab::run_facts(run_config_, effective, controller_of(config_.root()));
+  facts_["files"] = config_.files();
+  facts_["arena"] = {{"platform", arena_->info().platform}};
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);
@@ -89,11 +90,11 @@ ConfiguredLab::~ConfiguredLab() {
   }
 }
 
-std::unique_ptr<hal::Tap> ConfiguredLab::join(hal::Bus& public_bus) {
-  runner_->count(public_bus);
-  return std::make_unique<hal::Tap>(
-      private_bus_, public_bus,
-      std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel});
+ConfiguredLab::Membership::Membership(ConfiguredLab& lab, hal::Bus& public_bus)
+    : runner_(*lab.runner_),
+      tap_(lab.private_bus_, public_bus,
+           {"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel}) {
+  runner_.count(&public_bus);
 }
 
 }  // namespace arkmesh::app

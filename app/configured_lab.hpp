@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gateway/config.hpp"
+#include "hal/bus_config.hpp"
 #include "hal/config.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/tap.hpp"
@@ -24,9 +25,19 @@ class ConfiguredLab {
   // Once, before anything else: opens the run folder and makes the runner. Throws as RunFolder does.
   void open_run();
 
-  // Copies the private bus to `public_bus` and lets in what a lab wants from others, as long as what it returns lives:
-  // no longer than bus and lab.
-  [[nodiscard]] std::unique_ptr<hal::Tap> join(hal::Bus& public_bus);
+  // While it lives, the private bus is copied to a public one, what a lab wants from others is let in, and that bus's
+  // counters are the run's, too. Bus and lab outlive it.
+  class Membership {
+   public:
+    Membership(ConfiguredLab& lab, hal::Bus& public_bus);
+    ~Membership() { runner_.count(nullptr); }
+    Membership(const Membership&) = delete;
+    Membership& operator=(const Membership&) = delete;
+
+   private:
+    lab::Runner& runner_;
+    hal::Tap tap_;
+  };
 
   const std::string& name() const { return run_config_.lab; }
   lab::Runner& runner() { return *runner_; }
@@ -34,7 +45,7 @@ class ConfiguredLab {
   hal::Arena& arena() { return *arena_; }
   const lab::RunConfig& config() const { return run_config_; }
   const gateway::GatewayConfig& gateway() const { return gateway_config_; }
-  const std::string& bus_url() const { return bus_url_; }
+  const hal::BusConfig& bus_config() const { return bus_config_; }
   // The file that it was read from.
   std::string file() const { return config_.file().string(); }
   const lab::RunFolder& folder() const { return *folder_; }
@@ -48,7 +59,7 @@ class ConfiguredLab {
   std::filesystem::path directory_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
-  std::string bus_url_;
+  hal::BusConfig bus_config_;
   lab::RecorderConfig recorder_config_;
   nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;

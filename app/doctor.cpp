@@ -150,12 +150,12 @@ Heard listen_on(hal::Bus& bus) {
 // Whether the gateway of the lab could listen where its file says.
 Finding listening(const std::string& where, bool gateway_is_running) {
   Finding finding{"TCP " + where, "", ""};
-  if (const std::string why = gateway::why_not_loopback(where); !why.empty()) {
+  if (const std::string why = gateway::why_not_listenable(where); !why.empty()) {
     finding.problem = "gateway.listen " + why;
     finding.mend = "correct the key gateway.listen";
     return finding;
   }
-  const auto there = gateway::loopback_endpoint(where);
+  const auto there = gateway::read_listen_address(where).at;
   const hal::Handle socket(::socket(there.protocol().family(), SOCK_STREAM | SOCK_CLOEXEC, 0));
   const int on = 1;
   ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -221,7 +221,7 @@ std::vector<hal::Finding> machine() {
 
 std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_works) {
   const std::string lab = root.section("lab").get("name", std::string(), {.required = true});
-  const std::string url = root.section("bus").read<hal::BusConfig>().url;
+  const auto [url, hear] = root.section("bus").read<hal::BusConfig>();
   const std::string listen = root.section("gateway").get("listen", std::string());
   std::vector<hal::Finding> findings;
   Heard heard;
@@ -229,7 +229,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
     Finding& finding = findings.emplace_back(Finding{
         "LCM port of lab " + lab, "", "give each lab on this machine a port of its own in bus.url of its file"});
     try {
-      hal::Bus bus(url);
+      hal::Bus bus(url, hear);
       heard = listen_on(bus);
       for (const auto& other : heard.labs)
         if (other != lab) finding.problem += (finding.problem.empty() ? "" : ", ") + other;

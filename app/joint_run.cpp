@@ -75,12 +75,11 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   lab::claim_run_folder(directory, force);
   for (const auto& member : labs_) {
     member->lab.open_run();
-    member->tap = member->lab.join(member->public_bus);
+    member->membership.emplace(member->lab, member->public_bus);
   }
   nlohmann::json running = labs_.front()->lab.facts();
   running.erase("lab");
-  running["state"] = running["ended"] = "running";
-  lab::replace_json(directory / "result.json", running);
+  lab::save_running(directory / "result.json", std::move(running));
   for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 
@@ -105,8 +104,8 @@ void JointRun::start_gateway(const std::string& lab) {
   std::vector<std::unique_ptr<gateway::Link>> links;
   for (const std::string& peer : m.lab.config().labs)
     if (peer != lab) links.push_back(network_.end(lab, peer));
-  m.gateway =
-      std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports, std::move(links));
+  m.gateway = std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports,
+                                                 m.lab.gateway().imports, std::move(links));
   m.gateway->start();
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,7 +58,7 @@ class JointRun {
         : lab(std::move(config), directory, loop) {}
     hal::Bus public_bus{"memq://"};
     ConfiguredLab lab;
-    std::unique_ptr<hal::Tap> tap;
+    std::optional<ConfiguredLab::Membership> membership;
     std::unique_ptr<gateway::Gateway> gateway;
   };
   Member& member(const std::string& name);

@@ -25,13 +25,13 @@ lab::Runner::Now since_boot(hal::TimePoint moment) {
 
 LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory, bool force)
     : lab_(std::move(config), directory, loop_),
-      public_bus_(lab_.bus_url()),
+      public_bus_(lab_.bus_config().url, lab_.bus_config().hear),
       heard_(loop_, public_bus_.descriptor(), [this] { public_bus_.drain(); }),
       traffic_(lab_.bus()) {
   refuse_neighbours();
   lab::claim_run_folder(directory, force);
   lab_.open_run();
-  tap_ = lab_.join(public_bus_);
+  membership_.emplace(lab_, public_bus_);
 }
 
 void LabProcess::refuse_neighbours() {
@@ -44,7 +44,7 @@ void LabProcess::refuse_neighbours() {
   if (!other.empty())
     throw hal::ConfigError(fmt::format(
         "{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",
-        lab_.file(), lab_.bus_url(), other));
+        lab_.file(), public_bus_.url(), other));
 }
 
 lab::Runner::Step LabProcess::step() {

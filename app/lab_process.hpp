@@ -5,7 +5,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
-#include <memory>
+#include <optional>
 
 #include "app/configured_lab.hpp"
 #include "app/traffic_monitor.hpp"
@@ -44,7 +44,7 @@ class LabProcess {
   ConfiguredLab lab_;
   hal::Bus public_bus_;
   hal::Readable heard_;
-  std::unique_ptr<hal::Tap> tap_;
+  std::optional<ConfiguredLab::Membership> membership_;
   TrafficMonitor traffic_;
   lab::WallTime wall_;
   TimePoint served_{};

@@ -9,6 +9,7 @@
 #include "lab/world_message.hpp"
 
 namespace arkmesh::app {
+
 void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, const CatalogueEntry& scenario,
                         const hal::ArenaInfo& arena, const std::map<std::string, std::string, std::less<>>& settings) {
   const auto with_id_to = [&](hal::RobotId id) {

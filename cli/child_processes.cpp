@@ -65,6 +65,7 @@ void ChildProcesses::serve(std::chrono::milliseconds wait) {
     int status = 0;
     const bool ended = ::waitpid(child.id, &status, WNOHANG) == child.id;
     if (ended || outs[i].revents != 0) print(child);
+    if (ended && !child.line.empty()) fmt::print("{}: {}\n", child.name, std::exchange(child.line, {}));
     if (ended) child.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
 }

@@ -18,7 +18,9 @@ namespace arkmesh::cli {
 void add_run_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
+void add_keys_command(CLI::App& app);
 void add_up_command(CLI::App& app);
+void add_status_command(CLI::App& app);
 void add_stop_command(CLI::App& app);
 void add_pause_command(CLI::App& app);
 void add_resume_command(CLI::App& app);

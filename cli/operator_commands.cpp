@@ -6,14 +6,13 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
+#include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
-#include "hal/config.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
 #include "lab/arena_port.hpp"
 #include "lab/message_check.hpp"
@@ -26,8 +25,8 @@ using namespace std::chrono_literals;
 // The lab on a bus, as its status tells.
 class RunningLab {
  public:
-  explicit RunningLab(const std::string& url)
-      : bus_(url), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
+  explicit RunningLab(const hal::BusConfig& bus)
+      : bus_(bus.url, bus.hear), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
           lab_status_t status;
           if (lab::check_status(bytes).empty() && hal::decode(bytes, status)) status_ = status;
         })) {}
@@ -74,11 +73,11 @@ constexpr OperatorWord stop_word{"stop", lab::ArenaPort::end_run, "ended at peri
 constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period"};
 constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period"};
 
-void tell(const OperatorWord& word, const std::string& url) {
-  RunningLab lab(url);
+void tell(const OperatorWord& word, const hal::BusConfig& bus) {
+  RunningLab lab(bus);
   if (!lab.speaks())
-    throw std::runtime_error(
-        fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", url, word.name));
+    throw std::runtime_error(fmt::format(
+        "no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", bus.url, word.name));
   const std::string name = lab.status().lab;
   const std::int64_t before = lab.commands_heard();
   if (lab.has_ended()) throw std::runtime_error(fmt::format("{} has ended already: {}", name, lab.status().state));
@@ -88,23 +87,17 @@ void tell(const OperatorWord& word, const std::string& url) {
   if (!heard)
     throw std::runtime_error(fmt::format(
         "{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause", name));
-  fmt::print("{} {} {}\n", name, word.done, lab.status().period);
+  const std::string now = lab.has_ended() ? "" : fmt::format(" ({})", hal::printable(lab.status().state, 200));
+  fmt::print("{} {} {}{}\n", name, word.done, lab.status().period, now);
 }
 
 // `word` lives as long as the process.
 void add_operator_command(CLI::App& app, const OperatorWord& word) {
   CLI::App* command = add_command(app, word.name);
-  const auto file = std::make_shared<std::string>();
-  const auto sets = std::make_shared<std::vector<std::string>>();
-  command->add_option("file", *file, "The lab's configuration file; without it the lab on the default bus.url")
-      ->check(CLI::ExistingFile);
-  command->add_option("--set", *sets, "Override a key of the file, as for `arkmesh lab`")->allow_extra_args(false);
+  const auto options = std::make_shared<BusOptions>();
+  options->add_to(*command);
   command->footer(fmt::format("Example:\n  arkmesh {} experiments/dhtf/shark.toml", word.name));
-  command->callback([&word, file, sets] {
-    std::string url = hal::BusConfig().url;
-    if (!file->empty()) url = hal::Config::from_file(*file, *sets).root().section("bus").read<hal::BusConfig>().url;
-    tell(word, url);
-  });
+  command->callback([&word, options] { tell(word, options->bus()); });
 }
 
 }  // namespace

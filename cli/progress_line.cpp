@@ -41,9 +41,9 @@ void ProgressLine::show(const std::string& text) {
 
 void ProgressLine::show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state) {
   const auto now = Clock::now();
-  // A wait is said at once and then every five seconds; running work each second.
-  const bool waits = state.starts_with("waiting");
-  if (now < due_ && !(waits && state_.starts_with("running"))) return;
+  // A wait, and work without a peer, is said at once and then every five seconds; running work each second.
+  const bool waits = state.starts_with("waiting") || state.find(" without ") != std::string::npos;
+  if (now < due_ && !(waits && state_ == "running")) return;
   due_ = now + (waits ? 5s : 1s);
   state_ = state;
   const double wall_s = std::chrono::duration<double>(now - begun_).count();

@@ -6,6 +6,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
 #include <functional>
 #include <span>
 #include <string>
@@ -13,9 +14,16 @@
 
 namespace arkmesh::gateway {
 
+// Why there is no connection, or none any more: a counter name ("session.failed.connect") and words for people. Without
+// a counter nothing is wrong.
+struct StreamFailure {
+  std::string counter;
+  std::string why;
+};
+
 class ByteStream {
  public:
-  using Opened = std::function<void(const std::string& error)>;  // empty: open
+  using Opened = std::function<void(const StreamFailure& failure)>;
   using Done = std::function<void(boost::system::error_code error, std::size_t bytes)>;
 
   virtual ~ByteStream() = default;
@@ -33,6 +41,18 @@ class ByteStream {
   virtual void finish() = 0;
   // Ends at once; what is under way is done with an error.
   virtual void close() = 0;
+
+  // Who the other end has proved to be; empty when the stream cannot know. Once it is open.
+  virtual std::string peer_name() const { return {}; }
+  // What is wrong with talking to the other end any longer. Quick; asked several times a second.
+  virtual StreamFailure objection() const { return {}; }
+  // What a read() or write() that ended with this error means.
+  virtual StreamFailure explain(boost::system::error_code error) const {
+    if (error == boost::asio::error::eof) return {"session.closed.by_peer", "connection closed by the peer"};
+    return {"session.closed.connection_lost", "connection lost (" + error.message() + ")"};
+  }
+  // The counter of an open() that takes too long.
+  virtual std::string too_slow() const { return "session.failed.connect"; }
 };
 
 // Over a stream that is open already.

@@ -18,14 +18,18 @@ namespace arkmesh::gateway {
 
 namespace {
 
+void check_channel(const hal::Section& gateway, std::string_view key, const std::string& channel) {
+  if (!is_exported_name(channel))
+    gateway.refuse(
+        key, fmt::format("'{}' is no channel that can be exported; a name has 1 to {} printable characters without "
+                         "space and '/'",
+                         channel, hal::max_channel_name));
+}
+
 void add_rules(const hal::Section& gateway, std::string_view key, Delivery delivery,
                const std::vector<std::string>& channels, std::vector<Rule>& rules) {
   for (const std::string& channel : channels) {
-    if (!is_exported_name(channel))
-      gateway.refuse(
-          key, fmt::format("'{}' is no channel that can be exported; a name has 1 to {} printable characters without "
-                           "space and '/'",
-                           channel, hal::max_channel_name));
+    check_channel(gateway, key, channel);
     if (std::ranges::find(rules, channel, &Rule::channel) != rules.end())
       gateway.refuse(key, fmt::format("channel '{}' is listed twice in gateway.exports and gateway.ordered", channel));
     rules.push_back({channel, delivery});
@@ -44,8 +48,11 @@ void check_address(const hal::Section& section, std::string_view key, const std:
 
 void PeerConfig::fields(const hal::Section& peer) {
   peer.field("lab", lab, {.help = "who", .sample = "\"roark\"", .required = true});
-  peer.field("connect", connect,
-             {.help = "[SCHEME://]ADDRESS where we connect to it; HOST:PORT is tcp's. Empty: it connects to us"});
+  peer.field(
+      "connect", connect,
+      {.help =
+           "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
+           "on this machine. Empty: it connects to us"});
 }
 
 void PeerConfig::check(const hal::Section& peer) const {
@@ -55,9 +62,13 @@ void PeerConfig::check(const hal::Section& peer) const {
 }
 
 void GatewayConfig::fields(const hal::Section& gateway) {
-  gateway.field("listen", listen, {.help = "HOST:PORT for peers that connect to us; in this version 127.0.0.1 only"});
+  gateway.field("listen", listen,
+                {.help = "[tls://]HOST:PORT for peers that connect to us; without tls:// on 127.0.0.1 only"});
+  gateway.field("keys", keys,
+                {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest, {.help = "channels for the peers, of which the newest message counts"});
   gateway.field("ordered", ordered, {.help = "channels for the peers, of which every message counts"});
+  gateway.field("imports", imports, {.help = "channels that are taken from the peers; all others are refused"});
   gateway.field("max_message_bytes", max_message_bytes,
                 {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
   gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
@@ -71,10 +82,11 @@ void GatewayConfig::fields(const hal::Section& gateway) {
 }
 
 void GatewayConfig::check(const hal::Section& gateway) {
-  check_address(gateway, "listen", listen, why_not_loopback);
+  check_address(gateway, "listen", listen, why_not_listenable);
   exports.clear();
   add_rules(gateway, "exports", Delivery::latest, latest, exports);
   add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);
+  for (const std::string& channel : imports) check_channel(gateway, "imports", channel);
   const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
   const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
   if (outbox_bytes < max_message_bytes + more)
@@ -82,6 +94,10 @@ void GatewayConfig::check(const hal::Section& gateway) {
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
                                max_message_bytes, more));
+}
+
+bool GatewayConfig::needs_keys() const {
+  return is_tls(listen) || std::ranges::any_of(peers, is_tls, &PeerConfig::connect);
 }
 
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,

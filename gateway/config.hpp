@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -20,19 +21,23 @@ struct PeerConfig {
 };
 
 struct GatewayConfig {
-  // HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
+  // [tls://]HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
   std::string listen;
-  std::vector<std::string> latest{"world", "status"};  // gateway.exports: the newest message counts
-  std::vector<std::string> ordered;                    // gateway.ordered: all of them count
-  std::vector<Rule> exports;                           // both
-  std::size_t outbox_bytes = 4 << 20;                  // what may wait for one peer, everything included
-  std::uint32_t max_message_bytes = 1 << 20;           // longer messages are not sent and not taken
-  FlowLimits flow;                                     // what may be under way to one peer
-  std::vector<PeerConfig> peers;                       // those of gateway.peers that take part
-  std::vector<std::string> ignored;                    // the others: not in shared.labs
+  std::filesystem::path keys;                           // the folder of keys; empty: KeyFolder::default_folder()
+  std::vector<std::string> latest{"world", "status"};   // gateway.exports: the newest message counts
+  std::vector<std::string> ordered;                     // gateway.ordered: all of them count
+  std::vector<Rule> exports;                            // both
+  std::vector<std::string> imports{"world", "status"};  // channels that peers may publish here
+  std::size_t outbox_bytes = 4 << 20;                   // what may wait for one peer, everything included
+  std::uint32_t max_message_bytes = 1 << 20;            // longer messages are not sent and not taken
+  FlowLimits flow;                                      // what may be under way to one peer
+  std::vector<PeerConfig> peers;                        // those of gateway.peers that take part
+  std::vector<std::string> ignored;                     // the others: not in shared.labs
 
   void fields(const hal::Section& gateway);
   void check(const hal::Section& gateway);
+  // Whether anything of it is TLS.
+  bool needs_keys() const;
 };
 
 // `lab`: this one; `labs`: shared.labs. Throws ConfigError.

@@ -38,10 +38,11 @@ class FlowWindow {
   // Of what is under way one byte is timed.
   struct Sample {
     std::uint64_t total;
+    std::uint64_t acknowledged;  // when it was sent
     Time sent;
     bool filled;  // the window was in the way
   };
-  void adapt(std::chrono::duration<double> delay, bool filled);
+  void adapt(const Sample& sample, std::chrono::duration<double> delay);
 
   FlowLimits limits_;
   std::size_t window_;

@@ -1,6 +1,7 @@
 // Bus -> links by exact subscriptions, links -> bus under the peer's name, and the books about both.
 #include "gateway/gateway.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <map>
 #include <optional>
@@ -17,7 +18,7 @@ namespace {
 using Now = std::chrono::microseconds;
 constexpr Now publish_period{1'000'000};
 // A peer that names more channels is not one of ours; bounds what it can make us remember.
-constexpr std::size_t max_channels = 256;
+constexpr std::size_t max_channels = 256, max_refused_channels = 16;
 
 // What one peer has sent on one channel.
 struct Received {
@@ -29,6 +30,7 @@ struct Received {
 struct Peer {
   Link* link = nullptr;
   std::map<std::string, Received, std::less<>> channels;  // by name on this lab's bus
+  hal::Counters refused;                                  // by channel, as far as there are not too many
 };
 
 }  // namespace
@@ -37,6 +39,7 @@ struct Gateway::State {
   hal::Bus& bus;
   std::string lab;
   std::uint64_t boot_id;
+  std::vector<std::string> imports;
   std::vector<std::unique_ptr<Link>> links;
   std::vector<Peer> peers;  // as links
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions;
@@ -46,6 +49,7 @@ struct Gateway::State {
 
   void arrived(Peer& peer, std::string_view channel, std::span<const std::byte> bytes) {
     if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
+    if (std::ranges::find(imports, channel) == imports.end()) return refuse(peer, channel);
     std::string name = foreign_name(peer.link->peer(), channel);
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
@@ -56,6 +60,13 @@ struct Gateway::State {
     received->second.bytes += static_cast<std::int64_t>(bytes.size());
     received->second.fresh = true;
     bus.publish(name, bytes);
+  }
+
+  static void refuse(Peer& peer, std::string_view channel) {
+    std::string counter = "received.refused.not_imported." + std::string(channel);
+    if (peer.refused[counter] == 0 && peer.refused.all().size() >= max_refused_channels)
+      counter = "received.refused.not_imported";
+    peer.refused.add(counter);
   }
 
   peer_t describe(const Peer& peer, Now now) const {
@@ -84,6 +95,7 @@ struct Gateway::State {
     }
     out.n_channels = static_cast<std::int32_t>(out.channels.size());
     hal::Counters all = stats.counters;
+    all.merge(peer.refused);
     all.set("received.bytes", stats.received_bytes);
     all.set("received.messages", stats.received_messages);
     all.set("sent.bytes", stats.sent_bytes);
@@ -95,8 +107,8 @@ struct Gateway::State {
 };
 
 Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
-                 std::vector<std::unique_ptr<Link>> links)
-    : state_(new State{bus, std::move(lab), boot_id, std::move(links), {}, {}, {}, true, {}}) {
+                 std::vector<std::string> imports, std::vector<std::unique_ptr<Link>> links)
+    : state_(new State{bus, std::move(lab), boot_id, std::move(imports), std::move(links), {}, {}, {}, true, {}}) {
   assert(boot_id != 0 && "0 stands for a peer that was never met");
   State* state = state_.get();
   state->peers.resize(state->links.size());

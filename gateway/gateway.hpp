@@ -17,9 +17,9 @@ namespace arkmesh::gateway {
 class Gateway {
  public:
   // The bus outlives the gateway. `boot_id` is new at each start (0 is not allowed). What is exported from now on waits
-  // in the links until start().
+  // in the links until start(). Of what peers send only the channels `imports` are published.
   Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
-          std::vector<std::unique_ptr<Link>> links);
+          std::vector<std::string> imports, std::vector<std::unique_ptr<Link>> links);
   ~Gateway();
   // Starts the links, once.
   void start();

@@ -24,9 +24,10 @@
 #include "gateway/links.hpp"
 #include "gateway/port_monitor.hpp"
 #include "gateway/tcp_node.hpp"
+#include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
-#include "hal/label.hpp"
+#include "hal/experiment.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -48,7 +49,8 @@ constexpr auto say_period = 1s;  // at most one line per peer
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
-  std::string lab, experiment, bus_url;
+  std::string lab, experiment;
+  hal::BusConfig bus;
   GatewayConfig gateway;
 };
 
@@ -63,11 +65,10 @@ ProcessConfig read_process_config(const hal::Config& config) {
   if (std::ranges::find(labs, out.lab) == labs.end())
     root.section("shared").refuse("labs",
                                   fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
-  out.experiment = root.section("shared").get("experiment", root.section("run").get("scenario", std::string()));
-  if (!out.experiment.empty() && !hal::is_label(out.experiment))
-    root.section("shared").refuse("experiment", fmt::format("must be 1 to {} printable characters", hal::max_label));
-  out.bus_url = root.section("bus").read<hal::BusConfig>().url;
-  if (!out.bus_url.starts_with("udpm://"))
+  hal::Experiment by_default{root.section("run").get("scenario", std::string())};
+  out.experiment = root.section("shared").read(std::move(by_default)).id;
+  out.bus = root.section("bus").read<hal::BusConfig>();
+  if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
   config.refuse_unknown("gateway");
@@ -90,12 +91,12 @@ class GatewayProcess {
   explicit GatewayProcess(ProcessConfig config)
       : config_(std::move(config)),
         boot_id_(new_boot_id()),
-        bus_(config_.bus_url),
+        bus_(config_.bus.url, config_.bus.hear),
         monitor_(bus_, config_.lab, boot_id_),
         readable_(io_, bus_.descriptor()),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM) {}
-  ~GatewayProcess() { readable_.release(); }  // the descriptor is LCM's
+  ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
@@ -164,17 +165,23 @@ class GatewayProcess {
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
     settings.flow = config_.gateway.flow;
+    if (config_.gateway.needs_keys() && !keys_)
+      keys_ = std::make_shared<TlsKeys>(KeyFolder(config_.gateway.keys), config_.lab);
+    settings.keys = keys_;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
     node_ = std::make_unique<TcpNode>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers)
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
-    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, std::move(links));
+    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, config_.gateway.imports,
+                                         std::move(links));
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
-    if (!config_.gateway.listen.empty()) say(fmt::format("listening on {}", to_text(node_->listening())));
+    if (!config_.gateway.listen.empty())
+      say(fmt::format("listening on {}{}", is_tls(config_.gateway.listen) ? tls_scheme : "",
+                      to_text(node_->listening())));
     for (const auto& link : gateway_->links()) said_[link->peer()] = {link->stats().why, {}};
   }
 
@@ -216,8 +223,28 @@ class GatewayProcess {
                  stats.up ? fmt::format("{} {}", link->peer(), stats.why)
                           : fmt::format("{} not connected: {}", link->peer(), stats.why));
     }
+    if (keys_) say_about_keys(say_change);
     if (!notice_.empty()) say_change("", notice_, notice_);
     if (!monitor_.earlier().empty()) say_change("bus", monitor_.earlier(), monitor_.earlier());
+  }
+
+  template <class SayChange>
+  void say_about_keys(const SayChange& say_change) const {
+    const auto say_end = [&](const std::string& lab) {
+      const auto days = keys_->days_left(lab);
+      if (!days) return;
+      const std::string when = *days < 0 ? "has ended" : fmt::format("ends in {} days", *days);
+      say_change(
+          "certificate " + lab, when,
+          fmt::format("the certificate of lab {} {}; it still counts, but make it last longer, there: arkmesh keys "
+                      "renew {}",
+                      lab, when, lab));
+    };
+    say_end(config_.lab);
+    for (const auto& link : gateway_->links()) say_end(link->peer());
+    std::string wrong;
+    for (const std::string& sentence : keys_->complaints()) wrong += (wrong.empty() ? "" : "; ") + sentence;
+    if (!wrong.empty()) say_change("keys", wrong, "keys: " + wrong);
   }
 
   // To standard output, at once. Nobody may be reading it any more; that is no reason to stop.
@@ -236,6 +263,7 @@ class GatewayProcess {
   asio::posix::stream_descriptor readable_;
   asio::steady_timer timer_;
   asio::signal_set signals_;
+  std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
   std::unique_ptr<Gateway> gateway_;  // holds the node's links
   Clock::time_point begun_;           // to connect to peers

@@ -34,6 +34,10 @@ std::vector<LinkKind>& link_kinds() {
        [](const LinkSurroundings& gateway, const std::string& peer, std::string_view address) {
          return gateway.node.link(peer, address);
        }},
+      {"tls", why_no_host,
+       [](const LinkSurroundings& gateway, const std::string& peer, std::string_view address) {
+         return gateway.node.tls_link(peer, address);
+       }},
   };
   return kinds;
 }

@@ -1,5 +1,5 @@
-// Notices that another lab, or another gateway of this lab, uses our LCM port. Labs on one UDP port hear each other
-// whatever their multicast group, which would mix two labs without any error.
+// Notices that another lab, or another gateway of this lab, uses our LCM port and group, which would mix two labs
+// without any error.
 #pragma once
 
 #include <cstdint>

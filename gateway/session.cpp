@@ -8,6 +8,8 @@
 #include <cassert>
 #include <utility>
 
+#include "hal/label.hpp"
+
 namespace arkmesh::gateway {
 
 namespace asio = boost::asio;
@@ -48,9 +50,9 @@ Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, 
 
 void Session::begin(Owner& owner) {
   owner_ = &owner;
-  stream_->open([self = shared_from_this()](const std::string& error) {
+  stream_->open([self = shared_from_this()](const StreamFailure& failure) {
     if (self->closed()) return;
-    if (!error.empty()) return self->end("session.failed.connect", error);
+    if (!failure.counter.empty()) return self->end(failure);
     self->state_ = State::greeting;
     self->heard_ = now();
     self->read();
@@ -112,8 +114,7 @@ void Session::shut() {
 void Session::read() {
   stream_->read(asio::buffer(read_buffer_), [self = shared_from_this()](error_code error, std::size_t bytes) {
     if (self->closed()) return;
-    if (error == asio::error::eof) return self->end("session.closed.by_peer", "connection closed by the peer");
-    if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
+    if (error) return self->end(self->stream_->explain(error));
     self->on_bytes(std::span(self->read_buffer_).first(bytes));
     if (!self->closed()) self->read();
   });
@@ -139,10 +140,7 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
 
 void Session::on_frame(const FrameDecoder::Frame& frame) {
   if (frame.kind == FrameKind::bye) {
-    std::string why(text_of(frame.payload.first(std::min(frame.payload.size(), longest_bye))));
-    for (char& c : why)
-      if (c < ' ' || c > '~') c = '?';
-    return end("session.closed.bye", "the peer says: " + why);
+    return end("session.closed.bye", "the peer says: " + hal::printable(text_of(frame.payload), longest_bye));
   }
   if (state_ == State::greeting) {
     if (frame.kind != FrameKind::hello) return end("session.closed.no_hello", "the peer did not say hello first");
@@ -261,7 +259,7 @@ void Session::write_rest() {
   stream_->write(in_write_, [self = shared_from_this()](error_code error, std::size_t bytes) {
     self->writing_ = false;
     if (self->closed()) return;
-    if (error) return self->end("session.closed.connection_lost", "connection lost (" + error.message() + ")");
+    if (error) return self->end(self->stream_->explain(error));
     self->on_written(bytes);
     if (self->in_write_.empty()) return self->write();
     self->write_rest();
@@ -316,7 +314,7 @@ void Session::check(Time at) {
   if (closed()) return;
   switch (state_) {
     case State::opening:
-      if (at - began_ > times_.hello) end("session.failed.connect", "no answer for " + seconds(times_.hello));
+      if (at - began_ > times_.hello) end(stream_->too_slow(), "no answer for " + seconds(times_.hello));
       return;
     case State::greeting:
       if (at - began_ > times_.hello) end("session.closed.no_hello", "no hello for " + seconds(times_.hello));
@@ -326,6 +324,7 @@ void Session::check(Time at) {
       return;
     case State::accepted:
     case State::up:
+      if (const StreamFailure objection = stream_->objection(); !objection.counter.empty()) return end(objection);
       if (at - heard_ > times_.silence)
         return end("session.closed.silent", "nothing heard for " + seconds(times_.silence));
       if (const auto since = window_.waits_since(); since && at - *since > times_.stall)

@@ -83,6 +83,8 @@ class Session : public std::enable_shared_from_this<Session> {
   bool up() const { return state_ == State::up; }
   // After accept().
   const Hello& peer() const { return peer_; }
+  // The lab that the other end has proved to be; empty when the connection proves nothing.
+  std::string proved_name() const { return stream_->peer_name(); }
   // Written so far: messages, and their bytes without frames and channel name.
   std::uint64_t sent_messages() const { return sent_messages_; }
   std::uint64_t sent_bytes() const { return sent_bytes_; }
@@ -104,6 +106,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void send_control(FrameKind kind, std::string_view text);
   void say_bye(std::string_view why);
   void end(std::string_view counter, std::string why);
+  void end(const StreamFailure& failure) { end(failure.counter, failure.why); }
   void shut();
 
   const std::unique_ptr<ByteStream> stream_;

@@ -8,6 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/tcp_node.hpp"
+#include "gateway/tls_keys.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -19,8 +20,11 @@ constexpr int attempts_per_absence = 8;
 
 }  // namespace
 
-TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect)
-    : node_(node), peer_(std::move(peer)), connect_(connect), outbox_(node.settings_.outbox_bytes) {
+TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
+    : node_(node),
+      peer_(std::move(peer)),
+      connect_(std::move(connect)),
+      outbox_(node.settings_.outbox_bytes) {
   outbox_.set_longest(node_.settings_.max_message_bytes);
   stats_.why = connect_ ? "not connected yet" : "has not connected yet";
   node_.links_.push_back(this);
@@ -65,6 +69,9 @@ LinkStats TcpLink::stats() const {
   if (stats.clock)
     stats.peer_wall_offset_us =
         stats.clock->offset_us + peer_wall_ahead_us_ - wall_ahead_us(std::chrono::steady_clock::now());
+  if (node_.settings_.keys)
+    if (const auto days = node_.settings_.keys->days_left(peer_))
+      stats.counters.set("certificate.days_left", static_cast<std::uint64_t>(std::max(0L, *days)));
   return stats;
 }
 
@@ -79,7 +86,7 @@ void TcpLink::check(Session::Time now) {
 }
 
 void TcpLink::connect() {
-  session_ = node_.make_session(boost::asio::ip::tcp::socket(node_.io_), connect_);
+  session_ = node_.make_session(*connect_, peer_, attempts_++);
   session_->begin(*this);
 }
 
@@ -132,7 +139,8 @@ void TcpLink::welcome(Session& session, const Hello& hello) {
 
 void TcpLink::on_hello(Session& session, const Hello& hello) {
   if (hello.lab != peer_) {
-    const std::string why = fmt::format("at {} there is lab {}, not lab {}", to_text(*connect_), hello.lab, peer_);
+    const std::string where = std::visit([](const auto& target) { return to_text(target); }, *connect_);
+    const std::string why = fmt::format("at {} there is lab {}, not lab {}", where, hello.lab, peer_);
     stats_.counters.add("session.refused.lab_name");
     change(false, why);
     return session.refuse(why);

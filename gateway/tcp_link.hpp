@@ -1,4 +1,4 @@
-// The link to one peer over TCP: keeps one session open, connecting again with growing pauses or waiting to be
+// The link to one peer over TCP or TLS: keeps one session open, connecting again with growing pauses or waiting to be
 // connected to, and keeps what is to be sent meanwhile. Made by TcpNode::link().
 #pragma once
 
@@ -8,7 +8,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 
+#include "gateway/address.hpp"
 #include "gateway/link.hpp"
 #include "gateway/ordered_inbox.hpp"
 #include "gateway/outbox.hpp"
@@ -18,9 +20,12 @@ namespace arkmesh::gateway {
 
 class TcpNode;
 
+// Where a peer listens: on this machine without encryption, or anywhere over TLS.
+using Target = std::variant<boost::asio::ip::tcp::endpoint, Host>;
+
 class TcpLink final : public Link, private Session::Owner {
  public:
-  TcpLink(TcpNode& node, std::string peer, std::optional<boost::asio::ip::tcp::endpoint> connect);
+  TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect);
   ~TcpLink() override;
 
   const std::string& peer() const override { return peer_; }
@@ -53,7 +58,8 @@ class TcpLink final : public Link, private Session::Owner {
 
   TcpNode& node_;
   const std::string peer_;
-  const std::optional<boost::asio::ip::tcp::endpoint> connect_;
+  const std::optional<Target> connect_;
+  std::size_t attempts_ = 0;
   Events events_;
   bool started_ = false, stopped_ = false;
   Outbox outbox_;

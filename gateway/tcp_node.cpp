@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <stdexcept>
 #include <utility>
 
 #include "gateway/address.hpp"
-#include "gateway/tcp_link.hpp"
 #include "gateway/tcp_stream.hpp"
+#include "gateway/tls_keys.hpp"
+#include "gateway/tls_stream.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -19,7 +21,8 @@ using boost::system::error_code;
 
 namespace {
 constexpr std::chrono::milliseconds tick_period{50};
-}
+constexpr std::chrono::milliseconds keys_period{500};  // who is revoked is out after so long
+}  // namespace
 
 TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
     : io_(io), settings_(std::move(settings)), acceptor_(io), timer_(io), chance_(settings_.boot_id, "gateway/retry") {
@@ -34,11 +37,12 @@ TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
 }
 
 TcpNode::~TcpNode() {
-  for (const auto& session : pending_) session->close("the gateway stops");
+  for (const Pending& each : pending_) each.session->close("the gateway stops");
 }
 
 void TcpNode::listen() {
-  const auto endpoint = loopback_endpoint(settings_.listen);
+  const auto [endpoint, tls] = read_listen_address(settings_.listen);
+  accepts_tls_ = tls;
   try {
     acceptor_.open(endpoint.protocol());
     acceptor_.set_option(asio::ip::tcp::acceptor::reuse_address(true));
@@ -67,36 +71,69 @@ void TcpNode::accept() {
     if (alive.expired()) return;
     accepting_ = false;
     if (error) return counters_.add("session.failed.accept");  // out of descriptors, say; tick() tries again
-    std::erase_if(pending_, [](const auto& session) { return session->closed(); });
-    // Who is honest says hello at once, so the oldest is the one to give way.
-    if (pending_.size() >= settings_.max_pending) {
-      counters_.add("session.closed.too_many_pending");
-      notice(fmt::format("more than {} connections have not said hello; the oldest was closed", settings_.max_pending));
-      pending_.front()->close("too many connections");
-      pending_.erase(pending_.begin());
-    }
-    pending_.push_back(make_session(std::move(socket)));
-    pending_.back()->begin(*this);
+    error_code gone;
+    const auto from = socket.remote_endpoint(gone).address();
+    make_room(from);
+    auto stream = accepts_tls_ ? tls_stream(std::move(socket), settings_.keys) : tcp_stream(std::move(socket));
+    pending_.push_back({make_session(std::move(stream)), from});
+    pending_.back().session->begin(*this);
     accept();
   });
 }
 
-std::shared_ptr<Session> TcpNode::make_session(asio::ip::tcp::socket socket,
-                                               std::optional<asio::ip::tcp::endpoint> to) const {
-  return std::make_shared<Session>(tcp_stream(std::move(socket), to), settings_.times, settings_.flow, hello_frame_);
+// Who is honest says hello at once, so the oldest is the one to give way: of the newcomer's own address, when that has
+// its share already.
+void TcpNode::make_room(const asio::ip::address& newcomer) {
+  std::erase_if(pending_, [](const Pending& each) { return each.session->closed(); });
+  const auto is_neighbour = [&](const Pending& each) { return each.from == newcomer; };
+  auto oldest = pending_.end();
+  if (pending_.size() >= settings_.max_pending) {
+    oldest = pending_.begin();
+    counters_.add("session.closed.too_many_pending");
+    notice(fmt::format("more than {} connections have not said hello; the oldest was closed", settings_.max_pending));
+  }
+  if (accepts_tls_ &&
+      std::cmp_greater_equal(std::ranges::count_if(pending_, is_neighbour), settings_.max_pending_per_address)) {
+    oldest = std::ranges::find_if(pending_, is_neighbour);
+    counters_.add("session.closed.too_many_of_address");
+    notice(fmt::format("more than {} connections from {} have not said hello; the oldest was closed",
+                       settings_.max_pending_per_address, newcomer.to_string()));
+  }
+  if (oldest == pending_.end()) return;
+  oldest->session->close("too many connections");
+  pending_.erase(oldest);
+}
+
+std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::string& peer, std::size_t attempt) const {
+  if (const auto* const endpoint = std::get_if<asio::ip::tcp::endpoint>(&to))
+    return make_session(tcp_stream(asio::ip::tcp::socket(io_), *endpoint));
+  return make_session(tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, attempt));
+}
+
+std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<ByteStream> stream) const {
+  return std::make_shared<Session>(std::move(stream), settings_.times, settings_.flow, hello_frame_);
 }
 
 std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {
-  std::optional<asio::ip::tcp::endpoint> to;
+  std::optional<Target> to;
   if (!connect.empty()) to = loopback_endpoint(connect);
-  return std::make_unique<TcpLink>(*this, std::move(peer), to);
+  return std::make_unique<TcpLink>(*this, std::move(peer), std::move(to));
+}
+
+std::unique_ptr<Link> TcpNode::tls_link(std::string peer, std::string_view connect) {
+  assert(settings_.keys && "who connects over TLS has keys");
+  return std::make_unique<TcpLink>(*this, std::move(peer), read_host(connect));
 }
 
 void TcpNode::tick() {
   const auto now = std::chrono::steady_clock::now();
+  if (settings_.keys && now - keys_read_ >= keys_period) {
+    settings_.keys->refresh();
+    keys_read_ = now;
+  }
   // Copies: what is told of an end may change the lists.
-  for (const auto& session : std::vector(pending_)) session->check(now);
-  std::erase_if(pending_, [](const auto& session) { return session->closed(); });
+  for (const Pending& each : std::vector(pending_)) each.session->check(now);
+  std::erase_if(pending_, [](const Pending& each) { return each.session->closed(); });
   for (TcpLink* link : std::vector(links_))
     if (std::ranges::find(links_, link) != links_.end()) link->check(now);
   if (std::ranges::any_of(links_, &TcpLink::started)) accept();
@@ -107,6 +144,13 @@ void TcpNode::tick() {
 }
 
 void TcpNode::on_hello(Session& session, const Hello& hello) {
+  if (const std::string proved = session.proved_name(); !proved.empty() && proved != hello.lab) {
+    counters_.add("session.refused.lab_name");
+    const std::string why =
+        fmt::format("a connection with the certificate of lab {} calls itself lab {}", proved, hello.lab);
+    notice(why);
+    return session.refuse(why);
+  }
   const auto link =
       std::ranges::find_if(links_, [&](TcpLink* each) { return each->peer() == hello.lab && each->accepts(); });
   if (link == links_.end()) {
@@ -119,7 +163,8 @@ void TcpNode::on_hello(Session& session, const Hello& hello) {
     return session.refuse(why);
   }
   const auto shared = session.shared_from_this();
-  if ((*link)->take(shared, hello)) std::erase(pending_, shared);
+  if ((*link)->take(shared, hello))
+    std::erase_if(pending_, [&](const Pending& each) { return each.session == shared; });
 }
 
 void TcpNode::on_ended(Session&, const Session::End& end) {

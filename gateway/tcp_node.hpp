@@ -1,6 +1,6 @@
 // A gateway's place in the network: listens once for all peers, from its making; accepts from the first start of a
 // link, hands each accepted connection to the link of the lab that it says hello for, and makes the links. Speaks to
-// this machine only.
+// this machine without encryption, to others over TLS.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -18,20 +18,25 @@
 #include "gateway/hello.hpp"
 #include "gateway/link.hpp"
 #include "gateway/session.hpp"
+#include "gateway/tcp_link.hpp"
 #include "hal/counters.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::gateway {
+
+class TlsKeys;
 
 struct TcpSettings {
   std::string lab;                       // who we are
   std::string experiment;                // what we take part in; peers have the same
   std::uint64_t boot_id = 0;             // grows with each start of this lab's gateway; never 0
   std::vector<ExportedChannel> exports;  // what the peers are told to expect
-  std::string listen;                    // "127.0.0.1:7801"; empty: does not listen
+  std::string listen;                    // "127.0.0.1:7801", "tls://0.0.0.0:7444"; empty: does not listen
+  std::shared_ptr<TlsKeys> keys;         // where nothing is TLS: null
   std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
-  std::size_t max_pending = 16;  // connections that have not said hello
+  std::size_t max_pending = 16;             // connections that have not said hello
+  std::size_t max_pending_per_address = 8;  // over TLS, of these; plain TCP knows one address
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
   FlowLimits flow;
@@ -42,12 +47,10 @@ struct TcpSettings {
   std::chrono::milliseconds longest_retry{10'000};
 };
 
-class TcpLink;
-
 class TcpNode final : private Session::Owner {
  public:
-  // `io` outlives the node. Throws hal::ConfigError (no loopback address) and std::runtime_error (port in use), one
-  // sentence.
+  // `io` outlives the node. Throws hal::ConfigError (an address that cannot be) and std::runtime_error (port in use),
+  // one sentence.
   TcpNode(boost::asio::io_context& io, TcpSettings settings);
   ~TcpNode();
   TcpNode(const TcpNode&) = delete;
@@ -56,6 +59,8 @@ class TcpNode final : private Session::Owner {
   // The link to one peer; `connect` empty: it is expected to connect to us. The node outlives its links.
   // Throws hal::ConfigError when `connect` is no loopback address.
   std::unique_ptr<Link> link(std::string peer, std::string_view connect = {});
+  // The same over TLS to any host. Settings without keys are an error of the caller.
+  std::unique_ptr<Link> tls_link(std::string peer, std::string_view connect);
 
   // Where it listens; port 0 when it does not.
   boost::asio::ip::tcp::endpoint listening() const;
@@ -74,18 +79,24 @@ class TcpNode final : private Session::Owner {
   void accept();
   void tick();
   void notice(std::string sentence);
-  // Over an accepted socket, or one that connects to `to`.
-  std::shared_ptr<Session> make_session(boost::asio::ip::tcp::socket socket,
-                                        std::optional<boost::asio::ip::tcp::endpoint> to = {}) const;
+  void make_room(const boost::asio::ip::address& newcomer);
+  // Over a connection to `to`, where lab `peer` is to be.
+  std::shared_ptr<Session> make_session(const Target& to, const std::string& peer, std::size_t attempt) const;
+  std::shared_ptr<Session> make_session(std::unique_ptr<ByteStream> stream) const;
 
   boost::asio::io_context& io_;
   TcpSettings settings_;
   Hello hello_;
   std::vector<std::byte> hello_frame_;
   boost::asio::ip::tcp::acceptor acceptor_;
-  bool accepting_ = false;
+  bool accepts_tls_ = false, accepting_ = false;
   boost::asio::steady_timer timer_;
-  std::vector<std::shared_ptr<Session>> pending_;  // oldest first; shared with the loop's operations
+  struct Pending {
+    std::shared_ptr<Session> session;  // shared with the loop's operations
+    boost::asio::ip::address from;
+  };
+  std::vector<Pending> pending_;  // oldest first
+  Session::Time keys_read_;
   std::vector<TcpLink*> links_;
   hal::RandomStream chance_;  // for the retry times
   std::string last_notice_;

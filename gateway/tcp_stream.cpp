@@ -22,23 +22,43 @@ class TcpStream final : public AsioStream<tcp::socket> {
   void open(Opened opened) override {
     if (!to_) return set_up(opened);
     stream_.async_connect(*to_, [this, opened = std::move(opened)](error_code error) {
-      if (error) return opened(fmt::format("{}: {}", to_text(*to_), error.message()));
+      if (error) return opened({"session.failed.connect", fmt::format("{}: {}", to_text(*to_), error.message())});
       set_up(opened);
     });
   }
 
+  // No frame begins as TLS does (with a handshake or an alert), so the first bytes tell it.
+  void read(boost::asio::mutable_buffer into, Done done) override {
+    if (!first_) return AsioStream::read(into, std::move(done));
+    first_ = false;
+    AsioStream::read(into, [this, into, done = std::move(done)](error_code error, std::size_t bytes) {
+      const auto* const begin = static_cast<const unsigned char*>(into.data());
+      speaks_tls_ = !error && bytes >= 2 && (begin[0] == 0x16 || begin[0] == 0x15) && begin[1] == 0x03;
+      done(speaks_tls_ ? boost::asio::error::no_protocol_option : error, bytes);
+    });
+  }
+  StreamFailure explain(error_code error) const override {
+    if (speaks_tls_) return {"session.closed.speaks_tls", "the other end speaks TLS, and this connection is plain TCP"};
+    return AsioStream::explain(error);
+  }
+
  private:
   void set_up(const Opened& opened) {
-    error_code ignored;
-    stream_.set_option(tcp::no_delay(true), ignored);
-    setsockopt(stream_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
+    prepare(stream_);
     AsioStream::open(opened);
   }
 
   const std::optional<tcp::endpoint> to_;
+  bool first_ = true, speaks_tls_ = false;
 };
 
 }  // namespace
+
+void prepare(tcp::socket& socket) {
+  error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
+}
 
 std::unique_ptr<ByteStream> tcp_stream(tcp::socket socket, std::optional<tcp::endpoint> to) {
   return std::make_unique<TcpStream>(std::move(socket), to);

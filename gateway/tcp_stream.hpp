@@ -1,4 +1,4 @@
-// A session's connection over TCP.
+// A session's connection over TCP, on this machine.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -12,5 +12,8 @@ namespace arkmesh::gateway {
 // Over a socket that was accepted, or that connects to `to` when it is opened.
 std::unique_ptr<ByteStream> tcp_stream(boost::asio::ip::tcp::socket socket,
                                        std::optional<boost::asio::ip::tcp::endpoint> to = {});
+
+// Small messages go at once, and little waits in the kernel that newer messages could still replace.
+void prepare(boost::asio::ip::tcp::socket& socket);
 
 }  // namespace arkmesh::gateway

@@ -1,5 +1,6 @@
-// Owns an LCM handle. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and thrown again by drain(), and
-// a subscription that dies inside a handler is taken out of LCM only after LCM has finished with that message.
+// Owns an LCM handle. In memory LCM carries messages both ways; on a network it only sends, and opens no socket that
+// hears, because it is never asked to receive. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and
+// thrown again by drain(), and a subscription that dies inside a handler is taken out only after its message.
 #include "hal/bus.hpp"
 
 #include <arpa/inet.h>
@@ -8,36 +9,34 @@
 #include <lcm/lcm.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <exception>
+#include <map>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
+
+#include "hal/multicast_receiver.hpp"
+#include "hal/multicast_url.hpp"
 
 namespace arkmesh::hal {
 
 namespace {
 
-constexpr std::string_view memory_scheme = "memq://", multicast_scheme = "udpm://";
+constexpr std::string_view memory_scheme = "memq://";
+constexpr std::string_view self_test_channel = "LCM_SELF_TEST";  // LCM's own
+constexpr std::size_t max_routes = 10'000;                       // others choose the names that come in
 
-// Whether this machine can send to the multicast group of `url`. True for what is no address: LCM judges that.
-bool has_route(std::string_view url) {
-  std::string group(url.substr(multicast_scheme.size()));
-  group.resize(std::min(group.find_first_of(":?"), group.size()));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(7667);
-  if (inet_pton(AF_INET, group.empty() ? "239.255.76.67" : group.c_str(), &address.sin_addr) != 1) return true;
-  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (probe < 0) return true;
-  const bool reached = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  const bool route = reached || (errno != ENETUNREACH && errno != EHOSTUNREACH && errno != ENETDOWN);
-  close(probe);
-  return route;
+// Whether this machine can send to that multicast group.
+bool has_route(const sockaddr_in& group) {
+  const Handle probe(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!probe || connect(probe.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) == 0) return true;
+  return errno != ENETUNREACH && errno != EHOSTUNREACH && errno != ENETDOWN;
 }
 
 [[noreturn]] void throw_no_route(const std::string& url) {
@@ -49,13 +48,15 @@ bool has_route(std::string_view url) {
 }  // namespace
 
 struct Bus::State {
-  // One subscription, as LCM calls it back. Lives until LCM has let go of it.
+  // One subscription. Lives until the bus, and LCM, have let go of it.
   struct Node {
-    State* bus = nullptr;  // null when the bus is gone
-    lcm_subscription_t* subscription = nullptr;
+    State* bus = nullptr;                        // null when the bus is gone
+    lcm_subscription_t* subscription = nullptr;  // in memory
+    std::shared_ptr<GRegex> pattern;             // on a network
     bool cancelled = false;
     Handler handler;
   };
+  using Route = std::vector<std::shared_ptr<Node>>;  // who hears a channel, in the order of subscription
 
   class Handle final : public Subscription {
    public:
@@ -70,22 +71,33 @@ struct Bus::State {
 
   lcm_t* lcm = nullptr;
   bool in_memory = false;
-  int waiting = 0;  // memq only: published and not yet handled
+  std::vector<std::uint32_t> hear;                                          // network only: hosts, in network order
+  std::unique_ptr<MulticastReceiver> receiver;                              // network only, once somebody listens
+  std::map<std::string, std::shared_ptr<const Route>, std::less<>> routes;  // network only; of the names heard so far
+  int waiting = 0;                                                          // memq only: published and not yet handled
   bool dispatching = false;
   bool delivered = false;  // a handler ran for the message in hand
   std::exception_ptr failure;
   std::vector<std::shared_ptr<Node>> nodes;
-  std::vector<std::shared_ptr<Node>> cancelled;  // to be taken out of LCM after the message in hand
+  std::vector<std::shared_ptr<Node>> cancelled;  // to be taken out after the message in hand
+
+  ~State() {
+    for (const auto& node : nodes) node->bus = nullptr;
+    if (lcm) lcm_destroy(lcm);
+  }
 
   static void on_message(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
     Node& node = *static_cast<Node*>(user);
+    node.bus->hand_to(node, channel, {static_cast<const std::byte*>(buffer->data), buffer->data_size});
+  }
+
+  void hand_to(Node& node, std::string_view channel, std::span<const std::byte> bytes) {
     if (node.cancelled) return;
-    State& bus = *node.bus;
-    bus.delivered = true;
+    delivered = true;
     try {
-      node.handler(channel, {static_cast<const std::byte*>(buffer->data), buffer->data_size});
+      node.handler(channel, bytes);
     } catch (...) {
-      if (!bus.failure) bus.failure = std::current_exception();
+      if (!failure) failure = std::current_exception();
     }
   }
 
@@ -98,17 +110,19 @@ struct Bus::State {
   }
 
   void take_out(const std::shared_ptr<Node>& node) {
-    lcm_unsubscribe(lcm, node->subscription);
+    if (node->subscription) lcm_unsubscribe(lcm, node->subscription);
+    routes.clear();
     node->bus = nullptr;
     std::erase(nodes, node);
   }
 
-  // Handles one message that is known to wait. True when a handler of ours ran.
-  bool handle_one() {
+  // Handles one message. True when a handler of ours ran.
+  template <class Dispatch>
+  bool handle_one(Dispatch dispatch) {
     assert(!dispatching && "a handler may not drain its own bus");
     dispatching = true;
     delivered = false;
-    lcm_handle(lcm);
+    dispatch();
     dispatching = false;
     if (!cancelled.empty())
       for (const auto& node : std::exchange(cancelled, {})) take_out(node);
@@ -116,25 +130,67 @@ struct Bus::State {
     return delivered;
   }
 
+  std::shared_ptr<const Route> route_of(std::string_view channel) {
+    if (const auto it = routes.find(channel); it != routes.end()) return it->second;
+    if (routes.size() >= max_routes) routes.clear();
+    Route route;
+    for (const auto& node : nodes)
+      if (g_regex_match_full(node->pattern.get(), channel.data(), static_cast<gssize>(channel.size()), 0,
+                             GRegexMatchFlags{}, nullptr, nullptr))
+        route.push_back(node);
+    return routes.emplace(channel, std::make_shared<const Route>(std::move(route))).first->second;
+  }
+
+  // Handles what the datagram completed, if anything.
+  bool handle_received(const MulticastReceiver::Message& message) {
+    if (message.channel == self_test_channel) return false;
+    const auto route = route_of(message.channel);  // held: a handler may change the routes
+    if (route->empty()) return false;
+    return handle_one([&] {
+      for (const auto& node : *route) hand_to(*node, message.channel, message.bytes);
+    });
+  }
+
+  // Opens the socket, and sends a word to itself as LCM does: false when nothing comes back.
+  bool listen(const std::string& url) {
+    if (receiver) return true;
+    const MulticastUrl parts(url);
+    try {
+      receiver = std::make_unique<MulticastReceiver>(parts, hear);
+    } catch (const std::system_error& error) {
+      throw std::runtime_error(fmt::format("bus {}: cannot listen: {}", url, error.what()));
+    }
+    if (std::cmp_less(receiver->buffer_bytes(), parts.receive_buffer_bytes))
+      spdlog::warn(
+          "bus {}: its receive buffer has {} bytes only, so bursts may be lost; as root: sysctl -w "
+          "net.core.rmem_max={}",
+          url, receiver->buffer_bytes(), parts.receive_buffer_bytes);
+    for (int attempt = 0; attempt < 100; ++attempt) {
+      lcm_publish(lcm, self_test_channel.data(), "", 0);
+      if (readable(std::chrono::milliseconds{100})) return true;
+    }
+    receiver.reset();
+    return false;
+  }
+
   bool readable(std::chrono::milliseconds wait) const {
-    pollfd descriptor{lcm_get_fileno(lcm), POLLIN, 0};
+    pollfd descriptor{in_memory ? lcm_get_fileno(lcm) : receiver->descriptor(), POLLIN, 0};
     return poll(&descriptor, 1, static_cast<int>(std::clamp<long long>(wait.count(), 0, 1'000'000'000))) > 0;
   }
 };
 
-Bus::Bus(const std::string& url) : state_(std::make_unique<State>()), url_(url) {
-  std::string full_url = url;
+Bus::Bus(const std::string& url, const std::vector<std::string>& hear) : state_(std::make_unique<State>()), url_(url) {
   if (url.starts_with(memory_scheme)) {
     state_->in_memory = true;
   } else if (url.starts_with(multicast_scheme)) {
-    if (!has_route(url)) throw_no_route(url);
-    if (url.find("recv_buf_size=") == std::string::npos)
-      full_url += (url.find('?') == std::string::npos ? "?" : "&") + std::string("recv_buf_size=4194304");
+    if (!has_route(MulticastUrl(url).group)) throw_no_route(url);
   } else {
     throw std::runtime_error(fmt::format(
         "bus {}: must be memq:// or udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0", url));
   }
-  state_->lcm = lcm_create(full_url.c_str());
+  for (const std::string& host : hear)
+    if (in_addr address{}; inet_pton(AF_INET, host.c_str(), &address) == 1) state_->hear.push_back(address.s_addr);
+  state_->lcm = lcm_create(url.c_str());
   if (!state_->lcm)
     throw std::runtime_error(fmt::format(
         "bus {}: LCM cannot open it; check address and port, for example udpm://239.255.76.67:7701?ttl=0", url));
@@ -147,23 +203,27 @@ Bus::Bus(const std::string& url) : state_(std::make_unique<State>()), url_(url) 
 
 Bus::~Bus() {
   assert(!state_->dispatching && "a handler may not destroy its own bus");
-  for (const auto& node : state_->nodes) node->bus = nullptr;
-  lcm_destroy(state_->lcm);
 }
 
 std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pattern, Handler handler) {
   // LCM anchors a pattern only at its outer ends: "a|b" needs the brackets. What it makes of a bad one is a leak.
   const std::string pattern = "(?:" + channel_pattern + ")";
-  GRegex* regex = g_regex_new(pattern.c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr);
+  const std::shared_ptr<GRegex> regex(
+      g_regex_new(("^" + pattern + "$").c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr),
+      [](GRegex* r) { r ? g_regex_unref(r) : void(); });
   if (!regex) throw std::runtime_error(fmt::format("'{}' is no channel pattern", channel_pattern));
-  g_regex_unref(regex);
 
   auto node = std::make_shared<State::Node>();
   node->bus = state_.get();
   node->handler = std::move(handler);
-  node->subscription = lcm_subscribe(state_->lcm, pattern.c_str(), &State::on_message, node.get());
-  if (!node->subscription) throw_no_route(url_);               // LCM's self-test did not hear itself
-  lcm_subscription_set_queue_capacity(node->subscription, 0);  // 0: no limit
+  if (state_->in_memory) {
+    node->subscription = lcm_subscribe(state_->lcm, pattern.c_str(), &State::on_message, node.get());
+    lcm_subscription_set_queue_capacity(node->subscription, 0);  // 0: no limit
+  } else {
+    if (!state_->listen(url_)) throw_no_route(url_);
+    node->pattern = regex;
+    state_->routes.clear();
+  }
   state_->nodes.push_back(node);
   return std::make_unique<State::Handle>(std::move(node));
 }
@@ -180,22 +240,43 @@ void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) 
 }
 
 int Bus::drain(std::chrono::milliseconds wait, int most) {
+  State& state = *state_;
   int delivered = 0;
-  if (state_->in_memory) {
-    if (state_->waiting == 0 && wait.count() > 0) state_->readable(wait);
-    while (state_->waiting > 0) {
-      --state_->waiting;
-      delivered += state_->handle_one();
+  if (state.in_memory) {
+    if (state.waiting == 0 && wait.count() > 0) state.readable(wait);
+    while (state.waiting > 0) {
+      --state.waiting;
+      delivered += state.handle_one([&] { lcm_handle(state.lcm); });
     }
     return delivered;
   }
-  for (int taken = 0; taken < most && state_->readable(taken == 0 ? wait : std::chrono::milliseconds{0}); ++taken)
-    delivered += state_->handle_one();
+  if (!state.listen(url_)) throw_no_route(url_);
+  const auto until = std::chrono::steady_clock::now() + wait;
+  std::optional<MulticastReceiver::Message> message;
+  // Not in the midst of what was fetched already: the descriptor does not tell of it.
+  for (int taken = 0; taken < most || state.receiver->has_fetched();) {
+    if (state.receiver->take(message)) {
+      ++taken;
+      if (message) delivered += state.handle_received(*message);
+      continue;
+    }
+    if (delivered > 0 || wait.count() <= 0) break;
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+    if (left.count() <= 0 || !state.readable(left)) break;
+  }
   return delivered;
 }
 
 int Bus::descriptor() const {
-  return lcm_get_fileno(state_->lcm);
+  if (state_->in_memory) return lcm_get_fileno(state_->lcm);
+  if (!state_->listen(url_)) throw_no_route(url_);
+  return state_->receiver->descriptor();
+}
+
+Counters Bus::counters() const {
+  Counters all = counters_;
+  if (state_->receiver) all.merge(state_->receiver->counters());
+  return all;
 }
 
 }  // namespace arkmesh::hal

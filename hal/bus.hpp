@@ -1,6 +1,7 @@
 // A lab's message bus: a thin owner of an LCM handle. The LCM URL picks the transport ("memq://" in one process,
 // "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab). Adds raw handlers that die with their handle,
-// queue sizes that do not lose messages, and counters. Not thread-safe.
+// queue sizes that do not lose messages, counters, and on a network a receiver that hears only who may speak. Not
+// thread-safe.
 #pragma once
 
 #include <chrono>
@@ -25,13 +26,15 @@ class Bus {
     virtual ~Subscription() = default;
   };
 
+  // `hear`: hosts that a network bus hears beside this machine, by IPv4 address.
   // Throws std::runtime_error with one sentence (no multicast route: names the command that makes one).
-  explicit Bus(const std::string& url);
+  explicit Bus(const std::string& url, const std::vector<std::string>& hear = {});
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
-  // `channel_pattern` is an LCM regular expression, anchored at both ends ("[^/]+/world", ".*").
+  // `channel_pattern` is an LCM regular expression, anchored at both ends ("[^/]+/world", ".*"). The first one opens
+  // the receiving socket of a network bus, which throws std::runtime_error when the bus does not hear itself.
   [[nodiscard]] std::unique_ptr<Subscription> subscribe(const std::string& channel_pattern, Handler handler);
 
   void publish(const std::string& channel, std::span<const std::byte> bytes);
@@ -46,14 +49,15 @@ class Bus {
 
   // Delivers everything that has arrived; waits up to `wait` for the first message when there is none.
   // Returns how many were delivered. A handler may publish and subscribe; what it publishes on memq is delivered too.
-  // A network bus stops after `most` messages, so that a flood cannot keep it from returning; descriptor() stays
-  // readable.
+  // A network bus stops after about `most` packets, so that a flood cannot keep it from returning; descriptor() stays
+  // readable. After a handler's exception the next drain() goes on, whatever descriptor() says.
   int drain(std::chrono::milliseconds wait = std::chrono::milliseconds{0}, int most = 10'000);
 
-  // Readable when a message waits; for joining another event loop.
+  // Readable when a message waits; for joining another event loop. Throws as subscribe() does.
   int descriptor() const;
   const std::string& url() const { return url_; }
-  const Counters& counters() const { return counters_; }
+  // What was refused or lost, up to now.
+  Counters counters() const;
 
  private:
   struct State;

@@ -308,6 +308,13 @@ const fs::path& Config::file() const {
   return state_->file;
 }
 
+std::vector<std::string> Config::files() const {
+  std::vector<std::string> names;
+  for (const fs::path& file : state_->included)
+    names.push_back(file.lexically_relative(state_->file.parent_path()).string());
+  return names;
+}
+
 void Config::refuse_unknown(std::string_view below) const {
   // what comes first in the text is named first
   std::set<std::tuple<std::string, unsigned, std::string>> unknown;

@@ -157,6 +157,8 @@ class Config {
 
   Section root() const { return Section(state_, ""); }
   const std::filesystem::path& file() const;
+  // Names of the files that it was read from, seen from the folder of file(): that one, what it includes, its preset.
+  std::vector<std::string> files() const;
   // Throws ConfigError when the files hold a key that nobody has read, naming it and the key that was probably meant.
   // With `below` only keys of that table count, for a program that reads one table of a lab's file.
   void refuse_unknown(std::string_view below = {}) const;

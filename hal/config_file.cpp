@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t max_file_bytes = 1 << 20;
-constexpr int max_files = 64;  // included ones, counted each time they are included
-constexpr int max_dots = 32;   // of a key: each is a table within a table
+constexpr std::size_t max_files = 64;  // included ones, counted each time they are included
+constexpr int max_dots = 32;           // of a key: each is a table within a table
 
 [[noreturn]] void fail(std::string_view place, std::string_view sentence) {
   throw ConfigError(fmt::format("{}: {}", place, sentence));
@@ -91,7 +91,8 @@ class Loader {
     const fs::path identity = fs::weakly_canonical(file);
     if (std::ranges::find(open_, identity) != open_.end())
       fail(place, fmt::format("{} includes itself; remove one of the includes", file.string()));
-    if (++files_ > max_files) fail(place, fmt::format("more than {} files included", max_files));
+    read_.push_back(file);
+    if (read_.size() > max_files) fail(place, fmt::format("more than {} files included", max_files));
     open_.push_back(identity);
     toml::table out = from_text(read_file(file, place), file);
     open_.pop_back();
@@ -116,10 +117,11 @@ class Loader {
     return out;
   }
 
+  const std::vector<fs::path>& read() const { return read_; }
+
  private:
   static constexpr std::string_view must_be_list = "must be a list of file names, such as [\"common.toml\"]";
-  std::vector<fs::path> open_;
-  int files_ = 0;
+  std::vector<fs::path> open_, read_;
 };
 
 // "arena.robots=48": sets one key.
@@ -186,6 +188,7 @@ Section::State load_config(const fs::path& file, const std::string_view* text,
     const fs::path presets = fs::path(preset ? *preset->source().path : file.string()).parent_path() / "presets";
     for (const std::string& one : overrides) apply_override(out.tree, one);
     preset = out.tree.get("preset");
+    out.included = loader.read();
     if (!preset) return out;
     const std::string place = to_text(preset->source());
     if (!preset->is_string()) fail(place, fmt::format("preset = {}: must be a text", to_toml(*preset)));
@@ -196,6 +199,7 @@ Section::State load_config(const fs::path& file, const std::string_view* text,
     if (const toml::node* nested = lowest.get("preset"))
       fail(to_text(nested->source()), "preset: a preset cannot name another one; use include");
     merge(out.tree, std::move(lowest), false);
+    out.included = loader.read();
     return out;
   } catch (const fs::filesystem_error& error) {
     fail(file.string(), error.what());

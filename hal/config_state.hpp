@@ -35,7 +35,8 @@ namespace arkmesh::hal {
 
 struct Section::State {
   std::filesystem::path file;
-  std::string preset = {};  // in force; empty: none
+  std::string preset = {};                           // in force; empty: none
+  std::vector<std::filesystem::path> included = {};  // files that were read with it, as often as they were
   // What the files say, laid over each other; what is read becomes what is in force there.
   toml::table tree = {};
   struct Read {

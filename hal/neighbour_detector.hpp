@@ -1,5 +1,4 @@
-// Finds out who talks on a lab's LCM port: labs on one UDP port hear each other whatever their multicast group, which
-// would mix two labs' messages without any error.
+// Finds out who talks on a lab's LCM port and group: it would mix two labs' messages without any error.
 #pragma once
 
 #include <cstdint>

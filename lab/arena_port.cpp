@@ -1,5 +1,7 @@
 #include "lab/arena_port.hpp"
 
+#include <utility>
+
 #include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
@@ -44,6 +46,13 @@ void ArenaPort::say(std::span<const hal::ToRobot> messages, std::span<const hal:
   }
 }
 
+void ArenaPort::keep_still(bool still, hal::LabTime now) {
+  if (std::exchange(still_, still) == still || !told_to_run_) return;
+  const hal::FleetCommand command{.kind = still ? hal::FleetCommand::Kind::pause : hal::FleetCommand::Kind::run};
+  bus_.publish(hal::channel::fleet_command, hal::to_message(command, now));
+  arena_.robots().command(command);
+}
+
 void ArenaPort::pause_for_good(hal::LabTime now, std::uint32_t frame) {
   operator_.reset();
   const hal::FleetCommand pause{.kind = hal::FleetCommand::Kind::pause};
@@ -51,12 +60,16 @@ void ArenaPort::pause_for_good(hal::LabTime now, std::uint32_t frame) {
 }
 
 bool ArenaPort::obey(const fleet_command_t& command) {
+  using Kind = hal::FleetCommand::Kind;
   const auto known = hal::from_message(command);
-  if (known)
-    arena_.robots().command(*known);
-  else
+  if (!known) {
     counters_.add("fleet_command.refused.unknown");
-  return known.has_value();
+    return false;
+  }
+  const bool run = known->kind == Kind::run;
+  if (run || known->kind == Kind::pause || known->kind == Kind::reset || known->kind == Kind::sleep) told_to_run_ = run;
+  if (!run || !still_) arena_.robots().command(*known);
+  return true;
 }
 
 hal::Counters ArenaPort::counters() const {

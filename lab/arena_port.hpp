@@ -35,6 +35,11 @@ class ArenaPort {
   // refused and counted.
   void say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands, hal::LabTime now,
            std::uint32_t frame);
+  // Nobody makes robots run that are kept still. Afterwards they do what a scenario or an operator said last, meanwhile
+  // or before.
+  void keep_still(bool still, hal::LabTime now);
+  // What a scenario or an operator said last is to run.
+  bool told_to_run() const { return told_to_run_; }
   // Robots stop, and an operator's commands are heard no more.
   void pause_for_good(hal::LabTime now, std::uint32_t frame);
 
@@ -53,6 +58,7 @@ class ArenaPort {
   hal::Bus& bus_;
   hal::Counters counters_;
   bool end_asked_ = false;
+  bool still_ = false, told_to_run_ = false;
   std::unique_ptr<hal::Bus::Subscription> operator_;
 };
 

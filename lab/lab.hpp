@@ -53,7 +53,8 @@ class Lab {
   const LabState& state(std::string_view lab) const { return merged(data_.states, lab); }
   // A field in state(lab); empty when that state does not hold it. Throws as state() does.
   const std::vector<std::int64_t>& field(std::string_view lab, std::string_view field) const;
-  // As `field`, but of that lab's state 0, which stays at hand for the whole run.
+  // As `field`, but of that lab's state 0, which stays at hand for the whole run. A lab that was restarted has another
+  // one, from the boundary on that first merges its new run.
   const std::vector<std::int64_t>& initial_field(std::string_view lab, std::string_view field) const;
 
   // --- acting ---

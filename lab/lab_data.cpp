@@ -14,14 +14,13 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena) {
   return data;
 }
 
-void tell_merged(LabData& data, std::uint32_t period,
-                 const std::vector<std::pair<std::string, const LabState*>>& merged) {
+void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedState>& merged) {
   data.period = period;
   data.now = data.period_length * period;
   data.overlay.clear();
-  for (const auto& [lab, state] : merged) {
-    if (period == 0) data.initial_states.insert_or_assign(lab, *state);
-    data.states.insert_or_assign(lab, *state);
+  for (const MergedState& each : merged) {
+    if (each.initial) data.initial_states.insert_or_assign(each.lab, *each.initial);
+    data.states.insert_or_assign(each.lab, *each.state);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
 #include "lab/lab_state.hpp"
+#include "lab/merged_state.hpp"
 #include "lab/run_config.hpp"
 #include "lab/state_rules.hpp"
 
@@ -54,8 +55,7 @@ struct LabData {
 // As it is before begin().
 LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
 // The states merged at boundary `period` are in force.
-void tell_merged(LabData& data, std::uint32_t period,
-                 const std::vector<std::pair<std::string, const LabState*>>& merged);
+void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedState>& merged);
 // The rows that the scenario said, to their tables.
 void write_rows(LabData& data, hal::Recorder& recorder);
 // What the scenario said has gone out.

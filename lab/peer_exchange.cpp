@@ -1,6 +1,7 @@
 #include "lab/peer_exchange.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
@@ -12,7 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr PeerExchange::Now repeat_world_after = 50ms;
-constexpr PeerExchange::Now refused_limit = 5s;  // of nothing but refused states
 
 std::string_view origin_of(std::string_view channel) {
   return channel.substr(0, channel.find('/'));
@@ -23,7 +23,6 @@ std::string_view origin_of(std::string_view channel) {
 PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
     : lab_(config.lab),
       period_length_(config.period),
-      patience_(config.patience),
       max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
       gate_({.lab = config.lab,
@@ -32,8 +31,8 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .last_period = config.last_period,
              .run_id = run_id,
              .can_wait = can_wait}),
-      monitor_(config.lab, gate_.peers()) {
-  for (const std::string& peer : gate_.peers()) contacts_.try_emplace(peer);
+      monitor_(config.lab, gate_.peers()),
+      patience_(config, gate_, monitor_) {
   subscriptions_.push_back(bus_.subscribe(
       "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
   subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
@@ -47,24 +46,26 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
 void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
   WorldMessage message;
   if (const std::string_view why = decode_world(bytes, message); !why.empty()) {
-    note_refusal(origin, fmt::format("its message is ill-formed ({})", why));
+    patience_.note_refused(origin, fmt::format("its message is ill-formed ({})", why), now_);
     return counters_.add(fmt::format("world.refused.{}", why));
   }
+  const std::uint64_t before = gate_.run_id(origin);
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       monitor_.hear_state(origin, now_);
-      contacts_.find(origin)->second = {.counted = now_};
+      patience_.note_counted(origin, now_);
+      if (before != 0 && before != gate_.run_id(origin))
+        spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, period_, lab_);
       if (!message.can_wait) last_state_ = now_;
       break;
     case PeriodGate::Heard::taught:
       publish_world();  // so that the peer learns our run id without waiting for a repetition
       break;
     case PeriodGate::Heard::refused:
-      if (gate_.published() >= 0) note_refusal(origin, gate_.newest_refusal());
+      if (gate_.published() >= 0) patience_.note_refused(origin, gate_.newest_refusal(), now_);
       break;
     case PeriodGate::Heard::restarted:
-      if (gate_.mode() != PeriodGate::Mode::free && !complete_ && failure_.empty())
-        failure_ = fmt::format("{} was restarted at period {}", origin, period_);
+      if (!complete_ && failure_.empty()) failure_ = fmt::format("{} was restarted at period {}", origin, period_);
       break;
     case PeriodGate::Heard::different:
       if (failure_.empty()) failure_ = fmt::format("the labs' settings differ: {}", gate_.difference());
@@ -72,25 +73,16 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
   }
 }
 
-void PeerExchange::note_refusal(std::string_view origin, std::string why) {
-  const auto it = contacts_.find(origin);
-  if (it == contacts_.end()) return;
-  Contact& contact = it->second;
-  // What an earlier run left behind comes once.
-  if (contact.refusal.empty() || now_ - contact.refused > refused_limit) contact.refused_since = now_;
-  contact.refused = now_;
-  contact.refusal = std::move(why);
-}
-
 void PeerExchange::publish(LabState own) {
   gate_.publish(std::move(own));
-  boundary_ = now_;
+  patience_.note_published(now_);
   publish_world();
 }
 
-std::vector<std::pair<std::string, const LabState*>> PeerExchange::merge(std::uint32_t k) {
+std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
   period_ = k;
-  boundary_ = merged_ = now_;
+  merged_ = now_;
+  patience_.note_passed(k, now_);
   return gate_.merge(k);
 }
 
@@ -117,48 +109,9 @@ bool PeerExchange::repeat_world() {
   return true;
 }
 
-PeerWait PeerExchange::wait_for(std::uint32_t wanted) const {
-  PeerWait all;
-  for (const std::string& peer : gate_.peers()) {
-    if (gate_.received(peer) >= static_cast<std::int64_t>(wanted)) continue;
-    PeerWait one = wait_for_one(peer);
-    all.text += (all.text.empty() ? "waiting for " : "; ") + one.text;
-    if (all.give_up.empty()) all.give_up = std::move(one.give_up);
-  }
-  return all;
-}
-
-PeerWait PeerExchange::wait_for_one(const std::string& peer) const {
-  const bool bound = gate_.bound(peer);
-  const Contact& contact = contacts_.find(peer)->second;
-  const PeerMonitor::Life life = monitor_.life(peer, bound, now_);
-  const std::string words = monitor_.words(peer, bound, now_);
-  PeerWait wait{.text = fmt::format("{}: {}", peer, words), .give_up = {}};
-  if (life == PeerMonitor::Life::failed || life == PeerMonitor::Life::dead) {
-    wait.give_up = fmt::format("{} is gone at period {}: {}", peer, period_, words);
-  } else if (!contact.refusal.empty() &&
-             contact.refused - std::max(contact.refused_since, boundary_) >= refused_limit) {
-    wait.give_up = fmt::format(
-        "{} refuses every state of {} at period {}: {}; do both run the same program with the same settings?", lab_,
-        peer, period_, contact.refusal);
-  } else if (const auto since = bound ? std::optional(contact.counted) : monitor_.met(peer, now_)) {
-    // A cut link may be waited for not at all; what lives has a moment to speak.
-    const bool cut = life == PeerMonitor::Life::link_down || life == PeerMonitor::Life::gateway_silent;
-    const Now patience = cut ? patience_ : std::max<Now>(patience_, PeerMonitor::status_limit);
-    const Now left = std::max(*since, boundary_) + patience - now_;
-    wait.text += fmt::format(", for {} s more", std::chrono::ceil<std::chrono::seconds>(left).count());
-    if (left < Now{0})
-      wait.give_up = fmt::format("gave up waiting for {} after {} s at period {} of {} (gate.patience_s): {}", peer,
-                                 patience.count() / 1'000'000, period_, lab_, words);
-  } else {
-    wait.text += ", until it comes or the lab is stopped";
-  }
-  return wait;
-}
-
 void PeerExchange::linger_after_last_period() {
   complete_ = true;
-  lingering_.begin_after_last_period(now_, patience_);
+  lingering_.begin_after_last_period(now_, patience_.most());
   publish_world();
 }
 

@@ -1,5 +1,5 @@
-// What a lab and its peers tell each other: hears worlds, statuses and links from the private bus, repeats the own
-// world, and knows for whom the lab waits and whether that still makes sense. The caller owns time.
+// What a lab and its peers tell each other: hears worlds, statuses and links from the private bus, and repeats the own
+// world. The caller owns time.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,13 @@
 #include "hal/bus.hpp"
 #include "hal/counters.hpp"
 #include "lab/lingering.hpp"
+#include "lab/merged_state.hpp"
 #include "lab/peer_monitor.hpp"
+#include "lab/peer_patience.hpp"
 #include "lab/period_gate.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::lab {
-
-// For whom a lab waits.
-struct PeerWait {
-  std::string text;     // "waiting for roark: link down, for 590 s more"; empty when nobody is waited for
-  std::string give_up;  // why nothing will come any more; empty when it still makes sense to wait
-};
 
 class PeerExchange {
  public:
@@ -46,17 +42,16 @@ class PeerExchange {
   // Publishes the own state of the next boundary.
   void publish(LabState own);
   // As PeriodGate::merge; from now on the lab has passed boundary `k`.
-  std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
+  std::vector<MergedState> merge(std::uint32_t k);
   // Free mode, arena that can wait: not ahead of the real-time arenas; without a state of any of them for two periods,
   // at real time by the own clock.
   bool may_begin_next_period() const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
   Now world_due() const { return world_due_; }
-  // `wanted`: the period of the peers' states that the lab waits for since its last boundary. It gives up on a peer
-  // that is gone, on one whose states have all been refused for 5 s, and on one of which nothing has counted for
-  // gate.patience_s. That time begins with the peer's first sign of life: who waits for labs to be started waits long.
-  PeerWait wait_for(std::uint32_t wanted) const;
+  // As in PeerPatience.
+  PeerWait wait_for(std::uint32_t wanted) const { return patience_.wait_for(wanted, now_); }
+  PeerWait lost() { return patience_.lost(now_, counters_); }
 
   // --- ending ---
   void linger_after_failure() { lingering_.begin_after_failure(now_); }
@@ -71,28 +66,20 @@ class PeerExchange {
   hal::Counters counters() const;
 
  private:
-  // What came of a peer.
-  struct Contact {
-    Now counted{0};                    // when a message counted last
-    Now refused_since{0}, refused{0};  // first and last message refused since one counted
-    std::string refusal;               // what was wrong with that
-  };
-  void note_refusal(std::string_view origin, std::string why);
-  PeerWait wait_for_one(const std::string& peer) const;
   void hear_world(std::string_view origin, std::span<const std::byte> bytes);
 
   const std::string lab_;
-  const std::chrono::microseconds period_length_, patience_;
+  const std::chrono::microseconds period_length_;
   const std::size_t max_message_bytes_;
   hal::Bus& bus_;
   PeriodGate gate_;
   PeerMonitor monitor_;
+  PeerPatience patience_;
   Lingering lingering_;
-  std::map<std::string, Contact, std::less<>> contacts_;
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last
   std::string failure_;
-  Now now_{0}, world_due_{0}, boundary_{0}, merged_{0}, last_state_{0};
+  Now now_{0}, world_due_{0}, merged_{0}, last_state_{0};
   hal::Counters counters_;
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };

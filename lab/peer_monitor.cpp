@@ -7,9 +7,21 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
+#include "hal/label.hpp"
 #include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
+
+namespace {
+
+constexpr std::size_t longest_words = 200;  // of others that are quoted
+
+// A state quoted in another's sentence: without its explanation, which may quote that other lab.
+std::string without_explanation(const std::string& state) {
+  return state.substr(0, state.find(": "));
+}
+
+}  // namespace
 
 PeerMonitor::PeerMonitor(std::string lab, const std::vector<std::string>& peers) : lab_(std::move(lab)) {
   for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
@@ -28,7 +40,7 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id,
     return counters_.add("status.refused.other_run");
   if (!met(peer, now)) it->second.met = now;
   it->second.status = now;
-  it->second.state = status.state.substr(0, 200);
+  it->second.state = hal::printable(status.state, longest_words);
 }
 
 void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
@@ -45,7 +57,7 @@ void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
   for (const peer_t& said : message.peers) {
     const auto it = peers_.find(said.lab);
     if (it == peers_.end()) continue;
-    it->second.why = said.why.substr(0, 200);
+    it->second.why = hal::printable(said.why, longest_words);
     if (!said.up)
       it->second.up.reset();
     else if (!it->second.up)
@@ -78,11 +90,12 @@ std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const
     case Life::link_down:
       return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
     case Life::unknown:
-      return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", p.state) : "not started yet";
+      return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", without_explanation(p.state))
+                            : "not started yet";
     case Life::dead:
       return fmt::format("silent for {} s with its link up", (now - std::max(*p.status, *p.up)).count() / 1'000'000);
     case Life::alive:
-      return p.state.empty() ? "running" : p.state;
+      return p.state.empty() ? "running" : without_explanation(p.state);
   }
   return {};
 }

@@ -7,6 +7,9 @@
 
 namespace arkmesh::lab {
 
+// Of one peer in one run of this lab. Each is remembered.
+constexpr std::size_t max_former_runs = 100;
+
 PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
   if (options_.window == 0) options_.window = window_of(options_.slack);
   std::sort(options_.labs.begin(), options_.labs.end());
@@ -131,12 +134,21 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
     return Heard::taught;
   }
   if (published_ < 0) return refuse("early");
-  if (peer.bound && peer.run_id != message.run_id) return counters_.add("world.restarted"), Heard::restarted;
+  if (peer.bound && peer.run_id != message.run_id) {
+    if (std::ranges::count(peer.former_runs, message.run_id) > 0)
+      return refuse(Refusal{"former_run", "it is of a former run"});
+    if (mode_ != Mode::free) return counters_.add("world.restarted"), Heard::restarted;
+    if (const auto refused = begin_anew(peer, message)) return refuse(*refused);
+  }
   if (peer.received < 0 && !message.window.empty() && message.window.front().period == 0 &&
       find_difference(origin, message.window.front()))
     return Heard::different;
   if (const auto refused = refusal(peer, message)) return refuse(*refused);
 
+  // An arena that keeps real time and begins while this peer is in mid-run keeps that distance.
+  const std::int64_t newest = message.window.empty() ? 0 : message.window.back().period;
+  if (!peer.bound && !options_.can_wait && newest > published_ + window_of(options_.slack))
+    peer.ahead = newest - published_;
   peer.bound = true;
   peer.run_id = message.run_id;
   peer.can_wait = message.can_wait;
@@ -148,6 +160,29 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   counters_.add("world.counted");
   decide_mode();
   return Heard::counted;
+}
+
+// Free: nobody waits for what a peer has forgotten, so its new run takes the place of the former one. An arena that
+// keeps real time begins where the others are, and keeps that distance; one that can wait catches up.
+std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& message) {
+  if (peer.former_runs.size() >= max_former_runs)
+    return Refusal{"restarted", fmt::format("it was restarted {} times; start all labs again", max_former_runs)};
+  if (published_ >= static_cast<std::int64_t>(options_.last_period))
+    return Refusal{"restarted", "it was restarted after the last period"};
+  if (message.window.empty() || message.window.front().period != 0)
+    return Refusal{"before_initial", "it was restarted and has no state 0"};
+  if (find_difference(message.lab, message.window.front()))
+    return Refusal{"settings", fmt::format("it was restarted with other settings: {}", difference_)};
+  Peer anew{.run_id = message.run_id, .former_runs = peer.former_runs};
+  anew.former_runs.push_back(peer.run_id);
+  if (auto refused = refusal(anew, message)) return refused;
+  // What comes now is in time for our next boundary.
+  if (!message.can_wait) anew.ahead = message.window.back().period - (published_ + 1);
+  anew.bound = true;
+  anew.can_wait = message.can_wait;
+  peer = std::move(anew);
+  counters_.add("world.restarted");
+  return {};
 }
 
 void PeriodGate::accept(Peer& peer, const LabState& state) {
@@ -176,43 +211,42 @@ bool PeriodGate::may_merge(std::uint32_t k) const {
   return received_from_all(wanted(k));
 }
 
-std::vector<std::pair<std::string, const LabState*>> PeriodGate::merge(std::uint32_t k) {
+std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
   assert(may_merge(k));
-  const std::uint32_t want = wanted(k);
-  std::vector<std::pair<std::string, const LabState*>> merged;
+  const std::int64_t want = wanted(k);
+  std::vector<MergedState> merged;
   for (const std::string& lab : options_.labs) {
     if (lab == options_.lab) {
-      merged.emplace_back(lab, &own_.find(want)->second);
+      merged.push_back({lab, &own_.find(wanted(k))->second, k - want, k == 0 ? &initial_ : nullptr});
       continue;
     }
     Peer& peer = peers_.find(lab)->second;
     // The newest at or before; in strict mode exactly `want`. What is older is needed no more.
-    auto newest = peer.states.upper_bound(want);
+    const std::int64_t theirs = k == 0 ? 0 : std::max<std::int64_t>(want + peer.ahead, 0);
+    auto newest = peer.states.upper_bound(static_cast<std::uint32_t>(theirs));
     if (newest == peer.states.begin()) {  // a real-time arena ran so far ahead that its state for this boundary is gone
       counters_.add("gate.missing." + lab);
     } else {
       newest = peer.states.erase(peer.states.begin(), std::prev(newest));
     }
     const std::int64_t period = newest->first;
-    if (period < want && k > 0) counters_.add("gate.late." + lab);
+    if (period < theirs && k > 0) counters_.add("gate.late." + lab);
     if (period > peer.applied + 1)
       counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
+    merged.push_back({lab, &newest->second, k + peer.ahead - period, peer.applied < 0 ? &peer.initial : nullptr});
     peer.applied = std::max(peer.applied, period);
-    merged.emplace_back(lab, &newest->second);
   }
   return merged;
 }
 
 bool PeriodGate::may_begin(std::uint32_t k) const {
   if (mode_ != Mode::free || !options_.can_wait) return true;
-  return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) {
-    return entry.second.can_wait || entry.second.received >= static_cast<std::int64_t>(awaited_period(k));
-  });
+  return std::all_of(peers_.begin(), peers_.end(),
+                     [&](const auto& entry) { return entry.second.can_wait || has(entry.second, awaited_period(k)); });
 }
 
 bool PeriodGate::received_from_all(std::uint32_t period) const {
-  return std::all_of(peers_.begin(), peers_.end(),
-                     [&](const auto& entry) { return entry.second.received >= static_cast<std::int64_t>(period); });
+  return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) { return has(entry.second, period); });
 }
 
 bool PeriodGate::acknowledged_by_all(std::uint32_t period) const {

@@ -14,6 +14,7 @@
 
 #include "hal/counters.hpp"
 #include "lab/lab_state.hpp"
+#include "lab/merged_state.hpp"
 #include "lab/state_rules.hpp"
 #include "lab/world_message.hpp"
 
@@ -55,7 +56,7 @@ class PeriodGate {
     counted,    // its states count (all of them, or those not yet known)
     taught,     // it does not know our run id yet; learnt its run id, nothing else
     refused,    // cannot be true or is not for us; changed nothing; the reason is counted
-    restarted,  // a peer whose states count began anew: its run is another one
+    restarted,  // strict: a peer whose states count began anew: its run is another one. Free: that counts instead
     different,  // its settings differ: see difference()
   };
   // `origin` is the lab that the channel name tells. Reasons go to counters() as "world.refused.<why>".
@@ -67,9 +68,9 @@ class PeriodGate {
   Mode mode() const { return mode_; }
   // The states that boundary k merges are there.
   bool may_merge(std::uint32_t k) const;
-  // The states to merge at boundary k, ascending by lab, own included; pointers live until the next call of a non-const
-  // member. Call once per boundary, in order, when may_merge(k). Counts late and skipped states in free mode.
-  std::vector<std::pair<std::string, const LabState*>> merge(std::uint32_t k);
+  // The states to merge at boundary k, ascending by lab, own included. Call once per boundary, in order, when
+  // may_merge(k). Counts late and skipped states in free mode.
+  std::vector<MergedState> merge(std::uint32_t k);
   // Free mode, for a lab that can wait: every real-time arena has sent state k - slack - 1, so that period k may begin.
   bool may_begin(std::uint32_t k) const;
   // The period of the real-time arenas' states that may_begin(k) waits for.
@@ -80,6 +81,8 @@ class PeriodGate {
   bool acknowledged_by_all(std::uint32_t period) const;
 
   // --- about one peer ---
+  // Its state for our period `period` has been received (strict: and all before).
+  bool has(std::string_view peer, std::uint32_t period) const { return has(peers_.find(peer)->second, period); }
   std::int64_t received(std::string_view peer) const;  // highest period received (strict: without gap); -1 none
   bool bound(std::string_view peer) const;             // its states count
   bool done(std::string_view peer) const;              // its newest state is its last
@@ -93,16 +96,22 @@ class PeriodGate {
 
  private:
   struct Peer {
-    std::uint64_t run_id = 0;  // as last heard
+    std::uint64_t run_id = 0;                // as last heard
+    std::vector<std::uint64_t> former_runs;  // of which nothing counts any more
     bool bound = false;
     bool can_wait = true;
     bool done = false;
     std::int64_t received = -1;
     std::int64_t acknowledged = -1;  // highest own period it has received
     std::int64_t applied = -1;       // period merged last
+    std::int64_t ahead = 0;          // by how many periods, since one of us began in mid-run of the other
     std::map<std::uint32_t, LabState> states;
     LabState initial;  // state 0, once received >= 0
   };
+  std::optional<Refusal> begin_anew(Peer& peer, const WorldMessage& message);
+  static bool has(const Peer& peer, std::int64_t period) {
+    return peer.received >= (period == 0 ? 0 : period + peer.ahead);
+  }
   Heard refuse(const Refusal& refusal);
   Heard refuse(std::string_view why) { return refuse({why, std::string(why)}); }
   std::optional<Refusal> refusal(const Peer& peer, const WorldMessage& message) const;

@@ -97,6 +97,11 @@ int replace_json(const fs::path& file, const nlohmann::json& json) {
   return error;
 }
 
+void save_running(const fs::path& file, nlohmann::json facts) {
+  facts["state"] = facts["ended"] = "running";
+  replace_json(file, facts);
+}
+
 void save_json(const fs::path& file, const nlohmann::json& json) {
   const int error = replace_json(file, json);
   if (error == 0) return;

@@ -10,6 +10,8 @@ namespace arkmesh::lab {
 
 // Returns errno, 0 when the file is replaced.
 int replace_json(const std::filesystem::path& file, const nlohmann::json& json);
+// Of a run that has begun: what is known of it, and that it is running.
+void save_running(const std::filesystem::path& file, nlohmann::json facts);
 // What cannot be written goes to the standard output.
 void save_json(const std::filesystem::path& file, const nlohmann::json& json);
 

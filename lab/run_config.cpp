@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "hal/label.hpp"
+#include "hal/experiment.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::lab {
@@ -18,12 +18,7 @@ void RunConfig::fields(const hal::Section& root) {
   shared.field("labs", labs, {.help = "who takes part", .default_is = "this lab"});
   shared.field("owner", owner,
                {.help = "who decides what is shared (in DHTF: sites, types, activity)", .default_is = "the first lab"});
-  std::string experiment = scenario;  // it matters to gateways only
-  shared.field("experiment", experiment,
-               {.help = "gateways join labs of one experiment only; at most 63 printable characters",
-                .default_is = "run.scenario"});
-  if (!scenario.empty() && !hal::is_label(experiment))
-    shared.refuse("experiment", fmt::format("must be 1 to {} printable characters", hal::max_label));
+  hal::Experiment{scenario}.fields(shared);  // it matters to gateways only
   shared.field("projection", projections);
   gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "time between two exchanges"});
   gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "how old the states are that are applied"});
@@ -31,6 +26,9 @@ void RunConfig::fields(const hal::Section& root) {
   gate.field("mode", mode,
              {.help = "\"strict\" refuses to run with an arena that cannot wait", .one_of = {"auto", "strict"}});
   require_strict = mode == Mode::strict;
+  gate.field("on_peer_lost", on_peer_lost,
+             {.help = "what a lab does in free mode when nothing of a peer has counted for 5 s; in strict mode it ends",
+              .one_of = {"pause", "go_on", "end"}});
   gate.field("patience_s", patience,
              {.range = {0, 1e6},
               .unit = "s",

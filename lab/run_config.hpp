@@ -26,6 +26,7 @@ struct RunConfig {
   std::uint32_t slack = 0;
   bool require_strict = false;  // gate.mode = "strict"
   std::chrono::microseconds patience{600'000'000};
+  enum class OnPeerLost { pause, go_on, end } on_peer_lost = OnPeerLost::pause;  // in free mode; strict: end
   // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
   std::size_t max_message_bytes = 1 << 24;
 

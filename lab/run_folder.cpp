@@ -56,9 +56,7 @@ RunFolder::RunFolder(const fs::path& directory, const std::string& effective_con
                      const nlohmann::json& facts)
     : recorder_(take(directory), wall_utime(), options), reserve_(directory / "reserve.tmp") {
   std::ofstream(directory / "config.toml") << effective_config;
-  nlohmann::json running = facts;
-  running["state"] = running["ended"] = "running";
-  replace_json(directory / "result.json", running);
+  save_running(directory / "result.json", facts);
   make_room(reserve_);
 }
 

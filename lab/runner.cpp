@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "hal/messages.hpp"
 #include "lab/shared_view.hpp"
-#include "lab/status.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -40,10 +38,11 @@ Runner::Step Runner::step(Now now) {
   peers_.set_now(now);
   try {
     if (!arena_lost_) arena_.serve();
-    bus_.drain();
+    if (now_ >= status_due_) publish_status();
+    bus_.drain();  // also what the status brought here, so that it leaves in this step
     if (!peers_.failure().empty()) fail(peers_.failure());
     if (port_.end_asked()) stop("stopped by the operator");
-    if (now_ >= status_due_) publish_status();
+    if (phase_ == Phase::running) look_for_lost_peers();
     return go_on();
   } catch (const std::exception& error) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
@@ -109,7 +108,7 @@ Runner::Step Runner::next_event() {
 // False: the arena is not there yet.
 bool Runner::advance_to(hal::LabTime t) {
   if (!arena_.advance_to(t)) return false;
-  if (std::exchange(awaits_arena_, false)) state_text_ = phase_ == Phase::starting ? "starting" : "running";
+  if (std::exchange(awaits_arena_, false)) state_.goes_on();
   const ArenaPort::Snapshot snapshot = port_.take_snapshot();
   if (snapshot.frame || !snapshot.heard.empty()) {
     bus_.drain();
@@ -156,41 +155,44 @@ void Runner::merge_period() {
     return fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
   const auto merged = peers_.merge(k);
   tell_merged(data_, k, merged);
-  const shared_view_t view = make_shared_view(k, data_.now, lab_.projection(), merged);
   scenario_.on_period(lab_);
   if (k == 0) {
     lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
     recorder_.start_now();
   }
   deliver();
-  bus_.publish(hal::channel::shared, view);
-  if (!data_.overlay.empty()) bus_.publish(hal::channel::overlay, hal::to_message(data_.overlay, data_.now));
+  publish_shared(bus_, data_, merged);
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
   recorder_.flush();
-  state_text_ = "running";
+  state_.has_merged();
   PeriodGate& gate = peers_.gate();
   if (scenario_.finished(lab_)) gate.finish_at(k);
   // In free mode the owner's end is everybody's.
   if (!strict() && config_.lab != config_.owner && gate.done(config_.owner)) gate.finish_at(k);
   if (k < gate.last_period()) return enter(Phase::running);
+  if (paused_)
+    return fail(fmt::format("{} reached its last period {} without a peer: {}", config_.lab, k, state_.does));
   peers_.publish_world();  // now with `done`
   enter(Phase::completing);
 }
 
 // ---------------------------------------------------------------- waiting and ending
 
+// Free mode: lab time goes on without a peer that is lost, with robots that stand still or not.
+void Runner::look_for_lost_peers() {
+  const PeerWait lost = peers_.lost();
+  if (!lost.give_up.empty()) return fail(lost.give_up);
+  paused_ = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
+  port_.keep_still(paused_, data_.now);
+  if (!lost.text.empty())
+    state_.does = fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
+  else
+    state_.does = port_.told_to_run() ? "running" : "running, with its robots paused";
+}
+
 void Runner::publish_status() {
-  bus_.publish(hal::channel::status, to_message({.lab = config_.lab,
-                                                 .run_id = run_id_,
-                                                 .state = state_text_,
-                                                 .stamp = arena_.clock().now(),
-                                                 .period = data_.period,
-                                                 .last_period = last_period(),
-                                                 .moving = moved_ ? now_ - *moved_ : Now{0},
-                                                 .can_wait = arena_.info().can_wait,
-                                                 .drops = drops(),
-                                                 .counts = data_.counts}));
+  bus_.publish(hal::channel::status, status_of(*this));
   status_due_ = now_ + repeat_status;
   // A peer that waits while this lab computes, or waits for its arena, hears that it still counts.
   if (begun_ && phase_ != Phase::ended) peers_.repeat_world();
@@ -198,7 +200,7 @@ void Runner::publish_status() {
 
 Runner::Step Runner::wait_for_arena() {
   awaits_arena_ = true;
-  if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_text_ = "waiting for " + wanted;
+  if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_.waits = "waiting for " + wanted;
   return Step::waiting;
 }
 
@@ -206,7 +208,7 @@ Runner::Step Runner::wait_for_arena() {
 Runner::Step Runner::wait_for_peers(std::uint32_t wanted) {
   peers_.repeat_world();
   const PeerWait wait = peers_.wait_for(wanted);
-  if (!wait.text.empty()) state_text_ = wait.text;
+  if (!wait.text.empty()) state_.waits = wait.text;
   if (wait.give_up.empty()) return Step::waiting;
   fail(wait.give_up);
   return Step::advanced;
@@ -257,7 +259,7 @@ void Runner::pause_robots() {
 }
 
 void Runner::say_last(std::string state) {
-  state_text_ = std::move(state);
+  state_ = {.does = std::move(state), .waits = {}};
   publish_status();
   bus_.drain();
   recorder_.flush();

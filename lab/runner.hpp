@@ -22,6 +22,7 @@
 #include "lab/peer_exchange.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
+#include "lab/status.hpp"
 
 namespace arkmesh::lab {
 
@@ -59,20 +60,23 @@ class Runner {
   // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
   // the lab has told everybody.
   std::string_view outcome() const;
-  const std::string& reason() const { return reason_; }          // why it ended early
-  const std::string& state_text() const { return state_text_; }  // what it is doing, for progress and `status`
+  const std::string& reason() const { return reason_; }            // why it ended early
+  const std::string& state_text() const { return state_.text(); }  // what it is doing, for progress and `status`
   std::uint32_t period() const { return data_.period; }
   std::uint32_t last_period() const { return peers_.gate().last_period(); }
   const RunConfig& config() const { return config_; }
   const Lab& lab() const { return lab_; }
+  const hal::Arena& arena() const { return arena_; }
+  std::uint64_t run_id() const { return run_id_; }
+  Now moving() const { return moved_ ? now_ - *moved_ : Now{0}; }  // for how long its robots have moved; 0 not yet
   bool strict() const { return peers_.strict(); }
   // Hash of each lab at the last boundary, and all of them in name order as one. A lab never heard has 0.
   std::map<std::string, std::uint64_t> hash_by_lab() const { return peers_.hash_by_lab(own_.hash()); }
   std::uint64_t final_hash() const { return joint_hash(hash_by_lab()); }
   // Every counter of this lab.
   hal::Counters drops() const;
-  // Counts that bus's, too, as `public_bus.*`. It lives as long as counters are asked for.
-  void count(const hal::Bus& public_bus) { public_bus_ = &public_bus; }
+  // Counts that bus's, too, as `public_bus.*`; null: no longer.
+  void count(const hal::Bus* public_bus) { public_bus_ = public_bus; }
 
  private:
   enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
@@ -84,6 +88,7 @@ class Runner {
   void deliver();
   void close_period();
   void merge_period();
+  void look_for_lost_peers();
   void publish_status();
   Step wait_for_arena();
   Step wait_for_peers(std::uint32_t wanted);
@@ -110,7 +115,9 @@ class Runner {
   Phase phase_ = Phase::starting;
   bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
   bool arena_lost_ = false;  // it failed again after the run's end and is left alone
-  std::string reason_, state_text_ = "starting";
+  bool paused_ = false;      // robots stand still until a lost peer is back
+  std::string reason_;
+  StateText state_;
   std::uint32_t next_frame_ = 0;  // number of the next frame to come
   std::uint32_t boundary_ = 0;    // the one whose own state was published last
   Now now_{0};                    // of the current step

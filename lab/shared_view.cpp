@@ -1,30 +1,33 @@
 #include "lab/shared_view.hpp"
 
+#include "arkmesh/shared_view_t.hpp"
+#include "hal/messages.hpp"
 #include "lab/world_message.hpp"
 
 namespace arkmesh::lab {
 
-shared_view_t make_shared_view(std::uint32_t period, hal::LabTime stamp, const hal::Projection& projection,
-                               const std::vector<std::pair<std::string, const LabState*>>& merged) {
+void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedState>& merged) {
+  const hal::Projection& projection = lab.projections.find(lab.name)->second;
   shared_view_t view;
-  view.stamp_us = stamp.count();
-  view.period = static_cast<std::int32_t>(period);
+  view.stamp_us = lab.now.count();
+  view.period = static_cast<std::int32_t>(lab.period);
   view.shift_x_m = projection.shift_x_m;
   view.shift_y_m = projection.shift_y_m;
   view.turn_rad = projection.turn_rad;
   view.scale = projection.scale;
-  for (const auto& [lab, state] : merged) {
+  for (const auto& [name, state, age_periods, initial] : merged) {
     lab_view_t& v = view.labs.emplace_back();
-    v.lab = lab;
+    v.lab = name;
     v.period = static_cast<std::int32_t>(state->period);
-    v.age_periods = view.period - v.period;
+    v.age_periods = static_cast<std::int32_t>(age_periods);
     v.robots = to_messages(state->robots);
     v.n_robots = static_cast<std::int32_t>(v.robots.size());
     v.fields = to_messages(state->fields);
     v.n_fields = static_cast<std::int32_t>(v.fields.size());
   }
   view.n_labs = static_cast<std::int32_t>(view.labs.size());
-  return view;
+  bus.publish(hal::channel::shared, view);
+  if (!lab.overlay.empty()) bus.publish(hal::channel::overlay, hal::to_message(lab.overlay, lab.now));
 }
 
 }  // namespace arkmesh::lab

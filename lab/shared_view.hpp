@@ -1,20 +1,15 @@
-// The shared world as one lab merged it at a boundary, for viewers: channel `shared`.
+// The shared world as one lab merged it at a boundary, for viewers: channels `shared` and `overlay`.
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <utility>
 #include <vector>
 
-#include "arkmesh/shared_view_t.hpp"
-#include "hal/projection.hpp"
-#include "hal/types.hpp"
-#include "lab/lab_state.hpp"
+#include "hal/bus.hpp"
+#include "lab/lab_data.hpp"
+#include "lab/merged_state.hpp"
 
 namespace arkmesh::lab {
 
-// `merged`: the states in force from boundary `period`, which is at lab time `stamp`. `projection` is the own lab's.
-shared_view_t make_shared_view(std::uint32_t period, hal::LabTime stamp, const hal::Projection& projection,
-                               const std::vector<std::pair<std::string, const LabState*>>& merged);
+// Publishes it, and what the scenario drew. `merged`: the states in force from the boundary that `lab` has just passed.
+void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedState>& merged);
 
 }  // namespace arkmesh::lab

@@ -1,28 +1,27 @@
 // A lab's sign of life: channel `status`.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
 #include <string>
 
 #include "arkmesh/lab_status_t.hpp"
-#include "hal/counters.hpp"
-#include "hal/types.hpp"
 
 namespace arkmesh::lab {
 
-struct Status {
-  std::string lab;
-  std::uint64_t run_id = 0;  // of the run
-  std::string state;         // what the lab is doing, in words
-  hal::LabTime stamp{0};
-  std::uint32_t period = 0, last_period = 0;
-  std::chrono::microseconds moving{0};  // how long its robots have moved, in the caller's time; 0 not yet
-  bool can_wait = true;
-  hal::Counters drops;   // everything dropped, replaced, late or refused
-  hal::Counters counts;  // the scenario's totals; sent as "counts.NAME"
+class Runner;
+
+// What a lab is doing, in words: for whom or what it waits, else what it does.
+struct StateText {
+  std::string does = "starting", waits;
+
+  void goes_on() { waits.clear(); }
+  void has_merged() {
+    if (does == "starting") does = "running";
+    goes_on();
+  }
+  const std::string& text() const { return waits.empty() ? does : waits; }
 };
 
-lab_status_t to_message(const Status& status);
+// The lab as it is now; the scenario's totals are in it as "counts.NAME".
+lab_status_t status_of(const Runner& run);
 
 }  // namespace arkmesh::lab

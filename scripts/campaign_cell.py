@@ -13,78 +13,20 @@ import socket
 import subprocess
 import time
 
+import campaign_files
 import campaign_promises
 import read_log
+from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_network import BusEar, Impostor, Link
 from demo_run import emulated_testbed
-from lab_processes import ROOT, Failed, LabProcesses
+from lab_processes import Failed, LabProcesses
 
-PORTS = {"shark": 7701, "roark": 7702}  # of the LCM buses
-LISTENS, THROUGH = 7801, 7811           # shark's gateway, and the link to it
 CONTROL = 8092                          # of the emulator
 PATIENCE_S = 8                          # gate.patience_s
 LONG_PATIENCE_S = 40                    # where a lab stands still for 20 s, or its link is mended again
 NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that, on a busy machine
 STANDS_STILL_S = 20
 ROBOTS = 3
-LAB = """include = ["{root}/experiments/dhtf/common.toml", "{root}/experiments/dhtf/presets/paper.toml"]
-[lab]
-name = "{lab}"
-[bus]
-url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
-[run]
-duration_s = {duration_s}
-[gate]
-period_s = {period_s}
-patience_s = {patience_s}
-[recorder]
-keep_free_mib = 0
-[arena]
-use = "{use}"
-pace = {pace}
-width_m = {side_m}
-height_m = {side_m}
-robots = {robots}
-[arena.ode]
-controller = "{controller}"
-[arena.kilobot]
-port = "tcp://127.0.0.1:8091"
-window = false
-[[arena.kilobot.cameras]]
-source = "http://127.0.0.1:8090/camera0"
-calibration = "{out}/testbed.yaml"
-"""
-GATEWAYS = {"shark": f'[gateway]\nlisten = "127.0.0.1:{LISTENS}"\n[[gateway.peers]]\nlab = "roark"\n',
-            "roark": f'[gateway]\n[[gateway.peers]]\nlab = "shark"\nconnect = "127.0.0.1:{THROUGH}"\n'}
-EMULATOR = """[emulator]
-frames_per_s = 10.0
-[[emulator.camera]]
-name = "camera0"
-width_px = 640
-height_px = 480
-z_m = 0.95
-focal_px = 800.0
-[arena]
-robots = {robots}
-width_m = 0.5
-height_m = 0.5
-[arena.ode]
-controller = "{controller}"
-"""
-# A robot's program that crashes at a tick (31 a second).
-CRASH = """#include <kilolib.h>
-static int *nowhere = 0;
-void setup() {{}}
-void loop() {{
-    set_color(RGB(0, 1, 0));
-    if (kilo_ticks > {tick}) *nowhere = 1;
-}}
-int main() {{
-    kilo_init();
-    kilo_start(setup, loop);
-    return 0;
-}}
-"""
 
 
 @dataclasses.dataclass
@@ -124,19 +66,18 @@ class Cell:
 
     def write_files(self):
         hardware = self.arena == "hardware"
-        dhtf = ROOT / "scenarios/dhtf/controller/dhtf.c"
         crash = self.out / "crash.c"
-        crash.write_text(CRASH.format(tick=int(31 * self.pace.period_s * self.pace.fault_at)))
-        (self.out / "emulator.toml").write_text(EMULATOR.format(robots=ROBOTS, controller=dhtf))
+        crash.write_text(campaign_files.crashing_program(int(31 * self.pace.period_s * self.pace.fault_at)))
+        (self.out / "emulator.toml").write_text(campaign_files.emulator(ROBOTS))
         files = []
-        for lab, bus in PORTS.items():
+        for lab in PORTS:
             own = lab == "roark"
             crashes = own and self.fault == "program crash" and not hardware
             files.append(self.out / f"{lab}.toml")
-            files[-1].write_text(LAB.format(
-                root=ROOT, lab=lab, bus=bus, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out,
-                patience_s=self.patience_s, use="kilobot" if own and hardware else "ode",
-                pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0, controller=crash if crashes else dhtf) + GATEWAYS[lab])
+            files[-1].write_text(campaign_files.lab(
+                lab, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out, patience_s=self.patience_s,
+                use="kilobot" if own and hardware else "ode", pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0,
+                controller=crash if crashes else campaign_files.DHTF))
         return files
 
     def said(self, lab="roark"):
@@ -203,6 +144,8 @@ class Cell:
         fault, process = self.fault, self.process()
         if fault in ("Ctrl-C", "SIGTERM", "SIGKILL"):
             process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[fault])
+            if fault == "SIGKILL":
+                process.wait()
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 
+from joined_networks import join_by_tls, joined_networks
 from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
@@ -100,8 +101,14 @@ def run(arguments, files=LABS, program=PROGRAM):
     with contextlib.ExitStack() as ending:
         if arguments.emulated:
             ending.enter_context(emulated_testbed(out, program))
-        labs = ending.enter_context(LabProcesses(files, out, overrides, EMULATED_OVERRIDES if arguments.emulated else None, program=program))
+        own, enter = EMULATED_OVERRIDES if arguments.emulated else None, None
+        if arguments.remote:
+            names = [file.stem for file in files]
+            own, enter = join_by_tls(names, out / "keys", program), ending.enter_context(joined_networks(names))
+        labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
+        if enter:
+            print("demo: each lab is in a network of its own; a cable joins them, and their gateways speak TLS over it", flush=True)
         if arguments.emulated:
             print("demo: roark's robots stand on an emulated testbed; they are asked who they are, and then play in real time", flush=True)
         progress = Progress(labs)
@@ -124,9 +131,12 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/demo")
     parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated 120")
     parser.add_argument("--emulated", action="store_true", help="roark is an emulated testbed, seen by a camera, in real time")
+    parser.add_argument("--remote", action="store_true", help="each lab in a network of its own, joined over TLS; needs root")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
+    if arguments.remote and arguments.emulated:
+        parser.error("--remote and --emulated are two demos")
     arguments.seconds = arguments.seconds or (120 if arguments.emulated else 1800)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
     try:

@@ -146,8 +146,11 @@ void ContactWorld::move_alone() {
                       *const c0 = before_.cos.data(), *const s0 = before_.sin.data();
   const double *const ahead = ahead_.data(), *const left = left_.data(), *const turn = turn_.data(),
                       *const tc = turn_cos_.data(), *const ts = turn_sin_.data();
-  double* const __restrict x = now_.x.data(), * const __restrict y = now_.y.data();
-  double *const __restrict h = now_.heading.data(), *const __restrict c = now_.cos.data(), *const __restrict s = now_.sin.data();
+  double* const __restrict x = now_.x.data();
+  double* const __restrict y = now_.y.data();
+  double* const __restrict h = now_.heading.data();
+  double* const __restrict c = now_.cos.data();
+  double* const __restrict s = now_.sin.data();
   for (std::size_t i = 0; i < n; ++i) {
     x[i] = x0[i] + (c0[i] * ahead[i] - s0[i] * left[i]);
     y[i] = y0[i] + (s0[i] * ahead[i] + c0[i] * left[i]);

@@ -16,6 +16,7 @@
 #include <memory>
 #include <utility>
 
+#include "hal/label.hpp"
 #include "tracker/lower_case.hpp"
 
 namespace arkmesh::tracker {
@@ -98,16 +99,12 @@ std::string answer_of(const Socket& socket, const Address& to) {
   return answer;
 }
 
-// Letters, digits and what else makes up words; bytes of any other kind do not reach people's terminals.
-std::string printable(std::string text) {
-  std::erase_if(text, [](unsigned char c) { return c < 32 || c > 126; });
-  return text.substr(0, 60);
-}
+constexpr std::size_t longest_answer = 60;  // that is quoted
 
 std::string what_is_wrong_with(const std::string& answer) {
   if (answer.empty()) return "takes the connection and says nothing; is it a camera that speaks HTTP?";
   if (!answer.starts_with("HTTP/")) return "answers, but not in HTTP; is this the port of its pictures?";
-  const std::string line = printable(answer.substr(0, answer.find_first_of("\r\n")));
+  const std::string line = hal::printable(answer.substr(0, answer.find_first_of("\r\n")), longest_answer);
   const std::size_t space = line.find(' ');
   const std::string status = space == std::string::npos ? "" : line.substr(space + 1);
   if (status.starts_with("401") || status.starts_with("403"))
@@ -117,9 +114,10 @@ std::string what_is_wrong_with(const std::string& answer) {
     return fmt::format("answers {}, and no pictures", status.empty() ? "nothing that can be understood" : status);
   const std::string head = lower_case(answer.substr(0, answer.find("\r\n\r\n")));
   const std::size_t type = head.find("\ncontent-type:");
-  const std::string is = type == std::string::npos
-                             ? ""
-                             : printable(head.substr(type + 14, head.find_first_of("\r\n;", type + 14) - type - 14));
+  const std::string is =
+      type == std::string::npos
+          ? ""
+          : hal::printable(head.substr(type + 14, head.find_first_of("\r\n;", type + 14) - type - 14), longest_answer);
   if (is.find("text/html") != std::string::npos)
     return "sends a page, no pictures; give the address of the pictures in it (their streams have addresses of their "
            "own)";

@@ -33,6 +33,11 @@ Ran track(const std::vector<std::string>& arguments) {
   return {code.value_or(-1), process.output()};
 }
 
+// Progress may stand before it.
+nlohmann::json printed_list(const std::string& output) {
+  return nlohmann::json::parse(output.substr(std::min(output.find('['), output.size())));
+}
+
 const std::string pictures = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
 
 TEST_CASE("track prints a picture's robots as JSON") {
@@ -40,7 +45,7 @@ TEST_CASE("track prints a picture's robots as JSON") {
   // turned by the offset.
   const Ran ran = track({pictures + "table_6robots.png", "--json", "--led-offset", "90"});
   REQUIRE(ran.code == 0);
-  const nlohmann::json list = nlohmann::json::parse(ran.output);
+  const nlohmann::json list = printed_list(ran.output);
   REQUIRE(list.size() == 6);
   int unlit = 0;
   for (const nlohmann::json& robot : list) {
@@ -70,7 +75,7 @@ TEST_CASE("track goes through a folder of pictures and draws") {
   std::filesystem::create_directory(folder.path() / "drawn");
   const Ran ran = track({folder.path().string(), "--json", "--png", (folder.path() / "drawn").string()});
   REQUIRE(ran.code == 0);
-  const nlohmann::json list = nlohmann::json::parse(ran.output);
+  const nlohmann::json list = printed_list(ran.output);
   REQUIRE(list.size() == 2);
   CHECK(list[0]["picture"] == "bodyguard_f003.png");
   CHECK(list[0]["robots"].size() == 28);

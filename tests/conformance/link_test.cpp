@@ -12,6 +12,7 @@
 #include "tests/examples/folder_link.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/tcp_bench.hpp"
+#include "tests/support/network/test_keys.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
@@ -37,15 +38,17 @@ class LoopbackWorld final : public LinkWorld {
 // "left" listens, "right" connects through a proxy.
 class TcpWorld final : public LinkWorld {
  public:
-  explicit TcpWorld(const Impairment& impairment = {}) {
-    make_node("left", "127.0.0.1:0");
+  explicit TcpWorld(const Impairment& impairment = {}, bool tls = false) : tls_(tls) {
+    if (tls_) keys_.join("left", "right");
+    make_node("left", tls_ ? "tls://127.0.0.1:0" : "127.0.0.1:0");
     proxy_ = std::make_unique<ImpairmentProxy>(nodes_.at("left")->listening().port());
     proxy_->set(impairment);
   }
   std::unique_ptr<Link> end(const std::string& lab) override {
     if (lab == "left") return nodes_.at("left")->link("right");
     make_node("right", "");
-    return nodes_.at("right")->link("left", "127.0.0.1:" + std::to_string(proxy_->port()));
+    const std::string there = "127.0.0.1:" + std::to_string(proxy_->port());
+    return tls_ ? nodes_.at("right")->tls_link("left", there) : nodes_.at("right")->link("left", there);
   }
   void cut(bool is_cut) override { proxy_->refuse(is_cut); }
   void step() override {
@@ -58,9 +61,12 @@ class TcpWorld final : public LinkWorld {
   void make_node(const std::string& lab, const std::string& listen) {
     TcpSettings settings = tcp_settings(lab, ++boot_id_);
     settings.listen = listen;
+    if (tls_) settings.keys = keys_.tls(lab);
     nodes_[lab] = std::make_unique<TcpNode>(io_, std::move(settings));
   }
 
+  const bool tls_;
+  TestKeys keys_;
   std::uint64_t boot_id_ = 0;
   boost::asio::io_context io_;
   std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
@@ -110,6 +116,8 @@ const std::vector<LinkRow>& link_rows() {
          return std::make_unique<TcpWorld>(Impairment{.delay = microseconds(20'000), .jitter = microseconds(10'000)});
        }},
       {"tcp, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}); }},
+      {"tls", [] { return std::make_unique<TcpWorld>(Impairment{}, true); }},
+      {"tls, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}, true); }},
       {"folder", [] { return std::make_unique<FolderWorld>(); }},
   };
   return table;

@@ -113,8 +113,11 @@ TEST_CASE("what a file may not say") {
        "gateway.peers[0].connect = \"tcp://10.0.0.2:7801\": is not on this machine"},
       {peer + "lab = \"roark\"\nconnect = \"nats://127.0.0.1:4222\"",
        "shark.toml:3: gateway.peers[0].connect = \"nats://127.0.0.1:4222\": begins with 'nats://', which is no kind of "
-       "link; there is: tcp://"},
+       "link; there is: tcp://, tls://"},
       {"gateway.listen = \"tcp://127.0.0.1:7801\"", "is not on this machine"},
+      {"gateway.listen = \"tls://roark.example.org:7444\"", "must be tls://ADDRESS:PORT"},
+      {peer + "lab = \"roark\"\nconnect = \"tls://roark.example.org\"",
+       "gateway.peers[0].connect = \"tls://roark.example.org\": must be HOST:PORT with a port from 1 to 65535"},
       {peer + "lab = \"lynx\"\nport = 7801", "unknown key 'gateway.peers[0].port'"},
   };
   for (const auto& row : table) {
@@ -151,6 +154,39 @@ TEST_CASE("addresses of this machine and all others") {
     CHECK_FALSE(why_not_loopback(wrong).empty());
   }
   CHECK_THROWS_AS((void)loopback_endpoint("10.1.2.3:7801"), hal::ConfigError);
+}
+
+TEST_CASE("addresses over TLS may be anywhere") {
+  // Names, numbers, bracketed numbers with colons; to listen numbers only.
+  for (const char* good :
+       {"roark.example.org:7444", "10.1.2.3:1", "[2001:db8::7]:65535", "lab_1:7444", "localhost:7"}) {
+    CAPTURE(good);
+    CHECK(why_no_host(good).empty());
+    CHECK(to_text(read_host(good)) == good);
+  }
+  for (const char* wrong : {"", ":1", "roark", "roark:0", "roark:65536", "ro ark:1", "[roark]:1", "::1:7444", "a/b:1",
+                            "roark\n:1", "tls://roark:1"}) {
+    CAPTURE(wrong);
+    CHECK_FALSE(why_no_host(wrong).empty());
+  }
+  for (const char* good : {"tls://0.0.0.0:7444", "tls://[::]:7444", "tls://localhost:0", "127.0.0.1:7801"}) {
+    CAPTURE(good);
+    CHECK(why_not_listenable(good).empty());
+    CHECK(read_listen_address(good).tls == std::string_view(good).starts_with("tls"));
+  }
+  for (const char* wrong : {"0.0.0.0:7444", "tls://", "tls://roark:7444", "tls://0.0.0.0", "ssl://0.0.0.0:1"}) {
+    CAPTURE(wrong);
+    CHECK_FALSE(why_not_listenable(wrong).empty());
+  }
+}
+
+TEST_CASE("keys are needed where something is TLS, and only there") {
+  const std::string peer = "[[gateway.peers]]\nlab = \"roark\"\n";
+  CHECK_FALSE(read(peer + "connect = \"127.0.0.1:7801\"").needs_keys());
+  CHECK(read(peer + "connect = \"tls://roark.example.org:7444\"").needs_keys());
+  CHECK(read("[gateway]\nlisten = \"tls://0.0.0.0:7444\"\n" + peer).needs_keys());
+  CHECK_FALSE(
+      read("[gateway]\nlisten = \"tls://0.0.0.0:7444\"\n" + peer + "connect = \"127.0.0.1:7801\"").needs_keys());
 }
 
 }  // namespace

@@ -42,12 +42,13 @@ struct TwoLabs {
 
   explicit TwoLabs(std::vector<Rule> exports = {{"world", Delivery::latest}, {"status", Delivery::latest}},
                    bool started = true) {
+    std::vector<std::string> imports{"world", "status", "events", "a.c"};
     std::vector<std::unique_ptr<Link>> links;
     links.push_back(network.end("shark", "roark"));
-    of_shark = std::make_unique<Gateway>(shark.bus, "shark", 11, exports, std::move(links));
+    of_shark = std::make_unique<Gateway>(shark.bus, "shark", 11, exports, imports, std::move(links));
     links.clear();
     links.push_back(network.end("roark", "shark"));
-    of_roark = std::make_unique<Gateway>(roark.bus, "roark", 22, exports, std::move(links));
+    of_roark = std::make_unique<Gateway>(roark.bus, "roark", 22, exports, imports, std::move(links));
     if (started) start();
   }
   void start() {
@@ -98,6 +99,28 @@ TEST_CASE("other channels stay at home") {
   labs.shark.bus.publish("a.c", bytes_in("x"));
   labs.settle();
   CHECK(labs.roark.heard.count("shark/a.c") == 1);
+}
+
+TEST_CASE("what is not imported is refused and counted by channel") {
+  // A peer that exports more than this lab wants, commands for robots for instance; a peer with hundreds of such
+  // channels makes no hundreds of counters.
+  std::vector<Rule> exports{{"world", Delivery::latest}, {"operator_command", Delivery::ordered}};
+  for (int i = 0; i < 100; ++i) exports.push_back({"more" + std::to_string(i), Delivery::ordered});
+  TwoLabs labs(exports);
+  labs.shark.bus.publish("operator_command", bytes_in("run"));
+  labs.shark.bus.publish("operator_command", bytes_in("run"));
+  labs.shark.bus.publish("world", bytes_in("1"));
+  for (int i = 0; i < 100; ++i) labs.shark.bus.publish("more" + std::to_string(i), bytes_in("x"));
+  labs.settle();
+  CHECK(labs.roark.heard.size() == 1);
+  CHECK(labs.roark.heard.count("shark/world") == 1);
+  labs.of_roark->tick(1s);
+  labs.settle();
+  std::map<std::string, std::int64_t> counters;
+  for (const counter_t& each : labs.roark.peers.peers[0].counters) counters[each.name] = each.value;
+  CHECK(counters["received.refused.not_imported.operator_command"] == 2);
+  CHECK(counters["received.refused.not_imported"] == 85);
+  CHECK(counters.size() < 40);
 }
 
 TEST_CASE("peers tells link, ages and counters") {

@@ -90,7 +90,7 @@ class Handshake final : public AsioStream<Local> {
     if (error_.empty())
       AsioStream::open(opened);
     else
-      opened(error_);
+      opened({error_.empty() ? "" : "session.failed.connect", error_});
   }
 
  private:

@@ -25,7 +25,8 @@ struct Asked {
     lab::LabState own, other;
     own.fields["team"] = {1, 2};
     other.period = own.period = period;
-    lab::tell_merged(data, period, {{"a", &own}, {"b", &other}});
+    lab::tell_merged(data, period,
+                     {{"a", &own, 0, period == 0 ? &own : nullptr}, {"b", &other, 0, period == 0 ? &other : nullptr}});
   }
 };
 

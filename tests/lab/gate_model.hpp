@@ -104,8 +104,9 @@ class GateModel {
   bool advance(Lab& lab) {
     const auto k = static_cast<std::uint32_t>(lab.gate.published());
     if (lab.merged == static_cast<std::int64_t>(k) || !lab.gate.may_merge(k)) return false;
-    for (const auto& [name, state] : lab.gate.merge(k))
-      lab.value = hal::mix64(lab.value ^ static_cast<std::uint64_t>(state->fields.at("number").at(0)) ^ state->period);
+    for (const lab::MergedState& each : lab.gate.merge(k))
+      lab.value = hal::mix64(lab.value ^ static_cast<std::uint64_t>(each.state->fields.at("number").at(0)) ^
+                             each.state->period);
     if (k == 5) lab.value += static_cast<std::uint64_t>(options_.moved_site);
     lab.merged = k;
     if (k < options_.periods) publish(lab);

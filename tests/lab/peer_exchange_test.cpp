@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,9 @@ using lab::PeerWait;
 
 namespace {
 
-lab::RunConfig lab_a(std::vector<std::string> labs) {
+lab::RunConfig lab_a(std::vector<std::string> labs, lab::RunConfig::OnPeerLost then) {
   lab::RunConfig c;
+  c.on_peer_lost = then;
   c.lab = c.owner = "a";
   c.labs = std::move(labs);
   for (const std::string& lab : c.labs) c.projections[lab];
@@ -29,8 +31,9 @@ lab::RunConfig lab_a(std::vector<std::string> labs) {
 
 // Lab a at a boundary, and what its peers and its gateway tell it.
 struct LabA {
-  explicit LabA(std::vector<std::string> labs = {"a", "b"}, bool can_wait = true)
-      : config(lab_a(std::move(labs))), exchange(config, can_wait, 1, bus) {}
+  explicit LabA(std::vector<std::string> labs = {"a", "b"}, bool can_wait = true,
+                lab::RunConfig::OnPeerLost then = lab::RunConfig::OnPeerLost::pause)
+      : config(lab_a(std::move(labs), then)), exchange(config, can_wait, 1, bus) {}
 
   void own(std::uint32_t period) {
     exchange.publish(state(period));
@@ -82,6 +85,17 @@ struct LabA {
       wait = exchange.wait_for(wanted);
     }
     return wait;
+  }
+
+  // What is lost at `end`, with all links up until then.
+  PeerWait lost(std::chrono::microseconds end) {
+    PeerWait lost;
+    for (; now < end; now += 1s) {
+      exchange.set_now(now);
+      links(config.labs);
+      lost = exchange.lost();
+    }
+    return lost;
   }
 
   lab::RunConfig config;
@@ -175,4 +189,45 @@ TEST_CASE("exchange: a peer whose link is cut does not hide another one that is 
   const PeerWait wait = a.wait(1h, 1, {"c"}, [] {});
   CHECK(wait.text.starts_with("waiting for b: link down, for "));
   CHECK(wait.give_up == "c is gone at period 0: silent for 6 s with its link up");
+}
+
+TEST_CASE("exchange: in free mode a lost peer is waited for, gone without, or the end") {
+  using OnPeerLost = lab::RunConfig::OnPeerLost;
+  for (const OnPeerLost then : {OnPeerLost::pause, OnPeerLost::go_on, OnPeerLost::end}) {
+    LabA a({"a", "b"}, false, then);
+    a.own(0);
+    a.world("b", {LabA::state(0)});
+    a.exchange.merge(0);
+    CHECK(a.lost(5s).text == "");
+    const PeerWait lost = a.lost(8s), long_lost = a.lost(602s);
+    CHECK(lost.text == (then == OnPeerLost::pause ? "b: silent for 7 s with its link up, for 593 s more"
+                                                  : "b: silent for 7 s with its link up"));
+    if (then == OnPeerLost::end) {
+      CHECK(lost.give_up ==
+            "a has lost b at period 0: silent for 7 s with its link up; start all labs again (gate.on_peer_lost = "
+            "\"end\")");
+    } else {
+      CHECK(lost.give_up == "");
+      CHECK(long_lost.give_up == (then == OnPeerLost::go_on
+                                      ? ""
+                                      : "gave up waiting for b after 600 s at period 0 of a (gate.patience_s): silent "
+                                        "for 601 s with its link up"));
+    }
+    a.world("b", {LabA::state(0)}, 3);  // started again
+    CHECK(a.exchange.lost().text == "");
+    CHECK(a.exchange.failure() == "");
+    CHECK(a.exchange.counters()["gate.lost.b"] == 1);
+  }
+}
+
+TEST_CASE("exchange: a lab that itself stood still has lost nobody") {
+  // What its peers said meanwhile is only about to be heard.
+  LabA a({"a", "b"}, false, lab::RunConfig::OnPeerLost::end);
+  a.own(0);
+  a.world("b", {LabA::state(0)});
+  a.exchange.merge(0);
+  a.lost(2s);
+  a.now += 20s;
+  CHECK(a.lost(24s).give_up == "");
+  CHECK(a.lost(60s).give_up != "");
 }

@@ -73,6 +73,18 @@ TEST_CASE("a peer that dies before its first status came is dead too") {
   CHECK(w.life("roark", true, 12s + 1us) == Life::dead);
 }
 
+TEST_CASE("labs that wait for each other do not quote each other's quotations") {
+  Watch w;
+  w.peers(0s, true);
+  w.status(0s, "waiting for shark: waiting for roark: running, for 600 s more");
+  CHECK(w.words("roark", true, 1s) == "waiting for shark");
+  CHECK(w.words("roark", false, 1s) == "it runs, but has not joined this run (waiting for shark)");
+  w.status(0s, "waiting for \x1b[2Jshark");
+  CHECK(w.words("roark", true, 1s) == "waiting for ?[2Jshark");
+  w.status(0s, "failed: roark failed at period 3: no camera");
+  CHECK(w.words("roark", true, 1s) == "failed: roark failed at period 3: no camera");
+}
+
 TEST_CASE("a cut link is waited for, and what comes after it counts anew") {
   // Proves that a peer is not called dead because its link was down for long.
   Watch w;

@@ -39,6 +39,26 @@ WorldMessage from_b(std::vector<LabState> window, std::int64_t received = -1) {
   return m;
 }
 
+// What a real-time b says.
+WorldMessage from_real_time_b(std::uint64_t run_id, std::vector<LabState> window) {
+  WorldMessage m = from_b(std::move(window));
+  m.run_id = run_id;
+  m.can_wait = false;
+  return m;
+}
+
+// Lab a after 19 periods beside a real-time b.
+PeriodGate beside_real_time_b(bool can_wait) {
+  PeriodGate a = gate(0, can_wait);
+  a.publish(state(0));
+  REQUIRE(a.hear("b", from_real_time_b(2, {state(0, 10)})) == PeriodGate::Heard::counted);
+  for (std::uint32_t k = 0; k < 20; ++k) {
+    if (k > 0) a.publish(state(k));
+    a.merge(k);
+  }
+  return a;
+}
+
 }  // namespace
 
 TEST_CASE("random schedules of loss, repetition and reordering give equal merge sequences") {
@@ -202,14 +222,14 @@ TEST_CASE("a strict lab merges exactly k - slack and no lab is more than slack +
     REQUIRE(a.may_merge(k));
     const auto merged = a.merge(k);
     REQUIRE(merged.size() == 2);
-    CHECK(merged[0].first == "a");
-    CHECK(merged[1].second->hash == 10);
+    CHECK(merged[0].lab == "a");
+    CHECK(merged[1].state->hash == 10);
   }
   a.publish(state(2));
   CHECK_FALSE(a.may_merge(2));  // needs b's state 1
   REQUIRE(a.hear("b", from_b({state(0, 10), state(1, 11), state(2, 12)})) == PeriodGate::Heard::counted);
   REQUIRE(a.may_merge(2));
-  CHECK(a.merge(2)[1].second->hash == 11);
+  CHECK(a.merge(2)[1].state->hash == 11);
 }
 
 TEST_CASE("a free lab merges the newest at or before and counts what is late or skipped") {
@@ -220,15 +240,74 @@ TEST_CASE("a free lab merges the newest at or before and counts what is late or 
   CHECK(a.mode() == PeriodGate::Mode::free);
   a.merge(0);
   a.publish(state(1));
-  CHECK(a.merge(1)[1].second->hash == 10);
+  CHECK(a.merge(1)[1].state->hash == 10);
   CHECK(a.counters()["gate.late.b"] == 1);
   a.publish(state(2));
   REQUIRE(a.hear("b", from_b({state(3, 13), state(4, 14)})) == PeriodGate::Heard::counted);
-  CHECK(a.merge(2)[1].second->hash == 10);  // 3 and 4 are of the future
+  CHECK(a.merge(2)[1].state->hash == 10);  // 3 and 4 are of the future
   a.publish(state(3));
-  CHECK(a.merge(3)[1].second->hash == 13);
+  CHECK(a.merge(3)[1].state->hash == 13);
   CHECK(a.counters()["gate.skipped.b"] == 2);
   CHECK(a.counters()["gate.late.b"] == 2);
+}
+
+TEST_CASE("a free lab takes a restarted peer's new run for the former one") {
+  // Its state 0 is told anew, and states are as old as they are since the two runs have met.
+  PeriodGate a = beside_real_time_b(false);
+  WorldMessage other = from_real_time_b(3, {state(0, 30)});
+  other.window[0].settings["run.seed"] = "2";
+  CHECK(a.hear("b", from_real_time_b(3, {state(1, 31)})) == PeriodGate::Heard::refused);
+  CHECK(a.hear("b", other) == PeriodGate::Heard::refused);
+  CHECK(a.newest_refusal() == "it was restarted with other settings: run.seed is 1 in a and 2 in b");
+  CHECK(a.run_id("b") == 2);
+  CHECK(a.hear("b", from_real_time_b(3, {state(0, 30), state(1, 31)})) == PeriodGate::Heard::counted);
+  CHECK(a.run_id("b") == 3);
+  CHECK(a.message().window.front().period == 0);  // which the new run has yet to hear of
+  CHECK(a.hear("b", from_real_time_b(2, {state(0, 10)})) == PeriodGate::Heard::refused);  // on its way until now
+  CHECK(a.run_id("b") == 3);
+  const std::uint64_t late = a.counters()["gate.late.b"];
+  for (std::uint32_t k = 20; k < 23; ++k) {
+    CAPTURE(k);
+    a.publish(state(k));
+    const lab::MergedState b = a.merge(k)[1];
+    CHECK(b.state->hash == std::min<std::uint64_t>(k + 11, 32));
+    CHECK(b.age_periods == (k == 22 ? 1 : 0));
+    CHECK((b.initial ? b.initial->hash : 0) == (k == 20 ? 30 : 0));
+    a.hear("b", from_real_time_b(3, {state(1, 31), state(2, 32)}));
+  }
+  CHECK(a.counters()["gate.late.b"] == late + 1);
+  CHECK(a.counters()["world.restarted"] == 1);
+}
+
+TEST_CASE("a peer that is restarted without end is refused at last") {
+  // Proves that its former runs, which are remembered, do not fill the memory.
+  PeriodGate a = beside_real_time_b(false);
+  std::uint64_t restarts = 0;
+  while (restarts < 10'000 &&
+         a.hear("b", from_real_time_b(3 + restarts, {state(0, 30), state(1, 31)})) == PeriodGate::Heard::counted)
+    ++restarts;
+  CHECK(restarts == 100);
+  CHECK(a.newest_refusal() == "it was restarted 100 times; start all labs again");
+  CHECK(a.run_id("b") == 102);
+}
+
+TEST_CASE("a free lab that begins while a peer is in mid-run merges that peer's newest states") {
+  PeriodGate a = gate(0, false);
+  a.publish(state(0));
+  a.hear("b", from_b({state(0, 10), state(50, 60)}));
+  a.hear("b", from_b({state(0, 10), state(50, 60), state(51, 61)}));
+  CHECK(a.merge(0)[1].state->hash == 10);
+  a.publish(state(1));
+  const lab::MergedState b = a.merge(1)[1];
+  CHECK(b.state->hash == 61);
+  CHECK(b.age_periods == 0);
+}
+
+TEST_CASE("a lab that can wait follows a restarted real-time arena from where that begins") {
+  PeriodGate a = beside_real_time_b(true);
+  a.hear("b", from_real_time_b(3, {state(0, 30), state(1, 31)}));
+  CHECK(a.may_begin(21));
+  CHECK_FALSE(a.may_begin(22));
 }
 
 TEST_CASE("a lab that can wait follows a real-time arena") {

@@ -1,151 +1,18 @@
-// The runner's phases, with an arena and a scenario that only note what they are asked.
-#include "lab/runner.hpp"
-
-#include <doctest/doctest.h>
-#include <fmt/format.h>
-
+// The runner's phases.
 #include <bit>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
-#include "hal/newest_frame.hpp"
 #include "lab/result.hpp"
 #include "lab/world_message.hpp"
-#include "tests/support/processes/temporary_directory.hpp"
+#include "tests/lab/runner_bench.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
 using lab::Runner;
-
-namespace {
-
-class NotingLink final : public hal::RobotLink {
- public:
-  void offer(std::span<const hal::ToRobot> newest) override {
-    offered.insert(offered.end(), newest.begin(), newest.end());
-  }
-  hal::Airtime airtime() const override { return {.offered = offered.size()}; }
-  void command(const hal::FleetCommand& command) override { commands.push_back(command.kind); }
-  std::vector<hal::FromRobot> heard() override { return std::exchange(to_hear, {}); }
-  std::vector<hal::ToRobot> offered;
-  std::vector<hal::FleetCommand::Kind> commands;
-  std::vector<hal::FromRobot> to_hear;
-};
-
-// A frame each 100 ms with odd numbers in it; not there yet for the next `late` calls.
-class SlowArena final : public hal::Arena {
- public:
-  SlowArena() { info_.robots = {1}, info_.max_robot = 9; }
-  const hal::ArenaInfo& info() const override { return info_; }
-  const hal::Clock& clock() const override { return clock_; }
-  hal::PoseSource& poses() override { return frames_; }
-  NotingLink& robots() override { return link_; }
-  bool advance_to(hal::LabTime t) override {
-    if (late > 0) return --late, false;
-    asked.push_back(t);
-    if (t >= fail_at) throw std::runtime_error("the arena fails");
-    clock_.set(t);
-    if (t % info_.frame_period == hal::LabTime{0})
-      frames_.put({.stamp = t,
-                   .number = static_cast<std::uint32_t>(t / info_.frame_period),
-                   .robots = {{.robot = 1, .pose = {0.1 / 3, -1e-300, 3.14159}, .confidence = 0.3f}}});
-    return true;
-  }
-  void serve() override {
-    ++served;
-    if (gone) throw std::runtime_error("the arena is gone");
-  }
-  hal::TimePoint next_service() const override { return late > 0 ? hal::TimePoint::max() : hal::TimePoint::min(); }
-  std::string waiting_for() const override { return late > 0 && says ? "two robots" : ""; }
-  bool end() override { return ++ends > 0; }
-  const hal::Counters& counters() const override { return counters_; }
-  void count(const char* name) { counters_.add(name); }
-
-  int late = 0, served = 0, ends = 0;
-  bool says = false, gone = false;
-  hal::LabTime fail_at = hal::LabTime::max();
-  std::vector<hal::LabTime> asked;
-
- private:
-  hal::Counters counters_;
-  hal::ArenaInfo info_;
-  hal::OwnedClock clock_;
-  hal::NewestFrame frames_{counters_};
-  NotingLink link_;
-};
-
-// Notes each call, says something in each, and writes rows.
-class NotingScenario final : public lab::Scenario {
- public:
-  void begin(lab::Lab& lab) override {
-    calls.push_back("begin");
-    lab.row("table", "what", "begin");
-    lab.declare({.name = "team", .length = 1, .low = 0, .high = 5});
-  }
-  void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override {
-    calls.push_back(fmt::format("poses {}", frame.number));
-    newest = frame;
-    lab.say({.robot = 1, .kind = 1});
-    lab.row("table", "what", fmt::format("poses {}", frame.number));
-    if (frame.number == fail_at) throw std::runtime_error("the scenario fails");
-  }
-  void on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) override {
-    calls.push_back(fmt::format("heard {} of {}", messages.size(), messages[0].robot));
-    lab.say({.robot = 1, .kind = 2});
-  }
-  void on_period(lab::Lab& lab) override {
-    calls.push_back(fmt::format("period {}", lab.period()));
-    for (const auto& [field, values] : publishes) lab.publish(field, values);
-  }
-  bool finished(const lab::Lab& lab) const override { return lab.period() == end_at; }
-  std::vector<std::string> calls;
-  hal::PoseFrame newest;
-  std::uint32_t end_at = 1000, fail_at = 1000;                 // a period, and a frame
-  std::map<std::string, std::vector<std::int64_t>> publishes;  // at each boundary, for the next state
-};
-
-lab::RunConfig config() {
-  lab::RunConfig c;
-  c.lab = c.owner = "a";
-  c.labs = {"a"};
-  c.projections["a"];
-  c.period = 250ms;
-  c.last_period = 2;
-  return c;
-}
-
-struct Bench {
-  tests::TemporaryDirectory folder;
-  SlowArena arena;
-  NotingScenario scenario;
-  hal::Bus bus{"memq://"};
-  hal::Recorder recorder{folder.path(), 0, {.log = false}};
-  std::vector<std::string> channels;
-  Runner runner{config(), {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5};
-  std::unique_ptr<hal::Bus::Subscription> all = bus.subscribe(".*", [this](std::string_view channel, auto) {
-    if (channel != "status" && channel != "world" && channel != "shared") channels.emplace_back(channel);
-  });
-  std::string state_heard;
-  std::unique_ptr<hal::Bus::Subscription> states = bus.subscribe("status", [this](std::string_view, auto bytes) {
-    lab_status_t status;
-    REQUIRE(hal::decode(bytes, status));
-    state_heard = status.state;
-  });
-  std::chrono::microseconds now{0};
-
-  Runner::Step step() { return runner.step(now += 1ms); }
-  void run() {
-    while (step() != Runner::Step::ended) REQUIRE(now < 10s);
-  }
-};
-
-}  // namespace
+using tests::Bench;
 
 TEST_CASE("a lab alone passes through its phases, frames and boundaries in time order") {
   Bench bench;
@@ -176,7 +43,7 @@ TEST_CASE("a lab that has ended still says how it is") {
     bench.now += 1s;
     CHECK(bench.step() == Runner::Step::ended);
   }
-  CHECK(statuses == 2);  // the last one has yet to be heard
+  CHECK(statuses == 3);
 }
 
 TEST_CASE("an own state that breaks the lab's own rules ends the run before peers see it") {
@@ -253,50 +120,6 @@ TEST_CASE("robots hear a pause last, however the run ends") {
   }
 }
 
-TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {
-  // The same calls reach arena and scenario as from one that is there at once, and each step serves it.
-  Bench quick, slow;
-  quick.run();
-  slow.arena.late = 3;
-  for (int i = 0; i < 3; ++i) {
-    CHECK(slow.step() == Runner::Step::waiting);
-    CHECK(slow.runner.awaits_arena());
-    CHECK(slow.arena.served == i + 1);
-  }
-  CHECK(slow.scenario.calls == std::vector<std::string>{"begin"});
-  CHECK(slow.step() == Runner::Step::advanced);
-  CHECK_FALSE(slow.runner.awaits_arena());
-  slow.arena.late = 2;
-  slow.run();
-  CHECK(slow.arena.asked == quick.arena.asked);
-  CHECK(slow.scenario.calls == quick.scenario.calls);
-  CHECK(slow.channels == quick.channels);
-  CHECK(slow.runner.final_hash() == quick.runner.final_hash());
-}
-
-TEST_CASE("what an arena waits for is said, also when the operator stops the lab") {
-  Bench bench;
-  bench.arena.late = 100;
-  bench.arena.says = true;
-  CHECK(bench.step() == Runner::Step::waiting);
-  CHECK(bench.runner.state_text() == "waiting for two robots");
-  bench.runner.stop("stopped by the operator");
-  CHECK_FALSE(bench.runner.awaits_arena());
-  bench.run();
-  CHECK_FALSE(bench.runner.finished());
-  CHECK(bench.runner.reason() == "stopped by the operator; waited for two robots");
-}
-
-TEST_CASE("a wait for the arena is forgotten when it is over") {
-  Bench bench;
-  bench.arena.late = 2;
-  bench.arena.says = true;
-  bench.step();
-  bench.arena.late = 0;
-  bench.step();
-  CHECK(bench.runner.state_text() == "starting");
-}
-
 TEST_CASE("what robots said comes after the frame, and both answers go out as one batch") {
   Bench bench;
   bench.step();  // frame 0
@@ -350,6 +173,19 @@ TEST_CASE("an operator's command reaches the robots; what is none is counted") {
   CHECK(bench.runner.drops()["fleet_command.refused.undecodable"] == 1);
 }
 
+TEST_CASE("the status says that robots are paused by command") {
+  Bench bench;
+  while (bench.runner.period() == 0) bench.step();
+  bench.step();
+  CHECK(bench.runner.state_text() == "running");
+  bench.bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = hal::FleetCommand::Kind::pause}, {}));
+  bench.step();
+  CHECK(bench.runner.state_text() == "running, with its robots paused");
+  bench.bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = hal::FleetCommand::Kind::run}, {}));
+  bench.step();
+  CHECK(bench.runner.state_text() == "running");
+}
+
 TEST_CASE("an operator ends the run with its results") {
   Bench bench;
   bench.step();
@@ -365,7 +201,7 @@ TEST_CASE("a result lists every counter once, and as drops exactly the losses") 
   // The arena's and both buses' counters have one prefix each. No word inside another one makes a loss.
   Bench bench;
   hal::Bus public_bus("memq://");
-  bench.runner.count(public_bus);
+  bench.runner.count(&public_bus);
   const std::string too_long(100, 'c');
   bench.bus.publish(too_long, {});
   public_bus.publish(too_long, {});
@@ -383,37 +219,4 @@ TEST_CASE("a result lists every counter once, and as drops exactly the losses") 
   for (const auto& [name, n] : result.at("drops").items()) drops.push_back(name);
   CHECK(drops == std::vector<std::string>{"arena.late", "arena.mjpeg.skipped", "arena.poses.lost.no_picture",
                                           "bus.refused.channel_name", "public_bus.refused.channel_name"});
-}
-
-TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
-  tests::TemporaryDirectory folder;
-  SlowArena arena;
-  NotingScenario scenario;
-  hal::Bus bus("memq://");
-  hal::Recorder recorder(folder.path(), 0, {.log = false});
-  lab::RunConfig two = config();
-  two.labs = {"a", "b"};
-  two.projections["b"];
-  two.patience = 2s;
-  Runner runner(two, {{"run.seed", "1"}}, arena, scenario, bus, recorder, 5);
-  std::chrono::microseconds now{0};
-  CHECK(runner.step(now) == Runner::Step::advanced);
-  while (now < 1h) CHECK(runner.step(now += 100ms) == Runner::Step::waiting);
-  CHECK(runner.state_text() ==
-        "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it comes or the lab is "
-        "stopped");
-  CHECK_FALSE(runner.awaits_arena());
-  CHECK(scenario.calls == std::vector<std::string>{"begin", "poses 0"});
-}
-
-TEST_CASE("a lab whose arena is late tells its peers each second that it counts") {
-  Bench bench;
-  bench.arena.late = 3000;
-  int worlds = 0;
-  const auto heard = bench.bus.subscribe("world", [&](std::string_view, auto) { ++worlds; });
-  for (int i = 0; i < 3000; ++i) {
-    CHECK(bench.step() == Runner::Step::waiting);
-    CHECK(bench.runner.due() - bench.now <= 1s);
-  }
-  CHECK(worlds == 2);
 }

@@ -9,6 +9,7 @@
 #include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;
+using namespace std::chrono_literals;
 
 namespace {
 
@@ -58,4 +59,25 @@ TEST_CASE("a lab that has finished stays so when the operator stops it, and goes
   labs.run.lab("shark").runner().stop("stopped by the operator");
   CHECK(labs.stay() < 2 * second_steps);
   CHECK(labs.outcome() == "finished");
+}
+
+TEST_CASE("a lab outlives its public bus") {
+  // A process that an exception ends destroys the bus first; the lab then ends its run, and counts what was lost.
+  app::LabFiles alone = two_labs();
+  alone.files.resize(1);
+  alone.sets.pop_back();
+  alone.sets.insert(alone.sets.end(), {"shared.labs=[\"shark\"]", "gateway.peers=[]"});
+  tests::TemporaryFolder folder;
+  hal::EventLoop loop;
+  app::ConfiguredLab lab(app::read_labs(alone, 1).front(), folder.path() / "run", loop);
+  lab.open_run();
+  {
+    hal::Bus public_bus("memq://");
+    const app::ConfiguredLab::Membership membership(lab, public_bus);
+    public_bus.publish(std::string(100, 'c'), {});
+    while (lab.runner().period() == 0) lab.runner().step(1s);
+    CHECK(lab.runner().drops()["public_bus.refused.channel_name"] == 1);
+  }
+  lab.runner().fail("the lab was ended");
+  CHECK(lab.runner().drops()["public_bus.refused.channel_name"] == 0);
 }

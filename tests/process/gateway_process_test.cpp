@@ -108,6 +108,49 @@ TEST_CASE("a gateway that was left running by another experiment is refused by n
   CHECK(says(roark, "gateway of shark belongs to experiment 'dhtf', this one to 'last week'", 300s));
 }
 
+TEST_CASE("two labs that have never met are joined over TLS") {
+  // As docs/security.md tells it: a key for each lab, each other's certificate, one line of configuration. Without a
+  // key a gateway does not start, and says how to make one.
+  const Files files;
+  const std::string keys = (files.folder.path() / "keys").string();
+  int runs = 0;
+  const auto said = [&](int code, std::vector<std::string> words) {
+    words.insert(words.begin(), "keys");
+    words.insert(words.end(), {"--keys", keys});
+    Process process(ARKMESH_PROGRAM, words, files.folder.path() / fmt::format("keys{}.txt", runs++));
+    CHECK(process.wait(300s) == code);
+    return process.output();
+  };
+  const std::string common = fmt::format("keys = \"{}\"\n", keys);
+  const std::string shark_file =
+      files.write("shark", shark_port,
+                  common + fmt::format("listen = \"tls://0.0.0.0:{}\"\npeers = [{{lab = \"roark\"}}]", shark_port));
+  const std::string roark_file =
+      files.write("roark", roark_port,
+                  common + fmt::format("peers = [{{lab = \"shark\", connect = \"tls://localhost:{}\"}}]", shark_port));
+  Process keyless = files.start(shark_file, "keyless");
+  CHECK(keyless.wait(300s) == 2);
+  CHECK(keyless.output().find("make them with: arkmesh keys init shark") != std::string::npos);
+
+  const std::string made = said(0, {"init", "shark"});
+  CHECK(made.find("fingerprint  ") != std::string::npos);
+  said(0, {"init", "roark"});
+  CHECK(said(2, {"init", "roark"}).find("arkmesh: lab roark has a key in ") == 0);
+  said(0, {"trust", keys + "/roark.crt"});
+  const std::string trusted = said(0, {"trust", keys + "/shark.crt"});
+  const std::size_t digits = made.find("fingerprint"), line = made.find('\n', digits);
+  CHECK(trusted.find(made.substr(digits, line - digits)) != std::string::npos);
+
+  Process shark = files.start(shark_file, "shark"), roark = files.start(roark_file, "roark");
+  REQUIRE(says(shark, fmt::format("gateway of shark: listening on tls://0.0.0.0:{}\n", shark_port), 300s));
+  REQUIRE(says(shark, "gateway of shark: roark connected\n", 300s));
+  REQUIRE(says(roark, "gateway of roark: shark connected\n", 300s));
+  CHECK(said(0, {"revoke", "roark"}).find("lab roark is not trusted any more") == 0);
+  CHECK(says(shark, "roark not connected: the certificate of lab roark was revoked here", 300s));
+  CHECK(said(0, {"list"}).find("revoked  roark") != std::string::npos);
+  CHECK(said(2, {"revoke", "roark"}).find("nothing to revoke") != std::string::npos);
+}
+
 TEST_CASE("a gateway killed with SIGKILL comes back") {
   // Started again it is not confused by its own leftovers: it is back within three seconds, on a busy machine too.
   const Files files;

@@ -88,6 +88,35 @@ TEST_CASE("up runs labs and gateways as one, and Ctrl-C ends them all with their
   CHECK_FALSE(somebody_has(bench.folder.path().string()));
 }
 
+TEST_CASE("status tells how a lab and its links are") {
+  UpBench bench;
+  int told = 0;
+  const auto status = [&](std::vector<std::string> words, int code) {
+    words.insert(words.begin(), "status");
+    tests::Process process(ARKMESH_PROGRAM, words, bench.folder.path() / fmt::format("status{}.txt", ++told));
+    CHECK(process.wait(300s) == code);
+    return process.output();
+  };
+  REQUIRE(bench.says("a: a  period"));
+  nlohmann::json json;
+  CHECK(tests::eventually(300s, [&] {
+    json = nlohmann::json::parse(status({bench.file("a"), "--json"}, 0));
+    return json["gateway"].is_object() && json["gateway"]["peers"]["b"]["up"] == true &&
+           json["gateway"]["peers"]["b"]["per_s"]["received.messages"].is_number() && json["lab"].is_object();
+  }));
+  CHECK(json["lab"]["name"] == "a");
+  CHECK(json["lab"]["counters"].contains("world.counted"));
+  CHECK(json["gateway"]["peers"]["b"]["channels"].contains("b/world"));
+  CHECK(json["gateway"]["peers"]["b"]["newest_age_s"] < 300);
+  const std::string text = status({bench.file("a")}, 0);
+  CHECK(text.find("lab a: ") == 0);
+  CHECK(text.find("\n  b         up ") != std::string::npos);
+  CHECK(status({bench.file("a"), "--set", "bus.url=\"udpm://239.255.76.67:7973?ttl=0\""}, 1)
+            .find("neither a lab nor a gateway speaks on") != std::string::npos);
+  bench.up->signal(SIGINT);
+  CHECK(bench.up->wait(300s) == 3);
+}
+
 TEST_CASE("up ends with the labs, also with those that another terminal stopped") {
   UpBench bench;
   REQUIRE(bench.says("a: a  period"));

@@ -86,6 +86,7 @@ TEST_CASE("help lists every command and loads nothing heavy") {
   CHECK(libraries.find("libc.so") != std::string::npos);
   CHECK(libraries.find("opencv") == std::string::npos);
   CHECK(libraries.find("libode") == std::string::npos);
+  CHECK(libraries.find("libssl") == std::string::npos);
 }
 
 TEST_CASE("a program that is missing is named") {

@@ -109,5 +109,6 @@ TEST_CASE("a result says what it was made with") {
   CHECK(first.at("hashes").at("dhtf.c").get<std::string>().size() == 16);
   CHECK(first.at("hashes").contains("config.toml"));
   CHECK(first.at("hashes") == second.at("hashes"));
+  CHECK(first.at("files") == nlohmann::json{"shark.toml", "common.toml", "presets/paper.toml"});
   CHECK(first.at("started").get<std::string>().ends_with("Z"));
 }

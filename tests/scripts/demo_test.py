@@ -15,7 +15,7 @@ import unittest
 
 import run_folder  # noqa: F401  (makes the scripts importable)
 import demo_run
-from lab_processes import ROOT, Failed
+from lab_processes import PROGRAM, ROOT, Failed
 
 # Behaves as `arkmesh lab FILE --out DIR` and `arkmesh gateway FILE` do; `run.seed` says which misfortune happens.
 STAND_IN = """#!/usr/bin/python3
@@ -58,7 +58,7 @@ class Demo(unittest.TestCase):
 
     def demo(self, seed):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False), program=self.program)
+            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False, remote=False), program=self.program)
         return self.folder / f"run{seed}"
 
     def left(self):
@@ -95,7 +95,7 @@ class Demo(unittest.TestCase):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             with self.subTest(signal=number):
                 code = (f"import sys; sys.path.insert(0, {str(ROOT / 'scripts')!r}); import demo_run, argparse, pathlib; demo_run.run(argparse.Namespace("
-                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False), program=pathlib.Path({str(self.program)!r}))")
+                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False, remote=False), program=pathlib.Path({str(self.program)!r}))")
                 for flag in self.folder.glob("*-*"):
                     flag.unlink()
                 # A shell's background job, as tests may be, ignores SIGINT; the demo under test shall not.
@@ -106,6 +106,17 @@ class Demo(unittest.TestCase):
                 demo.send_signal(number)
                 demo.wait(20)
                 self.until(lambda: not self.left())
+
+    def test_remote_labs_have_the_hash_of_local_ones(self):
+        """Two labs in networks of their own, joined over TLS, play strict DHTF as in one process; neither network is left."""
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            demo_run.run(argparse.Namespace(seconds=40, seed=1, out=self.folder / "remote", emulated=False, remote=True))
+        joint = json.loads((self.folder / "remote/result.json").read_text())
+        subprocess.run([PROGRAM, "run", *demo_run.LABS, "--out", self.folder / "local", "--set", "run.duration_s=40"], check=True, capture_output=True)
+        local = json.loads((self.folder / "local/result.json").read_text())
+        self.assertEqual(joint["final_hash"], local["final_hash"])
+        self.assertIn("gateway of shark: listening on tls://", (self.folder / "remote/shark-gateway.txt").read_text())
+        self.assertGreater(joint["by_lab"]["shark"]["between_labs"]["roark"]["received_messages"], 15)
 
     def until(self, condition):
         end = time.monotonic() + 20

@@ -11,26 +11,9 @@ import time
 import unittest
 
 import run_folder  # noqa: F401  (makes the scripts importable)
+import campaign_files
 from lab_processes import PROGRAM, ROOT, end_with_parent
 
-EMULATOR = """[emulator]
-camera_port = 0
-ohc_port = 0
-control_port = 0
-frames_per_s = 10.0
-[[emulator.camera]]
-name = "camera0"
-width_px = 640
-height_px = 480
-z_m = 0.95
-focal_px = 800.0
-[arena]
-robots = 4
-width_m = 0.5
-height_m = 0.5
-[arena.ode]
-controller = "{root}/scenarios/dhtf/controller/dhtf.c"
-"""
 LAB = """include = ["{root}/experiments/dhtf/common.toml", "{root}/experiments/dhtf/presets/paper.toml"]
 [lab]
 name = "roark"
@@ -92,7 +75,7 @@ class EmulatorFaults(unittest.TestCase):
             self.assertEqual(port.makefile().readline().strip(), "ok", line)
 
     def test_faults(self):
-        (self.folder / "emulator.toml").write_text(EMULATOR.format(root=ROOT))
+        (self.folder / "emulator.toml").write_text(campaign_files.emulator(4, ports="camera_port = 0\nohc_port = 0\ncontrol_port = 0\n"))
         self.start("emulator", "emulator", self.folder / "emulator.toml", "--calibration", self.folder / "testbed.yaml")
         where = self.until(60, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)[^\n]*\ncommands: ([\d.]+):(\d+)", self.said("emulator")), "the emulator's start")
         self.control = where[3], int(where[4])

@@ -30,7 +30,7 @@ def pictures(seconds):
 
 class LatePeer(unittest.TestCase):
     def test_waits_with_open_eyes(self):
-        """Frame 1 and those after it hold everybody, and nothing was withheld; the controller was unplugged and plugged in meanwhile."""
+        """Every frame from the first on holds everybody, and nothing was withheld; the controller was unplugged and plugged in meanwhile."""
         if not PROGRAM.exists():
             self.skipTest("scripts/build has not been run")
         with tempfile.TemporaryDirectory() as folder:
@@ -49,7 +49,8 @@ class LatePeer(unittest.TestCase):
                 cell.process().wait(300)
                 frames = [read_log.decode(data) for _, channel, data in read_log.events(cell.folders["roark"] / "log.lcm") if channel == "poses"]
                 counters = json.loads((cell.folders["roark"] / "result.json").read_text())["counters"]
-        self.assertEqual([frame.number for frame in frames[:10]], list(range(10)))
+        # the camera is as slow as the lab: now and then a frame has no new picture, which is counted
+        self.assertLessEqual(len(set(range(10)) - {frame.number for frame in frames}), counters.get("arena.frame.no_picture", 0))
         self.assertEqual({len(frame.robots) for frame in frames}, {ROBOTS})
         self.assertEqual([name for name, count in counters.items() if "withheld" in name and count], [])
 

@@ -1,5 +1,5 @@
-// The two threads there are, a camera's and a serial line's, beside those who ask them: built with the thread
-// sanitizer, which ends the program with an error at the first race.
+// The threads there are, a camera's, a serial line's and a host lookup's, beside those who ask them: built with the
+// thread sanitizer, which ends the program with an error at the first race.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fcntl.h>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "emulator/serial_reader.hpp"
+#include "gateway/host_lookup.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "tracker/live_camera.hpp"
 
@@ -36,6 +37,36 @@ bool soon(const std::function<bool()>& each) {
 }
 
 }  // namespace
+
+TEST_CASE("threads: hosts are looked up, and lookups are given up") {
+  // Each lookup tells once, also when it is given up while its thread is at work or has just found something, and when
+  // its loop is gone before its thread.
+  for (int i = 0; i < 40; ++i) {
+    boost::asio::io_context loop;
+    int told = 0;
+    std::string error;
+    std::vector<boost::asio::ip::tcp::endpoint> addresses;
+    gateway::HostLookup lookup(loop.get_executor(), {"localhost", 7444}, [&](const std::string& why, auto found) {
+      ++told;
+      error = why;
+      addresses = std::move(found);
+    });
+    if (i % 4 == 3) continue;
+    if (i % 2 == 1) lookup.cancel();
+    CHECK(soon([&] {
+      loop.restart();
+      loop.poll();
+      return told > 0;
+    }));
+    if (i % 2 == 0) {
+      CHECK(error == "");
+      REQUIRE(!addresses.empty());
+      CHECK(addresses.front().port() == 7444);
+    }
+    loop.poll();
+    CHECK(told == 1);
+  }
+}
 
 TEST_CASE("threads: a camera comes, goes and comes back") {
   // Pictures, troubles and counters are asked for by one thread while another reads the stream; the feed ends while

@@ -66,7 +66,7 @@ void ArkIdentifier::conclude(hal::LabTime now) {
     counters_.add("identity.refused.duplicate");
     duplicates_.push_back(robot);
   } else if (blue.size() == 1) {
-    // a track that answers to two ids answers to none of them for now
+    // a track that answers to two ids is believed neither
     if (answers_[blue[0].track] == 1)
       claims_[blue[0].track] = {robot, blue[0].confidence};
     else

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
 #include <cassert>
 #include <cmath>
 #include <iterator>
@@ -14,11 +15,14 @@
 #include <utility>
 
 #include "hal/arena_config.hpp"
+#include "hal/loop_time.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
+#include "hal/platforms/kilobot/pause_guard.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/platforms/kilobot/terminal_stream.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -298,6 +302,12 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
 std::unique_ptr<ByteStream> open_byte_stream(const std::string& port) {
   std::unique_ptr<ByteStream> stream = make_byte_stream(port);
   stream->open();
+  // A killed program's guard has the line for a moment.
+  EventLoop loop;
+  LoopTime time(loop);
+  for (const TimePoint until = time.now() + guard_speaks_at_most;
+       stream->trouble() == why_in_use(port) && time.now() < until; stream->open())
+    time.wait_until(time.now() + std::chrono::milliseconds{50});
   if (stream->check() == ByteStream::State::closed) throw PortError(stream->trouble());
   return stream;
 }

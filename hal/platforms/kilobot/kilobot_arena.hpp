@@ -33,7 +33,7 @@ struct ArenaSettings {
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port = true);
 
 // The device named: one that is not there now is a mistake in the file or in the arena, later it is a fault that heals.
-// Throws PortError.
+// A device that is in use is tried again for as long as a killed program's guard has it. Throws PortError.
 std::unique_ptr<ByteStream> open_byte_stream(const std::string& port);
 
 // advance_to(0) is there when the overhead controller listens and every robot has been seen and named, and throws

@@ -5,12 +5,16 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <memory>
 
 #include "hal/handle.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 
 namespace arkmesh::hal::kilobot {
+
+// For how long a guard has the line after its program, when the line takes what it says.
+constexpr std::chrono::milliseconds guard_speaks_at_most{2'000};
 
 class PauseGuard {
  public:

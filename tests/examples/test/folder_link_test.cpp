@@ -44,7 +44,7 @@ struct Lab {
   Lab(boost::asio::io_context& io, const std::string& name, const std::string& peer, const std::string& folder)
       : config(read(name, peer, folder)),
         node(io, {.lab = name, .boot_id = 1}),
-        gateway(bus, name, 1, config.exports,
+        gateway(bus, name, 1, config.exports, config.imports,
                 one(gateway::make_link({io, node, name, 1, config}, config.peers.at(0)))) {
     gateway.start();
   }
@@ -91,7 +91,7 @@ TEST_CASE("folder links: a file that names no folder is refused") {
       "path",
       hal::ConfigError);
   CHECK(gateway::why_not_connectable("nats://x") ==
-        "begins with 'nats://', which is no kind of link; there is: tcp://, folder://");
+        "begins with 'nats://', which is no kind of link; there is: tcp://, tls://, folder://");
 }
 
 TEST_CASE("folder links: a peer that dies without a word is missed, and what it left deceives nobody") {

@@ -10,10 +10,12 @@
 #include <csignal>
 #include <vector>
 
+#include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/packet.hpp"
 #include "tests/support/kilobot/listener.hpp"
 #include "tests/support/kilobot/packet_ear.hpp"
 #include "tests/support/processes/process.hpp"
+#include "tests/support/processes/pseudo_terminal.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal::kilobot;
@@ -81,6 +83,28 @@ TEST_CASE("pause guard: a program that is killed has its robots paused") {
     else
       CHECK(heard[i] == wake_packet);
   }
+}
+
+TEST_CASE("pause guard: a lab that is started again at once gets the line") {
+  PseudoTerminal terminal;
+  int ends[2];
+  REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
+  const pid_t program = ::fork();
+  if (program == 0) {
+    const std::unique_ptr<ByteStream> line = guarded(make_byte_stream(terminal.port()));
+    line->open();
+    if (line->check() != ByteStream::State::open) ::_exit(1);
+    ::close(ends[1]);
+    for (;;) ::pause();
+  }
+  ::close(ends[1]);
+  char nothing = 0;
+  CHECK(::read(ends[0], &nothing, 1) == 0);
+  ::close(ends[0]);
+  CHECK_THROWS_AS(open_byte_stream(terminal.port()), PortError);
+  ::kill(program, SIGKILL);
+  CHECK(::waitpid(program, nullptr, 0) == program);
+  CHECK(open_byte_stream(terminal.port())->check() == ByteStream::State::open);
 }
 
 TEST_CASE("pause guard: a guard that is sent away says nothing and lets the line go") {

@@ -1,0 +1,25 @@
+// Which lab's bus a command is about: that of a lab's file, else the default one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/bus_config.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace arkmesh::cli {
+
+struct BusOptions {
+  std::string file;
+  std::vector<std::string> sets;
+
+  // This outlives the command.
+  void add_to(CLI::App& command);
+  // Throws hal::ConfigError.
+  hal::BusConfig bus() const;
+};
+
+}  // namespace arkmesh::cli

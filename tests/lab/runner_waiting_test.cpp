@@ -1,0 +1,150 @@
+// A runner that waits, for its arena or for peers.
+#include "lab/world_message.hpp"
+#include "tests/lab/runner_bench.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using lab::Runner;
+using tests::Bench;
+
+namespace {
+
+lab::RunConfig config_of_two_labs() {
+  lab::RunConfig two = tests::config_of_one_lab();
+  two.labs = {"a", "b"};
+  two.projections["b"];
+  return two;
+}
+
+}  // namespace
+
+TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing") {
+  // The same calls reach arena and scenario as from one that is there at once, and each step serves it.
+  Bench quick, slow;
+  quick.run();
+  slow.arena.late = 3;
+  for (int i = 0; i < 3; ++i) {
+    CHECK(slow.step() == Runner::Step::waiting);
+    CHECK(slow.runner.awaits_arena());
+    CHECK(slow.arena.served == i + 1);
+  }
+  CHECK(slow.scenario.calls == std::vector<std::string>{"begin"});
+  CHECK(slow.step() == Runner::Step::advanced);
+  CHECK_FALSE(slow.runner.awaits_arena());
+  slow.arena.late = 2;
+  slow.run();
+  CHECK(slow.arena.asked == quick.arena.asked);
+  CHECK(slow.scenario.calls == quick.scenario.calls);
+  CHECK(slow.channels == quick.channels);
+  CHECK(slow.runner.final_hash() == quick.runner.final_hash());
+}
+
+TEST_CASE("what an arena waits for is said, also when the operator stops the lab") {
+  Bench bench;
+  bench.arena.late = 100;
+  bench.arena.says = true;
+  CHECK(bench.step() == Runner::Step::waiting);
+  CHECK(bench.runner.state_text() == "waiting for two robots");
+  bench.runner.stop("stopped by the operator");
+  CHECK_FALSE(bench.runner.awaits_arena());
+  bench.run();
+  CHECK_FALSE(bench.runner.finished());
+  CHECK(bench.runner.reason() == "stopped by the operator; waited for two robots");
+}
+
+TEST_CASE("a wait for the arena is forgotten when it is over") {
+  Bench bench;
+  bench.arena.late = 2;
+  bench.arena.says = true;
+  bench.step();
+  bench.arena.late = 0;
+  bench.step();
+  CHECK(bench.runner.state_text() == "starting");
+}
+
+TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
+  lab::RunConfig two = config_of_two_labs();
+  two.patience = 2s;
+  Bench bench(two);
+  Runner& runner = bench.runner;
+  std::chrono::microseconds now{0};
+  CHECK(runner.step(now) == Runner::Step::advanced);
+  while (now < 1h) CHECK(runner.step(now += 2s) == Runner::Step::waiting);
+  CHECK(runner.state_text() ==
+        "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it comes or the lab is "
+        "stopped");
+  CHECK_FALSE(runner.awaits_arena());
+  CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0"});
+}
+
+TEST_CASE("a lab whose arena is late tells its peers each second that it counts") {
+  Bench bench;
+  bench.arena.late = 3000;
+  int worlds = 0;
+  const auto heard = bench.bus.subscribe("world", [&](std::string_view, auto) { ++worlds; });
+  for (int i = 0; i < 3000; ++i) {
+    CHECK(bench.step() == Runner::Step::waiting);
+    CHECK(bench.runner.due() - bench.now <= 1s);
+  }
+  CHECK(worlds == 2);
+}
+
+TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
+  // Lab time goes on; what the run would be worth without the peer is not called finished.
+  using Kind = hal::FleetCommand::Kind;
+  lab::RunConfig two = config_of_two_labs();
+  two.last_period = 100;
+  Bench bench(two, false);
+  Runner& runner = bench.runner;
+  tests::SlowArena& arena = bench.arena;
+  hal::Bus& bus = bench.bus;
+  std::chrono::microseconds now{0};
+  const auto hear_b = [&](std::uint64_t run_id) {
+    lab::WorldMessage m{.lab = "b", .run_id = run_id, .can_wait = false};
+    m.acks["a"] = {5, -1};
+    m.window.push_back({.settings = {{"run.seed", "1"}}});
+    m.window[0].fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 9};
+    bus.publish("b/world", lab::to_message(m));
+  };
+  // A second per step, so that lab time is of no account.
+  const auto pass = [&](std::uint32_t period) {
+    while (runner.period() < period && runner.step(now += 1s) != Runner::Step::ended) REQUIRE(now < 1h);
+  };
+  const auto operator_says = [&](Kind kind) {
+    bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = kind}, 0ms));
+    runner.step(now += 1s);
+  };
+  std::vector<Kind> said{Kind::run};
+  runner.step(now);
+  hear_b(2);
+  pass(2);
+  said.push_back(Kind::pause);
+  CHECK(arena.robots().commands == said);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  hear_b(3);
+  runner.step(now += 1s);
+  said.push_back(Kind::run);
+  CHECK(arena.robots().commands == said);
+  CHECK(runner.state_text() == "running");
+
+  // The peer's return does not undo what an operator said, and no operator makes robots run without the peer.
+  operator_says(Kind::pause);
+  said.push_back(Kind::pause);
+  pass(5);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  hear_b(4);
+  runner.step(now += 1s);
+  CHECK(runner.state_text() == "running, with its robots paused");
+  pass(8);
+  CHECK(runner.state_text().starts_with("paused without b: "));
+  operator_says(Kind::run);
+  CHECK(arena.robots().commands == said);
+  hear_b(5);
+  runner.step(now += 1s);
+  said.push_back(Kind::run);
+  CHECK(arena.robots().commands == said);
+
+  pass(100);
+  CHECK_FALSE(runner.finished());
+  CHECK(runner.reason().starts_with("a reached its last period 100 without a peer: paused without b: "));
+}
