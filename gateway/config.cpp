@@ -78,11 +78,15 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                  "what may be under way to one peer; the rest waits here, where newer values replace it"});
   gateway.field("window_s", flow.delay,
                 {{0.01, 10}, "s", "no more is under way than arrives in so much more than the path itself takes"});
+  gateway.field("metrics", metrics,
+                {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics; "
+                         "127.0.0.1:9464 for example. Empty: nowhere"});
   gateway.field("peers", peers);
 }
 
 void GatewayConfig::check(const hal::Section& gateway) {
   check_address(gateway, "listen", listen, why_not_listenable);
+  check_address(gateway, "metrics", metrics, why_not_loopback);
   exports.clear();
   add_rules(gateway, "exports", Delivery::latest, latest, exports);
   add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);

@@ -9,8 +9,9 @@ namespace arkmesh::gateway {
 void FlowWindow::sent(std::size_t bytes, Time now) {
   if (under_way() == 0) progress_ = now;
   sent_ += bytes;
-  if (!sample_) sample_ = {sent_, acknowledged_, now, false};
-  sample_->filled |= room() == 0;
+  // The byte that fills the window says most: all before it will be acknowledged until then.
+  const bool filled = room() == 0;
+  if (!sample_ || (filled && !sample_->filled)) sample_ = {sent_, acknowledged_, now, filled};
 }
 
 bool FlowWindow::acknowledged(std::uint64_t total, Time now) {

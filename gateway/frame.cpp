@@ -208,6 +208,22 @@ void FrameDecoder::fail(Fault fault, std::string complaint) {
   std::vector<std::byte>().swap(partial_);
 }
 
+std::optional<Message> decode_message(std::span<const std::byte> frames) {
+  FrameDecoder decoder(max_frame_payload_bytes);
+  MessageAssembler assembler;
+  const std::size_t most = frames.size();
+  while (const auto frame = decoder.next(frames)) {
+    if (frame->kind != FrameKind::message && frame->kind != FrameKind::part && frame->kind != FrameKind::last_part)
+      return {};
+    const auto payload = assembler.take(*frame, most);
+    if (!payload) continue;
+    const auto view = read_message(*payload);
+    if (!view || !frames.empty()) return {};
+    return Message{std::string(view->channel), view->sequence, {view->bytes.begin(), view->bytes.end()}};
+  }
+  return {};
+}
+
 std::string_view to_text(FrameDecoder::Fault fault) {
   switch (fault) {
     case FrameDecoder::Fault::none:

@@ -43,6 +43,14 @@ struct MessageView {
 // Views into `payload`; nothing when it is no message.
 std::optional<MessageView> read_message(std::span<const std::byte> payload);
 
+struct Message {
+  std::string channel;
+  std::uint64_t sequence = 0;
+  std::vector<std::byte> bytes;
+};
+// What encode_message() made these frames of; nothing when they are damaged, incomplete, or not of one message.
+std::optional<Message> decode_message(std::span<const std::byte> frames);
+
 // CRC-32C (Castagnoli), as in iSCSI, of both parts one after the other.
 std::uint32_t crc32c(std::span<const std::byte> first, std::span<const std::byte> second = {});
 

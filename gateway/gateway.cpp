@@ -143,7 +143,13 @@ bool Gateway::tick(Now now, const hal::Counters& more) {
     for (auto& [name, received] : peer.channels)
       if (std::exchange(received.fresh, false)) received.last = now;
   if (!state_->changed && state_->published && now - *state_->published < publish_period) return false;
+  state_->changed = false;
+  state_->published = now;
+  state_->bus.publish(hal::channel::peers, describe(now, more));
+  return true;
+}
 
+peers_t Gateway::describe(Now now, const hal::Counters& more) const {
   peers_t message;
   message.lab = state_->lab;
   message.boot_id = static_cast<std::int64_t>(state_->boot_id);
@@ -154,10 +160,7 @@ bool Gateway::tick(Now now, const hal::Counters& more) {
   all.merge(more);
   message.counters = hal::to_message(all);
   message.n_counters = static_cast<std::int32_t>(message.counters.size());
-  state_->changed = false;
-  state_->published = now;
-  state_->bus.publish(hal::channel::peers, message);
-  return true;
+  return message;
 }
 
 void Gateway::announce() {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t outbox_bytes = 4 << 20;
 
-struct Message {
+struct Travelling {
   std::uint64_t due = 0;  // step
   std::string channel;
   std::vector<std::byte> bytes;
@@ -28,7 +28,7 @@ struct Message {
 struct Lane {
   Lane(std::uint64_t seed, const std::string& name, std::uint64_t number) : random(seed, name, number) {}
   hal::RandomStream random;
-  std::deque<Message> under_way;  // ascending `due`
+  std::deque<Travelling> under_way;  // ascending `due`
   Outbox outbox{outbox_bytes};
 };
 
@@ -66,7 +66,7 @@ struct End {
     std::uint64_t due = *now + 1 + impairment->delay_steps;
     if (impairment->jitter_steps > 0) due += lane.random.below(impairment->jitter_steps + 1ULL);
     if (!lane.under_way.empty()) due = std::max(due, lane.under_way.back().due);
-    Message message{due, std::string(channel), {bytes.begin(), bytes.end()}};
+    Travelling message{due, std::string(channel), {bytes.begin(), bytes.end()}};
     if (impairment->repeat > 0 && lane.random.uniform() < impairment->repeat) {
       stats.counters.add("repeated.by_impairment");
       lane.under_way.push_back(message);
@@ -79,18 +79,11 @@ struct End {
     lane.under_way.clear();
   }
 
-  // Whole messages only: nothing cuts a frame here.
   void empty_outbox() {
-    MessageAssembler assembler;
-    while (!lane.outbox.empty()) {
-      auto frame = lane.outbox.batch(1, outbox_bytes).front();
-      const std::size_t size = frame.size();
-      FrameDecoder decoder(max_frame_payload_bytes);
-      if (const auto payload = assembler.take(*decoder.next(frame), outbox_bytes)) {
-        const auto message = read_message(*payload);
-        send(message->channel, message->bytes);
-      }
-      lane.outbox.acknowledged(lane.outbox.written(size).messages);
+    for (auto frames = lane.outbox.whole_message(); !frames.empty(); frames = lane.outbox.whole_message()) {
+      const auto message = decode_message(frames);
+      send(message->channel, message->bytes);
+      lane.outbox.acknowledged(lane.outbox.written(frames.size()).messages);
     }
   }
 };
@@ -147,7 +140,7 @@ struct LoopbackNetwork::State {
   int deliver(End& from, End& to) {
     int delivered = 0;
     while (!to.stopped && !from.lane.under_way.empty() && from.lane.under_way.front().due <= now) {
-      const Message message = std::move(from.lane.under_way.front());
+      const Travelling message = std::move(from.lane.under_way.front());
       from.lane.under_way.pop_front();
       ++to.stats.received_messages;
       to.stats.received_bytes += message.bytes.size();

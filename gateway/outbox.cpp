@@ -129,27 +129,37 @@ std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_frames, st
   while (parts.size() < max_frames && bytes < max_bytes && waiting_messages() > 0) {
     const bool second = waiting_[0].empty() || (!waiting_[1].empty() && ahead_ >= max_frame_bytes);
     Entries& lane = waiting_[second ? 1 : 0];
-    Entry& entry = lane.front();
-    Channel& of = *entry.channel;
-    const auto frame =
-        std::span<const std::byte>(entry.frames)
-            .subspan(entry.handed_out, std::min(max_frame_bytes, entry.frames.size() - entry.handed_out));
-    if (!parts.empty() && bytes + frame.size() > max_bytes) break;
-    ahead_ = second || waiting_[1].empty() ? 0 : ahead_ + frame.size();
-    bytes += frame.size();
-    parts.push_back(frame);
-    entry.handed_out += frame.size();
-    // Under way: a newer one queues behind it instead of changing it.
-    if (of.has_waiting && &*of.waiting == &entry) of.has_waiting = false;
-    if (entry.handed_out < entry.frames.size()) continue;
-    --of.queued;
-    ++of.in_flight;
-    of.long_ones -= entry.lane;
-    entry.end = handed_out_ + bytes;
-    leaving_.splice(leaving_.end(), lane, lane.begin());
+    const std::size_t frame = std::min(max_frame_bytes, lane.front().frames.size() - lane.front().handed_out);
+    if (!parts.empty() && bytes + frame > max_bytes) break;
+    ahead_ = second || waiting_[1].empty() ? 0 : ahead_ + frame;
+    bytes += frame;
+    parts.push_back(hand_out(lane, frame));
   }
-  handed_out_ += bytes;
   return parts;
+}
+
+std::span<const std::byte> Outbox::whole_message() {
+  if (waiting_messages() == 0) return {};
+  Entries& lane = waiting_[waiting_[0].empty() ? 1 : 0];
+  return hand_out(lane, lane.front().frames.size());
+}
+
+// So many bytes of the lane's first message.
+std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes) {
+  Entry& entry = lane.front();
+  Channel& of = *entry.channel;
+  const auto out = std::span<const std::byte>(entry.frames).subspan(entry.handed_out, bytes);
+  entry.handed_out += bytes;
+  handed_out_ += bytes;
+  // Under way: a newer one queues behind it instead of changing it.
+  if (of.has_waiting && &*of.waiting == &entry) of.has_waiting = false;
+  if (entry.handed_out < entry.frames.size()) return out;
+  --of.queued;
+  ++of.in_flight;
+  of.long_ones -= entry.lane;
+  entry.end = handed_out_;
+  leaving_.splice(leaving_.end(), lane, lane.begin());
+  return out;
 }
 
 Outbox::Sent Outbox::written(std::size_t bytes) {

@@ -41,6 +41,9 @@ class Outbox {
   // one channel all keep their order. They are in flight from now on, and stay valid until they are written and
   // acknowledged, or the session is lost.
   std::vector<std::span<const std::byte>> batch(std::size_t max_frames, std::size_t max_bytes);
+  // The next message with all its frames, as encode_message() made it; nothing when none waits. For links that carry
+  // messages, not bytes; not beside batch().
+  std::span<const std::byte> whole_message();
   // So many more bytes of what was handed out have been written. Returns which messages are complete by that.
   struct Sent {
     std::size_t messages = 0;
@@ -100,6 +103,7 @@ class Outbox {
   void forget_newest(Channel& of);
   void keep_newest(Entries& from, Entries::iterator entry, bool arrived);
   bool make_room(std::size_t wanted);
+  std::span<const std::byte> hand_out(Entries& lane, std::size_t bytes);
   bool drop_oldest(Delivery victim);
 
   std::size_t limit_;
@@ -109,9 +113,9 @@ class Outbox {
   // Oldest first. In the first lane messages of one frame; in the second longer ones, and what must not overtake them.
   // The first of the second lane may be handed out in part.
   std::array<Entries, 2> waiting_;
-  std::size_t ahead_ = 0;    // bytes that the first lane had since the second
-  Entries leaving_;          // handed out as a whole, in that order
-  Entries in_flight_;        // and written
+  std::size_t ahead_ = 0;                       // bytes that the first lane had since the second
+  Entries leaving_;                             // handed out as a whole, in that order
+  Entries in_flight_;                           // and written
   std::uint64_t handed_out_ = 0, written_ = 0;  // bytes, since the beginning
   std::map<std::string, Channel, std::less<>> channels_;
 };

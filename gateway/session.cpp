@@ -38,9 +38,10 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 }  // namespace
 
 Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, FlowLimits flow,
-                 std::vector<std::byte> hello_frame)
+                 std::vector<std::byte> hello_frame, std::optional<SessionTimes::Duration> answer)
     : stream_(std::move(stream)),
       times_(times),
+      answer_(std::min(times.hello, answer.value_or(times.hello))),
       read_buffer_(read_bytes),
       control_(std::move(hello_frame)),
       window_(flow),
@@ -98,10 +99,11 @@ void Session::say_bye(std::string_view why) {
   stream_->write_now(asio::buffer(control_));
 }
 
-void Session::end(std::string_view counter, std::string why) {
+void Session::end(std::string_view counter, std::string why, bool no_path) {
   if (closed()) return;
   shut();
-  if (Owner* owner = std::exchange(owner_, nullptr)) owner->on_ended(*this, End{std::string(counter), std::move(why)});
+  if (Owner* owner = std::exchange(owner_, nullptr))
+    owner->on_ended(*this, End{std::string(counter), std::move(why), no_path});
 }
 
 void Session::shut() {
@@ -314,7 +316,8 @@ void Session::check(Time at) {
   if (closed()) return;
   switch (state_) {
     case State::opening:
-      if (at - began_ > times_.hello) end(stream_->too_slow(), "no answer for " + seconds(times_.hello));
+      if (const bool silent = stream_->awaits_first_answer(); at - began_ > (silent ? answer_ : times_.hello))
+        end(stream_->too_slow(), "no answer for " + seconds(silent ? answer_ : times_.hello), silent);
       return;
     case State::greeting:
       if (at - began_ > times_.hello) end("session.closed.no_hello", "no hello for " + seconds(times_.hello));

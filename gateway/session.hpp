@@ -27,6 +27,7 @@ struct SessionTimes {
   Duration silence{2'000};  // nothing came for so long: the peer is gone
   Duration stall{10'000};   // it acknowledged nothing for so long: it does not read
   Duration hello{5'000};    // to connect, and to say hello
+  Duration answer{1'000};   // for the first answer of a machine that has answered in an earlier session
   Duration goodbye{1'000};  // for a refused peer to read why
   Duration ack{20};         // what came is acknowledged after so long at the latest
 };
@@ -39,6 +40,7 @@ class Session : public std::enable_shared_from_this<Session> {
   struct End {
     std::string counter;
     std::string why;
+    bool no_path = false;  // as StreamFailure
   };
 
   // Who is told. Calls come from the loop, or from check(); never from within send() or close().
@@ -60,8 +62,9 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // `hello_frame` is the first that is written. Use through a shared_ptr: the loop's pending operations keep the
   // session alive until they have ended.
+  // `answer`: within which the other machine's first answer comes; SessionTimes::hello unless less is given.
   Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, FlowLimits flow,
-          std::vector<std::byte> hello_frame);
+          std::vector<std::byte> hello_frame, std::optional<SessionTimes::Duration> answer = {});
 
   // Opens the stream and says hello.
   void begin(Owner& owner);
@@ -105,12 +108,13 @@ class Session : public std::enable_shared_from_this<Session> {
   void on_written(std::size_t bytes);
   void send_control(FrameKind kind, std::string_view text);
   void say_bye(std::string_view why);
-  void end(std::string_view counter, std::string why);
-  void end(const StreamFailure& failure) { end(failure.counter, failure.why); }
+  void end(std::string_view counter, std::string why, bool no_path = false);
+  void end(const StreamFailure& failure) { end(failure.counter, failure.why, failure.no_path); }
   void shut();
 
   const std::unique_ptr<ByteStream> stream_;
   const SessionTimes& times_;
+  const SessionTimes::Duration answer_;
   Owner* owner_ = nullptr;    // null once nobody is to be told
   Outbox* outbox_ = nullptr;  // from accept() to the end
   State state_ = State::opening;
@@ -122,7 +126,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::vector<std::byte> control_, control_in_write_;   // frames that do not come from the outbox
   bool ack_wanted_ = false, heartbeat_wanted_ = false;  // made when they are written, so that they are never old
   std::vector<boost::asio::const_buffer> in_write_;     // what of it is left
-  std::size_t control_left_ = 0;  // bytes of it before those from the outbox
+  std::size_t control_left_ = 0;                        // bytes of it before those from the outbox
   bool writing_ = false, flush_posted_ = false, goodbye_written_ = false;
   Time began_, heard_, beat_, state_since_;
   Acknowledgement received_, told_;  // what came; what the peer knows of that

@@ -21,10 +21,7 @@ constexpr int attempts_per_absence = 8;
 }  // namespace
 
 TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
-    : node_(node),
-      peer_(std::move(peer)),
-      connect_(std::move(connect)),
-      outbox_(node.settings_.outbox_bytes) {
+    : node_(node), peer_(std::move(peer)), connect_(std::move(connect)), outbox_(node.settings_.outbox_bytes) {
   outbox_.set_longest(node_.settings_.max_message_bytes);
   stats_.why = connect_ ? "not connected yet" : "has not connected yet";
   node_.links_.push_back(this);
@@ -86,7 +83,12 @@ void TcpLink::check(Session::Time now) {
 }
 
 void TcpLink::connect() {
-  session_ = node_.make_session(*connect_, peer_, attempts_++);
+  // A machine that has answered before answers again in a few times the time it took, when the path is there.
+  std::optional<SessionTimes::Duration> answer;
+  if (const auto clock = clock_.clock())
+    answer = std::max(node_.settings_.times.answer, SessionTimes::Duration(4 * clock->round_trip_us / 1000));
+  ++attempts_->number;
+  session_ = node_.make_session(*connect_, peer_, attempts_, answer);
   session_->begin(*this);
 }
 
@@ -103,8 +105,9 @@ void TcpLink::forget_session() {
     alone_since_ = now;
     return;
   }
+  const auto longest = no_path_ ? node_.settings_.path_retry : node_.settings_.longest_retry;
   const auto pause = std::clamp<Session::Time::duration>((now - alone_since_) / attempts_per_absence,
-                                                         node_.settings_.first_retry, node_.settings_.longest_retry);
+                                                         node_.settings_.first_retry, longest);
   next_attempt_ += std::chrono::duration_cast<Session::Time::duration>(pause * node_.chance_.uniform(0.5, 1.0));
 }
 
@@ -195,6 +198,7 @@ void TcpLink::on_heartbeat(Session&, const Heartbeat& heartbeat, const std::opti
 
 void TcpLink::on_ended(Session&, const Session::End& end) {
   stats_.counters.add(end.counter);
+  no_path_ = end.no_path;
   forget_session();
   change(false, end.why);
 }

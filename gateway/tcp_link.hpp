@@ -15,6 +15,7 @@
 #include "gateway/ordered_inbox.hpp"
 #include "gateway/outbox.hpp"
 #include "gateway/session.hpp"
+#include "gateway/tls_stream.hpp"
 
 namespace arkmesh::gateway {
 
@@ -59,7 +60,8 @@ class TcpLink final : public Link, private Session::Owner {
   TcpNode& node_;
   const std::string peer_;
   const std::optional<Target> connect_;
-  std::size_t attempts_ = 0;
+  std::shared_ptr<Attempts> attempts_ = std::make_shared<Attempts>();  // shared with their streams
+  bool no_path_ = false;                                               // at the last attempt
   Events events_;
   bool started_ = false, stopped_ = false;
   Outbox outbox_;

@@ -115,7 +115,8 @@ Heard over_tcp(std::size_t size, Clock::duration length) {
   here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   const auto* address = reinterpret_cast<const sockaddr*>(&here);
-  if (bind(listening, address, sizeof here) || listen(listening, 1) || connect(speaker, address, sizeof here)) std::abort();
+  if (bind(listening, address, sizeof here) || listen(listening, 1) || connect(speaker, address, sizeof here))
+    std::abort();
   const int listener = accept(listening, nullptr, nullptr);
   setsockopt(speaker, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   std::thread ear([&] {
@@ -144,7 +145,8 @@ struct Pair {
   std::unique_ptr<tests::Process> shark, roark;
 
   explicit Pair(const std::string& program) {
-    shark = start(program, "shark", shark_port, fmt::format("listen = \"127.0.0.1:{}\"\npeers = [{{lab = \"roark\"}}]", tcp_port + 2));
+    shark = start(program, "shark", shark_port,
+                  fmt::format("listen = \"127.0.0.1:{}\"\npeers = [{{lab = \"roark\"}}]", tcp_port + 2));
     roark = start(program, "roark", roark_port,
                   fmt::format("peers = [{{lab = \"shark\", connect = \"127.0.0.1:{}\"}}]", tcp_port + 2));
   }
@@ -215,9 +217,10 @@ int main(int argc, char** argv) {
     fmt::print("parts bytes {} tcp_us {:.1f} lcm_us {:.1f}\n", size, t, l);
     for (const std::string& program : programs) {
       Row& row = rows[{program, size}];
-      fmt::print("gateways bytes {} p50_us {:.1f} p99_us {:.1f} of_parts {:.2f} rate {} cpu_us {:.1f} lost {} program {}\n", size,
-                 percentile(row.us, 0.5), percentile(row.us, 0.99), percentile(row.us, 0.5) / (t + 2 * l), rate,
-                 row.cpu_us / static_cast<double>(std::max<std::size_t>(row.said, 1)), row.said - row.heard, program);
+      fmt::print(
+          "gateways bytes {} p50_us {:.1f} p99_us {:.1f} of_parts {:.2f} rate {} cpu_us {:.1f} lost {} program {}\n",
+          size, percentile(row.us, 0.5), percentile(row.us, 0.99), percentile(row.us, 0.5) / (t + 2 * l), rate,
+          row.cpu_us / static_cast<double>(std::max<std::size_t>(row.said, 1)), row.said - row.heard, program);
     }
   }
 }

@@ -18,15 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t max_files = 64, file_bytes = 64 << 10;  // that lie in the folder; the rest waits in the outbox
+constexpr std::size_t max_files = 64;  // that lie in the folder; the rest waits in the outbox
 
-std::size_t longest_payload(std::size_t max_message_bytes) {
-  return max_message_bytes + gateway::message_overhead_bytes + hal::max_channel_name;
-}
-
-// A file holds whole messages, and between the frames of a long one as many bytes of others.
+// With its frames.
 std::size_t longest_file(std::size_t max_message_bytes) {
-  return file_bytes + 3 * longest_payload(max_message_bytes);
+  const std::size_t payload = max_message_bytes + gateway::message_overhead_bytes + hal::max_channel_name;
+  return payload + (payload / gateway::max_frame_payload_bytes + 1) * gateway::frame_header_bytes;
 }
 
 bool write_file(const fs::path& file, std::span<const std::byte> bytes) {
@@ -157,28 +154,19 @@ void FolderLink::beat(Clock::time_point now) {
 
 void FolderLink::send() {
   for (std::size_t lying = messages_in(outbox_folder_).size(); lying < max_files; ++lying) {
-    fill_file();
-    if (file_.empty()) return;
+    const std::span<const std::byte> message = outbox_.whole_message();
+    if (message.empty()) return;
     const std::string name = fmt::format("{:020}-{:020}.message", settings_.boot_id, files_);
-    if (!write_file(outbox_folder_ / name, file_)) return stats_.counters.add("sent.failed");
+    if (!write_file(outbox_folder_ / name, message)) {
+      outbox_.session_lost();
+      outbox_.send_again(false);
+      return stats_.counters.add("sent.failed");
+    }
     ++files_;
-    const gateway::Outbox::Sent sent = outbox_.written(file_.size());
-    file_.clear();
+    const gateway::Outbox::Sent sent = outbox_.written(message.size());
     outbox_.acknowledged(sent.messages);
     stats_.sent_messages += sent.messages;
     stats_.sent_bytes += sent.bytes;
-  }
-}
-
-// Unless what could not be written is still there. A file ends where no message is cut.
-void FolderLink::fill_file() {
-  if (!file_.empty()) return;
-  for (bool cut = false; cut || file_.size() < file_bytes;) {
-    const auto frames = outbox_.batch(1, 1);
-    if (frames.empty()) return;
-    file_.insert(file_.end(), frames[0].begin(), frames[0].end());
-    const auto kind = gateway::FrameKind(frames[0][7]);
-    if (kind != gateway::FrameKind::message) cut = kind == gateway::FrameKind::part;
   }
 }
 
@@ -197,20 +185,11 @@ void FolderLink::deliver(const fs::path& file) {
   if (!error) std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
   if (error || !fs::remove(file, error)) return;
 
-  gateway::FrameDecoder decoder(gateway::max_frame_payload_bytes);
-  gateway::MessageAssembler assembler;
-  std::span<const std::byte> rest(bytes);
-  while (const auto frame = decoder.next(rest)) {
-    const auto payload = assembler.take(*frame, longest_payload(settings_.max_message_bytes));
-    if (!payload) continue;
-    const auto message = gateway::read_message(*payload);
-    if (!message) return stats_.counters.add("received.refused.damaged");
-    ++stats_.received_messages;
-    stats_.received_bytes += message->bytes.size();
-    if (const auto tell = events_.arrived) tell(message->channel, message->bytes);
-  }
-  if (!rest.empty() || decoder.fault() != gateway::FrameDecoder::Fault::none || bytes.empty())
-    stats_.counters.add("received.refused.damaged");
+  const auto message = gateway::decode_message(bytes);
+  if (!message) return stats_.counters.add("received.refused.damaged");
+  ++stats_.received_messages;
+  stats_.received_bytes += message->bytes.size();
+  if (const auto tell = events_.arrived) tell(message->channel, message->bytes);
 }
 
 gateway::LinkKind folder_links() {

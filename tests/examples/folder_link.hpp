@@ -1,4 +1,4 @@
-// A link through a folder that both labs see, on this machine or mounted: each file is a few messages. An end puts its
+// A link through a folder that both labs see, on this machine or mounted: each message is a file. An end puts its
 // messages into FOLDER/PEER/LAB and takes those for it from FOLDER/LAB/PEER; a file `alive`, rewritten again and again,
 // tells the other end that it is at work. The link is as fast as the folder: a mount that hangs stops the gateway.
 #pragma once
@@ -54,7 +54,6 @@ class FolderLink final : public gateway::Link {
   void change(bool up, const std::string& why);
   void beat(Clock::time_point now);
   void send();
-  void fill_file();
   void receive();
   void deliver(const std::filesystem::path& file);
 
@@ -64,7 +63,6 @@ class FolderLink final : public gateway::Link {
   gateway::Outbox outbox_;
   gateway::LinkStats stats_;
   bool started_ = false, stopped_ = false;
-  std::vector<std::byte> file_;  // the next, until it is written
   std::uint64_t beats_ = 0, files_ = 0;
   Clock::time_point beat_due_{};
   std::optional<Beat> peer_beat_;             // the newest one
