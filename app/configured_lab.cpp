@@ -11,6 +11,7 @@
 #include "app/scenarios.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "lab/operator_message.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
@@ -92,8 +93,10 @@ ConfiguredLab::~ConfiguredLab() {
 
 ConfiguredLab::Membership::Membership(ConfiguredLab& lab, hal::Bus& public_bus)
     : runner_(*lab.runner_),
-      tap_(lab.private_bus_, public_bus,
-           {"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel}) {
+      tap_(lab.private_bus_, public_bus, {"[^/]+/world", "[^/]+/status", hal::channel::peers}),
+      commands_(public_bus.subscribe(lab::operator_channel, [&lab](std::string_view channel, auto bytes) {
+        lab.runner_->hear_command(channel, bytes);
+      })) {
   runner_.count(&public_bus);
 }
 

@@ -37,6 +37,7 @@ class ConfiguredLab {
    private:
     lab::Runner& runner_;
     hal::Tap tap_;
+    std::unique_ptr<hal::Bus::Subscription> commands_;  // of operators; the lab copies none to its private bus
   };
 
   const std::string& name() const { return run_config_.lab; }

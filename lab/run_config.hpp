@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -29,6 +30,7 @@ struct RunConfig {
   enum class OnPeerLost { pause, go_on, end } on_peer_lost = OnPeerLost::pause;  // in free mode; strict: end
   // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
   std::size_t max_message_bytes = 1 << 24;
+  std::filesystem::path operator_key;  // its file (OperatorKey); empty: the usual one
 
   void fields(const hal::Section& root);
   void check(const hal::Section& root);

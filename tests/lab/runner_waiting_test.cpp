@@ -111,7 +111,7 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
     while (runner.period() < period && runner.step(now += 1s) != Runner::Step::ended) REQUIRE(now < 1h);
   };
   const auto operator_says = [&](Kind kind) {
-    bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = kind}, 0ms));
+    bench.tell(static_cast<std::uint8_t>(kind));
     runner.step(now += 1s);
   };
   std::vector<Kind> said{Kind::run};

@@ -1,0 +1,50 @@
+// Where commands of operators come in: judges each, counts and says what it refuses, records what it admits.
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arkmesh/fleet_command_t.hpp"
+#include "hal/clock.hpp"
+#include "hal/counters.hpp"
+#include "hal/recorder.hpp"
+#include "lab/command_rights.hpp"
+#include "lab/run_config.hpp"
+
+namespace arkmesh::lab {
+
+class OperatorDesk {
+ public:
+  using Now = CommandRights::Now;
+
+  // Recorder and clock outlive it.
+  OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder, const hal::Clock& clock);
+
+  // A message of the public bus, which anybody on this machine may have sent.
+  void hear(std::string_view channel, std::span<const std::byte> bytes, Now now);
+  // What was admitted for the robots since the last call.
+  std::vector<fleet_command_t> take();
+  // The run is to end.
+  bool end_asked() const { return end_asked_; }
+  // From now on everything is refused.
+  void close() { closed_ = true; }
+  hal::Counters counters() const;
+
+ private:
+  void refuse(const Refusal& refusal);
+
+  const std::string lab_;
+  hal::Recorder& recorder_;
+  const hal::Clock& clock_;
+  CommandRights rights_;
+  std::vector<fleet_command_t> for_robots_;
+  bool end_asked_ = false, closed_ = false;
+  std::set<std::string, std::less<>> said_;  // reasons
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::lab
