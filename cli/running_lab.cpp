@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <random>
 
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 #include "lab/message_check.hpp"
 #include "lab/operator_message.hpp"
 
@@ -17,6 +17,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int attempts = 3;
+const std::string own_number = "operator.number";
+// Another attempt would be refused as well.
+constexpr std::string_view final_reasons[] = {"no_peers", "no_permission", "not_armed", "not_for_peers", "too_often"};
 constexpr std::string_view refused_prefix = "operator.refused.";
 
 // By reason.
@@ -30,16 +33,20 @@ std::map<std::string, std::int64_t> refusals(const lab_status_t& status) {
 }  // namespace
 
 // Of several that claim to be the lab the first is believed; what another lab is told it refuses.
-RunningLab::RunningLab(const hal::BusConfig& bus)
-    : bus_(bus.url, bus.hear), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
-        lab_status_t status;
-        if (!lab::check_status(bytes).empty() || !hal::decode(bytes, status)) return;
-        if (statuses_heard_ > 0 && (status.lab != status_.lab || status.nonce != status_.nonce)) return;
-        status_ = status;
-        status_.lab = hal::printable(status.lab, hal::max_lab_name);
-        status_.state = hal::printable(status.state, 200);
-        ++statuses_heard_;
-      })) {}
+RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own)
+    : bus_(bus.url, bus.hear),
+      number_counter_(own_number + (own.empty() ? "" : '.' + own)),
+      statuses_(bus_.subscribe(
+          (own.empty() ? "" : name + '/') + hal::channel::status, [this, name](std::string_view, auto bytes) {
+            lab_status_t status;
+            if (!lab::check_status(bytes).empty() || !hal::decode(bytes, status)) return;
+            if (!name.empty() && status.lab != name) return;
+            if (statuses_heard_ > 0 && (status.lab != status_.lab || status.nonce != status_.nonce)) return;
+            status_ = status;
+            status_.lab = hal::printable(status.lab, hal::max_lab_name);
+            status_.state = hal::printable(status.state, 200);
+            ++statuses_heard_;
+          })) {}
 
 bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition) {
   const auto until = std::chrono::steady_clock::now() + within;
@@ -65,14 +72,24 @@ std::string RunningLab::tell(std::uint8_t command, const std::function<void(oper
   message.lab = status_.lab;
   message.run_id = status_.nonce;
   message.command.command = command;
-  for (int i = 0; i < attempts; ++i)
-    if (admits(message, prove)) return {};
   std::string reasons;
-  for (const auto& [reason, n] : refusals(status_))
-    if (const auto it = before.find(reason); it == before.end() || it->second < n)
+  bool again = true;
+  for (int i = 0; i < attempts && again; ++i) {
+    if (admits(message, prove)) return {};
+    reasons.clear();
+    for (const auto& [reason, n] : refusals(status_)) {
+      if (const auto it = before.find(reason); it != before.end() && it->second == n) continue;
       reasons += (reasons.empty() ? "" : ", ") + hal::printable(reason, 60);
+      again = again && std::ranges::find(final_reasons, reason) == std::end(final_reasons);
+    }
+  }
   if (!reasons.empty())
     return fmt::format("{} refused it: {}; it says why, and docs/security.md what to do", name(), reasons);
+  if (number_counter_ != own_number)
+    return fmt::format(
+        "{} has not answered within 10 s; does this lab's gateway export operator_command, and does {}'s "
+        "import it? (docs/security.md)",
+        name(), name());
   return fmt::format("{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause",
                      name());
 }
@@ -80,14 +97,15 @@ std::string RunningLab::tell(std::uint8_t command, const std::function<void(oper
 // A status that comes after the message may have been on its way; the second one tells, if the lab heard it.
 bool RunningLab::admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove) {
   std::random_device device;
-  const std::int64_t newest = counter("operator.number");
+  const std::int64_t newest = counter(number_counter_);
+  message.clock_us = counter("operator.clock_us");
   message.number = newest + std::uniform_int_distribution<std::int64_t>(1, lab::number_window)(device);
   prove(message);
   bus_.publish(lab::operator_channel, message);
   const int heard = statuses_heard_;
   const bool ends = message.command.command == operator_command_t::stop;
-  const auto admitted = [&] { return counter("operator.number") >= message.number || (ends && has_ended()); };
-  comes_to(3400ms, [&] { return admitted() || statuses_heard_ >= heard + 3; });
+  const auto admitted = [&] { return counter(number_counter_) >= message.number || (ends && has_ended()); };
+  comes_to(3400ms, [&] { return admitted() || statuses_heard_ >= heard + 2; });
   return admitted();
 }
 

@@ -12,13 +12,15 @@
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/messages.hpp"
 
 namespace arkmesh::cli {
 
 class RunningLab {
  public:
-  // The lab whose bus this is.
-  explicit RunningLab(const hal::BusConfig& bus);
+  // The lab `name`, or whichever it is, whose bus this is; or lab `name`, a peer of `own`, whose bus this is. What says
+  // that it is another one is not believed: a command for it would be carried there.
+  RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own = {});
 
   // False when it has said nothing within the time that labs take for it.
   bool speaks();
@@ -39,6 +41,7 @@ class RunningLab {
   std::int64_t counter(std::string_view name) const;
 
   hal::Bus bus_;
+  std::string number_counter_;  // of its status: the newest command of ours
   lab_status_t status_;
   int statuses_heard_ = 0;
   std::unique_ptr<hal::Bus::Subscription> statuses_;

@@ -125,7 +125,7 @@ std::string_view check_operator_command(std::span<const std::byte> bytes) {
   Walker w(bytes);
   w.fingerprint(operator_command_t::getHash());
   w.text();
-  w.skip(8 + 8);          // run id, number
+  w.skip(8 + 8 + 8);      // run id, number, clock
   w.skip(8 + 1 + 1 + 9);  // command
   w.skip(64);             // proof
   return w.verdict();

@@ -7,37 +7,40 @@
 #include <utility>
 
 #include "hal/bus.hpp"
+#include "hal/label.hpp"
+#include "hal/messages.hpp"
 #include "lab/message_check.hpp"
+#include "lab/operator_message.hpp"
 
 namespace arkmesh::lab {
 
 OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
                            const hal::Clock& clock)
-    : lab_(config.lab),
-      recorder_(recorder),
-      clock_(clock),
-      rights_(config.lab, run_id, OperatorKey(config.operator_key)) {}
+    : lab_(config.lab), recorder_(recorder), clock_(clock), rights_(config, run_id) {}
 
 void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> bytes, Now now) {
+  const auto slash = channel.rfind('/');
+  const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
   operator_command_t message;
   if (!check_operator_command(bytes).empty() || !hal::decode(bytes, message))
-    return refuse({"undecodable", "it is no operator_command_t"});
-  if (closed_) return refuse({"ended", "the run has ended"});
-  if (const auto refusal = rights_.refusal(message, now)) return refuse(*refusal);
-  counters_.add("operator.commands");
+    return refuse(peer, {"undecodable", "it is no operator_command_t"});
+  if (closed_) return refuse(peer, {"ended", "the run has ended"});
+  if (message.lab != lab_) return counters_.add("operator.for_other_lab");
+  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, *refusal);
   recorder_.record(clock_.now(), channel, bytes);
   if (message.command.command == operator_command_t::stop)
     end_asked_ = true;
-  else
+  else if (message.command.command != operator_command_t::arm && message.command.command != operator_command_t::disarm)
     for_robots_.push_back(message.command);
 }
 
-void OperatorDesk::refuse(const Refusal& refusal) {
+void OperatorDesk::refuse(const std::string& peer, const Refusal& refusal) {
   const std::string counter = fmt::format("operator.refused.{}", refusal.why);
   counters_.add(counter);
   if (said_.emplace(refusal.why).second)
-    spdlog::warn("{} refused a command of an operator: {}; further ones are counted as {}", lab_, refusal.sentence,
-                 counter);
+    spdlog::warn("{} refused a command on {}: {}; further ones are counted as {}", lab_,
+                 peer.empty() ? operator_channel : hal::printable(peer, hal::max_lab_name) + '/' + operator_channel,
+                 refusal.sentence, counter);
 }
 
 std::vector<fleet_command_t> OperatorDesk::take() {
@@ -46,7 +49,7 @@ std::vector<fleet_command_t> OperatorDesk::take() {
 
 hal::Counters OperatorDesk::counters() const {
   hal::Counters all = counters_;
-  if (rights_.newest() > 0) all.set("operator.number", static_cast<std::uint64_t>(rights_.newest()));
+  all.merge(rights_.counters());
   return all;
 }
 

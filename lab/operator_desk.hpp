@@ -24,18 +24,25 @@ class OperatorDesk {
   // Recorder and clock outlive it.
   OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder, const hal::Clock& clock);
 
-  // A message of the public bus, which anybody on this machine may have sent.
+  // As CommandRights.
+  void ask(PeerSignatures* signatures) { rights_.ask(signatures); }
+  bool armed() const { return rights_.armed(); }
+  // A message of the public bus, which anybody on this machine may have sent: on operator_channel of the own operator,
+  // behind "<lab>/" of another lab's.
   void hear(std::string_view channel, std::span<const std::byte> bytes, Now now);
   // What was admitted for the robots since the last call.
   std::vector<fleet_command_t> take();
   // The run is to end.
   bool end_asked() const { return end_asked_; }
   // From now on everything is refused.
-  void close() { closed_ = true; }
+  void close() {
+    closed_ = true;
+    rights_.disarm();
+  }
   hal::Counters counters() const;
 
  private:
-  void refuse(const Refusal& refusal);
+  void refuse(const std::string& peer, const Refusal& refusal);
 
   const std::string lab_;
   hal::Recorder& recorder_;
@@ -43,7 +50,7 @@ class OperatorDesk {
   CommandRights rights_;
   std::vector<fleet_command_t> for_robots_;
   bool end_asked_ = false, closed_ = false;
-  std::set<std::string, std::less<>> said_;  // reasons
+  std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;
 };
 

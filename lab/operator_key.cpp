@@ -38,16 +38,17 @@ OperatorKey::OperatorKey(std::filesystem::path file) : file_(std::move(file)) {
   if (const auto folder = hal::user_folder(); !folder.empty()) file_ = folder / "operator.key";
 }
 
-void OperatorKey::make() const {
+bool OperatorKey::make() const {
   if (file_.empty()) throw hal::ConfigError("no folder for the key of operators: the variable HOME is not set");
   std::error_code error;
-  if (std::filesystem::exists(file_, error)) return;
+  if (std::filesystem::exists(file_, error)) return false;
   std::array<std::uint8_t, key_bytes> key{};
   if (RAND_bytes(key.data(), static_cast<int>(key.size())) != 1)
     throw std::runtime_error("OpenSSL gives no random bytes; is its package libssl3 whole?");
   std::string text;
   for (const std::uint8_t byte : key) text += fmt::format("{:02x}", byte);
   hal::write_guarded(file_, text + '\n', hal::secret_mode);
+  return true;
 }
 
 void OperatorKey::read() {

@@ -17,9 +17,9 @@ class OperatorKey {
   explicit OperatorKey(std::filesystem::path file = {});
 
   const std::filesystem::path& file() const { return file_; }
-  // Unless it is there. Throws hal::ConfigError when there is no place for it, std::runtime_error when the disk
-  // refuses.
-  void make() const;
+  // Unless it is there; says whether it was not. Throws hal::ConfigError when there is no place for it,
+  // std::runtime_error when the disk refuses.
+  bool make() const;
   // Throws hal::ConfigError, in one sentence, when there is no key, when others can read it, or when it is damaged;
   // std::runtime_error when the machine cannot read it at the moment.
   void read();

@@ -53,6 +53,10 @@ class Runner {
   void hear_command(std::string_view channel, std::span<const std::byte> bytes) {
     operators_.hear(channel, bytes, now_);
   }
+  // Who knows the signatures of other labs' operators, and outlives the runner.
+  void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
+  bool armed() const { return operators_.armed(); }
+  Now now() const { return now_; }  // of the current step
   // Ends the run early and says why to others first: as the operator wishes, or as failed. A run that has finished
   // stays so, and the lab goes soon.
   void stop(std::string_view why);

@@ -26,6 +26,7 @@ struct DeskBench {
   static lab::RunConfig config_of(const lab::OperatorKey& key) {
     lab::RunConfig config;
     config.lab = "a";
+    config.safety.commands_from = {"b", "c"};
     config.operator_key = key.file();
     return config;
   }
@@ -69,7 +70,7 @@ TEST_CASE("a command counts once, for this run of this lab, and by the user's ke
   operator_command_t other = command_for_a(bench.key, run, 8);
   other.lab = "b";
   bench.hear(other);
-  CHECK(bench.refused("other_lab") == 1);
+  CHECK(bench.desk.counters()["operator.for_other_lab"] == 1);
   lab::OperatorKey stranger(bench.folder.path() / "stranger/operator.key");
   stranger.make(), stranger.read();
   bench.hear(command_for_a(stranger, run, 8));
@@ -113,6 +114,106 @@ TEST_CASE("what is refused is not recorded") {
   int events = 0;
   while (log.next()) ++events;
   CHECK(events == 1);
+}
+
+TEST_CASE("another lab's operator is obeyed with permission, while the lab is armed, and not too often") {
+  DeskBench bench;
+  ByteSignatures signatures;
+  bench.desk.ask(&signatures);
+  constexpr std::uint8_t arm = operator_command_t::arm, disarm = operator_command_t::disarm;
+  std::int64_t number = 0;
+  const auto own = [&](std::uint8_t command) { bench.hear(command_for_a(bench.key, command, ++number)); };
+  const auto peer = [&](const std::string& who, const operator_command_t& message) {
+    bench.desk.hear(who + "/operator_command", encoded(message), bench.now += 1ms);
+  };
+  const auto armed = [&] { return bench.desk.counters()["operator.armed"] == 1 && bench.desk.armed(); };
+
+  peer("b", command_of("b", pause_robots, 1));  // never armed after a start
+  CHECK(bench.refused("not_armed") == 1);
+  peer("b", command_of("b", arm, 1));
+  CHECK(bench.refused("not_for_peers") == 1);
+  CHECK_FALSE(armed());
+  own(arm);
+  CHECK(armed());
+  peer("d", command_of("d", pause_robots, 1));
+  CHECK(bench.refused("no_permission") == 1);
+  peer("b", command_for_a(bench.key, pause_robots, 1));
+  peer("b", command_of("c", pause_robots, 1));
+  CHECK(bench.refused("bad_proof") == 2);
+  CHECK(bench.taken().empty());
+
+  peer("b", command_of("b", pause_robots, 1));
+  CHECK(bench.taken() == std::vector<int>{pause_robots});
+  CHECK(armed());
+  peer("b", command_of("b", run, 2));
+  CHECK(bench.refused("too_often") == 1);
+  bench.now += 1s;
+  peer("b", command_of("b", pause_robots, 1));
+  CHECK(bench.refused("replayed") == 1);
+  peer("b", command_of("b", 4, 2));
+  peer("b", command_of("b", disarm, 2));
+  CHECK(bench.refused("not_for_peers") == 3);
+  peer("b", command_of("b", run, 2));
+  peer("c", command_of("c", run, 1));
+  CHECK(bench.taken() == std::vector<int>{run, run});
+  CHECK(bench.desk.counters()["operator.commands.b"] == 2);
+  CHECK(bench.desk.counters()["operator.number.c"] == 1);
+  operator_command_t for_b = command_of("b", pause_robots, 3);
+  for_b.lab = "b";  // what that lab's operator tells that lab comes here, too
+  peer("b", for_b);
+  CHECK(bench.desk.counters()["operator.for_other_lab"] == 1);
+
+  // The own operator's pause, stop and disarm end it.
+  bench.now += 1s;
+  for (const std::uint8_t last : {pause_robots, disarm}) {
+    own(arm);
+    CHECK(armed());
+    own(last);
+    CHECK_FALSE(armed());
+    peer("b", command_of("b", run, 3));
+  }
+  CHECK(bench.refused("not_armed") == 3);
+  own(arm);
+  peer("b", command_of("b", operator_command_t::stop, 4));
+  CHECK(bench.desk.end_asked());
+  CHECK_FALSE(armed());
+}
+
+TEST_CASE("a flood of forged signatures costs a lab few looks") {
+  DeskBench bench;
+  ByteSignatures signatures;
+  bench.desk.ask(&signatures);
+  bench.hear(command_for_a(bench.key, operator_command_t::arm, 1));
+  for (int i = 0; i < 900; ++i)
+    bench.desk.hear("b/operator_command", encoded(command_of("x", pause_robots, 1)), bench.now += 1ms);
+  CHECK(signatures.asked <= 50);
+  CHECK(bench.refused("bad_proof") + bench.refused("too_often") == 900);
+  CHECK(bench.taken().empty());
+}
+
+TEST_CASE("a command that was long on its way is too old") {
+  // As over a link that was down: who asked for it is gone, or hands are among the robots by now.
+  DeskBench bench;
+  bench.now = 100s;
+  bench.hear(command_for_a(bench.key, run, 1));
+  CHECK(bench.refused("too_old") == 1);
+  bench.now = 20s;
+  bench.hear(command_for_a(bench.key, run, 1));
+  CHECK(bench.taken().size() == 1);
+}
+
+TEST_CASE("a lab with nobody to arm it for says so") {
+  const TemporaryDirectory folder;
+  hal::Recorder recorder(folder.path(), 0, {.log = false});
+  hal::OwnedClock clock;
+  lab::OperatorKey key(folder.path() / "operator.key");
+  key.make(), key.read();
+  lab::RunConfig config = DeskBench::config_of(key);
+  config.safety.commands_from.clear();
+  lab::OperatorDesk desk(config, 5, recorder, clock);
+  desk.hear("operator_command", encoded(command_for_a(key, operator_command_t::arm, 1)), 1s);
+  CHECK(desk.counters()["operator.refused.no_peers"] == 1);
+  CHECK(desk.counters()["operator.armed"] == 0);
 }
 
 TEST_CASE("the key of operators is made once, and refused when others can read it") {

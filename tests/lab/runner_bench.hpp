@@ -145,7 +145,7 @@ struct Bench {
   void tell(std::uint8_t command) {
     key.make(), key.read();
     const auto number = static_cast<std::int64_t>(runner.drops()["operator.number"]) + 1;
-    runner.hear_command(lab::operator_channel, encoded(command_for_a(key, command, number)));
+    runner.hear_command(lab::operator_channel, encoded(command_for_a(key, command, number, 5, runner.now().count())));
   }
   lab::Runner::Step step() { return runner.step(now += 1ms); }
   void run() {

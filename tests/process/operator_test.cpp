@@ -18,6 +18,7 @@
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/bus.hpp"
 #include "tests/support/labs/lab_processes.hpp"
+#include "tests/support/network/test_keys.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
@@ -126,9 +127,44 @@ TEST_CASE("a lab does not obey who cannot prove to be its operator, and its hash
   CHECK(counters.value("operator.refused.bad_proof", 0) + counters.value("operator.refused.no_key", 0) > 0);
   CHECK_FALSE(counters.contains("operator.commands"));
   const std::string said = labs.lab_output("shark");
-  CHECK(said.find("shark refused a command of an operator") != std::string::npos);
+  CHECK(said.find("shark refused a command on operator_command: ") != std::string::npos);
   CHECK(std::count(said.begin(), said.end(), '\n') < 50);
   CHECK(tests::read_file(labs.directory("shark") / "log.lcm").find("operator_command") == std::string::npos);
+}
+
+TEST_CASE("an operator pauses another lab that is armed for it, and no other") {
+  // Over the gateways, by the key of the own lab; what the other lab's own operator does disarms it.
+  const tests::TestKeys keys;
+  keys.join("shark", "roark");
+  const auto keys_of = [&](const std::string& lab) { return "gateway.keys=\"" + keys.of(lab).path().string() + "\""; };
+  tests::LabProcesses labs(
+      {.overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5", "gateway.ordered=[\"operator_command\"]"},
+       .by_lab = {{"shark",
+                   {keys_of("shark"), "safety.commands_from=[\"roark\"]",
+                    "gateway.imports=[\"world\",\"status\",\"operator_command\"]"}},
+                  {"roark", {keys_of("roark")}}}});
+  labs.start();
+  REQUIRE(labs.reached("shark", 1, 300s));
+  const tests::TemporaryFolder folder;
+  auto tell = [&, told = 0](std::vector<std::string> words, const std::string& lab, int code) mutable {
+    words.insert(words.end(), {ARKMESH_SOURCE_DIR "/experiments/dhtf/" + lab + ".toml", "--set",
+                               "bus.url=\"" + labs.bus_url(lab) + "\"", "--set", keys_of(lab)});
+    tests::Process process(ARKMESH_PROGRAM, words, folder.path() / fmt::format("said-{}.txt", ++told));
+    CHECK(process.wait(300s) == code);
+    return process.output();
+  };
+  CHECK(tell({"pause", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"arm"}, "shark", 0).find("running, armed") != std::string::npos);
+  CHECK(tell({"status"}, "shark", 0).find("lab shark: running, armed") == 0);
+  CHECK(tell({"pause", "--at", "shark"}, "roark", 0).starts_with("shark paused its robots at period"));
+  CHECK(tell({"resume"}, "shark", 0).starts_with("shark lets its robots go on from period"));
+  CHECK(tell({"pause"}, "shark", 0).find("armed") == std::string::npos);
+  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"stop"}, "shark", 0).starts_with("shark ended at period"));
+  CHECK(labs.lab("shark").wait(300s) == 3);
+  const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
+  CHECK(counters.at("operator.commands.roark") == 1);
+  CHECK(counters.at("operator.refused.not_armed") == 2);
 }
 
 TEST_CASE("up runs labs and gateways as one, and Ctrl-C ends them all with their results") {
