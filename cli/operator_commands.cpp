@@ -119,7 +119,8 @@ void add_operator_command(CLI::App& app, const OperatorWord& word) {
   options->add_to(*command);
   std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
   if (word.at_others) {
-    command->add_option("--at", options->at, "Another lab, which lets this one's operator: the file is this lab's");
+    command->add_option("--at", options->at, "Another lab, which lets this one's operator: the file is this lab's")
+        ->type_name("LAB");
     examples +=
         fmt::format("\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark; shark is armed", word.name);
   }

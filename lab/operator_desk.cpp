@@ -16,25 +16,28 @@ namespace arkmesh::lab {
 
 OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
                            const hal::Clock& clock)
-    : lab_(config.lab), recorder_(recorder), clock_(clock), rights_(config, run_id) {}
+    : lab_(config.lab), recorder_(recorder), clock_(clock), rights_(config, run_id), audit_(recorder, clock) {}
 
 void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> bytes, Now now) {
   const auto slash = channel.rfind('/');
   const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
   operator_command_t message;
   if (!check_operator_command(bytes).empty() || !hal::decode(bytes, message))
-    return refuse(peer, {"undecodable", "it is no operator_command_t"});
-  if (closed_) return refuse(peer, {"ended", "the run has ended"});
+    return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
+  const int command = message.command.command;
+  if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
-  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, *refusal);
+  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);
+  audit_.admitted(peer, command);
   recorder_.record(clock_.now(), channel, bytes);
-  if (message.command.command == operator_command_t::stop)
+  if (command == operator_command_t::stop)
     end_asked_ = true;
-  else if (message.command.command != operator_command_t::arm && message.command.command != operator_command_t::disarm)
+  else if (command != operator_command_t::arm && command != operator_command_t::disarm)
     for_robots_.push_back(message.command);
 }
 
-void OperatorDesk::refuse(const std::string& peer, const Refusal& refusal) {
+void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
+  audit_.refused(peer, command, refusal.why);
   const std::string counter = fmt::format("operator.refused.{}", refusal.why);
   counters_.add(counter);
   if (said_.emplace(refusal.why).second)

@@ -1,4 +1,5 @@
-// Where commands of operators come in: judges each, counts and says what it refuses, records what it admits.
+// Where commands of operators come in: judges each, counts and says what it refuses, records what it admits,
+// and keeps the books about both.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include "hal/clock.hpp"
 #include "hal/counters.hpp"
 #include "hal/recorder.hpp"
+#include "lab/command_audit.hpp"
 #include "lab/command_rights.hpp"
 #include "lab/run_config.hpp"
 
@@ -42,12 +44,13 @@ class OperatorDesk {
   hal::Counters counters() const;
 
  private:
-  void refuse(const std::string& peer, const Refusal& refusal);
+  void refuse(const std::string& peer, int command, const Refusal& refusal);
 
   const std::string lab_;
   hal::Recorder& recorder_;
   const hal::Clock& clock_;
   CommandRights rights_;
+  CommandAudit audit_;
   std::vector<fleet_command_t> for_robots_;
   bool end_asked_ = false, closed_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals

@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "hal/config.hpp"
 #include "hal/event_log.hpp"
@@ -214,6 +216,32 @@ TEST_CASE("a lab with nobody to arm it for says so") {
   desk.hear("operator_command", encoded(command_for_a(key, operator_command_t::arm, 1)), 1s);
   CHECK(desk.counters()["operator.refused.no_peers"] == 1);
   CHECK(desk.counters()["operator.armed"] == 0);
+}
+
+TEST_CASE("the audit has a line for each command, and only the first thousand of those refused") {
+  DeskBench bench;
+  bench.clock.set(1500ms);
+  bench.hear(command_for_a(bench.key, operator_command_t::stop, 1));
+  const auto lines = [&] {
+    std::ifstream in(bench.folder.path() / "run/audit.csv");
+    std::vector<std::string> all;
+    for (std::string line; std::getline(in, line);) all.push_back(line);
+    return all;
+  };
+  // At once: what comes after it may be a power cut.
+  REQUIRE(lines().size() == 2);
+  CHECK(lines()[0] == "utc,lab_time_s,lab,command,outcome");
+  CHECK(lines()[1].substr(20) == ",1.500,,stop,admitted");
+  bench.hear(std::as_bytes(std::span("junk")));
+  bench.desk.hear("b,\"\x1b/operator_command", encoded(command_of("b", pause_robots, 1)), bench.now);
+  for (int i = 0; i < 5000; ++i) bench.hear(command_for_a(bench.key, run, 1));
+  bench.recorder.flush();
+  const auto all = lines();
+  REQUIRE(all.size() == 1003);
+  CHECK(all[2].substr(20) == ",1.500,,,undecodable");
+  CHECK(all[3].substr(20) == ",1.500,b???,pause,no_permission");
+  CHECK(all[1001].substr(20) == ",1.500,,resume,replayed");
+  CHECK(all[1002].substr(20) == ",1.500,,,further refused ones are only counted");
 }
 
 TEST_CASE("the key of operators is made once, and refused when others can read it") {

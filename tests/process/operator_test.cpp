@@ -165,6 +165,9 @@ TEST_CASE("an operator pauses another lab that is armed for it, and no other") {
   const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
   CHECK(counters.at("operator.commands.roark") == 1);
   CHECK(counters.at("operator.refused.not_armed") == 2);
+  const std::string audit = tests::read_file(labs.directory("shark") / "audit.csv");
+  CHECK(audit.find(",roark,pause,not_armed\n") != std::string::npos);
+  CHECK(audit.find(",roark,pause,admitted\n") != std::string::npos);
 }
 
 TEST_CASE("up runs labs and gateways as one, and Ctrl-C ends them all with their results") {
