@@ -185,10 +185,13 @@ void Runner::merge_period() {
 void Runner::look_for_lost_peers() {
   const PeerWait lost = peers_.lost();
   if (!lost.give_up.empty()) return fail(lost.give_up);
-  paused_ = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
+  const std::string silence = peers_.silence();
+  paused_ = !silence.empty() || (!lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause);
   port_.keep_still(paused_, data_.now);
   if (!lost.text.empty())
     state_.does = fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
+  else if (paused_)
+    state_.does = "paused: " + silence;
   else
     state_.does = port_.told_to_run() ? "running" : "running, with its robots paused";
 }

@@ -13,6 +13,12 @@ void SafetyConfig::fields(const hal::Section& safety) {
                "(arkmesh arm)"});
   safety.field("commands_per_s", commands_per_s,
                {.range = {0.001, 100}, .unit = "1/s", .help = "commands of each of these labs, at most"});
+  safety.field(
+      "pause_after_s", pause_after,
+      {.range = {0, 1e6},
+       .unit = "s",
+       .help = "robots that keep real time pause when no new state of any peer was applied for so long, and for "
+               "two periods; 0: never"});
 }
 
 void SafetyConfig::check(const hal::Section& safety, const std::string& lab,
