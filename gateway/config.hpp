@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/link.hpp"
+#include "gateway/channel_rules.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -25,8 +25,9 @@ struct GatewayConfig {
   std::filesystem::path keys;                           // the folder of keys; empty: KeyFolder::default_folder()
   std::vector<std::string> latest{"world", "status"};   // gateway.exports: the newest message counts
   std::vector<std::string> ordered;                     // gateway.ordered: all of them count
-  std::vector<Rule> exports;                            // both
   std::vector<std::string> imports{"world", "status"};  // channels that peers may publish here
+  std::vector<ChannelRule> first_rules;                 // gateway.rules
+  ChannelRules rules;                                   // these and, after them, the three short forms
   std::size_t outbox_bytes = 4 << 20;                   // what may wait for one peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;            // longer messages are not sent and not taken
   std::vector<PeerConfig> peers;                        // those of gateway.peers that take part
@@ -36,6 +37,9 @@ struct GatewayConfig {
   void check(const hal::Section& gateway);
   // Whether anything of it is TLS.
   bool needs_keys() const;
+
+ private:
+  void gather_rules(const hal::Section& gateway);
 };
 
 // `lab`: this one; `labs`: shared.labs. Throws ConfigError.

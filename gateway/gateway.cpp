@@ -1,4 +1,4 @@
-// Bus -> links by exact subscriptions, links -> bus under the peer's name, and the books about both.
+// Bus -> links by one subscription, links -> bus under the peer's name, and the books about both.
 #include "gateway/gateway.hpp"
 
 #include <algorithm>
@@ -39,18 +39,37 @@ struct Gateway::State {
   hal::Bus& bus;
   std::string lab;
   std::uint64_t boot_id;
-  std::vector<std::string> imports;
+  ChannelRules rules;
   std::vector<std::unique_ptr<Link>> links;
   std::vector<Peer> peers;  // as links
-  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions;
+  std::unique_ptr<hal::Bus::Subscription> subscription;
+  // Channels of this bus that some peer gets, and how each does.
+  std::map<std::string, std::vector<std::optional<Rule>>, std::less<>> ways;
   hal::Counters counters;
   bool changed = true;
   std::optional<Now> published;
 
+  void export_to_peers(std::string_view channel, std::span<const std::byte> bytes) {
+    auto found = ways.find(channel);
+    if (found == ways.end()) {
+      if (!is_exported_name(channel)) return counters.add("sent.refused.channel_name");
+      std::vector<std::optional<Rule>> each(links.size());
+      for (std::size_t i = 0; i < links.size(); ++i)
+        if (const ChannelRule* rule = rules.passing(Direction::exports, channel, links[i]->peer()))
+          each[i] = {rule->name_of(std::string(channel)), rule->delivery};
+      if (std::ranges::none_of(each, [](const auto& way) { return way.has_value(); })) return;
+      if (ways.size() == max_channels) return counters.add("sent.refused.too_many_channels");
+      found = ways.emplace(channel, std::move(each)).first;
+    }
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (const std::optional<Rule>& way = found->second[i]) links[i]->offer(*way, way->channel, bytes);
+  }
+
   void arrived(Peer& peer, std::string_view channel, std::span<const std::byte> bytes) {
     if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
-    if (std::ranges::find(imports, channel) == imports.end()) return refuse(peer, channel);
-    std::string name = foreign_name(peer.link->peer(), channel);
+    const ChannelRule* const rule = rules.passing(Direction::imports, channel, peer.link->peer());
+    if (!rule) return refuse(peer, channel);
+    std::string name = foreign_name(peer.link->peer(), rule->name_of(std::string(channel)));
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
       if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");
@@ -97,21 +116,17 @@ struct Gateway::State {
   }
 };
 
-Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
-                 std::vector<std::string> imports, std::vector<std::unique_ptr<Link>> links)
-    : state_(new State{bus, std::move(lab), boot_id, std::move(imports), std::move(links), {}, {}, {}, true, {}}) {
+Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, ChannelRules rules,
+                 std::vector<std::unique_ptr<Link>> links)
+    : state_(new State{bus, std::move(lab), boot_id, std::move(rules), std::move(links), {}, {}, {}, {}, true, {}}) {
   assert(boot_id != 0 && "0 stands for a peer that was never met");
   State* state = state_.get();
   state->peers.resize(state->links.size());
   for (std::size_t i = 0; i < state->links.size(); ++i) state->peers[i].link = state->links[i].get();
-
-  for (const Rule& rule : exports) {
-    assert(is_exported_name(rule.channel));
-    auto to_all = [state, rule](std::string_view channel, std::span<const std::byte> bytes) {
-      for (const auto& link : state->links) link->offer(rule, channel, bytes);
-    };
-    state->subscriptions.push_back(bus.subscribe(exact_pattern(rule.channel), std::move(to_all)));
-  }
+  if (const std::string pattern = state->rules.bus_pattern(); !pattern.empty())
+    state->subscription = bus.subscribe(pattern, [state](std::string_view channel, std::span<const std::byte> bytes) {
+      state->export_to_peers(channel, bytes);
+    });
 }
 
 void Gateway::start() {

@@ -160,7 +160,9 @@ class GatewayProcess {
     settings.lab = config_.lab;
     settings.experiment = config_.experiment;
     settings.boot_id = boot_id_;
-    for (const Rule& rule : config_.gateway.exports) settings.exports.push_back(exported(rule.channel));
+    std::vector<std::string> peers;
+    for (const PeerConfig& peer : config_.gateway.peers) peers.push_back(peer.lab);
+    settings.exports = config_.gateway.rules.announced(peers);
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
@@ -173,8 +175,7 @@ class GatewayProcess {
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers)
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
-    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, config_.gateway.imports,
-                                         std::move(links));
+    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.rules, std::move(links));
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));

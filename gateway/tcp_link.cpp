@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gateway/address.hpp"
+#include "gateway/channel_name.hpp"
 #include "gateway/tcp_node.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/messages.hpp"
@@ -158,7 +159,7 @@ void TcpLink::on_up(Session& session) {
 
 void TcpLink::on_message(Session& session, const MessageView& message) {
   const auto& listed = session.peer().channels;
-  if (std::ranges::find(listed, message.channel, &ExportedChannel::name) == listed.end())
+  if (std::ranges::none_of(listed, [&](const auto& each) { return matches(each.name, message.channel); }))
     return stats_.counters.add("received.refused.unlisted_channel");
   ++stats_.received_messages;
   stats_.received_bytes += message.bytes.size();

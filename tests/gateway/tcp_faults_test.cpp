@@ -75,8 +75,8 @@ struct TwoTcpLabs {
     lab.node = std::make_unique<TcpNode>(io, std::move(settings));
     std::vector<std::unique_ptr<Link>> links;
     links.push_back(lab.node->link(peer, connect));
-    lab.gateway = std::make_unique<Gateway>(lab.bus, name, boot, exports,
-                                            std::vector<std::string>{"world", "status", "events"}, std::move(links));
+    lab.gateway = std::make_unique<Gateway>(lab.bus, name, boot, ChannelRules(exports, {"world", "status", "events"}),
+                                            std::move(links));
     lab.gateway->start();
   }
   template <class Condition>
