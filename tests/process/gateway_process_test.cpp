@@ -108,6 +108,23 @@ TEST_CASE("a gateway that was left running by another experiment is refused by n
   CHECK(says(roark, "gateway of shark belongs to experiment 'dhtf', this one to 'last week'", 300s));
 }
 
+TEST_CASE("arkmesh explain says which rule lets a channel pass, or why none does") {
+  // Both sides' rules count; the exit code is 0 when it passes, 1 when it does not, 2 when the question is wrong.
+  const Files files;
+  int runs = 0;
+  const auto explained = [&](int code, std::vector<std::string> words) {
+    words.insert(words.begin(), "explain");
+    Process process(ARKMESH_PROGRAM, words, files.folder.path() / fmt::format("explain{}.txt", runs++));
+    CHECK(process.wait(300s) == code);
+    return process.output();
+  };
+  CHECK(explained(0, {"world", "--to", "roark", files.shark, files.roark})
+            .find("lab roark imports world from shark as shark/world: rule 3") != std::string::npos);
+  CHECK(explained(1, {"poses", "--from", "roark", files.shark}).find("add \"poses\" to gateway.imports in ") !=
+        std::string::npos);
+  CHECK(explained(2, {"world", "--to", "lynx", files.shark}).find("lab shark has no peer lynx") != std::string::npos);
+}
+
 TEST_CASE("two labs that have never met are joined over TLS") {
   // As docs/security.md tells it: a key for each lab, each other's certificate, one line of configuration. Without a
   // key a gateway does not start, and says how to make one.
