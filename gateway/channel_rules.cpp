@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
 
 #include "gateway/channel_name.hpp"
 #include "hal/messages.hpp"
@@ -23,6 +23,18 @@ void ChannelRule::fields(const hal::Section& rule) {
              {.help = "what the channel is called at the peer, or behind PEER/ here. Empty: as it was"});
   rule.field("delivery", delivery,
              {.help = "of exports: whether the newest message counts or every one", .one_of = {"latest", "ordered"}});
+  rule.field("rate_hz", rate_hz,
+             {.range = {1e-3, 1e6},
+              .unit = "Hz",
+              .help = "of imports: more messages of a channel and peer are refused; a second's worth may come at once",
+              .sample = "10",
+              .default_is = "no limit"});
+  rule.field("bytes_per_s", bytes_per_s,
+             {.range = {1, 1e12},
+              .unit = "bytes/s",
+              .help = "the same of bytes",
+              .sample = "100000",
+              .default_is = "no limit"});
 }
 
 void ChannelRule::check(const hal::Section& rule) {
@@ -48,6 +60,9 @@ void ChannelRule::check(const hal::Section& rule) {
   }
   if (delivery != Delivery::latest && (!allows() || direction == Direction::imports))
     rule.refuse("delivery", "means something in a rule that allows an export only; remove it");
+  for (const auto& [name, limit] : {std::pair("rate_hz", rate_hz), std::pair("bytes_per_s", bytes_per_s)})
+    if (!std::isnan(limit) && (!allows() || direction == Direction::exports))
+      rule.refuse(name, "means something in a rule that allows an import only; remove it");
   key = rule.path();
   place = rule.place(kind);
 }
@@ -70,6 +85,11 @@ const ChannelRule* ChannelRules::about(Direction way, std::string_view channel, 
 const ChannelRule* ChannelRules::passing(Direction way, std::string_view channel, std::string_view peer) const {
   const ChannelRule* const rule = about(way, channel, peer);
   return rule && rule->allows() ? rule : nullptr;
+}
+
+PeerLimits ChannelRules::limits_of(std::string_view peer) const {
+  const auto found = limits_.find(peer);
+  return found == limits_.end() ? PeerLimits() : found->second;
 }
 
 std::vector<ExportedChannel> ChannelRules::announced(const std::vector<std::string>& peers) const {

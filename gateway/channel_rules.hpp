@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +16,8 @@
 
 namespace arkmesh::gateway {
 
+inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
+
 enum class Direction { exports, imports };
 
 // One [[gateway.rules]], or one name of the short forms gateway.exports, .ordered and .imports.
@@ -24,6 +27,8 @@ struct ChannelRule {
   std::vector<std::string> peers;  // labs that it is about; empty: all
   std::string rename;              // what the channel is called on the other side; empty: the same
   Delivery delivery = Delivery::latest;
+  // Of each channel and peer; a NaN is no limit.
+  double rate_hz = not_given, bytes_per_s = not_given;
   std::string key;    // "gateway.rules[1]"
   std::string place;  // "shark.toml:12"; empty when no file says it
 
@@ -34,6 +39,11 @@ struct ChannelRule {
   bool is_about(Direction way, std::string_view channel, std::string_view peer) const;
   // What it makes of a channel that it is about.
   const std::string& name_of(const std::string& channel) const { return rename.empty() ? channel : rename; }
+};
+
+// What a peer may publish here in all; a NaN is no limit.
+struct PeerLimits {
+  double rate_hz = not_given, bytes_per_s = not_given;
 };
 
 class ChannelRules {
@@ -50,6 +60,9 @@ class ChannelRules {
   // The same, when that rule allows it.
   const ChannelRule* passing(Direction way, std::string_view channel, std::string_view peer) const;
 
+  PeerLimits limits_of(std::string_view peer) const;
+  void limit(const std::string& peer, const PeerLimits& limits) { limits_[peer] = limits; }
+
   // What the peers are told to expect: names, and patterns as long as names.
   std::vector<ExportedChannel> announced(const std::vector<std::string>& peers) const;
   // The LCM patterns of all that a peer may get.
@@ -64,6 +77,7 @@ class ChannelRules {
 
  private:
   std::vector<ChannelRule> rules_;
+  std::map<std::string, PeerLimits, std::less<>> limits_;
 };
 
 }  // namespace arkmesh::gateway

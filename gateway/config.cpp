@@ -47,6 +47,18 @@ void PeerConfig::fields(const hal::Section& peer) {
       {.help =
            "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
            "on this machine. Empty: it connects to us"});
+  peer.field("import_rate_hz", limits.rate_hz,
+             {.range = {1e-3, 1e6},
+              .unit = "Hz",
+              .help = "messages that it may publish here, of all channels together; more are refused",
+              .sample = "1000",
+              .default_is = "no limit"});
+  peer.field("import_bytes_per_s", limits.bytes_per_s,
+             {.range = {1, 1e12},
+              .unit = "bytes/s",
+              .help = "the same of bytes",
+              .sample = "1000000",
+              .default_is = "no limit"});
 }
 
 void PeerConfig::check(const hal::Section& peer) const {
@@ -91,7 +103,10 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
   rules = ChannelRules(std::move(all));
 
   std::vector<std::string> labs;
-  for (const PeerConfig& peer : peers) labs.push_back(peer.lab);
+  for (const PeerConfig& peer : peers) {
+    labs.push_back(peer.lab);
+    rules.limit(peer.lab, peer.limits);
+  }
   for (std::size_t i = 0; i < first_rules.size(); ++i) {
     const hal::Section rule = gateway.section("rules", static_cast<int>(i));
     for (const std::string& lab : first_rules[i].peers)

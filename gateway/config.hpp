@@ -14,6 +14,7 @@ namespace arkmesh::gateway {
 struct PeerConfig {
   std::string lab;
   std::string connect;  // [SCHEME://]ADDRESS, where that lab's gateway listens (links.hpp); empty: it connects to us
+  PeerLimits limits;
 
   void fields(const hal::Section& peer);
   void check(const hal::Section& peer) const;

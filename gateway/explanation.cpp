@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "gateway/channel_name.hpp"
 #include "hal/messages.hpp"
@@ -23,6 +24,8 @@ std::string settings_of(const ChannelRule& rule, Direction way) {
     text += fmt::format("  {:<12}{}\n", what, value);
   };
   if (!rule.rename.empty()) add("renamed", rule.rename);
+  if (!std::isnan(rule.rate_hz)) add("at most", fmt::format("{:g} messages/s; more are refused", rule.rate_hz));
+  if (!std::isnan(rule.bytes_per_s)) add("at most", fmt::format("{:g} bytes/s; more are refused", rule.bytes_per_s));
   if (way == Direction::imports) return text;
   add("delivery", rule.delivery == Delivery::latest ? "latest: a newer message replaces one that waits"
                                                     : "ordered: every message counts");

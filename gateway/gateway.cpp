@@ -1,13 +1,17 @@
 // Bus -> links by one subscription, links -> bus under the peer's name, and the books about both.
 #include "gateway/gateway.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
+#include "gateway/budget.hpp"
 #include "gateway/channel_name.hpp"
 #include "hal/messages.hpp"
 
@@ -25,13 +29,19 @@ struct Received {
   std::int64_t messages = 0, bytes = 0;
   bool fresh = false;  // came since the last tick
   Now last{0};         // the first tick after the newest message
+  Budget of_messages, of_bytes;
 };
 
 struct Peer {
   Link* link = nullptr;
   std::map<std::string, Received, std::less<>> channels;  // by name on this lab's bus
   hal::Counters refused;                                  // by channel, as far as there are not too many
+  Budget of_messages, of_bytes;                           // of all channels together
 };
+
+Budget budget(double per_s) {
+  return Budget(std::isnan(per_s) ? Budget::unlimited : per_s);
+}
 
 }  // namespace
 
@@ -48,6 +58,7 @@ struct Gateway::State {
   hal::Counters counters;
   bool changed = true;
   std::optional<Now> published;
+  Now time{0};  // of the newest tick
 
   void export_to_peers(std::string_view channel, std::span<const std::byte> bytes) {
     auto found = ways.find(channel);
@@ -68,24 +79,38 @@ struct Gateway::State {
   void arrived(Peer& peer, std::string_view channel, std::span<const std::byte> bytes) {
     if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
     const ChannelRule* const rule = rules.passing(Direction::imports, channel, peer.link->peer());
-    if (!rule) return refuse(peer, channel);
+    if (!rule) return refuse(peer, "not_imported", channel);
     std::string name = foreign_name(peer.link->peer(), rule->name_of(std::string(channel)));
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
       if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");
       received = peer.channels.emplace(name, Received{}).first;
+      received->second.of_messages = budget(rule->rate_hz);
+      received->second.of_bytes = budget(rule->bytes_per_s);
     }
+    if (const char* reason = over_limit(peer, received->second, bytes.size())) return refuse(peer, reason, channel);
     ++received->second.messages;
     received->second.bytes += static_cast<std::int64_t>(bytes.size());
     received->second.fresh = true;
     bus.publish(name, bytes);
   }
 
-  static void refuse(Peer& peer, std::string_view channel) {
-    std::string counter = "received.refused.not_imported." + std::string(channel);
-    if (peer.refused[counter] == 0 && peer.refused.all().size() >= max_refused_channels)
-      counter = "received.refused.not_imported";
-    peer.refused.add(counter);
+  // Why a message is one too many; null when it is not.
+  const char* over_limit(Peer& peer, Received& channel, std::size_t size) const {
+    const auto bytes = static_cast<double>(size);
+    if (!channel.of_messages.has(1, time)) return "rate_limited";
+    if (!channel.of_bytes.has(bytes, time)) return "over_budget";
+    if (!peer.of_messages.has(1, time)) return "peer_rate_limited";
+    if (!peer.of_bytes.has(bytes, time)) return "peer_over_budget";
+    for (Budget* budget : {&channel.of_messages, &peer.of_messages}) budget->use(1);
+    for (Budget* budget : {&channel.of_bytes, &peer.of_bytes}) budget->use(bytes);
+    return nullptr;
+  }
+
+  static void refuse(Peer& peer, std::string_view reason, std::string_view channel) {
+    const std::string all = fmt::format("received.refused.{}", reason);
+    const std::string counter = fmt::format("{}.{}", all, channel);
+    peer.refused.add(peer.refused[counter] == 0 && peer.refused.all().size() >= max_refused_channels ? all : counter);
   }
 
   peer_t describe(const Peer& peer, Now now) const {
@@ -118,11 +143,18 @@ struct Gateway::State {
 
 Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, ChannelRules rules,
                  std::vector<std::unique_ptr<Link>> links)
-    : state_(new State{bus, std::move(lab), boot_id, std::move(rules), std::move(links), {}, {}, {}, {}, true, {}}) {
+    : state_(
+          new State{bus, std::move(lab), boot_id, std::move(rules), std::move(links), {}, {}, {}, {}, true, {}, {}}) {
   assert(boot_id != 0 && "0 stands for a peer that was never met");
   State* state = state_.get();
   state->peers.resize(state->links.size());
-  for (std::size_t i = 0; i < state->links.size(); ++i) state->peers[i].link = state->links[i].get();
+  for (std::size_t i = 0; i < state->links.size(); ++i) {
+    Peer& peer = state->peers[i];
+    peer.link = state->links[i].get();
+    const PeerLimits limits = state->rules.limits_of(peer.link->peer());
+    peer.of_messages = budget(limits.rate_hz);
+    peer.of_bytes = budget(limits.bytes_per_s);
+  }
   if (const std::string pattern = state->rules.bus_pattern(); !pattern.empty())
     state->subscription = bus.subscribe(pattern, [state](std::string_view channel, std::span<const std::byte> bytes) {
       state->export_to_peers(channel, bytes);
@@ -145,6 +177,7 @@ Gateway::~Gateway() {
 }
 
 bool Gateway::tick(Now now, const hal::Counters& more) {
+  state_->time = now;
   for (Peer& peer : state_->peers)
     for (auto& [name, received] : peer.channels)
       if (std::exchange(received.fresh, false)) received.last = now;

@@ -146,6 +146,66 @@ TEST_CASE("rules choose by pattern and peer, and rename at both ends") {
   CHECK(labs.of_shark->counters()["sent.refused.channel_name"] == 1);
 }
 
+TEST_CASE("a peer that publishes more than it may is held to it") {
+  // Ten seconds of 50 messages each: at 5 Hz and 100 bytes a second, and a second's worth at once in the beginning.
+  // What is refused is counted by reason and channel; a channel within its limits is not held back by one that is
+  // beyond.
+  std::vector<ChannelRule> all{{.allow = "*"},
+                               {.allow = "fast", .direction = Direction::imports, .rate_hz = 5},
+                               {.allow = "fat", .direction = Direction::imports, .bytes_per_s = 100},
+                               {.allow = "*", .direction = Direction::imports}};
+  TwoLabs labs{ChannelRules(all)};
+  const std::string forty(40, 'x'), thousand(1000, 'x');
+  for (int tick = 0; tick < 100; ++tick) {
+    labs.of_roark->tick(tick * 100ms);
+    for (int i = 0; i < 5; ++i)
+      for (const auto& [channel, text] : {std::pair("fast", &forty), std::pair("fat", &forty)})
+        labs.shark.bus.publish(channel, bytes_in(*text));
+    labs.shark.bus.publish("free", bytes_in(thousand));
+    labs.settle();
+  }
+  const auto fast = labs.roark.heard.count("shark/fast"), fat = labs.roark.heard.count("shark/fat");
+  CHECK(fast == 54);  // 5, and 5 a second for 9.9 s
+  CHECK(fat == 27);   // 2, and 2.5 a second
+  CHECK(labs.roark.heard.count("shark/free") == 100);
+  labs.of_roark->announce();
+  labs.of_roark->tick(10s);
+  labs.settle();
+  std::map<std::string, std::int64_t> counters;
+  for (const counter_t& each : labs.roark.peers.peers[0].counters) counters[each.name] = each.value;
+  CHECK(counters["received.refused.rate_limited.fast"] == 500 - 54);
+  CHECK(counters["received.refused.over_budget.fat"] == 500 - 27);
+}
+
+TEST_CASE("a peer is held to what it may publish in all") {
+  // Two channels, each within its own limits, share the peer's; one message of more than a second's worth passes when
+  // nothing was used before, and is paid off by those after it.
+  ChannelRules rules({{.allow = "*"}, {.allow = "*", .direction = Direction::imports}});
+  rules.limit("shark", {.rate_hz = 10, .bytes_per_s = 500});
+  TwoLabs labs{rules};
+  labs.shark.bus.publish("fat", bytes_in(std::string(2000, 'x')));
+  for (int tick = 0; tick <= 30; ++tick) {
+    labs.of_roark->tick(tick * 100ms);
+    labs.shark.bus.publish("a", bytes_in("x"));
+    labs.settle();
+  }
+  CHECK(labs.roark.heard.count("shark/fat") == 1);
+  CHECK(labs.roark.heard.count("shark/a") == 0);  // the debt is paid after 3 s
+  for (int tick = 40; tick < 50; ++tick) {
+    labs.of_roark->tick(tick * 100ms);
+    for (const char* channel : {"a", "b", "a", "b"}) labs.shark.bus.publish(channel, bytes_in("x"));
+    labs.settle();
+  }
+  CHECK(labs.roark.heard.count("shark/a") + labs.roark.heard.count("shark/b") == 10 + 9);
+  labs.of_roark->announce();
+  labs.of_roark->tick(10s);
+  labs.settle();
+  std::map<std::string, std::int64_t> counters;
+  for (const counter_t& each : labs.roark.peers.peers[0].counters) counters[each.name] = each.value;
+  CHECK(counters["received.refused.peer_over_budget.a"] == 31);
+  CHECK(counters["received.refused.peer_rate_limited.a"] + counters["received.refused.peer_rate_limited.b"] == 21);
+}
+
 TEST_CASE("a bus with very many names makes no gateway grow") {
   // The 257th name that a pattern means is refused and counted; those before still cross.
   TwoLabs labs{ChannelRules({{.allow = "*"}, {.allow = "*", .direction = Direction::imports}})};
