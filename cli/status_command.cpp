@@ -133,11 +133,19 @@ class Listener {
     nlohmann::json out{{"up", peer.up != 0},
                        {"why", hal::printable(peer.why, longest_text)},
                        {"version", hal::printable(peer.version, longest_text)},
+                       {"round_trip_s", nullptr},
+                       {"clock", nullptr},
                        {"newest_age_s", newest_s ? nlohmann::json(*newest_s) : nlohmann::json()},
                        {"waiting_messages", value_of(peer.counters, "outbox.waiting.messages")},
                        {"waiting_bytes", value_of(peer.counters, "outbox.waiting.bytes")},
                        {"channels", channels},
                        {"counters", to_json(peer.counters)}};
+    if (peer.round_trip_us >= 0) {
+      out["round_trip_s"] = static_cast<double>(peer.round_trip_us) * 1e-6;
+      out["clock"] = {{"offset_s", static_cast<double>(peer.clock_offset_us) * 1e-6},
+                      {"uncertainty_s", static_cast<double>(peer.clock_uncertainty_us) * 1e-6},
+                      {"drift_ppm", peer.clock_drift_ppm}};
+    }
     for (const char* what : {"sent.messages", "sent.bytes", "received.messages", "received.bytes"})
       out["per_s"][what] = rate(peer, what);
     return out;
@@ -167,6 +175,17 @@ std::string number(const nlohmann::json& value, const char* unit) {
   return value.is_null() ? "-" : fmt::format("{:.1f}{}", value.get<double>(), unit);
 }
 
+std::string milliseconds(const nlohmann::json& seconds) {
+  return seconds.is_null() ? "-" : fmt::format("{:.1f} ms", 1e3 * seconds.get<double>());
+}
+
+// "+12.3 ms +- 0.2 ms": ahead of ours.
+std::string clock_of(const nlohmann::json& clock) {
+  if (clock.is_null()) return "-";
+  return fmt::format("{:+.1f} ms +- {:.1f} ms", 1e3 * clock["offset_s"].get<double>(),
+                     1e3 * clock["uncertainty_s"].get<double>());
+}
+
 void add_losses(std::string& text, const std::string& whose, const nlohmann::json& counters) {
   for (const auto& [name, n] : counters.items())
     if (hal::is_loss(name) && n != 0) text += fmt::format("  {:<10}{:<44}{}\n", whose, name, n.get<std::int64_t>());
@@ -188,13 +207,14 @@ std::string in_words(const nlohmann::json& status) {
   } else {
     text += fmt::format("gateway of {}, said {:.1f} s ago\n", gateway["of"].get<std::string>(),
                         gateway["age_s"].get<double>());
-    text += fmt::format("  {:<10}{:<6}{:>10}{:>12}{:>12}{:>10}  {}\n", "peer", "link", "newest", "received/s", "sent/s",
-                        "waiting", "last change");
+    constexpr const char* row = "  {:<10}{:<6}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
+    text += fmt::format(row, "peer", "link", "round trip", "its clock", "newest", "received/s", "sent/s", "waiting",
+                        "last change");
     for (const auto& [name, peer] : gateway["peers"].items()) {
-      text += fmt::format("  {:<10}{:<6}{:>10}{:>12}{:>12}{:>10}  {}\n", name, peer["up"].get<bool>() ? "up" : "down",
-                          number(peer["newest_age_s"], " s"), number(peer["per_s"]["received.messages"], ""),
-                          number(peer["per_s"]["sent.messages"], ""), peer["waiting_messages"].get<std::int64_t>(),
-                          peer["why"].get<std::string>());
+      text += fmt::format(row, name, peer["up"].get<bool>() ? "up" : "down", milliseconds(peer["round_trip_s"]),
+                          clock_of(peer["clock"]), number(peer["newest_age_s"], " s"),
+                          number(peer["per_s"]["received.messages"], ""), number(peer["per_s"]["sent.messages"], ""),
+                          peer["waiting_messages"].get<std::int64_t>(), peer["why"].get<std::string>());
       add_losses(losses, name, peer["counters"]);
     }
     add_losses(losses, "gateway", gateway["counters"]);

@@ -19,6 +19,7 @@ namespace arkmesh::gateway {
 struct StreamFailure {
   std::string counter;
   std::string why;
+  bool no_path = false;  // nobody answered, not even with a refusal: the path is broken, or the machine is off
 };
 
 class ByteStream {
@@ -53,6 +54,8 @@ class ByteStream {
   }
   // The counter of an open() that takes too long.
   virtual std::string too_slow() const { return "session.failed.connect"; }
+  // During open(): what was sent waits for the first answer of the other machine.
+  virtual bool awaits_first_answer() const { return false; }
 };
 
 // Over a stream that is open already.

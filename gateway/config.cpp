@@ -8,6 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
+#include "gateway/frame.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/links.hpp"
 #include "gateway/outbox.hpp"
@@ -80,6 +81,15 @@ void GatewayConfig::fields(const hal::Section& gateway) {
   gateway.field("max_message_bytes", max_message_bytes,
                 {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
   gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
+  gateway.field("window_bytes", flow.bytes,
+                {{4 << 10, 64 << 20},
+                 "bytes",
+                 "what may be under way to one peer; the rest waits here, where newer values replace it"});
+  gateway.field("window_s", flow.delay,
+                {{0.01, 10}, "s", "no more is under way than arrives in so much more than the path itself takes"});
+  gateway.field("metrics", metrics,
+                {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics; "
+                         "127.0.0.1:9464 for example. Empty: nowhere"});
   gateway.field("peers", peers);
   gateway.field("rules", first_rules);
 }
@@ -119,12 +129,15 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
 
 void GatewayConfig::check(const hal::Section& gateway) {
   check_address(gateway, "listen", listen, why_not_listenable);
+  check_address(gateway, "metrics", metrics, why_not_loopback);
   gather_rules(gateway);
-  if (outbox_bytes < max_message_bytes + Outbox::overhead_bytes + max_hello_bytes)
+  const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
+  const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
+  if (outbox_bytes < max_message_bytes + more)
     gateway.refuse("outbox_bytes",
                    fmt::format("must be at least gateway.max_message_bytes = {} and {} more, so that the largest "
                                "message fits",
-                               max_message_bytes, Outbox::overhead_bytes + max_hello_bytes));
+                               max_message_bytes, more));
 }
 
 bool GatewayConfig::needs_keys() const {

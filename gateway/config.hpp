@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gateway/channel_rules.hpp"
+#include "gateway/flow_window.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -31,6 +32,8 @@ struct GatewayConfig {
   ChannelRules rules;                                   // these and, after them, the three short forms
   std::size_t outbox_bytes = 4 << 20;                   // what may wait for one peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;            // longer messages are not sent and not taken
+  std::string metrics;                                  // HOST:PORT on this machine for Prometheus; empty: none
+  FlowLimits flow;                                      // what may be under way to one peer
   std::vector<PeerConfig> peers;                        // those of gateway.peers that take part
   std::vector<std::string> ignored;                     // the others: not in shared.labs
 

@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/crc.hpp>
 #include <boost/endian/conversion.hpp>
 #include <cassert>
 #include <cstring>
+#include <utility>
 
 #if defined(__x86_64__)
 #include <nmmintrin.h>
@@ -27,14 +29,12 @@ std::uint32_t load(const std::byte* at) {
   return boost::endian::load_big_u32(reinterpret_cast<const unsigned char*>(at));
 }
 
-// Room for the whole frame, with the first two words of the header.
-std::vector<std::byte> begin_frame(FrameKind kind, std::size_t payload_bytes) {
-  std::vector<std::byte> frame;
-  frame.reserve(frame_header_bytes + payload_bytes);
-  frame.resize(frame_header_bytes);
-  store(frame.data(), static_cast<std::uint32_t>(payload_bytes));
-  store(frame.data() + 4, static_cast<std::uint32_t>(kind));
-  return frame;
+// Appends the header with its first two words.
+void begin_frame(std::vector<std::byte>& out, FrameKind kind, std::size_t payload_bytes) {
+  const std::size_t begin = out.size();
+  out.resize(begin + frame_header_bytes);
+  store(out.data() + begin, static_cast<std::uint32_t>(payload_bytes));
+  store(out.data() + begin + 4, static_cast<std::uint32_t>(kind));
 }
 
 // The checksum of a whole frame: all but the place of the checksum itself.
@@ -42,8 +42,8 @@ std::uint32_t frame_crc(std::span<const std::byte> frame) {
   return crc32c(frame.first(frame_crc_at), frame.subspan(frame_header_bytes));
 }
 
-void finish_frame(std::vector<std::byte>& frame) {
-  store(frame.data() + header_crc_at, crc32c(std::span(frame).first(header_crc_at)));
+void finish_frame(std::span<std::byte> frame) {
+  store(frame.data() + header_crc_at, crc32c(frame.first(header_crc_at)));
   store(frame.data() + frame_crc_at, frame_crc(frame));
 }
 
@@ -77,29 +77,69 @@ std::uint32_t crc32c(std::span<const std::byte> first, std::span<const std::byte
 }
 
 std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> payload) {
-  std::vector<std::byte> frame = begin_frame(kind, payload.size());
+  std::vector<std::byte> frame;
+  frame.reserve(frame_header_bytes + payload.size());
+  begin_frame(frame, kind, payload.size());
   frame.insert(frame.end(), payload.begin(), payload.end());
   finish_frame(frame);
   return frame;
 }
 
-std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes) {
+std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes,
+                                      std::uint64_t sequence) {
   assert(channel.size() <= 255);
   const auto name = std::as_bytes(std::span(channel));
-  std::vector<std::byte> frame = begin_frame(FrameKind::message, 1 + name.size() + bytes.size());
-  frame.push_back(static_cast<std::byte>(name.size()));
-  frame.insert(frame.end(), name.begin(), name.end());
-  frame.insert(frame.end(), bytes.begin(), bytes.end());
-  finish_frame(frame);
-  return frame;
+  std::array<std::byte, 8> number;
+  boost::endian::store_big_u64(reinterpret_cast<unsigned char*>(number.data()), sequence);
+  std::size_t left = message_overhead_bytes + name.size() + bytes.size();
+  const std::size_t frames = (left + max_frame_payload_bytes - 1) / max_frame_payload_bytes;
+
+  std::vector<std::byte> out;
+  out.reserve(frames * frame_header_bytes + left);
+  for (std::size_t i = 0; i < frames; ++i) {
+    const bool last = i + 1 == frames;
+    const FrameKind kind = frames == 1 ? FrameKind::message : last ? FrameKind::last_part : FrameKind::part;
+    const std::size_t begin = out.size(), payload = std::min(left, max_frame_payload_bytes);
+    begin_frame(out, kind, payload);
+    if (i == 0) {  // number and name fit into the first
+      out.insert(out.end(), number.begin(), number.end());
+      out.push_back(static_cast<std::byte>(name.size()));
+      out.insert(out.end(), name.begin(), name.end());
+    }
+    const auto piece = bytes.first(begin + frame_header_bytes + payload - out.size());
+    out.insert(out.end(), piece.begin(), piece.end());
+    bytes = bytes.subspan(piece.size());
+    left -= payload;
+    finish_frame(std::span(out).subspan(begin));
+  }
+  return out;
 }
 
 std::optional<MessageView> read_message(std::span<const std::byte> payload) {
-  if (payload.empty()) return {};
-  const auto size = static_cast<std::size_t>(payload[0]);
-  if (size == 0 || payload.size() < 1 + size) return {};
-  const auto name = payload.subspan(1, size);
-  return MessageView{{reinterpret_cast<const char*>(name.data()), name.size()}, payload.subspan(1 + size)};
+  if (payload.size() < message_overhead_bytes) return {};
+  const auto size = static_cast<std::size_t>(payload[8]);
+  if (size == 0 || payload.size() < message_overhead_bytes + size) return {};
+  const auto name = payload.subspan(message_overhead_bytes, size);
+  return MessageView{{reinterpret_cast<const char*>(name.data()), name.size()},
+                     boost::endian::load_big_u64(reinterpret_cast<const unsigned char*>(payload.data())),
+                     payload.subspan(message_overhead_bytes + size)};
+}
+
+std::optional<std::span<const std::byte>> MessageAssembler::take(const FrameDecoder::Frame& frame,
+                                                                 std::size_t max_bytes) {
+  if (frame.kind == FrameKind::message) return frame.payload;
+  if (std::exchange(complete_, false)) {
+    // A peer that once sent a long message keeps no memory here for ever.
+    if (parts_.capacity() > 4 * max_frame_payload_bytes) parts_ = {};
+    parts_.clear();
+  }
+  if (parts_.size() + frame.payload.size() > max_bytes) {
+    overflowed_ = true;
+    return {};
+  }
+  parts_.insert(parts_.end(), frame.payload.begin(), frame.payload.end());
+  complete_ = frame.kind == FrameKind::last_part;
+  return complete_ ? std::optional<std::span<const std::byte>>(parts_) : std::nullopt;
 }
 
 std::optional<FrameDecoder::Frame> FrameDecoder::next(std::span<const std::byte>& bytes) {
@@ -141,7 +181,7 @@ bool FrameDecoder::check_header(std::span<const std::byte> header) {
     fail(Fault::bad_header, "what came is no frame of ours, or was damaged");
     return false;
   }
-  if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::bye)) {
+  if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::ack)) {
     fail(Fault::bad_kind, fmt::format("a frame of unknown kind {} came", kind));
     return false;
   }
@@ -166,6 +206,22 @@ void FrameDecoder::fail(Fault fault, std::string complaint) {
   fault_ = fault;
   complaint_ = std::move(complaint);
   std::vector<std::byte>().swap(partial_);
+}
+
+std::optional<Message> decode_message(std::span<const std::byte> frames) {
+  FrameDecoder decoder(max_frame_payload_bytes);
+  MessageAssembler assembler;
+  const std::size_t most = frames.size();
+  while (const auto frame = decoder.next(frames)) {
+    if (frame->kind != FrameKind::message && frame->kind != FrameKind::part && frame->kind != FrameKind::last_part)
+      return {};
+    const auto payload = assembler.take(*frame, most);
+    if (!payload) continue;
+    const auto view = read_message(*payload);
+    if (!view || !frames.empty()) return {};
+    return Message{std::string(view->channel), view->sequence, {view->bytes.begin(), view->bytes.end()}};
+  }
+  return {};
 }
 
 std::string_view to_text(FrameDecoder::Fault fault) {

@@ -121,6 +121,15 @@ struct Gateway::State {
     out.why = stats.why;
     out.boot_id = static_cast<std::int64_t>(stats.peer_boot_id);
     out.version = stats.peer_version;
+    out.round_trip_us = -1;
+    out.clock_offset_us = out.clock_uncertainty_us = 0;
+    out.clock_drift_ppm = 0;
+    if (const auto& clock = stats.clock) {
+      out.round_trip_us = clock->round_trip_us;
+      out.clock_offset_us = stats.peer_wall_offset_us;
+      out.clock_uncertainty_us = clock->uncertainty_us;
+      out.clock_drift_ppm = clock->drift_ppm;
+    }
     for (const auto& [name, received] : peer.channels) {
       channel_age_t& age = out.channels.emplace_back();
       age.channel = name;
@@ -182,7 +191,13 @@ bool Gateway::tick(Now now, const hal::Counters& more) {
     for (auto& [name, received] : peer.channels)
       if (std::exchange(received.fresh, false)) received.last = now;
   if (!state_->changed && state_->published && now - *state_->published < publish_period) return false;
+  state_->changed = false;
+  state_->published = now;
+  state_->bus.publish(hal::channel::peers, describe(now, more));
+  return true;
+}
 
+peers_t Gateway::describe(Now now, const hal::Counters& more) const {
   peers_t message;
   message.lab = state_->lab;
   message.boot_id = static_cast<std::int64_t>(state_->boot_id);
@@ -193,10 +208,7 @@ bool Gateway::tick(Now now, const hal::Counters& more) {
   all.merge(more);
   message.counters = hal::to_message(all);
   message.n_counters = static_cast<std::int32_t>(message.counters.size());
-  state_->changed = false;
-  state_->published = now;
-  state_->bus.publish(hal::channel::peers, message);
-  return true;
+  return message;
 }
 
 void Gateway::announce() {

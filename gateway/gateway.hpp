@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "arkmesh/peers_t.hpp"
 #include "gateway/channel_rules.hpp"
 #include "gateway/link.hpp"
 #include "hal/bus.hpp"
@@ -29,6 +30,8 @@ class Gateway {
   // published at the next call of tick() as well. Returns whether it published. `more`: counters of the process around
   // the gateway, published with the gateway's own.
   bool tick(std::chrono::microseconds now, const hal::Counters& more = {});
+  // That message.
+  peers_t describe(std::chrono::microseconds now, const hal::Counters& more = {}) const;
   // The next tick() publishes, whatever the time.
   void announce();
   // Links in the order given.

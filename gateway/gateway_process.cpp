@@ -22,6 +22,8 @@
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links.hpp"
+#include "gateway/metrics.hpp"
+#include "gateway/metrics_server.hpp"
 #include "gateway/port_monitor.hpp"
 #include "gateway/tcp_node.hpp"
 #include "gateway/tls_keys.hpp"
@@ -156,6 +158,10 @@ class GatewayProcess {
   }
 
   void begin() {
+    if (!config_.gateway.metrics.empty() && !metrics_)
+      metrics_ = std::make_unique<MetricsServer>(io_, loopback_endpoint(config_.gateway.metrics), [this] {
+        return gateway_ ? to_metrics(gateway_->describe(now_us(), counters())) : std::string();
+      });
     TcpSettings settings;
     settings.lab = config_.lab;
     settings.experiment = config_.experiment;
@@ -166,6 +172,7 @@ class GatewayProcess {
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
+    settings.flow = config_.gateway.flow;
     if (config_.gateway.needs_keys() && !keys_)
       keys_ = std::make_shared<TlsKeys>(KeyFolder(config_.gateway.keys), config_.lab);
     settings.keys = keys_;
@@ -188,14 +195,24 @@ class GatewayProcess {
   void tick() {
     if (Clock::now() - begun_ < start_time) refuse_if_not_alone();
     if (monitor_.heard_other()) gateway_->announce();
-    hal::Counters all = node_->counters();
-    all.merge(monitor_.counters());
-    gateway_->tick(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()), all);
+    gateway_->tick(now_us(), counters());
     say_changes();
     timer_.expires_after(tick_period);
     timer_.async_wait([this](auto error) {
       if (!error) tick();
     });
+  }
+
+  static std::chrono::microseconds now_us() {
+    return std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch());
+  }
+
+  // What belongs to no peer.
+  hal::Counters counters() const {
+    hal::Counters all = node_->counters();
+    all.merge(monitor_.counters());
+    if (metrics_) all.merge(metrics_->counters());
+    return all;
   }
 
   // Whoever came later gives way, so that a lab at work is not disturbed.
@@ -220,7 +237,7 @@ class GatewayProcess {
     for (const auto& link : gateway_->links()) {
       const LinkStats stats = link->stats();
       say_change(link->peer(), stats.why,
-                 stats.up ? fmt::format("{} connected", link->peer())
+                 stats.up ? fmt::format("{} {}", link->peer(), stats.why)
                           : fmt::format("{} not connected: {}", link->peer(), stats.why));
     }
     if (keys_) say_about_keys(say_change);
@@ -265,9 +282,10 @@ class GatewayProcess {
   asio::signal_set signals_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
-  std::unique_ptr<Gateway> gateway_;  // holds the node's links
-  Clock::time_point begun_;           // to connect to peers
-  std::map<std::string, Said> said_;  // by peer, "" for strangers, "bus" for the LCM port
+  std::unique_ptr<Gateway> gateway_;        // holds the node's links
+  std::unique_ptr<MetricsServer> metrics_;  // null: nobody asked for it
+  Clock::time_point begun_;                 // to connect to peers
+  std::map<std::string, Said> said_;        // by peer, "" for strangers, "bus" for the LCM port
   std::string notice_;
 };
 

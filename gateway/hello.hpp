@@ -11,7 +11,7 @@
 
 namespace arkmesh::gateway {
 
-inline constexpr std::uint16_t protocol_version = 2;
+inline constexpr std::uint16_t protocol_version = 3;
 // A hello is never longer; nothing longer is read from a peer that has not introduced itself.
 inline constexpr std::size_t max_hello_bytes = 16'384;
 inline constexpr std::size_t max_hello_channels = 256;

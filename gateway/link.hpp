@@ -4,17 +4,19 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "gateway/clock_estimate.hpp"
 #include "hal/counters.hpp"
 
 namespace arkmesh::gateway {
 
 enum class Delivery {
   latest,   // a newer message on the same channel replaces a waiting older one
-  ordered,  // all of them, in order, as long as the outbox has room; then the oldest is dropped
+  ordered,  // all of them, once and in order, as long as the outbox has room; then the oldest is dropped
 };
 
 // What happens to one exported channel.
@@ -28,6 +30,8 @@ struct LinkStats {
   std::string why;                                  // reason of the last change, in words
   std::uint64_t peer_boot_id = 0;                   // 0 until the peer was met
   std::string peer_version;                         // of its arkmesh; empty until then
+  std::optional<ClockEstimate::Clock> clock;        // the peer's, where a link knows it
+  std::int64_t peer_wall_offset_us = 0;             // what its wall clock shows more than ours, as uncertain as that
   std::uint64_t sent_messages = 0, sent_bytes = 0;  // payload bytes
   std::uint64_t received_messages = 0, received_bytes = 0;
   hal::Counters counters;  // everything dropped, replaced, refused or failed, by reason

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/frame.hpp"
 #include "gateway/outbox.hpp"
 #include "hal/random.hpp"
 
@@ -17,27 +18,17 @@ namespace {
 
 constexpr std::size_t outbox_bytes = 4 << 20;
 
-struct Message {
+struct Travelling {
   std::uint64_t due = 0;  // step
   std::string channel;
   std::vector<std::byte> bytes;
 };
 
-// What the outbox keeps: the channel's length in one byte, the channel, the bytes.
-std::vector<std::byte> pack(std::string_view channel, std::span<const std::byte> bytes) {
-  std::vector<std::byte> packed;
-  packed.reserve(1 + channel.size() + bytes.size());
-  packed.push_back(static_cast<std::byte>(channel.size()));
-  for (char c : channel) packed.push_back(static_cast<std::byte>(c));
-  packed.insert(packed.end(), bytes.begin(), bytes.end());
-  return packed;
-}
-
 // One direction, as its sender holds it.
 struct Lane {
   Lane(std::uint64_t seed, const std::string& name, std::uint64_t number) : random(seed, name, number) {}
   hal::RandomStream random;
-  std::deque<Message> under_way;  // ascending `due`
+  std::deque<Travelling> under_way;  // ascending `due`
   Outbox outbox{outbox_bytes};
 };
 
@@ -75,7 +66,7 @@ struct End {
     std::uint64_t due = *now + 1 + impairment->delay_steps;
     if (impairment->jitter_steps > 0) due += lane.random.below(impairment->jitter_steps + 1ULL);
     if (!lane.under_way.empty()) due = std::max(due, lane.under_way.back().due);
-    Message message{due, std::string(channel), {bytes.begin(), bytes.end()}};
+    Travelling message{due, std::string(channel), {bytes.begin(), bytes.end()}};
     if (impairment->repeat > 0 && lane.random.uniform() < impairment->repeat) {
       stats.counters.add("repeated.by_impairment");
       lane.under_way.push_back(message);
@@ -89,12 +80,10 @@ struct End {
   }
 
   void empty_outbox() {
-    while (!lane.outbox.empty()) {
-      const auto packed = lane.outbox.batch(1, outbox_bytes).front();
-      const auto size = static_cast<std::size_t>(packed[0]);
-      const auto name = packed.subspan(1, size);
-      send({reinterpret_cast<const char*>(name.data()), name.size()}, packed.subspan(1 + size));
-      lane.outbox.written(packed.size());
+    for (auto frames = lane.outbox.whole_message(); !frames.empty(); frames = lane.outbox.whole_message()) {
+      const auto message = decode_message(frames);
+      send(message->channel, message->bytes);
+      lane.outbox.acknowledged(lane.outbox.written(frames.size()).messages);
     }
   }
 };
@@ -151,7 +140,7 @@ struct LoopbackNetwork::State {
   int deliver(End& from, End& to) {
     int delivered = 0;
     while (!to.stopped && !from.lane.under_way.empty() && from.lane.under_way.front().due <= now) {
-      const Message message = std::move(from.lane.under_way.front());
+      const Travelling message = std::move(from.lane.under_way.front());
       from.lane.under_way.pop_front();
       ++to.stats.received_messages;
       to.stats.received_bytes += message.bytes.size();
@@ -181,7 +170,7 @@ class LoopbackLink final : public Link {
     if (end_->stats.up)
       end_->send(channel, bytes);
     else
-      end_->lane.outbox.put(rule.delivery, channel, pack(channel, bytes));
+      end_->lane.outbox.put(rule.delivery, channel, bytes);
   }
 
   LinkStats stats() const override {

@@ -1,8 +1,9 @@
-// What waits to be sent to one peer, bounded in bytes. Decides what is replaced and what is dropped when the peer is
-// slow or away; never talks to anybody itself. What has been handed out for writing stays here, and counts, until it is
-// written.
+// What is to be sent to one peer, bounded in bytes, until the peer has acknowledged it. Decides what goes next, what is
+// replaced and what is dropped when the peer is slow or away; never talks to anybody itself. The books balance for each
+// channel: accepted = acknowledged + in flight + queued + replaced + dropped + lost with a session + refused.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -20,72 +21,102 @@ namespace arkmesh::gateway {
 
 class Outbox {
  public:
-  // What one waiting message costs beside its own bytes: list node, map entry, allocator. Counted against the limit.
-  static constexpr std::size_t overhead_bytes = 160;
+  // What one message costs beside its own bytes: list node, map entry, allocator. Counted against the limit.
+  static constexpr std::size_t overhead_bytes = 192;
 
   explicit Outbox(std::size_t limit_bytes) : limit_(limit_bytes) {}
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // Takes a message as it goes on the byte stream. `latest`: replaces a waiting one of the same channel, in its place
-  // in the queue. When there is no room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted.
-  // False when it was refused: too long, or all room is taken by what is being written.
-  bool put(Delivery delivery, std::string_view channel, std::vector<std::byte> message);
+  // Takes a message. `latest`: replaces a waiting one of the same channel, in its place in the queue. When there is no
+  // room the oldest `ordered` ones go first, then the oldest `latest` ones; all counted. False when it was refused: too
+  // long, or all room is taken by what is in flight.
+  bool put(Delivery delivery, std::string_view channel, std::span<const std::byte> bytes);
 
   // Longer messages are refused from now on; those that wait are dropped. All counted.
   void set_longest(std::size_t message_bytes);
 
-  // The next messages to write, oldest first: at most `max_messages`, and at most `max_bytes` unless the first alone
-  // is larger. Begins where written() left off. Valid until the next call of written() or rewind(); put() does not
-  // touch them.
-  std::vector<std::span<const std::byte>> batch(std::size_t max_messages, std::size_t max_bytes);
-  // So many bytes of the batch have been written. Returns what is complete by that.
-  struct Written {
+  // The next frames to write, at most `max_frames`, and at most `max_bytes` unless the first alone is larger; nothing
+  // when that is 0. Messages of one frame go before longer ones, frame by frame, which yet get half of the bytes; in
+  // one channel all keep their order. They are in flight from now on, and stay valid until they are written and
+  // acknowledged, or the session is lost.
+  std::vector<std::span<const std::byte>> batch(std::size_t max_frames, std::size_t max_bytes);
+  // The next message with all its frames, as encode_message() made it; nothing when none waits. For links that carry
+  // messages, not bytes; not beside batch().
+  std::span<const std::byte> whole_message();
+  // So many more bytes of what was handed out have been written. Returns which messages are complete by that.
+  struct Sent {
     std::size_t messages = 0;
-    std::size_t bytes = 0;  // of these messages, without their channel names
+    std::size_t bytes = 0;  // of these messages, as they were put
   };
-  Written written(std::size_t bytes);
-  // The first message is partly written.
-  bool in_message() const { return first_written_ > 0; }
-  // The session ended in the middle: the message that was cut is to be written again from its beginning.
-  void rewind();
+  Sent written(std::size_t bytes);
+  // The peer has so many more of the messages that were written, in the order of their last frames. False when they
+  // were not written.
+  bool acknowledged(std::size_t messages);
+  // What was in flight may not have arrived: `ordered` messages wait again, before all others, `latest` ones are lost.
+  void session_lost();
+  // A new session: of each `latest` channel where nothing newer waits, the newest message that was lost with the last
+  // session is accepted once more; and that which arrived, for a peer that was started again and has nothing. Both are
+  // kept for this as long as there is room.
+  void send_again(bool also_what_arrived);
 
-  bool empty() const { return entries_.empty(); }
-  std::size_t messages() const { return entries_.size(); }
-  // Including overhead; never above the limit.
+  std::size_t waiting_messages() const { return waiting_[0].size() + waiting_[1].size(); }
+  bool empty() const { return waiting_messages() + leaving_.size() + in_flight_.size() == 0; }
+  // All that is held, including overhead; never above the limit.
   std::size_t bytes() const { return bytes_; }
-  std::size_t limit_bytes() const { return limit_; }
-  // outbox.replaced.<channel>, outbox.dropped.full.<channel>, outbox.refused.too_big.<channel>.
+  // `ordered` messages since the beginning; those of them that are not acknowledged or dropped.
+  std::uint64_t ordered_accepted() const { return ordered_accepted_; }
+  std::uint64_t ordered_pending() const { return ordered_pending_; }
+  // outbox.WHAT.<channel>: accepted, acknowledged, in_flight, queued, replaced, dropped.full, dropped.session_lost,
+  // refused.too_big. And outbox.waiting.messages, outbox.waiting.bytes.
   hal::Counters counters() const;
 
  private:
   struct Channel;
   struct Entry {
-    Channel* channel;  // node of channels_, which never moves
-    Delivery delivery;
-    std::vector<std::byte> message;
+    Channel* channel = nullptr;  // node of channels_, which never moves
+    Delivery delivery = Delivery::latest;
+    std::size_t lane = 0;
+    std::uint64_t number = 0;            // of arrival
+    std::size_t message_bytes = 0;       // as it was put
+    std::vector<std::byte> frames = {};  // as it goes on the byte stream
+    std::size_t handed_out = 0;          // bytes of these
+    std::uint64_t end = 0;               // what had been handed out in all with the last of them
   };
   using Entries = std::list<Entry>;
   struct Channel {
-    std::string name;
     Entries::iterator waiting;  // the `latest` entry that a newer one replaces
     bool has_waiting = false;
-    std::uint64_t replaced = 0, dropped = 0, refused = 0;
+    std::size_t long_ones = 0;  // entries in the second lane
+    std::uint64_t sequence = 0;
+    std::vector<std::byte> newest;  // of `latest`, that went out last
+    std::size_t newest_bytes = 0;   // as it was put
+    bool newest_arrived = false;    // it was acknowledged
+    std::uint64_t accepted = 0, acknowledged = 0, in_flight = 0, queued = 0;
+    std::uint64_t replaced = 0, dropped = 0, refused = 0, lost = 0;
   };
 
-  static std::size_t cost(const Entry& entry) { return entry.message.capacity() + overhead_bytes; }
+  static std::size_t cost(const Entry& entry) { return entry.frames.capacity() + overhead_bytes; }
   Channel& channel(std::string_view name);
-  void erase(Entries::iterator entry);
+  void enqueue(Entries& from, Entries::iterator entry);
+  void erase(Entries& from, Entries::iterator entry);
+  void forget_newest(Channel& of);
+  void keep_newest(Entries& from, Entries::iterator entry, bool arrived);
   bool make_room(std::size_t wanted);
-  // Of the first `from` messages, which were handed out, only the first `down_to` still are.
-  void take_back(std::size_t from, std::size_t down_to);
+  std::span<const std::byte> hand_out(Entries& lane, std::size_t bytes);
+  bool drop_oldest(Delivery victim);
 
   std::size_t limit_;
   std::size_t longest_ = std::numeric_limits<std::size_t>::max();
   std::size_t bytes_ = 0;
-  Entries entries_;  // oldest first; the first handed_out_ of them are being written
-  std::size_t handed_out_ = 0;
-  std::size_t first_written_ = 0;  // bytes of the first entry that are on their way
+  std::uint64_t numbers_ = 0, ordered_accepted_ = 0, ordered_pending_ = 0;
+  // Oldest first. In the first lane messages of one frame; in the second longer ones, and what must not overtake them.
+  // The first of the second lane may be handed out in part.
+  std::array<Entries, 2> waiting_;
+  std::size_t ahead_ = 0;                       // bytes that the first lane had since the second
+  Entries leaving_;                             // handed out as a whole, in that order
+  Entries in_flight_;                           // and written
+  std::uint64_t handed_out_ = 0, written_ = 0;  // bytes, since the beginning
   std::map<std::string, Channel, std::less<>> channels_;
 };
 

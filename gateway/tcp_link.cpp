@@ -16,23 +16,14 @@ namespace arkmesh::gateway {
 
 namespace {
 
-// The longest channel name is allowed for, so that both sides compute the same limit whatever the channel.
-std::size_t max_payload_bytes(std::size_t max_message_bytes) {
-  return std::max(max_hello_bytes, max_message_bytes + 1 + hal::max_channel_name);
-}
-std::size_t longest_frame(std::size_t max_message_bytes) {
-  return max_message_bytes + message_overhead_bytes + hal::max_channel_name;
-}
+// A link that has been down for long tries rarely: this part of that time passes between two attempts.
+constexpr int attempts_per_absence = 8;
 
 }  // namespace
 
 TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
-    : node_(node),
-      peer_(std::move(peer)),
-      connect_(std::move(connect)),
-      outbox_(node.settings_.outbox_bytes),
-      pause_(node.settings_.first_retry) {
-  outbox_.set_longest(longest_frame(node_.settings_.max_message_bytes));
+    : node_(node), peer_(std::move(peer)), connect_(std::move(connect)), outbox_(node.settings_.outbox_bytes) {
+  outbox_.set_longest(node_.settings_.max_message_bytes);
   stats_.why = connect_ ? "not connected yet" : "has not connected yet";
   node_.links_.push_back(this);
 }
@@ -45,7 +36,7 @@ TcpLink::~TcpLink() {
 void TcpLink::start(Events events) {
   events_ = std::move(events);
   started_ = true;
-  next_attempt_ = std::chrono::steady_clock::now();
+  alone_since_ = next_attempt_ = std::chrono::steady_clock::now();
   node_.accept();
 }
 
@@ -60,7 +51,7 @@ void TcpLink::stop() {
 
 void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
   if (stopped_) return;
-  outbox_.put(rule.delivery, channel, encode_message(channel, bytes));
+  outbox_.put(rule.delivery, channel, bytes);
   if (session_ && session_->up()) session_->flush_soon();
 }
 
@@ -71,8 +62,11 @@ LinkStats TcpLink::stats() const {
     stats.sent_bytes += session_->sent_bytes();
   }
   stats.counters.merge(outbox_.counters());
-  stats.counters.set("outbox.waiting.messages", outbox_.messages());
-  stats.counters.set("outbox.waiting.bytes", outbox_.bytes());
+  stats.counters.merge(inbox_.counters());
+  stats.clock = clock_.clock();
+  if (stats.clock)
+    stats.peer_wall_offset_us =
+        stats.clock->offset_us + peer_wall_ahead_us_ - wall_ahead_us(std::chrono::steady_clock::now());
   if (node_.settings_.keys)
     if (const auto days = node_.settings_.keys->days_left(peer_))
       stats.counters.set("certificate.days_left", static_cast<std::uint64_t>(std::max(0L, *days)));
@@ -90,7 +84,12 @@ void TcpLink::check(Session::Time now) {
 }
 
 void TcpLink::connect() {
-  session_ = node_.make_session(*connect_, peer_, attempts_++);
+  // A machine that has answered before answers again in a few times the time it took, when the path is there.
+  std::optional<SessionTimes::Duration> answer;
+  if (const auto clock = clock_.clock())
+    answer = std::max(node_.settings_.times.answer, SessionTimes::Duration(4 * clock->round_trip_us / 1000));
+  ++attempts_->number;
+  session_ = node_.make_session(*connect_, peer_, attempts_, answer);
   session_->begin(*this);
 }
 
@@ -99,10 +98,18 @@ void TcpLink::forget_session() {
   stats_.sent_messages += session_->sent_messages();
   stats_.sent_bytes += session_->sent_bytes();
   session_.reset();
-  // Half to whole of the pause by chance, so that many peers of a gateway that comes back do not come all at once.
-  const auto pause = std::chrono::duration_cast<Session::Time::duration>(pause_ * node_.chance_.uniform(0.5, 1.0));
-  next_attempt_ = std::chrono::steady_clock::now() + pause;
-  pause_ = std::min(2 * pause_, node_.settings_.longest_retry);
+  // At once after a session that was up, then rarer and rarer. Half to whole of the pause by chance, so that many peers
+  // of a gateway that comes back do not come all at once.
+  const auto now = std::chrono::steady_clock::now();
+  next_attempt_ = now;
+  if (stats_.up) {
+    alone_since_ = now;
+    return;
+  }
+  const auto longest = no_path_ ? node_.settings_.path_retry : node_.settings_.longest_retry;
+  const auto pause = std::clamp<Session::Time::duration>((now - alone_since_) / attempts_per_absence,
+                                                         node_.settings_.first_retry, longest);
+  next_attempt_ += std::chrono::duration_cast<Session::Time::duration>(pause * node_.chance_.uniform(0.5, 1.0));
 }
 
 bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) {
@@ -114,6 +121,11 @@ bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) 
   if (!judge(*session, hello)) return false;
   if (session_) {
     stats_.counters.add("session.replaced");
+    if (session_->up() && hello.boot_id != session_->peer().boot_id)
+      node_.notice(
+          fmt::format("a gateway of lab {} that started later took the place of the one that was connected; if "
+                      "nobody started it again, another program calls itself {}",
+                      peer_, peer_));
     session_->close(fmt::format("a newer connection of lab {} took this one's place", peer_));
     forget_session();
     change(false, "replaced by a newer connection");
@@ -125,8 +137,8 @@ bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) 
 
 void TcpLink::welcome(Session& session, const Hello& hello) {
   const std::uint32_t ours = node_.settings_.max_message_bytes;
-  outbox_.set_longest(longest_frame(std::min(hello.max_message_bytes, ours)));
-  session.accept(*this, outbox_, hello, max_payload_bytes(ours));
+  outbox_.set_longest(std::min(hello.max_message_bytes, ours));
+  session.accept(*this, outbox_, hello, ours + hal::max_channel_name);
 }
 
 void TcpLink::on_hello(Session& session, const Hello& hello) {
@@ -150,24 +162,44 @@ bool TcpLink::judge(Session& session, const Hello& hello) {
 }
 
 void TcpLink::on_up(Session& session) {
-  stats_.peer_boot_id = session.peer().boot_id;
   stats_.peer_version = session.peer().software;
   stats_.counters.add("session.opened");
-  pause_ = node_.settings_.first_retry;
-  change(true, "connected");
+  const std::uint64_t missing = meet(session.peer());
+  change(true, missing == 0 ? "connected"
+                            : fmt::format("connected; {} ordered messages were lost when its gateway was started again",
+                                          missing));
+}
+
+// What a peer that was started again forgot, and what is to be forgotten of it. Returns how many of its `ordered`
+// messages will not come.
+std::uint64_t TcpLink::meet(const Hello& hello) {
+  const bool anew = hello.boot_id != stats_.peer_boot_id;
+  outbox_.send_again(anew);
+  if (!anew) return 0;
+  stats_.peer_boot_id = hello.boot_id;
+  clock_ = {};
+  return inbox_.begin();
 }
 
 void TcpLink::on_message(Session& session, const MessageView& message) {
   const auto& listed = session.peer().channels;
   if (std::ranges::none_of(listed, [&](const auto& each) { return matches(each.name, message.channel); }))
     return stats_.counters.add("received.refused.unlisted_channel");
+  if (!inbox_.take(message.channel, message.sequence)) return;
   ++stats_.received_messages;
   stats_.received_bytes += message.bytes.size();
   if (events_.arrived) events_.arrived(message.channel, message.bytes);
 }
 
+void TcpLink::on_heartbeat(Session&, const Heartbeat& heartbeat, const std::optional<RoundTrip>& trip) {
+  inbox_.announced(heartbeat.ordered_accepted, heartbeat.ordered_pending);
+  peer_wall_ahead_us_ = heartbeat.wall_us;
+  if (trip && !clock_.add(*trip)) stats_.counters.add("session.refused.time");
+}
+
 void TcpLink::on_ended(Session&, const Session::End& end) {
   stats_.counters.add(end.counter);
+  no_path_ = end.no_path;
   forget_session();
   change(false, end.why);
 }

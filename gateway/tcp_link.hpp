@@ -12,8 +12,10 @@
 
 #include "gateway/address.hpp"
 #include "gateway/link.hpp"
+#include "gateway/ordered_inbox.hpp"
 #include "gateway/outbox.hpp"
 #include "gateway/session.hpp"
+#include "gateway/tls_stream.hpp"
 
 namespace arkmesh::gateway {
 
@@ -45,6 +47,7 @@ class TcpLink final : public Link, private Session::Owner {
   void on_hello(Session& session, const Hello& hello) override;
   void on_up(Session& session) override;
   void on_message(Session& session, const MessageView& message) override;
+  void on_heartbeat(Session& session, const Heartbeat& heartbeat, const std::optional<RoundTrip>& trip) override;
   void on_ended(Session& session, const Session::End& end) override;
 
   bool judge(Session& session, const Hello& hello);
@@ -52,18 +55,22 @@ class TcpLink final : public Link, private Session::Owner {
   void change(bool up, std::string_view why);
   void forget_session();
   void connect();
+  std::uint64_t meet(const Hello& hello);
 
   TcpNode& node_;
   const std::string peer_;
   const std::optional<Target> connect_;
-  std::size_t attempts_ = 0;
+  std::shared_ptr<Attempts> attempts_ = std::make_shared<Attempts>();  // shared with their streams
+  bool no_path_ = false;                                               // at the last attempt
   Events events_;
   bool started_ = false, stopped_ = false;
   Outbox outbox_;
   std::shared_ptr<Session> session_;  // shared with the loop's operations
-  std::chrono::milliseconds pause_;   // before the next attempt but for chance
-  Session::Time next_attempt_;
-  LinkStats stats_;  // of the sessions that ended, and what is true now
+  Session::Time alone_since_, next_attempt_;
+  OrderedInbox inbox_;
+  ClockEstimate clock_;
+  std::int64_t peer_wall_ahead_us_ = 0;  // of its monotonic clock
+  LinkStats stats_;                      // of the sessions that ended, and what is true now
 };
 
 }  // namespace arkmesh::gateway

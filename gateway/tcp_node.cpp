@@ -104,14 +104,18 @@ void TcpNode::make_room(const asio::ip::address& newcomer) {
   pending_.erase(oldest);
 }
 
-std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::string& peer, std::size_t attempt) const {
+std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::string& peer,
+                                               std::shared_ptr<Attempts> attempts,
+                                               std::optional<SessionTimes::Duration> answer) const {
   if (const auto* const endpoint = std::get_if<asio::ip::tcp::endpoint>(&to))
-    return make_session(tcp_stream(asio::ip::tcp::socket(io_), *endpoint));
-  return make_session(tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, attempt));
+    return make_session(tcp_stream(asio::ip::tcp::socket(io_), *endpoint), answer);
+  return make_session(
+      tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, std::move(attempts)), answer);
 }
 
-std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<ByteStream> stream) const {
-  return std::make_shared<Session>(std::move(stream), settings_.times, hello_frame_);
+std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<ByteStream> stream,
+                                               std::optional<SessionTimes::Duration> answer) const {
+  return std::make_shared<Session>(std::move(stream), settings_.times, settings_.flow, hello_frame_, answer);
 }
 
 std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {

@@ -39,9 +39,14 @@ struct TcpSettings {
   std::size_t max_pending_per_address = 8;  // over TLS, of these; plain TCP knows one address
   std::function<void(const std::string&)>
       notice;  // a sentence about connections that belong to no peer, when it changes
+  FlowLimits flow;
   SessionTimes times;
-  std::chrono::milliseconds first_retry{50};  // then doubling, each time half to whole of it by chance
-  std::chrono::milliseconds longest_retry{2'000};
+  // Between attempts of a link that is down an eighth of the time since then passes, half to whole of it by chance, and
+  // from the first to the second of these; where nobody answers, not even with a refusal, no more than the third, for
+  // that costs nobody anything, and the path may be there again at any moment.
+  std::chrono::milliseconds first_retry{50};
+  std::chrono::milliseconds longest_retry{10'000};
+  std::chrono::milliseconds path_retry{250};
 };
 
 class TcpNode final : private Session::Owner {
@@ -69,6 +74,7 @@ class TcpNode final : private Session::Owner {
   void on_hello(Session& session, const Hello& hello) override;
   void on_up(Session&) override {}                           // never: pending sessions are not accepted here
   void on_message(Session&, const MessageView&) override {}  // never
+  void on_heartbeat(Session&, const Heartbeat&, const std::optional<RoundTrip>&) override {}  // never
   void on_ended(Session& session, const Session::End& end) override;
 
   void listen();
@@ -77,8 +83,10 @@ class TcpNode final : private Session::Owner {
   void notice(std::string sentence);
   void make_room(const boost::asio::ip::address& newcomer);
   // Over a connection to `to`, where lab `peer` is to be.
-  std::shared_ptr<Session> make_session(const Target& to, const std::string& peer, std::size_t attempt) const;
-  std::shared_ptr<Session> make_session(std::unique_ptr<ByteStream> stream) const;
+  std::shared_ptr<Session> make_session(const Target& to, const std::string& peer, std::shared_ptr<Attempts> attempts,
+                                        std::optional<SessionTimes::Duration> answer) const;
+  std::shared_ptr<Session> make_session(std::unique_ptr<ByteStream> stream,
+                                        std::optional<SessionTimes::Duration> answer = {}) const;
 
   boost::asio::io_context& io_;
   TcpSettings settings_;

@@ -21,8 +21,10 @@ class TcpStream final : public AsioStream<tcp::socket> {
 
   void open(Opened opened) override {
     if (!to_) return set_up(opened);
+    connecting_ = true;
     stream_.async_connect(*to_, [this, opened = std::move(opened)](error_code error) {
-      if (error) return opened({"session.failed.connect", fmt::format("{}: {}", to_text(*to_), error.message())});
+      connecting_ = false;
+      if (error) return opened(no_connection(to_text(*to_), error));
       set_up(opened);
     });
   }
@@ -41,6 +43,7 @@ class TcpStream final : public AsioStream<tcp::socket> {
     if (speaks_tls_) return {"session.closed.speaks_tls", "the other end speaks TLS, and this connection is plain TCP"};
     return AsioStream::explain(error);
   }
+  bool awaits_first_answer() const override { return connecting_; }
 
  private:
   void set_up(const Opened& opened) {
@@ -49,7 +52,7 @@ class TcpStream final : public AsioStream<tcp::socket> {
   }
 
   const std::optional<tcp::endpoint> to_;
-  bool first_ = true, speaks_tls_ = false;
+  bool first_ = true, speaks_tls_ = false, connecting_ = false;
 };
 
 }  // namespace
@@ -58,6 +61,13 @@ void prepare(tcp::socket& socket) {
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent_bytes, sizeof max_unsent_bytes);
+}
+
+StreamFailure no_connection(const std::string& there, const error_code& error) {
+  namespace errc = boost::system::errc;
+  const bool no_path = error == errc::timed_out || error == errc::host_unreachable ||
+                       error == errc::network_unreachable || error == errc::network_down || error.value() == EHOSTDOWN;
+  return {"session.failed.connect", there + ": " + error.message(), no_path};
 }
 
 std::unique_ptr<ByteStream> tcp_stream(tcp::socket socket, std::optional<tcp::endpoint> to) {

@@ -16,4 +16,7 @@ std::unique_ptr<ByteStream> tcp_stream(boost::asio::ip::tcp::socket socket,
 // Small messages go at once, and little waits in the kernel that newer messages could still replace.
 void prepare(boost::asio::ip::tcp::socket& socket);
 
+// Of an attempt to connect that failed.
+StreamFailure no_connection(const std::string& there, const boost::system::error_code& error);
+
 }  // namespace arkmesh::gateway

@@ -29,24 +29,20 @@ constexpr std::size_t max_record_bytes = 16 << 10;
 class TlsStream final : public AsioStream<TlsSocket> {
  public:
   TlsStream(tcp::socket socket, std::shared_ptr<TlsKeys> keys, std::optional<Host> to, std::string expected,
-            std::size_t attempt)
+            std::shared_ptr<Attempts> attempts)
       : AsioStream(TlsSocket(std::move(socket), keys->context())),
         keys_(std::move(keys)),
         to_(std::move(to)),
         expected_(std::move(expected)),
-        attempt_(attempt) {}
+        attempts_(std::move(attempts)) {}
 
   void open(Opened opened) override {
     if (!to_) return shake_hands(std::move(opened));
+    if (attempts_->number % 2 == 1 && !attempts_->addresses.empty()) return connect(std::move(opened));
     lookup_.emplace(executor(), *to_, [this, opened = std::move(opened)](const std::string& error, auto addresses) {
-      if (closed_ || !error.empty()) return opened(no_connection(error));
-      addresses_ = std::move(addresses);
-      const auto first = addresses_.begin() + static_cast<std::ptrdiff_t>(attempt_ % addresses_.size());
-      std::rotate(addresses_.begin(), first, addresses_.end());
-      asio::async_connect(stream_.next_layer(), addresses_, [this, opened](error_code failed, const tcp::endpoint&) {
-        if (closed_ || failed) return opened(no_connection(failed.message()));
-        shake_hands(opened);
-      });
+      if (closed_ || !error.empty()) return opened({"session.failed.connect", there() + error, true});
+      attempts_->addresses = std::move(addresses);
+      connect(opened);
     });
   }
 
@@ -81,11 +77,24 @@ class TlsStream final : public AsioStream<TlsSocket> {
     if (error == asio::ssl::error::stream_truncated) return AsioStream::explain(asio::error::eof);
     return told_by_peer(error).value_or(AsioStream::explain(error));
   }
+  bool awaits_first_answer() const override { return connecting_; }
   std::string too_slow() const override { return shaking_ ? "session.failed.slow_handshake" : AsioStream::too_slow(); }
 
  private:
   std::string there() const { return to_ ? to_text(*to_) + ": " : std::string(); }
-  StreamFailure no_connection(const std::string& error) const { return {"session.failed.connect", there() + error}; }
+
+  void connect(Opened opened) {
+    addresses_ = attempts_->addresses;
+    const auto first = addresses_.begin() + static_cast<std::ptrdiff_t>(attempts_->number / 2 % addresses_.size());
+    std::rotate(addresses_.begin(), first, addresses_.end());
+    connecting_ = true;
+    asio::async_connect(stream_.next_layer(), addresses_,
+                        [this, opened = std::move(opened)](error_code failed, const tcp::endpoint&) {
+                          connecting_ = false;
+                          if (closed_ || failed) return opened(no_connection(to_text(*to_), failed));
+                          shake_hands(opened);
+                        });
+  }
 
   void shake_hands(const Opened& opened) {
     shaking_ = true;
@@ -173,11 +182,11 @@ class TlsStream final : public AsioStream<TlsSocket> {
   const std::shared_ptr<TlsKeys> keys_;
   const std::optional<Host> to_;
   const std::string expected_;
-  const std::size_t attempt_;
+  const std::shared_ptr<Attempts> attempts_;  // shared with the link
   std::optional<HostLookup> lookup_;
   std::vector<tcp::endpoint> addresses_;
   std::vector<std::byte> record_;
-  bool shaking_ = false, closed_ = false;
+  bool connecting_ = false, shaking_ = false, closed_ = false;
   X509Pointer shown_;  // while hands are shaken
   Pin pin_{};
   std::string peer_;
@@ -186,12 +195,13 @@ class TlsStream final : public AsioStream<TlsSocket> {
 }  // namespace
 
 std::unique_ptr<ByteStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys) {
-  return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::nullopt, "", 0);
+  return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::nullopt, "", nullptr);
 }
 
 std::unique_ptr<ByteStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys, Host to, std::string expected,
-                                       std::size_t attempt) {
-  return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::move(to), std::move(expected), attempt);
+                                       std::shared_ptr<Attempts> attempts) {
+  return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::move(to), std::move(expected),
+                                     std::move(attempts));
 }
 
 }  // namespace arkmesh::gateway

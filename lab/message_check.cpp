@@ -108,12 +108,13 @@ std::string_view check_peers(std::span<const std::byte> bytes) {
   w.fingerprint(peers_t::getHash());
   w.text();
   w.skip(8);
-  w.list(3 * min_text + 17, [&] {
+  w.list(3 * min_text + 49, [&] {
     w.text();
     w.skip(1);
     w.text();
     w.skip(8);
     w.text();
+    w.skip(3 * 8 + 8);
     w.list(min_text + 24, [&] { w.text(), w.skip(24); });
     walk_counters(w);
   });

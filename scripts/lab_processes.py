@@ -143,7 +143,7 @@ def join_results(results):
 
 def link_losses(between_labs):
     """{peer.counter: n} of the links' counters that tell of something lost, replaced or refused."""
-    fine = re.compile(r"(sent|received)[._](messages|bytes)|outbox\.waiting\..*|session\.opened|certificate\.days_left")
+    fine = re.compile(r"(sent|received)[._](messages|bytes)|outbox\.(waiting|accepted|acknowledged|in_flight|queued)\..*|received\.repeated\..*|session\.opened|certificate\.days_left")
     return {f"{peer}.{name}": n for peer, traffic in between_labs.items() for name, n in traffic.items() if n and not fine.fullmatch(name)}
 
 

@@ -18,10 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t max_files = 64, max_bytes = 1 << 20;  // that lie in the folder; the rest waits in the outbox
+constexpr std::size_t max_files = 64;  // that lie in the folder; the rest waits in the outbox
 
-std::size_t longest_payload(std::size_t max_message_bytes) {
-  return max_message_bytes + 1 + hal::max_channel_name;
+// With its frames.
+std::size_t longest_file(std::size_t max_message_bytes) {
+  const std::size_t payload = max_message_bytes + gateway::message_overhead_bytes + hal::max_channel_name;
+  return payload + (payload / gateway::max_frame_payload_bytes + 1) * gateway::frame_header_bytes;
 }
 
 bool write_file(const fs::path& file, std::span<const std::byte> bytes) {
@@ -53,7 +55,7 @@ FolderLink::FolderLink(boost::asio::io_context& io, FolderLinkSettings settings)
       outbox_folder_(settings_.folder / settings_.peer / settings_.lab),
       outbox_(settings_.outbox_bytes),
       timer_(io) {
-  outbox_.set_longest(gateway::frame_header_bytes + longest_payload(settings_.max_message_bytes));
+  outbox_.set_longest(settings_.max_message_bytes);
   stats_.why = "not met yet";
 }
 
@@ -80,14 +82,12 @@ void FolderLink::stop() {
 }
 
 void FolderLink::offer(const gateway::Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
-  if (!stopped_) outbox_.put(rule.delivery, channel, gateway::encode_message(channel, bytes));
+  if (!stopped_) outbox_.put(rule.delivery, channel, bytes);
 }
 
 gateway::LinkStats FolderLink::stats() const {
   gateway::LinkStats stats = stats_;
   stats.counters.merge(outbox_.counters());
-  stats.counters.set("outbox.waiting.messages", outbox_.messages());
-  stats.counters.set("outbox.waiting.bytes", outbox_.bytes());
   return stats;
 }
 
@@ -153,22 +153,21 @@ void FolderLink::beat(Clock::time_point now) {
 }
 
 void FolderLink::send() {
-  const std::size_t lying = messages_in(outbox_folder_).size();
-  if (outbox_.empty() || lying >= max_files) return;
-  std::size_t bytes = 0;
-  for (const std::span<const std::byte> message : outbox_.batch(max_files - lying, max_bytes)) {
+  for (std::size_t lying = messages_in(outbox_folder_).size(); lying < max_files; ++lying) {
+    const std::span<const std::byte> message = outbox_.whole_message();
+    if (message.empty()) return;
     const std::string name = fmt::format("{:020}-{:020}.message", settings_.boot_id, files_);
     if (!write_file(outbox_folder_ / name, message)) {
-      stats_.counters.add("sent.failed");
-      break;
+      outbox_.session_lost();
+      outbox_.send_again(false);
+      return stats_.counters.add("sent.failed");
     }
     ++files_;
-    bytes += message.size();
+    const gateway::Outbox::Sent sent = outbox_.written(message.size());
+    outbox_.acknowledged(sent.messages);
+    stats_.sent_messages += sent.messages;
+    stats_.sent_bytes += sent.bytes;
   }
-  const gateway::Outbox::Written written = outbox_.written(bytes);
-  outbox_.rewind();
-  stats_.sent_messages += written.messages;
-  stats_.sent_bytes += written.bytes - written.messages * gateway::message_overhead_bytes;
 }
 
 void FolderLink::receive() {
@@ -181,17 +180,12 @@ void FolderLink::receive() {
 // A file that cannot be removed is left alone: it would arrive again and again.
 void FolderLink::deliver(const fs::path& file) {
   std::error_code error;
-  const std::size_t longest = longest_payload(settings_.max_message_bytes);
   std::vector<std::byte> bytes(
-      std::min<std::uintmax_t>(fs::file_size(file, error), gateway::frame_header_bytes + longest));
+      std::min<std::uintmax_t>(fs::file_size(file, error), longest_file(settings_.max_message_bytes)));
   if (!error) std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
   if (error || !fs::remove(file, error)) return;
 
-  gateway::FrameDecoder decoder(longest);
-  std::span<const std::byte> rest(bytes);
-  const auto frame = decoder.next(rest);
-  const auto message =
-      frame && frame->kind == gateway::FrameKind::message ? gateway::read_message(frame->payload) : std::nullopt;
+  const auto message = gateway::decode_message(bytes);
   if (!message) return stats_.counters.add("received.refused.damaged");
   ++stats_.received_messages;
   stats_.received_bytes += message->bytes.size();

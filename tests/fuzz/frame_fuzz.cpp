@@ -8,22 +8,38 @@
 #include <string>
 #include <vector>
 
+#include "gateway/clock_estimate.hpp"
 #include "gateway/frame.hpp"
+#include "gateway/heartbeat.hpp"
 #include "gateway/hello.hpp"
+#include "gateway/ordered_inbox.hpp"
 
 namespace {
 
 using namespace arkmesh::gateway;
 
-constexpr std::size_t max_payload_bytes = 1000;
+constexpr std::size_t max_payload_bytes = 1000, max_joined_bytes = 3000;
 
 void require(bool condition) {
   if (!condition) std::abort();
 }
 
+// What a peer says of clocks and of its own numbers may be anything.
+void hear(const Heartbeat& heartbeat) {
+  ClockEstimate clock;
+  clock.add({heartbeat.echo_us, heartbeat.time_us - heartbeat.held_us, heartbeat.time_us, heartbeat.wall_us});
+  clock.clock();
+  OrderedInbox inbox;
+  inbox.announced(heartbeat.ordered_accepted, heartbeat.ordered_pending);
+  inbox.take("events", heartbeat.received.messages);
+  inbox.take("events", heartbeat.received.bytes);
+  inbox.begin();
+}
+
 // What a decoder makes of a stream that comes in pieces of one size: kinds, payloads, and the fault at the end.
 std::string decode(std::span<const std::byte> stream, std::size_t piece) {
   FrameDecoder decoder(max_payload_bytes);
+  MessageAssembler assembler;
   std::string out;
   while (!stream.empty()) {
     const std::vector<std::byte> copy(stream.begin(),
@@ -35,7 +51,17 @@ std::string decode(std::span<const std::byte> stream, std::size_t piece) {
       out.append(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
       require(frame->payload.size() <= max_payload_bytes);
       if (const auto message = read_message(frame->payload))
-        require(1 + message->channel.size() + message->bytes.size() == frame->payload.size());
+        require(message_overhead_bytes + message->channel.size() + message->bytes.size() == frame->payload.size());
+      if (frame->kind == FrameKind::part || frame->kind == FrameKind::last_part) {
+        if (const auto joined = assembler.take(*frame, max_joined_bytes)) out += std::to_string(joined->size()) + "!";
+        require(assembler.held_bytes() <= 2 * max_joined_bytes);
+      }
+      if (const auto received = read_acknowledgement(frame->payload))
+        require(std::ranges::equal(encode(*received), frame->payload));
+      if (const auto heartbeat = read_heartbeat(frame->payload)) {
+        require(std::ranges::equal(encode(*heartbeat), frame->payload));
+        hear(*heartbeat);
+      }
     }
     require(decoder.held_bytes() <= 2 * (frame_header_bytes + max_payload_bytes));
   }
@@ -57,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     stream.clear();
     for (std::size_t at = 0; at < bytes.size();) {
       const std::size_t length = std::min<std::size_t>(static_cast<std::size_t>(bytes[at]) * 5, bytes.size() - at - 1);
-      const auto frame = encode_frame(static_cast<FrameKind>(1 + at % 4), bytes.subspan(at + 1, length));
+      const auto frame = encode_frame(static_cast<FrameKind>(1 + at % 7), bytes.subspan(at + 1, length));
       stream.insert(stream.end(), frame.begin(), frame.end());
       at += 1 + length;
     }

@@ -122,7 +122,7 @@ TEST_CASE("what a file may not say") {
       {"gateway.ordered = [\"world\"]",
        "gateway.ordered = [ \"world\" ]: channel 'world' is listed twice in gateway.exports and gateway.ordered"},
       {"gateway.max_message_bytes = 100", "must be between 1024 and 67108864"},
-      {"gateway.outbox_bytes = 1000000", "must be at least gateway.max_message_bytes = 1048576 and 16544 more"},
+      {"gateway.outbox_bytes = 1000000", "must be at least gateway.max_message_bytes = 1048576 and 17632 more"},
       {"gateway.lisen = \"127.0.0.1:7801\"", "unknown key 'gateway.lisen'; did you mean 'gateway.listen'?"},
       {peer + "lab = \"Roark\"", "gateway.peers[0].lab = \"Roark\": is no lab name"},
       {peer + "lab = \"shark\"", "is this lab itself"},

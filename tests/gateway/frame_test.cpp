@@ -21,6 +21,8 @@ std::string text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+const std::string no_number(8, '\0');
+
 void put_u32(std::vector<std::byte>& frame, std::size_t at, std::uint32_t value) {
   for (int i = 0; i < 4; ++i) frame[at + static_cast<std::size_t>(i)] = static_cast<std::byte>(value >> (24 - 8 * i));
 }
@@ -79,11 +81,11 @@ TEST_CASE("the checksum is CRC-32C") {
 
 TEST_CASE("the layout of a frame") {
   // The bytes of one message, written out: a change of the layout needs another protocol version.
-  const auto frame = encode_message("world", bytes_of("ab"));
-  REQUIRE(frame.size() == message_overhead_bytes + 7);
-  const std::uint8_t expected[] = {0, 0, 0, 8, 0, 0, 0, 2};
+  const auto frame = encode_message("world", bytes_of("ab"), 0x4142);
+  REQUIRE(frame.size() == frame_header_bytes + message_overhead_bytes + 7);
+  const std::uint8_t expected[] = {0, 0, 0, 16, 0, 0, 0, 2};
   for (std::size_t i = 0; i < 8; ++i) CHECK(static_cast<int>(frame[i]) == expected[i]);
-  CHECK(text_of(std::span(frame).subspan(frame_header_bytes)) == "\x05worldab");
+  CHECK(text_of(std::span(frame).subspan(frame_header_bytes)) == no_number.substr(2) + "AB\x05worldab");
   CHECK(frame.capacity() == frame.size());
 }
 
@@ -92,7 +94,8 @@ TEST_CASE("frames arrive in pieces of any size") {
   const auto stream = encode_frame(FrameKind::hello, bytes_of("who")) + encode_frame(FrameKind::heartbeat, {}) +
                       encode_message("world", bytes_of(std::string(300, 'w'))) +
                       encode_frame(FrameKind::bye, bytes_of("end"));
-  const std::vector<std::string> expected = {"1:who", "3:", "2:\x05world" + std::string(300, 'w'), "4:end"};
+  const std::vector<std::string> expected = {"1:who", "3:", "2:" + no_number + "\x05world" + std::string(300, 'w'),
+                                             "4:end"};
   for (std::size_t size = 1; size <= stream.size(); ++size) {
     FrameDecoder decoder(1000);
     CHECK(decode(decoder, stream, [&] { return size; }) == expected);
@@ -152,8 +155,8 @@ TEST_CASE("lengths are checked before memory is asked for") {
 }
 
 TEST_CASE("unknown kinds are refused") {
-  // Only the four kinds exist.
-  for (const std::uint32_t kind : {0u, 5u, 0x02000000u, 0xffffffffu}) {
+  // Only the seven kinds exist.
+  for (const std::uint32_t kind : {0u, 8u, 0x02000000u, 0xffffffffu}) {
     FrameDecoder decoder(100);
     decode(decoder, header(0, kind), [] { return 16; });
     CHECK(decoder.fault() == Fault::bad_kind);
@@ -175,9 +178,11 @@ TEST_CASE("after a fault nothing is taken") {
 TEST_CASE("messages in frames") {
   // Channel and bytes come out as they went in; payloads without a channel are none.
   CHECK_FALSE(read_message({}).has_value());
-  CHECK_FALSE(read_message(bytes_of(std::string_view("\0abc", 4))).has_value());
-  CHECK_FALSE(read_message(bytes_of("\x05worl")).has_value());
-  const auto empty = read_message(bytes_of("\x05world"));
+  CHECK_FALSE(read_message(bytes_of(no_number + std::string("\0abc", 4))).has_value());
+  CHECK_FALSE(read_message(bytes_of(no_number + "\x05worl")).has_value());
+  CHECK_FALSE(read_message(bytes_of(no_number)).has_value());
+  const std::string world = no_number + "\x05world";
+  const auto empty = read_message(bytes_of(world));
   REQUIRE(empty.has_value());
   CHECK(empty->channel == "world");
   CHECK(empty->bytes.empty());
@@ -186,6 +191,47 @@ TEST_CASE("messages in frames") {
   const auto message = read_message(std::span(frame).subspan(frame_header_bytes));
   REQUIRE(message.has_value());
   CHECK(message->channel == longest);
+}
+
+TEST_CASE("long messages come in parts") {
+  // A message of any length is cut into frames that are no longer than the limit, and joined again; other messages may
+  // come between its parts. Parts that are longer than allowed are refused when they are.
+  for (const std::size_t size :
+       {std::size_t{0}, max_frame_payload_bytes - 14, max_frame_payload_bytes - 13, std::size_t{100'000}}) {
+    CAPTURE(size);
+    std::string text(size, 'x');
+    for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * 7 % 251);
+    const auto stream = encode_message("world", bytes_of(text), 5);
+    CHECK(stream.capacity() == stream.size());
+    const auto small = encode_message("status", bytes_of("s"));
+    FrameDecoder decoder(max_frame_payload_bytes);
+    MessageAssembler assembler;
+    std::span<const std::byte> rest(stream);
+    std::size_t frames = 0;
+    std::string joined;
+    while (const auto frame = decoder.next(rest)) {
+      ++frames;
+      if (const auto payload = assembler.take(*frame, 200'000)) {
+        const auto message = read_message(*payload);
+        REQUIRE(message);
+        CHECK(message->channel == "world");
+        CHECK(message->sequence == 5);
+        joined = text_of(message->bytes);
+      }
+      std::span<const std::byte> between(small);
+      FrameDecoder other(max_frame_payload_bytes);
+      CHECK(assembler.take(*other.next(between), 200'000)->size() == small.size() - frame_header_bytes);
+    }
+    CHECK(joined == text);
+    CHECK(frames == (size + 14 + max_frame_payload_bytes - 1) / max_frame_payload_bytes);
+  }
+  MessageAssembler assembler;
+  const std::vector<std::byte> piece(1000);
+  for (int i = 0; i < 3; ++i) CHECK_FALSE(assembler.take({FrameKind::part, piece}, 3500).has_value());
+  CHECK_FALSE(assembler.overflowed());
+  CHECK_FALSE(assembler.take({FrameKind::part, piece}, 3500).has_value());
+  CHECK(assembler.overflowed());
+  CHECK(assembler.held_bytes() <= 7000);
 }
 
 }  // namespace

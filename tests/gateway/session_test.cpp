@@ -32,11 +32,12 @@ struct End final : Session::Owner {
     hello.lab = lab;
     hello.boot_id = 1;
     hello.max_message_bytes = 1 << 20;
-    session = std::make_shared<Session>(std::move(stream), times, encode_frame(FrameKind::hello, encode_hello(hello)));
+    session = std::make_shared<Session>(std::move(stream), times, FlowLimits{},
+                                        encode_frame(FrameKind::hello, encode_hello(hello)));
     session->begin(*this);
   }
   void put(const std::string& channel, std::size_t bytes) {
-    outbox.put(Delivery::ordered, channel, encode_message(channel, std::vector<std::byte>(bytes)));
+    outbox.put(Delivery::ordered, channel, std::vector<std::byte>(bytes));
     session->flush_soon();
   }
 
@@ -48,6 +49,7 @@ struct End final : Session::Owner {
   void on_message(Session&, const MessageView& message) override {
     arrived.push_back(std::string(message.channel) + " " + std::to_string(message.bytes.size()));
   }
+  void on_heartbeat(Session&, const Heartbeat&, const std::optional<RoundTrip>&) override {}
   void on_ended(Session&, const Session::End& end) override { ends.push_back(end); }
 };
 

@@ -44,7 +44,7 @@ struct Listening {
   std::unique_ptr<RawPeer> accepted_peer(std::uint64_t boot_id = 7) {
     auto made = peer();
     made->say(hello(boot_id));
-    made->say(FrameKind::heartbeat);
+    made->beat();
     REQUIRE(run_until(
         io, [&] { return made->heartbeats > 0 && link->stats().up && link->stats().peer_boot_id == boot_id; }));
     return made;
@@ -201,6 +201,9 @@ TEST_CASE("of two gateways of one lab the newer stays") {
   REQUIRE(run_until(shark.io, [&] { return first->closed; }));
   CHECK(first->bye == "a newer connection of lab roark took this one's place");
   CHECK(shark.count("session.replaced") == 1);
+  // Whoever says so, and on this machine anybody can, does not do it unseen.
+  CHECK(shark.notices.size() == 1);
+  CHECK(shark.notices.back().starts_with("a gateway of lab roark that started later took the place"));
   const auto third = shark.peer();
   third->say(Listening::hello(55));
   REQUIRE(run_until(shark.io, [&] { return third->closed; }));
@@ -250,7 +253,7 @@ TEST_CASE("a frame of 4 GiB costs nothing") {
   peer->say(header);
   REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
   CHECK(shark.count("session.closed.bad_length") == 1);
-  CHECK(shark.link->stats().why == "a frame of 4294967295 bytes came; the limit is 1048624");
+  CHECK(shark.link->stats().why == "a frame of 4294967295 bytes came; the limit is 16384");
 }
 
 TEST_CASE("what a peer may say only after its hello, and only once") {
@@ -274,6 +277,20 @@ TEST_CASE("what a peer may say only after its hello, and only once") {
   peer->say(FrameKind::message);
   closed_by(*peer);
   CHECK(shark.count("session.closed.bad_message") == 1);
+  peer = shark.accepted_peer();
+  peer->say(FrameKind::heartbeat);
+  closed_by(*peer);
+  CHECK(shark.count("session.closed.bad_heartbeat") == 1);
+  peer = shark.accepted_peer();
+  peer->say(FrameKind::ack, encode(Acknowledgement{1, 100}));
+  closed_by(*peer);
+  CHECK(shark.count("session.closed.bad_ack") == 1);
+  // Of parts no more is kept than of a message.
+  peer = shark.accepted_peer();
+  const auto part = encode_frame(FrameKind::part, std::vector<std::byte>(max_frame_payload_bytes));
+  for (int i = 0; i < 65; ++i) peer->say(part);
+  closed_by(*peer);
+  CHECK(shark.count("session.closed.bad_length") == 1);
   peer = shark.accepted_peer();
   peer->say(FrameKind::bye, std::as_bytes(std::span("\x1b[31mred\n", 9)));
   closed_by(*peer);
@@ -301,7 +318,7 @@ TEST_CASE("nobody is met before a link starts") {
   RawPeer peer(io, node.listening().port());
   peer.listen();
   peer.say(Listening::hello());
-  peer.say(FrameKind::heartbeat);
+  peer.beat();
   // Longer than the node's own timer takes.
   const auto begun = std::chrono::steady_clock::now();
   REQUIRE(run_until(io, [&] { return std::chrono::steady_clock::now() - begun > std::chrono::milliseconds(120); }));
@@ -354,7 +371,7 @@ TEST_CASE("a message that the peer does not want stays here") {
   Hello modest = Listening::hello();
   modest.max_message_bytes = 1000;
   peer->say(modest);
-  peer->say(FrameKind::heartbeat);
+  peer->beat();
   REQUIRE(run_until(shark.io, [&] { return shark.link->stats().up; }));
   shark.link->offer({"events", Delivery::ordered}, "events", std::vector<std::byte>(1000));
   shark.link->offer({"events", Delivery::ordered}, "events", std::vector<std::byte>(2000));

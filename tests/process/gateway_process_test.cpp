@@ -372,7 +372,7 @@ TEST_CASE("SIGTERM ends a gateway at once, also with a stalled peer") {
   hello.max_message_bytes = 1 << 20;
   hello.channels = {gateway::exported("world")};
   roark.say(hello);
-  roark.say(gateway::FrameKind::heartbeat);
+  roark.beat();
   REQUIRE(says(shark, "roark connected"));
   hal::Bus bus(url(shark_port));
   peers_t peers;
@@ -380,7 +380,7 @@ TEST_CASE("SIGTERM ends a gateway at once, also with a stalled peer") {
   // Until messages are replaced because the kernel takes no more.
   REQUIRE(eventually(20s, [&] {
     for (int i = 0; i < 20; ++i) bus.publish("world", std::vector<std::byte>(50'000));
-    roark.say(gateway::FrameKind::heartbeat);
+    roark.beat();
     bus.drain(20ms);
     if (!peers.peers.empty())
       for (const counter_t& counter : peers.peers[0].counters)

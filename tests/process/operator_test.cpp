@@ -102,10 +102,13 @@ TEST_CASE("status tells how a lab and its links are") {
   CHECK(tests::eventually(300s, [&] {
     json = nlohmann::json::parse(status({bench.file("a"), "--json"}, 0));
     return json["gateway"].is_object() && json["gateway"]["peers"]["b"]["up"] == true &&
-           json["gateway"]["peers"]["b"]["per_s"]["received.messages"].is_number() && json["lab"].is_object();
+           json["gateway"]["peers"]["b"]["per_s"]["received.messages"].is_number() && json["lab"].is_object() &&
+           json["lab"]["counters"].contains("world.counted") && json["gateway"]["peers"]["b"]["clock"].is_object();
   }));
   CHECK(json["lab"]["name"] == "a");
-  CHECK(json["lab"]["counters"].contains("world.counted"));
+  // Both on one machine.
+  CHECK(std::abs(json["gateway"]["peers"]["b"]["clock"]["offset_s"].get<double>()) <
+        json["gateway"]["peers"]["b"]["clock"]["uncertainty_s"].get<double>() + 1e-3);
   CHECK(json["gateway"]["peers"]["b"]["channels"].contains("b/world"));
   CHECK(json["gateway"]["peers"]["b"]["newest_age_s"] < 300);
   const std::string text = status({bench.file("a")}, 0);

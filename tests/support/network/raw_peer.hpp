@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gateway/frame.hpp"
+#include "gateway/heartbeat.hpp"
 #include "gateway/hello.hpp"
 
 namespace arkmesh::tests {
@@ -35,13 +36,17 @@ class RawPeer {
         return;
       }
       std::span<const std::byte> rest = std::as_bytes(std::span(buffer_).first(bytes));
+      const std::uint64_t before = received.bytes;
       while (const auto frame = decoder_.next(rest)) {
+        using gateway::FrameKind;
+        if (frame->kind == FrameKind::message || frame->kind == FrameKind::part || frame->kind == FrameKind::last_part)
+          take(*frame);
         const std::string payload(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
         if (frame->kind == gateway::FrameKind::bye) bye = payload;
         if (frame->kind == gateway::FrameKind::hello) hello = gateway::read_hello(frame->payload);
         if (frame->kind == gateway::FrameKind::heartbeat) ++heartbeats;
-        if (frame->kind == gateway::FrameKind::message) messages.push_back(payload);
       }
+      if (received.bytes > before) say(gateway::FrameKind::ack, gateway::encode(received));
       listen();
     });
   }
@@ -55,6 +60,7 @@ class RawPeer {
   bool say(gateway::FrameKind kind, std::span<const std::byte> payload = {}) {
     return say(gateway::encode_frame(kind, payload));
   }
+  bool beat() { return say(gateway::FrameKind::heartbeat, gateway::encode(gateway::Heartbeat{.received = received})); }
   bool say(const gateway::Hello& hello_of_peer) {
     return say(gateway::FrameKind::hello, gateway::encode_hello(hello_of_peer));
   }
@@ -62,13 +68,23 @@ class RawPeer {
   std::optional<gateway::Hello> hello;
   std::string bye;
   int heartbeats = 0;
+  gateway::Acknowledgement received;
   std::vector<std::string> messages;  // channel length, channel, bytes
   bool closed = false;
 
  private:
+  void take(const gateway::FrameDecoder::Frame& frame) {
+    received.bytes += gateway::frame_header_bytes + frame.payload.size();
+    const auto payload = assembler_.take(frame, 1 << 24);
+    if (!payload) return;
+    ++received.messages;
+    messages.emplace_back(reinterpret_cast<const char*>(payload->data()) + 8, payload->size() - 8);
+  }
+
   boost::asio::ip::tcp::socket socket_;
   std::array<char, 4096> buffer_{};
   gateway::FrameDecoder decoder_{1 << 20};
+  gateway::MessageAssembler assembler_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // shared with the pending read
 };
 

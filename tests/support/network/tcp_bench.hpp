@@ -15,7 +15,7 @@ namespace arkmesh::tests {
 inline gateway::SessionTimes short_times() {
   using std::chrono::milliseconds;
   gateway::SessionTimes times;
-  times.heartbeat = milliseconds(200);
+  times.heartbeat = milliseconds(100);
   times.silence = milliseconds(700);
   times.stall = milliseconds(1500);
   times.hello = milliseconds(600);
@@ -37,7 +37,7 @@ inline gateway::TcpSettings tcp_settings(const std::string& lab, std::uint64_t b
 // Lets the loop turn until the condition holds; false when the deadline passed first.
 template <class Condition>
 bool run_until(boost::asio::io_context& io, Condition condition,
-               std::chrono::seconds deadline = std::chrono::seconds(20)) {
+               std::chrono::seconds deadline = std::chrono::seconds(300)) {
   const auto end = std::chrono::steady_clock::now() + deadline;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;

@@ -1,0 +1,90 @@
+// How much goes out before the peer has acknowledged it.
+#include "gateway/flow_window.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <deque>
+
+namespace arkmesh::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A path that takes `delay` each way and passes on `bytes_per_s`; the sender fills its window.
+struct Path {
+  std::chrono::microseconds delay;
+  double bytes_per_s;
+  FlowWindow window{FlowLimits{}};
+  FlowWindow::Time now{};
+  std::uint64_t sent = 0;
+  FlowWindow::Time free_at{};
+  std::deque<std::pair<FlowWindow::Time, std::uint64_t>> acks;
+
+  // Returns the longest time that a byte needed to arrive in the second half of so long.
+  std::chrono::duration<double> run(std::chrono::seconds length) {
+    window.path_takes(2 * delay);
+    std::chrono::duration<double> longest{0};
+    const auto half = now + length / 2, end = now + length;
+    for (; now < end; now += 1ms) {
+      for (; !acks.empty() && acks.front().first <= now; acks.pop_front())
+        CHECK(window.acknowledged(acks.front().second, now));
+      while (window.room() > 0) {
+        const std::size_t bytes = std::min<std::size_t>(window.room(), 2000);
+        sent += bytes;
+        window.sent(bytes, now);
+        free_at = std::max(free_at, now) +
+                  std::chrono::microseconds(static_cast<long>(1e6 * static_cast<double>(bytes) / bytes_per_s));
+        acks.emplace_back(free_at + 2 * delay, sent);
+        if (now >= half) longest = std::max<std::chrono::duration<double>>(longest, free_at + delay - now);
+      }
+    }
+    return longest;
+  }
+};
+
+TEST_CASE("on a fast path the window opens, and stays shut for who does not need it") {
+  // A long path of much room is used up to the limit; a sender that says little is given no more than it began with.
+  Path path{.delay = 50ms, .bytes_per_s = 1e9};
+  path.run(3s);
+  CHECK(path.window.under_way() + path.window.room() == FlowLimits{}.bytes);
+  Path quiet{.delay = 1ms, .bytes_per_s = 1e9};
+  std::uint64_t total = 0;
+  for (int i = 0; i < 100; ++i) {
+    quiet.window.sent(1000, quiet.now);
+    CHECK(quiet.window.acknowledged(total += 1000, quiet.now += 2ms));
+  }
+  CHECK(quiet.window.room() == FlowWindow::first_bytes);
+}
+
+TEST_CASE("on a slow path little is under way") {
+  // What goes out arrives in hardly more than the path's own time and the allowed delay, at any rate, and the path is
+  // used.
+  for (const double bytes_per_s : {20'000.0, 100'000.0, 1'000'000.0}) {
+    CAPTURE(bytes_per_s);
+    Path path{.delay = 20ms, .bytes_per_s = bytes_per_s};
+    const auto longest = path.run(20s);
+    CHECK(longest < 20ms + 2 * FlowLimits{}.delay + 100ms);
+    CHECK(static_cast<double>(path.sent) > 0.8 * 20 * bytes_per_s);
+  }
+}
+
+TEST_CASE("an acknowledgement of what was never sent is none") {
+  // Neither more than was sent nor less than before; what waits is known with its time.
+  FlowWindow window{FlowLimits{}};
+  const FlowWindow::Time begin{};
+  CHECK_FALSE(window.waits_since());
+  window.sent(1000, begin + 1s);
+  CHECK(window.waits_since() == begin + 1s);
+  CHECK_FALSE(window.acknowledged(1001, begin + 2s));
+  CHECK(window.acknowledged(500, begin + 3s));
+  CHECK(window.waits_since() == begin + 3s);
+  CHECK(window.acknowledged(500, begin + 4s));
+  CHECK(window.waits_since() == begin + 3s);
+  CHECK_FALSE(window.acknowledged(499, begin + 4s));
+  CHECK(window.acknowledged(1000, begin + 4s));
+  CHECK_FALSE(window.waits_since());
+}
+
+}  // namespace
+}  // namespace arkmesh::gateway
