@@ -23,18 +23,29 @@ void ChannelRule::fields(const hal::Section& rule) {
              {.help = "what the channel is called at the peer, or behind PEER/ here. Empty: as it was"});
   rule.field("delivery", delivery,
              {.help = "of exports: whether the newest message counts or every one", .one_of = {"latest", "ordered"}});
-  rule.field("rate_hz", rate_hz,
-             {.range = {1e-3, 1e6},
-              .unit = "Hz",
-              .help = "of imports: more messages of a channel and peer are refused; a second's worth may come at once",
-              .sample = "10",
-              .default_is = "no limit"});
+  rule.field(
+      "rate_hz", rate_hz,
+      {.range = {1e-3, 1e6},
+       .unit = "Hz",
+       .help = "of each channel and peer. What is more waits, and of \"latest\" only the newest; of imports it is "
+               "refused, and a second's worth may come at once",
+       .sample = "10",
+       .default_is = "no limit"});
   rule.field("bytes_per_s", bytes_per_s,
              {.range = {1, 1e12},
               .unit = "bytes/s",
               .help = "the same of bytes",
               .sample = "100000",
               .default_is = "no limit"});
+  rule.field("max_age_s", max_age_s,
+             {.range = {1e-3, 1e6},
+              .unit = "s",
+              .help = "of exports: what has waited longer is dropped",
+              .sample = "1",
+              .default_is = "no limit"});
+  rule.field("priority", priority,
+             {.help = "of exports: everything that waits of a higher priority goes first",
+              .one_of = {"low", "normal", "high"}});
 }
 
 void ChannelRule::check(const hal::Section& rule) {
@@ -58,11 +69,13 @@ void ChannelRule::check(const hal::Section& rule) {
                                         hal::max_channel_name));
     if (rename == allow) rename.clear();
   }
-  if (delivery != Delivery::latest && (!allows() || direction == Direction::imports))
-    rule.refuse("delivery", "means something in a rule that allows an export only; remove it");
+  const bool is_export = allows() && direction == Direction::exports;
+  for (const auto& [name, is_given] :
+       {std::pair("delivery", delivery != Delivery::latest), std::pair("priority", priority != Priority::normal),
+        std::pair("max_age_s", !std::isnan(max_age_s))})
+    if (is_given && !is_export) rule.refuse(name, "means something in a rule that allows an export only; remove it");
   for (const auto& [name, limit] : {std::pair("rate_hz", rate_hz), std::pair("bytes_per_s", bytes_per_s)})
-    if (!std::isnan(limit) && (!allows() || direction == Direction::exports))
-      rule.refuse(name, "means something in a rule that allows an import only; remove it");
+    if (!std::isnan(limit) && !allows()) rule.refuse(name, "means nothing in a rule that denies; remove it");
   key = rule.path();
   place = rule.place(kind);
 }
@@ -70,6 +83,16 @@ void ChannelRule::check(const hal::Section& rule) {
 bool ChannelRule::is_about(Direction way, std::string_view channel, std::string_view peer) const {
   return direction == way && (peers.empty() || std::ranges::find(peers, peer) != peers.end()) &&
          matches(pattern(), channel) && !(allows() && has_wildcard(allow) && commands_robots(channel));
+}
+
+Rule ChannelRule::on_link(const std::string& channel) const {
+  const auto limit = [](double value) { return std::isnan(value) ? Rule::unlimited : value; };
+  return {.channel = name_of(channel),
+          .delivery = delivery,
+          .priority = priority,
+          .rate_hz = limit(rate_hz),
+          .bytes_per_s = limit(bytes_per_s),
+          .max_age_s = limit(max_age_s)};
 }
 
 ChannelRules::ChannelRules(const std::vector<Rule>& exports, const std::vector<std::string>& imports) {

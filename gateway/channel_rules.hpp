@@ -27,8 +27,9 @@ struct ChannelRule {
   std::vector<std::string> peers;  // labs that it is about; empty: all
   std::string rename;              // what the channel is called on the other side; empty: the same
   Delivery delivery = Delivery::latest;
+  Priority priority = Priority::normal;
   // Of each channel and peer; a NaN is no limit.
-  double rate_hz = not_given, bytes_per_s = not_given;
+  double rate_hz = not_given, bytes_per_s = not_given, max_age_s = not_given;
   std::string key;    // "gateway.rules[1]"
   std::string place;  // "shark.toml:12"; empty when no file says it
 
@@ -39,6 +40,8 @@ struct ChannelRule {
   bool is_about(Direction way, std::string_view channel, std::string_view peer) const;
   // What it makes of a channel that it is about.
   const std::string& name_of(const std::string& channel) const { return rename.empty() ? channel : rename; }
+  // How it goes to a peer.
+  Rule on_link(const std::string& channel) const;
 };
 
 // What a peer may publish here in all; a NaN is no limit.

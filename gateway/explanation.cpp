@@ -24,9 +24,16 @@ std::string settings_of(const ChannelRule& rule, Direction way) {
     text += fmt::format("  {:<12}{}\n", what, value);
   };
   if (!rule.rename.empty()) add("renamed", rule.rename);
-  if (!std::isnan(rule.rate_hz)) add("at most", fmt::format("{:g} messages/s; more are refused", rule.rate_hz));
-  if (!std::isnan(rule.bytes_per_s)) add("at most", fmt::format("{:g} bytes/s; more are refused", rule.bytes_per_s));
+  const char* const beyond = way == Direction::imports           ? "more are refused"
+                             : rule.delivery == Delivery::latest ? "between them a newer message replaces an older one"
+                                                                 : "more wait, as far as there is room";
+  if (!std::isnan(rule.rate_hz)) add("at most", fmt::format("{:g} messages/s; {}", rule.rate_hz, beyond));
+  if (!std::isnan(rule.bytes_per_s)) add("at most", fmt::format("{:g} bytes/s; {}", rule.bytes_per_s, beyond));
   if (way == Direction::imports) return text;
+  if (!std::isnan(rule.max_age_s))
+    add("not older", fmt::format("than {:g} s; older messages are dropped", rule.max_age_s));
+  if (rule.priority != Priority::normal)
+    add("priority", rule.priority == Priority::high ? "high: before all others" : "low: after all others");
   add("delivery", rule.delivery == Delivery::latest ? "latest: a newer message replaces one that waits"
                                                     : "ordered: every message counts");
   return text;

@@ -67,7 +67,7 @@ struct Gateway::State {
       std::vector<std::optional<Rule>> each(links.size());
       for (std::size_t i = 0; i < links.size(); ++i)
         if (const ChannelRule* rule = rules.passing(Direction::exports, channel, links[i]->peer()))
-          each[i] = {rule->name_of(std::string(channel)), rule->delivery};
+          each[i] = rule->on_link(std::string(channel));
       if (std::ranges::none_of(each, [](const auto& way) { return way.has_value(); })) return;
       if (ways.size() == max_channels) return counters.add("sent.refused.too_many_channels");
       found = ways.emplace(channel, std::move(each)).first;

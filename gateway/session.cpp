@@ -45,7 +45,8 @@ Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, 
       read_buffer_(read_bytes),
       control_(std::move(hello_frame)),
       window_(flow),
-      ack_timer_(stream_->executor()) {
+      ack_timer_(stream_->executor()),
+      release_timer_(stream_->executor()) {
   began_ = heard_ = beat_ = state_since_ = now();
 }
 
@@ -110,6 +111,7 @@ void Session::shut() {
   state_ = State::closed;
   if (outbox_) std::exchange(outbox_, nullptr)->session_lost();
   ack_timer_.cancel();
+  release_timer_.cancel();
   stream_->close();
 }
 
@@ -247,13 +249,27 @@ void Session::write() {
   if (control_left_ > 0) in_write_.push_back(asio::buffer(control_in_write_));
   if (state_ == State::up) {
     std::size_t bytes = 0;
-    for (const auto part : outbox_->batch(max_frames_per_write, std::min(window_.room(), max_bytes_per_write))) {
+    for (const auto part : outbox_->batch(max_frames_per_write, std::min(window_.room(), max_bytes_per_write), now())) {
       in_write_.push_back(asio::buffer(part.data(), part.size()));
       bytes += part.size();
     }
     if (bytes > 0) window_.sent(bytes, now());
+    wait_for_release();
   }
   if (!in_write_.empty()) write_rest();
+}
+
+// What the outbox holds back goes when its time has come.
+void Session::wait_for_release() {
+  const std::optional<Time> next = outbox_->next_release();
+  if (!next || next == release_at_) return;
+  release_at_ = next;
+  release_timer_.expires_at(*next);
+  release_timer_.async_wait([self = shared_from_this()](error_code error) {
+    if (error) return;
+    self->release_at_.reset();
+    self->flush_soon();
+  });
 }
 
 void Session::write_rest() {

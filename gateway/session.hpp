@@ -103,6 +103,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void on_heartbeat(const Heartbeat& heartbeat);
   void acknowledge(bool at_once);
   void write();
+  void wait_for_release();
   void write_rest();
   void collect_control();
   void on_written(std::size_t bytes);
@@ -134,6 +135,8 @@ class Session : public std::enable_shared_from_this<Session> {
   FlowWindow window_;
   boost::asio::steady_timer ack_timer_;
   bool ack_timed_ = false;
+  boost::asio::steady_timer release_timer_;
+  std::optional<Time> release_at_;
   std::optional<std::pair<std::int64_t, Time>> last_heartbeat_;  // its time at the peer, and when it came
   std::uint64_t sent_messages_ = 0, sent_bytes_ = 0;
 };

@@ -49,9 +49,9 @@ void TcpLink::stop() {
   stats_.why = "stopped";
 }
 
-void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
+void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byte> bytes) {
   if (stopped_) return;
-  outbox_.put(rule.delivery, channel, bytes);
+  outbox_.put(rule, bytes, std::chrono::steady_clock::now());
   if (session_ && session_->up()) session_->flush_soon();
 }
 

@@ -23,6 +23,10 @@ direction = "export"
 allow = "cam_*"
 direction = "export"
 delivery = "ordered"
+rate_hz = 2.5
+bytes_per_s = 1000
+max_age_s = 3
+priority = "low"
 [[gateway.rules]]
 allow = "tally"
 direction = "import"
@@ -41,12 +45,16 @@ TEST_CASE("explain says by which rule a channel passes, and how") {
   CHECK(
       camera.text.starts_with("lab shark exports cam_1 to roark as shark/cam_1: rule 2 (gateway.rules[1], "
                               "shark.toml:6: allow = \"cam_*\")\n"));
-  CHECK(camera.text.find("  delivery    ordered") != std::string::npos);
+  for (const char* setting : {"  delivery    ordered", "  at most     2.5 messages/s; more wait",
+                              "  at most     1000 bytes/s", "  not older   than 3 s", "  priority    low"}) {
+    CAPTURE(setting);
+    CHECK(camera.text.find(setting) != std::string::npos);
+  }
   const Explanation tally = explain(shark, Direction::imports, "tally", "roark");
   CHECK(tally.passes);
   CHECK(tally.channel == "counts");
   CHECK(tally.text ==
-        "lab shark imports tally from roark as roark/counts: rule 3 (gateway.rules[2], shark.toml:10: allow = "
+        "lab shark imports tally from roark as roark/counts: rule 3 (gateway.rules[2], shark.toml:14: allow = "
         "\"tally\")\n  renamed     counts\n");
   CHECK(explain(shark, Direction::exports, "world", "roark")
             .text.starts_with("lab shark exports world to roark as shark/world: rule 4 (gateway.exports, by default: "
