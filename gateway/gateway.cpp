@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
@@ -29,6 +30,7 @@ struct Received {
   std::int64_t messages = 0, bytes = 0;
   bool fresh = false;  // came since the last tick
   Now last{0};         // the first tick after the newest message
+  int rules = -1;      // whose limits these are
   Budget of_messages, of_bytes;
 };
 
@@ -58,17 +60,52 @@ struct Gateway::State {
   hal::Counters counters;
   bool changed = true;
   std::optional<Now> published;
-  Now time{0};  // of the newest tick
+  Now time{0};           // of the newest tick
+  int rules_number = 0;  // grows with each change of the rules
+
+  // How a channel of this bus goes to each peer.
+  std::vector<std::optional<Rule>> ways_of(std::string_view channel) const {
+    std::vector<std::optional<Rule>> each(links.size());
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (const ChannelRule* rule = rules.passing(Direction::exports, channel, links[i]->peer()))
+        each[i] = rule->on_link(std::string(channel));
+    return each;
+  }
+  static bool lead_nowhere(const std::vector<std::optional<Rule>>& each) {
+    return std::ranges::none_of(each, [](const auto& way) { return way.has_value(); });
+  }
+
+  void obey(ChannelRules new_rules) {
+    rules = std::move(new_rules);
+    ++rules_number;
+    // What was heard so far may wait for peers, under the names that it has there.
+    std::vector<std::set<std::string, std::less<>>> names(links.size());
+    for (auto& [channel, each] : ways) {
+      each = ways_of(channel);
+      for (std::size_t i = 0; i < links.size(); ++i)
+        if (each[i]) names[i].insert(each[i]->channel);
+    }
+    std::erase_if(ways, [](const auto& way) { return lead_nowhere(way.second); });
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const auto& passing = names[i];
+      links[i]->keep_only([&passing](std::string_view channel) { return passing.contains(channel); });
+      const PeerLimits limits = rules.limits_of(links[i]->peer());
+      peers[i].of_messages = budget(limits.rate_hz);
+      peers[i].of_bytes = budget(limits.bytes_per_s);
+    }
+    subscription.reset();
+    if (const std::string pattern = rules.bus_pattern(); !pattern.empty())
+      subscription = bus.subscribe(pattern, [this](std::string_view channel, std::span<const std::byte> bytes) {
+        export_to_peers(channel, bytes);
+      });
+  }
 
   void export_to_peers(std::string_view channel, std::span<const std::byte> bytes) {
     auto found = ways.find(channel);
     if (found == ways.end()) {
       if (!is_exported_name(channel)) return counters.add("sent.refused.channel_name");
-      std::vector<std::optional<Rule>> each(links.size());
-      for (std::size_t i = 0; i < links.size(); ++i)
-        if (const ChannelRule* rule = rules.passing(Direction::exports, channel, links[i]->peer()))
-          each[i] = rule->on_link(std::string(channel));
-      if (std::ranges::none_of(each, [](const auto& way) { return way.has_value(); })) return;
+      auto each = ways_of(channel);
+      if (lead_nowhere(each)) return;
       if (ways.size() == max_channels) return counters.add("sent.refused.too_many_channels");
       found = ways.emplace(channel, std::move(each)).first;
     }
@@ -85,6 +122,8 @@ struct Gateway::State {
     if (received == peer.channels.end()) {
       if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");
       received = peer.channels.emplace(name, Received{}).first;
+    }
+    if (std::exchange(received->second.rules, rules_number) != rules_number) {
       received->second.of_messages = budget(rule->rate_hz);
       received->second.of_bytes = budget(rule->bytes_per_s);
     }
@@ -152,22 +191,15 @@ struct Gateway::State {
 
 Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, ChannelRules rules,
                  std::vector<std::unique_ptr<Link>> links)
-    : state_(
-          new State{bus, std::move(lab), boot_id, std::move(rules), std::move(links), {}, {}, {}, {}, true, {}, {}}) {
+    : state_(new State{bus, std::move(lab), boot_id, {}, std::move(links), {}, {}, {}, {}, true, {}, {}}) {
   assert(boot_id != 0 && "0 stands for a peer that was never met");
-  State* state = state_.get();
-  state->peers.resize(state->links.size());
-  for (std::size_t i = 0; i < state->links.size(); ++i) {
-    Peer& peer = state->peers[i];
-    peer.link = state->links[i].get();
-    const PeerLimits limits = state->rules.limits_of(peer.link->peer());
-    peer.of_messages = budget(limits.rate_hz);
-    peer.of_bytes = budget(limits.bytes_per_s);
-  }
-  if (const std::string pattern = state->rules.bus_pattern(); !pattern.empty())
-    state->subscription = bus.subscribe(pattern, [state](std::string_view channel, std::span<const std::byte> bytes) {
-      state->export_to_peers(channel, bytes);
-    });
+  state_->peers.resize(state_->links.size());
+  for (std::size_t i = 0; i < state_->links.size(); ++i) state_->peers[i].link = state_->links[i].get();
+  state_->obey(std::move(rules));
+}
+
+void Gateway::set_rules(ChannelRules rules) {
+  state_->obey(std::move(rules));
 }
 
 void Gateway::start() {

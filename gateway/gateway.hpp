@@ -25,6 +25,8 @@ class Gateway {
   ~Gateway();
   // Starts the links, once.
   void start();
+  // Other rules from now on. What waits for peers and does not pass any more is dropped.
+  void set_rules(ChannelRules rules);
   // Publishes `peers` (arkmesh.peers_t): ages are computed against `now`, any monotonic time that the caller keeps to
   // (wall time in a gateway process, step time inside `arkmesh run`). Call it once a second; changes of a link are
   // published at the next call of tick() as well. Returns whether it published. `more`: counters of the process around

@@ -59,6 +59,9 @@ class Link {
   // Takes a copy for sending; never blocks. While the link is down, or not started yet, `latest` keeps the newest,
   // `ordered` the newest that fit.
   virtual void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) = 0;
+  // Rules have changed: what waits on other channels than these is dropped, and counted.
+  using Passes = std::function<bool(std::string_view channel)>;
+  virtual void keep_only(const Passes& passes) = 0;
   virtual LinkStats stats() const = 0;
   // Closes for good; returns at once; no event comes afterwards.
   virtual void stop() = 0;

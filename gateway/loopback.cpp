@@ -173,6 +173,8 @@ class LoopbackLink final : public Link {
       end_->lane.outbox.put({std::string(channel), rule.delivery}, bytes, {});
   }
 
+  void keep_only(const Passes& passes) override { end_->lane.outbox.keep_only(passes); }
+
   LinkStats stats() const override {
     LinkStats stats = end_->stats;
     stats.counters.merge(end_->lane.outbox.counters());

@@ -105,6 +105,7 @@ bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
   Channel& to = channel(rule.channel);
   ++to.accepted;
   to.rule = rule;
+  to.denied = false;
   if (!to.is_in_lane()) to.level = static_cast<std::size_t>(rule.priority);
   const bool ordered = rule.delivery == Delivery::ordered;
   Entry made{.channel = &to, .delivery = rule.delivery, .came = now, .message_bytes = bytes.size()};
@@ -196,18 +197,32 @@ std::optional<Outbox::Choice> Outbox::choose(Time now) {
   return {};
 }
 
-void Outbox::set_longest(std::size_t message_bytes) {
-  longest_ = message_bytes;
-  const auto look = [this](Entries& list) {
+// Of what waits, and of which nothing was handed out.
+template <class Condition>
+void Outbox::drop_waiting(Condition condition, std::uint64_t Channel::*reason) {
+  const auto look = [&](Entries& list) {
     for (auto entry = list.begin(); entry != list.end();) {
       const auto candidate = entry++;
-      if (candidate->message_bytes <= longest_ || candidate->handed_out > 0) continue;
-      ++candidate->channel->refused;
+      if (candidate->handed_out > 0 || !condition(*candidate)) continue;
+      ++(candidate->channel->*reason);
       erase(list, candidate);
     }
   };
   for (Entries& lane : waiting_) look(lane);
   for (auto& [name, each] : channels_) look(each.held);
+}
+
+void Outbox::set_longest(std::size_t message_bytes) {
+  longest_ = message_bytes;
+  drop_waiting([this](const Entry& entry) { return entry.message_bytes > longest_; }, &Channel::refused);
+}
+
+void Outbox::keep_only(const Link::Passes& passes) {
+  for (auto& [name, each] : channels_) {
+    each.denied = !passes(name);
+    if (each.denied) forget_newest(each);
+  }
+  drop_waiting([](const Entry& entry) { return entry.channel->denied; }, &Channel::denials);
 }
 
 std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_frames, std::size_t max_bytes, Time now) {
@@ -341,10 +356,12 @@ void Outbox::session_lost() {
   ahead_ = {};
   for (auto& [name, each] : channels_) each.long_ones = 0;
   while (!all.empty()) enqueue(all, all.begin());
+  drop_waiting([](const Entry& entry) { return entry.channel->denied; }, &Channel::denials);
 }
 
 void Outbox::send_again(bool also_what_arrived) {
   for (auto& [name, each] : channels_) {
+    if (each.denied) forget_newest(each);
     if (each.newest.empty() || (each.newest_arrived && !also_what_arrived)) continue;
     Entry again{.channel = &each,
                 .came = each.newest_came,
@@ -380,6 +397,7 @@ hal::Counters Outbox::counters() const {
     set("dropped.too_old", name, channel.too_old);
     set("dropped.rate_limited", name, channel.rate_limited);
     set("dropped.over_budget", name, channel.over_budget);
+    set("dropped.denied", name, channel.denials);
     set("refused.too_big", name, channel.refused);
   }
   all.set("outbox.waiting.messages", waiting_messages() + leaving_.size());

@@ -41,6 +41,10 @@ class Outbox {
   // Longer messages are refused from now on; those that wait are dropped. All counted.
   void set_longest(std::size_t message_bytes);
 
+  // Channels that do not pass any more send nothing: what waits of them, or comes back with a lost session, is dropped,
+  // and counted. Until the next put().
+  void keep_only(const Link::Passes& passes);
+
   // The next frames to write, at most `max_frames`, and at most `max_bytes` unless the first alone is larger; nothing
   // when that is 0. Higher priorities go before all lower ones. In each messages of one frame go before longer ones,
   // frame by frame, which yet get half of the bytes; in one channel all keep their order. They are in flight from now
@@ -75,7 +79,8 @@ class Outbox {
   std::uint64_t ordered_accepted() const { return ordered_accepted_; }
   std::uint64_t ordered_pending() const { return ordered_pending_; }
   // outbox.WHAT.<channel>: accepted, acknowledged, in_flight, queued, replaced, dropped.full, dropped.session_lost,
-  // dropped.too_old, dropped.rate_limited, dropped.over_budget, refused.too_big. And outbox.waiting.messages,
+  // dropped.too_old, dropped.rate_limited, dropped.over_budget,
+  // dropped.denied, refused.too_big. And outbox.waiting.messages,
   // outbox.waiting.bytes.
   hal::Counters counters() const;
 
@@ -94,11 +99,12 @@ class Outbox {
   };
   using Entries = std::list<Entry>;
   struct Channel {
-    Rule rule;                  // of the newest message
-    std::size_t level = 0;      // its priority, once nothing of another waits in a lane
-    Entries held;               // held back, oldest first
-    Time next = {};             // the next may go
-    bool over_bytes = false;    // because of bytes_per_s rather than rate_hz
+    Rule rule;                // of the newest message
+    std::size_t level = 0;    // its priority, once nothing of another waits in a lane
+    Entries held;             // held back, oldest first
+    Time next = {};           // the next may go
+    bool over_bytes = false;  // because of bytes_per_s rather than rate_hz
+    bool denied = false;
     Entries::iterator waiting;  // the `latest` entry that a newer one replaces
     bool has_waiting = false;
     std::size_t long_ones = 0;  // entries in lanes of longer messages
@@ -109,7 +115,7 @@ class Outbox {
     Time newest_came = {};
     std::uint64_t accepted = 0, acknowledged = 0, in_flight = 0, queued = 0;
     std::uint64_t replaced = 0, dropped = 0, refused = 0, lost = 0;
-    std::uint64_t too_old = 0, rate_limited = 0, over_budget = 0;
+    std::uint64_t too_old = 0, rate_limited = 0, over_budget = 0, denials = 0;
 
     bool is_paced() const { return rule.rate_hz != Rule::unlimited || rule.bytes_per_s != Rule::unlimited; }
     bool is_in_lane() const { return queued > held.size(); }
@@ -126,6 +132,8 @@ class Outbox {
   void erase(Entries& from, Entries::iterator entry);
   void forget_newest(Channel& of);
   void keep_newest(Entries& from, Entries::iterator entry, bool arrived);
+  template <class Condition>
+  void drop_waiting(Condition condition, std::uint64_t Channel::*reason);
   bool make_room(std::size_t wanted);
   std::span<const std::byte> hand_out(Entries& lane, std::size_t bytes, Time now);
   static void pace(Channel& of, std::size_t bytes, Time now);

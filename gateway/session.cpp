@@ -79,7 +79,7 @@ void Session::refuse(std::string_view why) {
   owner_ = nullptr;
   state_ = State::refused;
   state_since_ = now();
-  send_control(FrameKind::bye, why.substr(0, longest_bye));
+  send_control(FrameKind::bye, std::as_bytes(std::span(why.substr(0, longest_bye))));
 }
 
 void Session::close(std::string_view bye) {
@@ -165,6 +165,12 @@ void Session::on_frame(const FrameDecoder::Frame& frame) {
     case FrameKind::part:
     case FrameKind::last_part:
       return on_piece(frame);
+    case FrameKind::channels:
+      if (auto channels = read_channels(frame.payload)) {
+        peer_.channels = std::move(*channels);
+        return;
+      }
+      return end("session.closed.bad_channels", "a malformed list of channels came");
     case FrameKind::ack:
       if (const auto received = read_acknowledgement(frame.payload)) return on_acknowledged(*received);
       return end("session.closed.bad_ack", "a malformed acknowledgement came");
@@ -233,8 +239,14 @@ void Session::flush_soon() {
   });
 }
 
-void Session::send_control(FrameKind kind, std::string_view text) {
-  const auto frame = encode_frame(kind, std::as_bytes(std::span(text)));
+bool Session::announce(const std::vector<ExportedChannel>& channels) {
+  if (!outbox_) return false;
+  send_control(FrameKind::channels, encode_channels(channels));
+  return true;
+}
+
+void Session::send_control(FrameKind kind, std::span<const std::byte> payload) {
+  const auto frame = encode_frame(kind, payload);
   control_.insert(control_.end(), frame.begin(), frame.end());
   flush_soon();
 }

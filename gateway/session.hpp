@@ -77,6 +77,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // Ends at once; says bye when that needs no waiting.
   void close(std::string_view bye);
 
+  // These are exported from now on, in place of those of our hello. False before accept(): what was said stands.
+  bool announce(const std::vector<ExportedChannel>& channels);
+
   // There is something in the outbox. Several calls before the loop turns make one write.
   void flush_soon();
   // To be called about every 50 ms: heartbeats and time limits.
@@ -84,7 +87,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   bool closed() const { return state_ == State::closed; }
   bool up() const { return state_ == State::up; }
-  // After accept().
+  // After accept(), with what the peer announced since.
   const Hello& peer() const { return peer_; }
   // The lab that the other end has proved to be; empty when the connection proves nothing.
   std::string proved_name() const { return stream_->peer_name(); }
@@ -107,7 +110,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void write_rest();
   void collect_control();
   void on_written(std::size_t bytes);
-  void send_control(FrameKind kind, std::string_view text);
+  void send_control(FrameKind kind, std::span<const std::byte> payload);
   void say_bye(std::string_view why);
   void end(std::string_view counter, std::string why, bool no_path = false);
   void end(const StreamFailure& failure) { end(failure.counter, failure.why, failure.no_path); }

@@ -55,6 +55,14 @@ void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byt
   if (session_ && session_->up()) session_->flush_soon();
 }
 
+void TcpLink::keep_only(const Passes& passes) {
+  outbox_.keep_only(passes);
+}
+
+void TcpLink::announce(const std::vector<ExportedChannel>& exports) {
+  if (session_ && !session_->announce(exports)) session_->close("the rules of this gateway have changed");
+}
+
 LinkStats TcpLink::stats() const {
   LinkStats stats = stats_;
   if (session_) {

@@ -33,6 +33,7 @@ class TcpLink final : public Link, private Session::Owner {
   void start(Events events) override;
   void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) override;
   LinkStats stats() const override;
+  void keep_only(const Passes& passes) override;
   void stop() override;
 
   // For the node.
@@ -42,6 +43,8 @@ class TcpLink final : public Link, private Session::Owner {
   // An accepted connection said hello for this peer. False when it was refused.
   bool take(const std::shared_ptr<Session>& session, const Hello& hello);
   void check(Session::Time now);
+  // To the peer, if it is connected: what is exported from now on.
+  void announce(const std::vector<ExportedChannel>& exports);
 
  private:
   void on_hello(Session& session, const Hello& hello) override;

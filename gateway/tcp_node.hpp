@@ -64,6 +64,9 @@ class TcpNode final : private Session::Owner {
   // The same over TLS to any host. Settings without keys are an error of the caller.
   std::unique_ptr<Link> tls_link(std::string peer, std::string_view connect);
 
+  // What the peers are told to expect from now on: those who are connected at once.
+  void set_exports(const std::vector<ExportedChannel>& exports);
+
   // Where it listens; port 0 when it does not.
   boost::asio::ip::tcp::endpoint listening() const;
   // What happened to connections that belong to no peer.

@@ -206,6 +206,32 @@ TEST_CASE("a peer is held to what it may publish in all") {
   CHECK(counters["received.refused.peer_rate_limited.a"] + counters["received.refused.peer_rate_limited.b"] == 21);
 }
 
+TEST_CASE("rules change at work") {
+  // What is allowed from now on passes, what is not does not; limits are the new ones. What waited for the peer under
+  // a name that it does not get any more is dropped, not sent.
+  using enum Direction;
+  TwoLabs labs({{"world", Delivery::latest}, {"events", Delivery::ordered}}, false);
+  for (const char* channel : {"world", "events"}) labs.shark.bus.publish(channel, bytes_in("old"));
+  labs.settle();
+  labs.of_shark->set_rules(ChannelRules({{.allow = "world"}, {.allow = "cam_*"}}));
+  labs.of_roark->set_rules(ChannelRules({{.allow = "*", .direction = imports, .rate_hz = 2}}));
+  labs.start();
+  labs.network.step();
+  for (const char* channel : {"world", "events", "cam_1"}) labs.shark.bus.publish(channel, bytes_in("new"));
+  labs.settle();
+  CHECK(labs.roark.heard == std::multimap<std::string, std::string>{
+                                {"shark/cam_1", "new"}, {"shark/world", "old"}, {"shark/world", "new"}});
+  CHECK(labs.of_shark->links()[0]->stats().counters["outbox.dropped.denied.events"] == 1);
+  labs.shark.bus.publish("world", bytes_in("third"));
+  labs.settle();
+  CHECK(labs.roark.heard.count("shark/world") == 2);
+  labs.of_roark->set_rules(ChannelRules({{.allow = "world", .direction = imports, .rename = "state"}}));
+  for (const char* channel : {"world", "cam_1"}) labs.shark.bus.publish(channel, bytes_in("newest"));
+  labs.settle();
+  CHECK(labs.roark.heard.count("shark/state") == 1);
+  CHECK(labs.roark.heard.size() == 4);
+}
+
 TEST_CASE("a bus with very many names makes no gateway grow") {
   // The 257th name that a pattern means is refused and counted; those before still cross.
   TwoLabs labs{ChannelRules({{.allow = "*"}, {.allow = "*", .direction = Direction::imports}})};
