@@ -9,13 +9,6 @@
 
 namespace arkmesh::gateway {
 
-namespace {
-
-// What a message goes later than it might is made up for by the next ones, up to so much.
-constexpr std::chrono::milliseconds catch_up{10};
-
-}  // namespace
-
 Outbox::Channel& Outbox::channel(std::string_view name) {
   const auto found = channels_.find(name);
   return found != channels_.end() ? found->second : channels_[std::string(name)];
@@ -86,18 +79,13 @@ bool Outbox::drop_oldest(Delivery victim, std::size_t level) {
   return true;
 }
 
-bool Outbox::drop_oldest(Delivery victim) {
-  for (std::size_t level = 0; level < levels; ++level)
-    if (drop_oldest(victim, level)) return true;
-  return false;
-}
-
 bool Outbox::make_room(std::size_t wanted) {
   for (auto& [name, each] : channels_)
     if (bytes_ + wanted > limit_) forget_newest(each);
   // `ordered` messages go before `latest` ones, which are the newest of their kind.
   for (const Delivery victim : {Delivery::ordered, Delivery::latest})
-    while (bytes_ + wanted > limit_ && drop_oldest(victim)) continue;
+    for (std::size_t level = 0; level < levels; ++level)
+      while (bytes_ + wanted > limit_ && drop_oldest(victim, level)) continue;
   return bytes_ + wanted <= limit_;
 }
 
@@ -141,13 +129,13 @@ bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
     ++ordered_accepted_;
     ++ordered_pending_;
   }
+  const bool goes = to.held.empty() && to.may_go(now);
+  ++to.queued;
   Entries one;
   one.push_back(std::move(made));
-  if (to.held.empty() && to.may_go(now)) {
-    ++to.queued;
+  if (goes) {
     enqueue(one, one.begin());
   } else {
-    ++to.queued;
     ++held_;
     to.held.splice(to.held.end(), one);
   }

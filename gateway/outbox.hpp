@@ -122,6 +122,8 @@ class Outbox {
     bool may_go(Time now) const { return !is_paced() || (!is_in_lane() && now >= next); }
   };
   static constexpr std::size_t levels = 3, held_back = 2 * levels;
+  // What a message goes later than it might is made up for by the next ones, up to so much.
+  static constexpr std::chrono::milliseconds catch_up{10};
   struct Choice {
     std::size_t lane, level;
   };
@@ -137,7 +139,6 @@ class Outbox {
   bool make_room(std::size_t wanted);
   std::span<const std::byte> hand_out(Entries& lane, std::size_t bytes, Time now);
   static void pace(Channel& of, std::size_t bytes, Time now);
-  bool drop_oldest(Delivery victim);
   bool drop_oldest(Delivery victim, std::size_t level);
   void release(Time now);
   bool drop_if_old(Entries& from, Time now);

@@ -143,7 +143,7 @@ TEST_CASE("arkmesh reload changes the rules of a gateway at work") {
   CHECK(reload(0, files.shark).find("gateway of shark (process ") == 0);
   REQUIRE(says(shark, "gateway of shark: 3 rules are in force, as shark.toml says now\n", 300s));
   CHECK(says(shark, "in force after a new start only: gateway.listen\n", 300s));
-  files.write("shark", shark_port, gateway + "lisen = \"\"");
+  files.write("shark", shark_port, gateway + "listen = \"127.0.0.1:1\"\nlisen = \"\"");
   CHECK(reload(2, files.shark).find("unknown key 'gateway.lisen'") != std::string::npos);
   shark.signal(SIGHUP);
   CHECK(says(shark, "gateway of shark: the rules stay as they were: ", 300s));
