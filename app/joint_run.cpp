@@ -104,8 +104,7 @@ void JointRun::start_gateway(const std::string& lab) {
   std::vector<std::unique_ptr<gateway::Link>> links;
   for (const std::string& peer : m.lab.config().labs)
     if (peer != lab) links.push_back(network_.end(lab, peer));
-  m.gateway = std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().exports,
-                                                 m.lab.gateway().imports, std::move(links));
+  m.gateway = std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().rules, std::move(links));
   m.gateway->start();
 }
 

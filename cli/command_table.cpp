@@ -11,6 +11,8 @@ constexpr CommandRow rows[] = {
     {"config", "List every key of a lab's file, or print a sample", ARKMESH_CAMERAS ? testbed_program : lab_program},
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
     {"keys", "Make a lab's key and certificate, and say which labs its gateway lets in", gateway_program},
+    {"explain", "Say which rule lets a channel pass between two labs, or why none does", gateway_program},
+    {"reload", "Make the gateway of a lab read its rules again, without cutting its links", gateway_program},
     {"up", "Run the labs and gateways of some files as one, and end them together", light_program},
     {"status", "Show how a lab that runs and its links to others are", light_program},
     {"stop", "End a lab that runs, with its results", gateway_program},

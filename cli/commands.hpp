@@ -19,6 +19,8 @@ void add_run_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
+void add_reload_command(CLI::App& app);
 void add_up_command(CLI::App& app);
 void add_status_command(CLI::App& app);
 void add_stop_command(CLI::App& app);

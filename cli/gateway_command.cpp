@@ -28,8 +28,9 @@ void add_gateway_command(CLI::App& app) {
       ->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml\n"
-      "SIGINT or SIGTERM ends it.");
-  command->callback([options] { gateway::run_gateway(hal::Config::from_file(options->file, options->sets)); });
+      "SIGINT or SIGTERM ends it, SIGHUP makes it read its rules again (arkmesh reload).");
+  command->callback(
+      [options] { gateway::run_gateway([options] { return hal::Config::from_file(options->file, options->sets); }); });
 }
 
 }  // namespace arkmesh::cli

@@ -19,6 +19,8 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"lab", add_lab_command},
     {"gateway", add_gateway_command},
     {"keys", add_keys_command},
+    {"explain", add_explain_command},
+    {"reload", add_reload_command},
     {"up", add_up_command},
     {"stop", add_stop_command},
     {"status", add_status_command},

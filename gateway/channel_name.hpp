@@ -11,7 +11,12 @@ namespace arkmesh::gateway {
 bool is_exported_name(std::string_view channel);
 // "roark" and "world" give "roark/world".
 std::string foreign_name(std::string_view lab, std::string_view channel);
-// The LCM pattern that matches this name and nothing else.
-std::string exact_pattern(std::string_view channel);
+// What robots obey. Who means these channels names them: no '*' that allows does.
+bool commands_robots(std::string_view channel);
+// Whether the name is what the pattern says, in which each '*' stands for any characters, or none.
+bool matches(std::string_view pattern, std::string_view channel);
+bool has_wildcard(std::string_view pattern);
+// The LCM pattern that matches the same names that can be exported, and nothing else.
+std::string lcm_pattern(std::string_view pattern);
 
 }  // namespace arkmesh::gateway

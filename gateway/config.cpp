@@ -18,24 +18,19 @@ namespace arkmesh::gateway {
 
 namespace {
 
-void check_channel(const hal::Section& gateway, std::string_view key, const std::string& channel) {
+// A channel of a short form, as a rule about all peers.
+void add_rule(const hal::Section& gateway, const char* key, Direction way, Delivery delivery,
+              const std::string& channel, std::vector<ChannelRule>& rules) {
   if (!is_exported_name(channel))
     gateway.refuse(
         key, fmt::format("'{}' is no channel that can be exported; a name has 1 to {} printable characters without "
                          "space and '/'",
                          channel, hal::max_channel_name));
-}
-
-void add_rules(const hal::Section& gateway, std::string_view key, Delivery delivery,
-               const std::vector<std::string>& channels, std::vector<Rule>& rules) {
-  for (const std::string& channel : channels) {
-    check_channel(gateway, key, channel);
-    if (std::ranges::find(rules, channel, &Rule::channel) != rules.end())
-      gateway.refuse(key, fmt::format("channel '{}' is listed twice in gateway.exports and gateway.ordered", channel));
-    rules.push_back({channel, delivery});
-  }
-  if (rules.size() > max_hello_channels)
-    gateway.refuse(key, fmt::format("at most {} channels can be exported", max_hello_channels));
+  rules.push_back({.allow = channel,
+                   .direction = way,
+                   .delivery = delivery,
+                   .key = fmt::format("gateway.{}", key),
+                   .place = gateway.place(key)});
 }
 
 void check_address(const hal::Section& section, std::string_view key, const std::string& address,
@@ -53,6 +48,18 @@ void PeerConfig::fields(const hal::Section& peer) {
       {.help =
            "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
            "on this machine. Empty: it connects to us"});
+  peer.field("import_rate_hz", limits.rate_hz,
+             {.range = {1e-3, 1e6},
+              .unit = "Hz",
+              .help = "messages that it may publish here, of all channels together; more are refused",
+              .sample = "1000",
+              .default_is = "no limit"});
+  peer.field("import_bytes_per_s", limits.bytes_per_s,
+             {.range = {1, 1e12},
+              .unit = "bytes/s",
+              .help = "the same of bytes",
+              .sample = "1000000",
+              .default_is = "no limit"});
 }
 
 void PeerConfig::check(const hal::Section& peer) const {
@@ -66,9 +73,11 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                 {.help = "[tls://]HOST:PORT for peers that connect to us; without tls:// on 127.0.0.1 only"});
   gateway.field("keys", keys,
                 {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
-  gateway.field("exports", latest, {.help = "channels for the peers, of which the newest message counts"});
-  gateway.field("ordered", ordered, {.help = "channels for the peers, of which every message counts"});
-  gateway.field("imports", imports, {.help = "channels that are taken from the peers; all others are refused"});
+  gateway.field("exports", latest,
+                {.help = "channels for all peers, of which the newest message counts; rules after gateway.rules"});
+  gateway.field("ordered", ordered, {.help = "channels for all peers, of which every message counts; likewise"});
+  gateway.field("imports", imports,
+                {.help = "channels that are taken from all peers; likewise. What no rule allows is refused"});
   gateway.field("max_message_bytes", max_message_bytes,
                 {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
   gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
@@ -82,15 +91,46 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                 {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics; "
                          "127.0.0.1:9464 for example. Empty: nowhere"});
   gateway.field("peers", peers);
+  gateway.field("rules", first_rules);
+}
+
+// The rules of all keys, in the order in which they count.
+void GatewayConfig::gather_rules(const hal::Section& gateway) {
+  std::vector<ChannelRule> all = first_rules;
+  std::vector<std::string> seen;
+  const auto add_export = [&](const char* key, Delivery delivery, const std::string& channel) {
+    add_rule(gateway, key, Direction::exports, delivery, channel, all);
+    if (std::ranges::find(seen, channel) != seen.end())
+      gateway.refuse(key, fmt::format("channel '{}' is listed twice in gateway.exports and gateway.ordered", channel));
+    seen.push_back(channel);
+  };
+  for (const std::string& channel : latest) add_export("exports", Delivery::latest, channel);
+  for (const std::string& channel : ordered) add_export("ordered", Delivery::ordered, channel);
+  for (const std::string& channel : imports)
+    add_rule(gateway, "imports", Direction::imports, Delivery::latest, channel, all);
+  if (std::ranges::count(all, Direction::exports, &ChannelRule::direction) > std::ptrdiff_t{max_hello_channels})
+    gateway.refuse("exports", fmt::format("at most {} channels can be exported", max_hello_channels));
+  rules = ChannelRules(std::move(all));
+
+  std::vector<std::string> labs;
+  for (const PeerConfig& peer : peers) {
+    labs.push_back(peer.lab);
+    rules.limit(peer.lab, peer.limits);
+  }
+  for (std::size_t i = 0; i < first_rules.size(); ++i) {
+    const hal::Section rule = gateway.section("rules", static_cast<int>(i));
+    for (const std::string& lab : first_rules[i].peers)
+      if (std::ranges::find(labs, lab) == labs.end())
+        rule.refuse("peers", fmt::format("lab {} has no entry in gateway.peers; add one or correct the name", lab));
+  }
+  if (const auto collision = rules.collision(labs))
+    gateway.section("rules", static_cast<int>(collision->renaming)).refuse("rename", collision->sentence);
 }
 
 void GatewayConfig::check(const hal::Section& gateway) {
   check_address(gateway, "listen", listen, why_not_listenable);
   check_address(gateway, "metrics", metrics, why_not_loopback);
-  exports.clear();
-  add_rules(gateway, "exports", Delivery::latest, latest, exports);
-  add_rules(gateway, "ordered", Delivery::ordered, ordered, exports);
-  for (const std::string& channel : imports) check_channel(gateway, "imports", channel);
+  gather_rules(gateway);
   const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
   const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
   if (outbox_bytes < max_message_bytes + more)

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gateway/channel_rules.hpp"
 #include "gateway/flow_window.hpp"
-#include "gateway/link.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {
@@ -15,6 +15,7 @@ namespace arkmesh::gateway {
 struct PeerConfig {
   std::string lab;
   std::string connect;  // [SCHEME://]ADDRESS, where that lab's gateway listens (links.hpp); empty: it connects to us
+  PeerLimits limits;
 
   void fields(const hal::Section& peer);
   void check(const hal::Section& peer) const;
@@ -26,8 +27,9 @@ struct GatewayConfig {
   std::filesystem::path keys;                           // the folder of keys; empty: KeyFolder::default_folder()
   std::vector<std::string> latest{"world", "status"};   // gateway.exports: the newest message counts
   std::vector<std::string> ordered;                     // gateway.ordered: all of them count
-  std::vector<Rule> exports;                            // both
   std::vector<std::string> imports{"world", "status"};  // channels that peers may publish here
+  std::vector<ChannelRule> first_rules;                 // gateway.rules
+  ChannelRules rules;                                   // these and, after them, the three short forms
   std::size_t outbox_bytes = 4 << 20;                   // what may wait for one peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;            // longer messages are not sent and not taken
   std::string metrics;                                  // HOST:PORT on this machine for Prometheus; empty: none
@@ -39,6 +41,9 @@ struct GatewayConfig {
   void check(const hal::Section& gateway);
   // Whether anything of it is TLS.
   bool needs_keys() const;
+
+ private:
+  void gather_rules(const hal::Section& gateway);
 };
 
 // `lab`: this one; `labs`: shared.labs. Throws ConfigError.

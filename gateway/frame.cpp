@@ -181,7 +181,7 @@ bool FrameDecoder::check_header(std::span<const std::byte> header) {
     fail(Fault::bad_header, "what came is no frame of ours, or was damaged");
     return false;
   }
-  if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::ack)) {
+  if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::channels)) {
     fail(Fault::bad_kind, fmt::format("a frame of unknown kind {} came", kind));
     return false;
   }

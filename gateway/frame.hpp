@@ -20,6 +20,7 @@ enum class FrameKind : std::uint32_t {
   part = 5,       // the next piece of a message that is longer than a frame; other frames may come between
   last_part = 6,  // its last piece
   ack = 7,        // what I have published of yours (heartbeat.hpp)
+  channels = 8,   // what I export from now on (hello.hpp)
 };
 
 inline constexpr std::size_t frame_header_bytes = 16;

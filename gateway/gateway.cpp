@@ -1,13 +1,18 @@
-// Bus -> links by exact subscriptions, links -> bus under the peer's name, and the books about both.
+// Bus -> links by one subscription, links -> bus under the peer's name, and the books about both.
 #include "gateway/gateway.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
+#include "gateway/budget.hpp"
 #include "gateway/channel_name.hpp"
 #include "hal/messages.hpp"
 
@@ -25,13 +30,20 @@ struct Received {
   std::int64_t messages = 0, bytes = 0;
   bool fresh = false;  // came since the last tick
   Now last{0};         // the first tick after the newest message
+  int rules = -1;      // whose limits these are
+  Budget of_messages, of_bytes;
 };
 
 struct Peer {
   Link* link = nullptr;
   std::map<std::string, Received, std::less<>> channels;  // by name on this lab's bus
   hal::Counters refused;                                  // by channel, as far as there are not too many
+  Budget of_messages, of_bytes;                           // of all channels together
 };
+
+Budget budget(double per_s) {
+  return Budget(std::isnan(per_s) ? Budget::unlimited : per_s);
+}
 
 }  // namespace
 
@@ -39,34 +51,105 @@ struct Gateway::State {
   hal::Bus& bus;
   std::string lab;
   std::uint64_t boot_id;
-  std::vector<std::string> imports;
+  ChannelRules rules;
   std::vector<std::unique_ptr<Link>> links;
   std::vector<Peer> peers;  // as links
-  std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions;
+  std::unique_ptr<hal::Bus::Subscription> subscription;
+  // Channels of this bus that some peer gets, and how each does.
+  std::map<std::string, std::vector<std::optional<Rule>>, std::less<>> ways;
   hal::Counters counters;
   bool changed = true;
   std::optional<Now> published;
+  Now time{0};           // of the newest tick
+  int rules_number = 0;  // grows with each change of the rules
+
+  // How a channel of this bus goes to each peer.
+  std::vector<std::optional<Rule>> ways_of(std::string_view channel) const {
+    std::vector<std::optional<Rule>> each(links.size());
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (const ChannelRule* rule = rules.passing(Direction::exports, channel, links[i]->peer()))
+        each[i] = rule->on_link(std::string(channel));
+    return each;
+  }
+  static bool lead_nowhere(const std::vector<std::optional<Rule>>& each) {
+    return std::ranges::none_of(each, [](const auto& way) { return way.has_value(); });
+  }
+
+  void obey(ChannelRules new_rules) {
+    rules = std::move(new_rules);
+    ++rules_number;
+    // What was heard so far may wait for peers, under the names that it has there.
+    std::vector<std::set<std::string, std::less<>>> names(links.size());
+    for (auto& [channel, each] : ways) {
+      each = ways_of(channel);
+      for (std::size_t i = 0; i < links.size(); ++i)
+        if (each[i]) names[i].insert(each[i]->channel);
+    }
+    std::erase_if(ways, [](const auto& way) { return lead_nowhere(way.second); });
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const auto& passing = names[i];
+      links[i]->keep_only([&passing](std::string_view channel) { return passing.contains(channel); });
+      const PeerLimits limits = rules.limits_of(links[i]->peer());
+      peers[i].of_messages = budget(limits.rate_hz);
+      peers[i].of_bytes = budget(limits.bytes_per_s);
+    }
+    subscription.reset();
+    if (const std::string pattern = rules.bus_pattern(); !pattern.empty())
+      subscription = bus.subscribe(pattern, [this](std::string_view channel, std::span<const std::byte> bytes) {
+        export_to_peers(channel, bytes);
+      });
+  }
+
+  void export_to_peers(std::string_view channel, std::span<const std::byte> bytes) {
+    auto found = ways.find(channel);
+    if (found == ways.end()) {
+      if (!is_exported_name(channel)) return counters.add("sent.refused.channel_name");
+      auto each = ways_of(channel);
+      if (lead_nowhere(each)) return;
+      if (ways.size() == max_channels) return counters.add("sent.refused.too_many_channels");
+      found = ways.emplace(channel, std::move(each)).first;
+    }
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (const std::optional<Rule>& way = found->second[i]) links[i]->offer(*way, way->channel, bytes);
+  }
 
   void arrived(Peer& peer, std::string_view channel, std::span<const std::byte> bytes) {
     if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
-    if (std::ranges::find(imports, channel) == imports.end()) return refuse(peer, channel);
-    std::string name = foreign_name(peer.link->peer(), channel);
+    const ChannelRule* const rule = rules.passing(Direction::imports, channel, peer.link->peer());
+    if (!rule) return refuse(peer, "not_imported", channel);
+    std::string name = foreign_name(peer.link->peer(), rule->name_of(std::string(channel)));
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
       if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");
       received = peer.channels.emplace(name, Received{}).first;
     }
+    if (std::exchange(received->second.rules, rules_number) != rules_number) {
+      received->second.of_messages = budget(rule->rate_hz);
+      received->second.of_bytes = budget(rule->bytes_per_s);
+    }
+    if (const char* reason = over_limit(peer, received->second, bytes.size())) return refuse(peer, reason, channel);
     ++received->second.messages;
     received->second.bytes += static_cast<std::int64_t>(bytes.size());
     received->second.fresh = true;
     bus.publish(name, bytes);
   }
 
-  static void refuse(Peer& peer, std::string_view channel) {
-    std::string counter = "received.refused.not_imported." + std::string(channel);
-    if (peer.refused[counter] == 0 && peer.refused.all().size() >= max_refused_channels)
-      counter = "received.refused.not_imported";
-    peer.refused.add(counter);
+  // Why a message is one too many; null when it is not.
+  const char* over_limit(Peer& peer, Received& channel, std::size_t size) const {
+    const auto bytes = static_cast<double>(size);
+    if (!channel.of_messages.has(1, time)) return "rate_limited";
+    if (!channel.of_bytes.has(bytes, time)) return "over_budget";
+    if (!peer.of_messages.has(1, time)) return "peer_rate_limited";
+    if (!peer.of_bytes.has(bytes, time)) return "peer_over_budget";
+    for (Budget* budget : {&channel.of_messages, &peer.of_messages}) budget->use(1);
+    for (Budget* budget : {&channel.of_bytes, &peer.of_bytes}) budget->use(bytes);
+    return nullptr;
+  }
+
+  static void refuse(Peer& peer, std::string_view reason, std::string_view channel) {
+    const std::string all = fmt::format("received.refused.{}", reason);
+    const std::string counter = fmt::format("{}.{}", all, channel);
+    peer.refused.add(peer.refused[counter] == 0 && peer.refused.all().size() >= max_refused_channels ? all : counter);
   }
 
   peer_t describe(const Peer& peer, Now now) const {
@@ -106,21 +189,17 @@ struct Gateway::State {
   }
 };
 
-Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, std::vector<Rule> exports,
-                 std::vector<std::string> imports, std::vector<std::unique_ptr<Link>> links)
-    : state_(new State{bus, std::move(lab), boot_id, std::move(imports), std::move(links), {}, {}, {}, true, {}}) {
+Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, ChannelRules rules,
+                 std::vector<std::unique_ptr<Link>> links)
+    : state_(new State{bus, std::move(lab), boot_id, {}, std::move(links), {}, {}, {}, {}, true, {}, {}}) {
   assert(boot_id != 0 && "0 stands for a peer that was never met");
-  State* state = state_.get();
-  state->peers.resize(state->links.size());
-  for (std::size_t i = 0; i < state->links.size(); ++i) state->peers[i].link = state->links[i].get();
+  state_->peers.resize(state_->links.size());
+  for (std::size_t i = 0; i < state_->links.size(); ++i) state_->peers[i].link = state_->links[i].get();
+  state_->obey(std::move(rules));
+}
 
-  for (const Rule& rule : exports) {
-    assert(is_exported_name(rule.channel));
-    auto to_all = [state, rule](std::string_view channel, std::span<const std::byte> bytes) {
-      for (const auto& link : state->links) link->offer(rule, channel, bytes);
-    };
-    state->subscriptions.push_back(bus.subscribe(exact_pattern(rule.channel), std::move(to_all)));
-  }
+void Gateway::set_rules(ChannelRules rules) {
+  state_->obey(std::move(rules));
 }
 
 void Gateway::start() {
@@ -139,6 +218,7 @@ Gateway::~Gateway() {
 }
 
 bool Gateway::tick(Now now, const hal::Counters& more) {
+  state_->time = now;
   for (Peer& peer : state_->peers)
     for (auto& [name, received] : peer.channels)
       if (std::exchange(received.fresh, false)) received.last = now;

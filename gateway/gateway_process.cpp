@@ -1,6 +1,8 @@
 #include "gateway/gateway_process.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
@@ -13,6 +15,7 @@
 #include <exception>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,6 +33,7 @@
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/experiment.hpp"
+#include "hal/handle.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -88,23 +92,48 @@ std::uint64_t new_boot_id() {
           .count());
 }
 
+// What a file says that counts at the start only, key by key.
+std::map<std::string, std::string, std::less<>> fixed_keys(const hal::Config& config) {
+  std::map<std::string, std::string, std::less<>> all;
+  for (const char* table : {"lab", "shared", "run", "bus", "gateway"}) all.merge(config.in_force_below(table));
+  std::erase_if(all, [](const auto& entry) {
+    const std::string& key = entry.first;
+    return key.starts_with("gateway.rules") || key == "gateway.exports" || key == "gateway.ordered" ||
+           key == "gateway.imports" || key.find(".import_") != std::string::npos;
+  });
+  return all;
+}
+
+bool has_terminal() {
+  const hal::Handle terminal(::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC));
+  return static_cast<bool>(terminal);
+}
+
+// As `nohup` leaves it.
+bool ignores_hangup() {
+  struct sigaction now {};
+  return ::sigaction(SIGHUP, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
+}
+
 class GatewayProcess {
  public:
-  explicit GatewayProcess(ProcessConfig config)
-      : config_(std::move(config)),
+  explicit GatewayProcess(const std::function<hal::Config()>& read) : GatewayProcess(read, read()) {}
+  GatewayProcess(const std::function<hal::Config()>& read, const hal::Config& file)
+      : read_(read),
+        config_(read_process_config(file)),
+        fixed_(fixed_keys(file)),
         boot_id_(new_boot_id()),
         bus_(config_.bus.url, config_.bus.hear),
         monitor_(bus_, config_.lab, boot_id_),
         readable_(io_, bus_.descriptor()),
         timer_(io_),
-        signals_(io_, SIGINT, SIGTERM) {}
+        ends_with_terminal_(has_terminal() && !ignores_hangup()),
+        signals_(io_, SIGINT, SIGTERM, SIGHUP) {}
   ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
-    signals_.async_wait([this](auto error, int) {
-      if (!error) io_.stop();
-    });
+    await_signal();
     serve_bus();
     monitor_.ask();
     // Nobody is met before the answers are in, but who is first loses no more than that: its port is open, so that
@@ -119,6 +148,55 @@ class GatewayProcess {
   }
 
  private:
+  void await_signal() {
+    signals_.async_wait([this](auto error, int signal) {
+      if (error) return;
+      // The kernel sends SIGHUP, too, when the terminal is closed.
+      if (signal != SIGHUP || (ends_with_terminal_ && !has_terminal())) return io_.stop();
+      reload();
+      await_signal();
+    });
+  }
+
+  // The rules of the file as it is now, without touching any link. A wrong file changes nothing.
+  void reload() {
+    try {
+      const hal::Config file = read_();
+      ProcessConfig now = read_process_config(file);
+      if (now.lab != config_.lab)
+        throw hal::ConfigError(fmt::format("{} is the file of lab {} now", file.file().string(), now.lab));
+      // Renames must not collide for the peers of the start either.
+      if (const auto collision = now.gateway.rules.collision(peer_labs()))
+        throw hal::ConfigError(fmt::format("{}: a rename {}", file.file().string(), collision->sentence));
+      config_.gateway.rules = std::move(now.gateway.rules);
+      if (gateway_) {
+        node_->set_exports(config_.gateway.rules.announced(peer_labs()));
+        gateway_->set_rules(config_.gateway.rules);
+      }
+      say(fmt::format("{} rules are in force, as {} says now", config_.gateway.rules.all().size(),
+                      file.file().filename().string()));
+      say_what_waits_for_a_start(fixed_keys(file));
+    } catch (const std::exception& error) {
+      say(fmt::format("the rules stay as they were: {}", error.what()));
+    }
+  }
+
+  void say_what_waits_for_a_start(const std::map<std::string, std::string, std::less<>>& now) const {
+    std::set<std::string, std::less<>> changed;
+    for (const auto& [key, value] : now)
+      if (const auto before = fixed_.find(key); before == fixed_.end() || before->second != value) changed.insert(key);
+    for (const auto& [key, value] : fixed_)
+      if (!now.contains(key)) changed.insert(key);
+    if (!changed.empty())
+      say(fmt::format("changed in the file, but in force after a new start only: {}", fmt::join(changed, ", ")));
+  }
+
+  std::vector<std::string> peer_labs() const {
+    std::vector<std::string> labs;
+    for (const PeerConfig& peer : config_.gateway.peers) labs.push_back(peer.lab);
+    return labs;
+  }
+
   // After each answer time: gives way to an earlier gateway, tries again while the port is taken, goes on once it is
   // ours.
   void look_around() {
@@ -170,7 +248,7 @@ class GatewayProcess {
     settings.lab = config_.lab;
     settings.experiment = config_.experiment;
     settings.boot_id = boot_id_;
-    for (const Rule& rule : config_.gateway.exports) settings.exports.push_back(exported(rule.channel));
+    settings.exports = config_.gateway.rules.announced(peer_labs());
     settings.listen = config_.gateway.listen;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
@@ -184,8 +262,7 @@ class GatewayProcess {
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers)
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
-    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.exports, config_.gateway.imports,
-                                         std::move(links));
+    gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.rules, std::move(links));
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
@@ -274,7 +351,9 @@ class GatewayProcess {
     std::fflush(stdout);
   }
 
-  ProcessConfig config_;
+  std::function<hal::Config()> read_;
+  ProcessConfig config_;  // of the start, but for the rules
+  const std::map<std::string, std::string, std::less<>> fixed_;
   std::exception_ptr failure_;  // why it could not begin yet
   std::uint64_t boot_id_;
   asio::io_context io_{1};
@@ -282,6 +361,7 @@ class GatewayProcess {
   PortMonitor monitor_;
   asio::posix::stream_descriptor readable_;
   asio::steady_timer timer_;
+  const bool ends_with_terminal_;
   asio::signal_set signals_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
@@ -294,8 +374,12 @@ class GatewayProcess {
 
 }  // namespace
 
-void run_gateway(const hal::Config& config) {
-  GatewayProcess(read_process_config(config)).run();
+void run_gateway(const std::function<hal::Config()>& read) {
+  GatewayProcess(read).run();
+}
+
+std::string check_gateway_file(const hal::Config& config) {
+  return read_process_config(config).lab;
 }
 
 }  // namespace arkmesh::gateway

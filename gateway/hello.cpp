@@ -66,6 +66,29 @@ class Reader {
   bool good_ = true;
 };
 
+void put_channels(std::vector<std::byte>& out, const std::vector<ExportedChannel>& channels) {
+  put(out, static_cast<std::uint16_t>(channels.size()));
+  for (const ExportedChannel& channel : channels) {
+    put_name(out, channel.name);
+    put(out, channel.type);
+  }
+}
+
+std::optional<std::vector<ExportedChannel>> take_channels(Reader& in) {
+  std::vector<ExportedChannel> all;
+  const std::size_t channels = in.take<std::uint16_t>();
+  if (channels > max_hello_channels) return {};
+  for (std::size_t i = 0; i < channels && in.good(); ++i) {
+    ExportedChannel channel;
+    channel.name = in.take_name();
+    channel.type = in.take<std::uint64_t>();
+    if (!is_exported_name(channel.name)) return {};
+    if (std::ranges::find(all, channel.name, &ExportedChannel::name) != all.end()) return {};
+    all.push_back(std::move(channel));
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_hello(const Hello& hello) {
@@ -77,12 +100,20 @@ std::vector<std::byte> encode_hello(const Hello& hello) {
   put_name(out, hello.experiment);
   put(out, hello.boot_id);
   put(out, hello.max_message_bytes);
-  put(out, static_cast<std::uint16_t>(hello.channels.size()));
-  for (const ExportedChannel& channel : hello.channels) {
-    put_name(out, channel.name);
-    put(out, channel.type);
-  }
+  put_channels(out, hello.channels);
   return out;
+}
+
+std::vector<std::byte> encode_channels(const std::vector<ExportedChannel>& channels) {
+  std::vector<std::byte> out;
+  put_channels(out, channels);
+  return out;
+}
+
+std::optional<std::vector<ExportedChannel>> read_channels(std::span<const std::byte> payload) {
+  Reader in(payload);
+  auto channels = take_channels(in);
+  return channels && in.at_end() ? channels : std::nullopt;
 }
 
 std::optional<Hello> read_hello(std::span<const std::byte> payload) {
@@ -99,17 +130,9 @@ std::optional<Hello> read_hello(std::span<const std::byte> payload) {
     if (!text->empty() && !hal::is_label(*text)) return {};
   hello.boot_id = in.take<std::uint64_t>();
   hello.max_message_bytes = in.take<std::uint32_t>();
-  const std::size_t channels = in.take<std::uint16_t>();
-  if (channels > max_hello_channels) return {};
-  for (std::size_t i = 0; i < channels && in.good(); ++i) {
-    ExportedChannel channel;
-    channel.name = in.take_name();
-    channel.type = in.take<std::uint64_t>();
-    if (!is_exported_name(channel.name)) return {};
-    if (std::ranges::find(hello.channels, channel.name, &ExportedChannel::name) != hello.channels.end()) return {};
-    hello.channels.push_back(std::move(channel));
-  }
-  if (!in.at_end() || hello.boot_id == 0) return {};
+  auto channels = take_channels(in);
+  if (!channels || !in.at_end() || hello.boot_id == 0) return {};
+  hello.channels = std::move(*channels);
   return hello;
 }
 

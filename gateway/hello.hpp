@@ -37,6 +37,10 @@ std::vector<std::byte> encode_hello(const Hello& hello);
 // changes.
 std::optional<Hello> read_hello(std::span<const std::byte> payload);
 
+// The payload of a frame that replaces the hello's list of channels; the hello ends with it, too.
+std::vector<std::byte> encode_channels(const std::vector<ExportedChannel>& channels);
+std::optional<std::vector<ExportedChannel>> read_channels(std::span<const std::byte> payload);
+
 // The channel with its fingerprint when it is one that every lab exports (`world`, `status`).
 ExportedChannel exported(std::string_view channel);
 

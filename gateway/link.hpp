@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,10 +20,17 @@ enum class Delivery {
   ordered,  // all of them, once and in order, as long as the outbox has room; then the oldest is dropped
 };
 
-// What happens to one exported channel.
+enum class Priority { low, normal, high };
+
+// What happens to one exported channel on its way to one peer. A link without an outbox need not heed the limits.
 struct Rule {
-  std::string channel;  // exact name on this lab's bus; never contains '/'
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+  std::string channel;  // what the peer calls it; never contains '/'
   Delivery delivery = Delivery::latest;
+  Priority priority = Priority::normal;
+  double rate_hz = unlimited, bytes_per_s = unlimited;  // what is more waits
+  double max_age_s = unlimited;                         // older messages are dropped instead of sent
 };
 
 struct LinkStats {
@@ -51,6 +59,9 @@ class Link {
   // Takes a copy for sending; never blocks. While the link is down, or not started yet, `latest` keeps the newest,
   // `ordered` the newest that fit.
   virtual void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) = 0;
+  // Rules have changed: what waits on other channels than these is dropped, and counted.
+  using Passes = std::function<bool(std::string_view channel)>;
+  virtual void keep_only(const Passes& passes) = 0;
   virtual LinkStats stats() const = 0;
   // Closes for good; returns at once; no event comes afterwards.
   virtual void stop() = 0;

@@ -80,7 +80,7 @@ struct End {
   }
 
   void empty_outbox() {
-    for (auto frames = lane.outbox.whole_message(); !frames.empty(); frames = lane.outbox.whole_message()) {
+    for (auto frames = lane.outbox.whole_message({}); !frames.empty(); frames = lane.outbox.whole_message({})) {
       const auto message = decode_message(frames);
       send(message->channel, message->bytes);
       lane.outbox.acknowledged(lane.outbox.written(frames.size()).messages);
@@ -170,8 +170,10 @@ class LoopbackLink final : public Link {
     if (end_->stats.up)
       end_->send(channel, bytes);
     else
-      end_->lane.outbox.put(rule.delivery, channel, bytes);
+      end_->lane.outbox.put({std::string(channel), rule.delivery}, bytes, {});
   }
+
+  void keep_only(const Passes& passes) override { end_->lane.outbox.keep_only(passes); }
 
   LinkStats stats() const override {
     LinkStats stats = end_->stats;

@@ -20,6 +20,11 @@ bool OrderedInbox::take(std::string_view channel, std::uint64_t sequence) {
   const auto found = newest_.find(channel);
   std::uint64_t settled = 1;
   if (found == newest_.end()) {
+    // A peer that lists patterns may send any names.
+    if (newest_.size() == max_channels) {
+      counters_.add("received.refused.too_many_channels");
+      return false;
+    }
     newest_.emplace(channel, sequence);
   } else if (sequence <= found->second) {
     counters_.add("received.repeated." + found->first);

@@ -13,6 +13,7 @@ namespace arkmesh::gateway {
 
 class OrderedInbox {
  public:
+  static constexpr std::size_t max_channels = 256;  // whose messages are taken
   // The peer's gateway was started (again): it numbers anew. Returns how many of the messages that the earlier one
   // announced did not come.
   std::uint64_t begin();
@@ -21,7 +22,8 @@ class OrderedInbox {
   // From the peer's heartbeats: its `ordered` messages for us since its start, and those of them that wait.
   void announced(std::uint64_t accepted, std::uint64_t pending);
 
-  // received.repeated.CHANNEL, received.missing.CHANNEL (the peer had no room for them), received.missing.restart.
+  // received.refused.too_many_channels, received.repeated.CHANNEL, received.missing.CHANNEL (the peer had no room for
+  // them), received.missing.restart.
   const hal::Counters& counters() const { return counters_; }
 
  private:

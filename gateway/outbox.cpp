@@ -14,11 +14,18 @@ Outbox::Channel& Outbox::channel(std::string_view name) {
   return found != channels_.end() ? found->second : channels_[std::string(name)];
 }
 
+std::size_t Outbox::waiting_messages() const {
+  std::size_t all = held_;
+  for (const Entries& lane : waiting_) all += lane.size();
+  return all;
+}
+
 // To the end of its lane, out of a list that may be the lane itself.
 void Outbox::enqueue(Entries& from, Entries::iterator entry) {
   Channel& of = *entry->channel;
-  entry->lane = entry->frames.size() > max_frame_bytes || of.long_ones > 0 ? 1 : 0;
-  of.long_ones += entry->lane;
+  const bool is_long = entry->frames.size() > max_frame_bytes || of.long_ones > 0;
+  of.long_ones += is_long;
+  entry->lane = 2 * of.level + is_long;
   Entries& to = waiting_[entry->lane];
   to.splice(to.end(), from, entry);
   if (entry->delivery == Delivery::latest) {
@@ -29,12 +36,16 @@ void Outbox::enqueue(Entries& from, Entries::iterator entry) {
 
 void Outbox::erase(Entries& from, Entries::iterator entry) {
   Channel& of = *entry->channel;
-  if (&from == &waiting_[0] || &from == &waiting_[1]) {
-    if (of.has_waiting && of.waiting == entry) of.has_waiting = false;
-    of.long_ones -= entry->lane;
-    --of.queued;
-  } else {
+  if (&from == &leaving_ || &from == &in_flight_) {
     --of.in_flight;
+  } else if (&from == &of.held) {
+    --of.queued;
+    --held_;
+  } else {
+    if (of.has_waiting && of.waiting == entry) of.has_waiting = false;
+    of.long_ones -= entry->lane % 2;
+    if (cut_ == entry->lane && entry->handed_out > 0) cut_.reset();
+    --of.queued;
   }
   if (entry->delivery == Delivery::ordered) --ordered_pending_;
   bytes_ -= cost(*entry);
@@ -46,17 +57,22 @@ void Outbox::forget_newest(Channel& of) {
   std::vector<std::byte>().swap(of.newest);
 }
 
-// The oldest of its kind that waits and of which nothing was handed out.
-bool Outbox::drop_oldest(Delivery victim) {
+// The oldest of its kind and priority that waits and of which nothing was handed out.
+bool Outbox::drop_oldest(Delivery victim, std::size_t level) {
   Entries* from = nullptr;
   Entries::iterator oldest;
-  for (Entries& lane : waiting_) {
+  const auto look = [&](Entries& list) {
     const auto found = std::ranges::find_if(
-        lane, [&](const Entry& entry) { return entry.delivery == victim && entry.handed_out == 0; });
-    if (found == lane.end() || (from && oldest->number < found->number)) continue;
-    from = &lane;
+        list, [&](const Entry& entry) { return entry.delivery == victim && entry.handed_out == 0; });
+    if (found == list.end() || (from && oldest->number < found->number)) return;
+    from = &list;
     oldest = found;
-  }
+  };
+  look(waiting_[2 * level]);
+  look(waiting_[2 * level + 1]);
+  if (held_ > 0)
+    for (auto& [name, each] : channels_)
+      if (each.level == level) look(each.held);
   if (!from) return false;
   ++oldest->channel->dropped;
   erase(*from, oldest);
@@ -68,16 +84,20 @@ bool Outbox::make_room(std::size_t wanted) {
     if (bytes_ + wanted > limit_) forget_newest(each);
   // `ordered` messages go before `latest` ones, which are the newest of their kind.
   for (const Delivery victim : {Delivery::ordered, Delivery::latest})
-    while (bytes_ + wanted > limit_ && drop_oldest(victim)) continue;
+    for (std::size_t level = 0; level < levels; ++level)
+      while (bytes_ + wanted > limit_ && drop_oldest(victim, level)) continue;
   return bytes_ + wanted <= limit_;
 }
 
-bool Outbox::put(Delivery delivery, std::string_view name, std::span<const std::byte> bytes) {
-  Channel& to = channel(name);
+bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
+  Channel& to = channel(rule.channel);
   ++to.accepted;
-  const bool ordered = delivery == Delivery::ordered;
-  Entry made{.channel = &to, .delivery = delivery, .message_bytes = bytes.size()};
-  if (bytes.size() <= longest_) made.frames = encode_message(name, bytes, ordered ? to.sequence + 1 : 0);
+  to.rule = rule;
+  to.denied = false;
+  if (!to.is_in_lane()) to.level = static_cast<std::size_t>(rule.priority);
+  const bool ordered = rule.delivery == Delivery::ordered;
+  Entry made{.channel = &to, .delivery = rule.delivery, .came = now, .message_bytes = bytes.size()};
+  if (bytes.size() <= longest_) made.frames = encode_message(rule.channel, bytes, ordered ? to.sequence + 1 : 0);
   if (bytes.size() > longest_ || cost(made) > limit_) {
     ++to.refused;
     return false;
@@ -86,13 +106,17 @@ bool Outbox::put(Delivery delivery, std::string_view name, std::span<const std::
     ++to.replaced;
     const auto place = to.waiting;
     const std::size_t others = bytes_ - cost(*place);
-    if (others + cost(made) <= limit_ && (place->lane == 1 || made.frames.size() <= max_frame_bytes)) {
+    if (others + cost(made) <= limit_ && (place->lane % 2 == 1 || made.frames.size() <= max_frame_bytes)) {
       bytes_ = others + cost(made);
       place->frames = std::move(made.frames);
       place->message_bytes = made.message_bytes;
+      place->came = now;
       return true;
     }
     erase(waiting_[place->lane], place);  // the newer one is larger and takes its chance like any other
+  } else if (!ordered && !to.held.empty() && to.held.back().delivery == Delivery::latest) {
+    ++(!to.is_paced() ? to.replaced : to.over_bytes ? to.over_budget : to.rate_limited);
+    erase(to.held, std::prev(to.held.end()));
   }
   if (!make_room(cost(made))) {
     ++to.dropped;
@@ -100,52 +124,123 @@ bool Outbox::put(Delivery delivery, std::string_view name, std::span<const std::
   }
   bytes_ += cost(made);
   made.number = ++numbers_;
-  ++to.queued;
   if (ordered) {
     ++to.sequence;
     ++ordered_accepted_;
     ++ordered_pending_;
   }
+  const bool goes = to.held.empty() && to.may_go(now);
+  ++to.queued;
   Entries one;
   one.push_back(std::move(made));
-  enqueue(one, one.begin());
+  if (goes) {
+    enqueue(one, one.begin());
+  } else {
+    ++held_;
+    to.held.splice(to.held.end(), one);
+  }
   return true;
+}
+
+// Sends what was held back on its way, when its time has come.
+void Outbox::release(Time now) {
+  if (held_ == 0) return;
+  for (auto& [name, each] : channels_)
+    while (!each.held.empty() && each.may_go(now)) {
+      if (drop_if_old(each.held, now)) continue;
+      --held_;
+      if (!each.is_in_lane()) each.level = static_cast<std::size_t>(each.rule.priority);
+      enqueue(each.held, each.held.begin());
+    }
+}
+
+std::optional<Outbox::Time> Outbox::next_release() const {
+  std::optional<Time> first;
+  if (held_ > 0)
+    for (const auto& [name, each] : channels_)
+      if (!each.held.empty() && !each.is_in_lane() && (!first || each.next < *first)) first = each.next;
+  return first;
+}
+
+bool Outbox::drop_if_old(Entries& from, Time now) {
+  const auto entry = from.begin();
+  const double age_s = std::chrono::duration<double>(now - entry->came).count();
+  if (entry->handed_out > 0 || age_s <= entry->channel->rule.max_age_s) return false;
+  ++entry->channel->too_old;
+  erase(from, entry);
+  return true;
+}
+
+// Whose first message goes next. The parts of two messages do not mix: a longer one of a higher priority lends its own
+// to the one that is under way.
+std::optional<Outbox::Choice> Outbox::choose(Time now) {
+  for (Entries& lane : waiting_)
+    while (!lane.empty() && drop_if_old(lane, now)) continue;
+  for (std::size_t level = levels; level-- > 0;) {
+    const bool small = !waiting_[2 * level].empty(), large = !waiting_[2 * level + 1].empty();
+    if (!small && !large) continue;
+    if (small && !(large && ahead_[level] >= max_frame_bytes)) return Choice{2 * level, level};
+    return Choice{cut_.value_or(2 * level + 1), level};
+  }
+  return {};
+}
+
+// Of what waits, and of which nothing was handed out.
+template <class Condition>
+void Outbox::drop_waiting(Condition condition, std::uint64_t Channel::*reason) {
+  const auto look = [&](Entries& list) {
+    for (auto entry = list.begin(); entry != list.end();) {
+      const auto candidate = entry++;
+      if (candidate->handed_out > 0 || !condition(*candidate)) continue;
+      ++(candidate->channel->*reason);
+      erase(list, candidate);
+    }
+  };
+  for (Entries& lane : waiting_) look(lane);
+  for (auto& [name, each] : channels_) look(each.held);
 }
 
 void Outbox::set_longest(std::size_t message_bytes) {
   longest_ = message_bytes;
-  for (Entries& lane : waiting_)
-    for (auto entry = lane.begin(); entry != lane.end();) {
-      const auto candidate = entry++;
-      if (candidate->message_bytes <= longest_ || candidate->handed_out > 0) continue;
-      ++candidate->channel->refused;
-      erase(lane, candidate);
-    }
+  drop_waiting([this](const Entry& entry) { return entry.message_bytes > longest_; }, &Channel::refused);
 }
 
-std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_frames, std::size_t max_bytes) {
+void Outbox::keep_only(const Link::Passes& passes) {
+  for (auto& [name, each] : channels_) {
+    each.denied = !passes(name);
+    if (each.denied) forget_newest(each);
+  }
+  drop_waiting([](const Entry& entry) { return entry.channel->denied; }, &Channel::denials);
+}
+
+std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_frames, std::size_t max_bytes, Time now) {
   std::vector<std::span<const std::byte>> parts;
   std::size_t bytes = 0;
-  while (parts.size() < max_frames && bytes < max_bytes && waiting_messages() > 0) {
-    const bool second = waiting_[0].empty() || (!waiting_[1].empty() && ahead_ >= max_frame_bytes);
-    Entries& lane = waiting_[second ? 1 : 0];
+  release(now);
+  while (parts.size() < max_frames && bytes < max_bytes) {
+    const std::optional<Choice> next = choose(now);
+    if (!next) break;
+    Entries& lane = waiting_[next->lane];
     const std::size_t frame = std::min(max_frame_bytes, lane.front().frames.size() - lane.front().handed_out);
     if (!parts.empty() && bytes + frame > max_bytes) break;
-    ahead_ = second || waiting_[1].empty() ? 0 : ahead_ + frame;
+    const bool passes_long_ones = next->lane % 2 == 0 && !waiting_[2 * next->level + 1].empty();
+    ahead_[next->level] = passes_long_ones ? ahead_[next->level] + frame : 0;
     bytes += frame;
-    parts.push_back(hand_out(lane, frame));
+    parts.push_back(hand_out(lane, frame, now));
   }
   return parts;
 }
 
-std::span<const std::byte> Outbox::whole_message() {
-  if (waiting_messages() == 0) return {};
-  Entries& lane = waiting_[waiting_[0].empty() ? 1 : 0];
-  return hand_out(lane, lane.front().frames.size());
+std::span<const std::byte> Outbox::whole_message(Time now) {
+  release(now);
+  const std::optional<Choice> next = choose(now);
+  if (!next) return {};
+  Entries& lane = waiting_[next->lane];
+  return hand_out(lane, lane.front().frames.size(), now);
 }
 
 // So many bytes of the lane's first message.
-std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes) {
+std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes, Time now) {
   Entry& entry = lane.front();
   Channel& of = *entry.channel;
   const auto out = std::span<const std::byte>(entry.frames).subspan(entry.handed_out, bytes);
@@ -153,13 +248,27 @@ std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes) {
   handed_out_ += bytes;
   // Under way: a newer one queues behind it instead of changing it.
   if (of.has_waiting && &*of.waiting == &entry) of.has_waiting = false;
-  if (entry.handed_out < entry.frames.size()) return out;
+  if (entry.handed_out < entry.frames.size()) {
+    cut_ = entry.lane;
+    return out;
+  }
+  if (cut_ == entry.lane) cut_.reset();
   --of.queued;
   ++of.in_flight;
-  of.long_ones -= entry.lane;
+  of.long_ones -= entry.lane % 2;
   entry.end = handed_out_;
+  if (of.is_paced()) pace(of, entry.message_bytes, now);
   leaving_.splice(leaving_.end(), lane, lane.begin());
   return out;
+}
+
+// A message of so many bytes has gone: when the next may.
+void Outbox::pace(Channel& of, std::size_t bytes, Time now) {
+  const double for_message_s = 1 / of.rule.rate_hz, for_bytes_s = static_cast<double>(bytes) / of.rule.bytes_per_s;
+  of.over_bytes = for_bytes_s > for_message_s;
+  of.next =
+      std::max(of.next, now - catch_up) +
+      std::chrono::duration_cast<Time::duration>(std::chrono::duration<double>(std::max(for_message_s, for_bytes_s)));
 }
 
 Outbox::Sent Outbox::written(std::size_t bytes) {
@@ -179,6 +288,7 @@ void Outbox::keep_newest(Entries& from, Entries::iterator entry, bool arrived) {
   forget_newest(of);
   of.newest_bytes = entry->message_bytes;
   of.newest_arrived = arrived;
+  of.newest_came = entry->came;
   std::vector<std::byte> frames = std::move(entry->frames);
   bytes_ -= frames.capacity();
   erase(from, entry);
@@ -207,11 +317,13 @@ void Outbox::session_lost() {
   in_flight_.splice(in_flight_.end(), leaving_);
   for (auto entry = in_flight_.begin(); entry != in_flight_.end();)
     if (const auto each = entry++; each->delivery == Delivery::latest) lose(in_flight_, each);
-  if (Entries& second = waiting_[1]; !second.empty() && second.front().handed_out > 0) {
-    if (second.front().delivery == Delivery::latest)
-      lose(second, second.begin());
+  if (cut_) {
+    Entries& lane = waiting_[*cut_];
+    if (lane.front().delivery == Delivery::latest)
+      lose(lane, lane.begin());
     else
-      second.front().handed_out = 0;
+      lane.front().handed_out = 0;
+    cut_.reset();
   }
   // All that is left in order of arrival, which is that of each channel; then each to its lane anew, for what waited in
   // the first may not overtake what comes back into the second.
@@ -222,20 +334,27 @@ void Outbox::session_lost() {
   }
   const auto older = [](const Entry& a, const Entry& b) { return a.number < b.number; };
   Entries all;
-  for (Entries* from : {&in_flight_, &waiting_[0], &waiting_[1]}) {
-    from->sort(older);
-    all.merge(*from, older);
-  }
+  const auto gather = [&](Entries& from) {
+    from.sort(older);
+    all.merge(from, older);
+  };
+  gather(in_flight_);
+  for (Entries& lane : waiting_) gather(lane);
   written_ = handed_out_;
-  ahead_ = 0;
+  ahead_ = {};
   for (auto& [name, each] : channels_) each.long_ones = 0;
   while (!all.empty()) enqueue(all, all.begin());
+  drop_waiting([](const Entry& entry) { return entry.channel->denied; }, &Channel::denials);
 }
 
 void Outbox::send_again(bool also_what_arrived) {
   for (auto& [name, each] : channels_) {
+    if (each.denied) forget_newest(each);
     if (each.newest.empty() || (each.newest_arrived && !also_what_arrived)) continue;
-    Entry again{.channel = &each, .message_bytes = each.newest_bytes, .frames = std::move(each.newest)};
+    Entry again{.channel = &each,
+                .came = each.newest_came,
+                .message_bytes = each.newest_bytes,
+                .frames = std::move(each.newest)};
     each.newest.clear();
     bytes_ -= again.frames.capacity();
     const bool has_newer = each.queued + each.in_flight > 0;
@@ -263,6 +382,10 @@ hal::Counters Outbox::counters() const {
     set("replaced", name, channel.replaced);
     set("dropped.full", name, channel.dropped);
     set("dropped.session_lost", name, channel.lost);
+    set("dropped.too_old", name, channel.too_old);
+    set("dropped.rate_limited", name, channel.rate_limited);
+    set("dropped.over_budget", name, channel.over_budget);
+    set("dropped.denied", name, channel.denials);
     set("refused.too_big", name, channel.refused);
   }
   all.set("outbox.waiting.messages", waiting_messages() + leaving_.size());

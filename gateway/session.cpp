@@ -45,7 +45,8 @@ Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, 
       read_buffer_(read_bytes),
       control_(std::move(hello_frame)),
       window_(flow),
-      ack_timer_(stream_->executor()) {
+      ack_timer_(stream_->executor()),
+      release_timer_(stream_->executor()) {
   began_ = heard_ = beat_ = state_since_ = now();
 }
 
@@ -78,7 +79,7 @@ void Session::refuse(std::string_view why) {
   owner_ = nullptr;
   state_ = State::refused;
   state_since_ = now();
-  send_control(FrameKind::bye, why.substr(0, longest_bye));
+  send_control(FrameKind::bye, std::as_bytes(std::span(why.substr(0, longest_bye))));
 }
 
 void Session::close(std::string_view bye) {
@@ -110,6 +111,7 @@ void Session::shut() {
   state_ = State::closed;
   if (outbox_) std::exchange(outbox_, nullptr)->session_lost();
   ack_timer_.cancel();
+  release_timer_.cancel();
   stream_->close();
 }
 
@@ -163,6 +165,12 @@ void Session::on_frame(const FrameDecoder::Frame& frame) {
     case FrameKind::part:
     case FrameKind::last_part:
       return on_piece(frame);
+    case FrameKind::channels:
+      if (auto channels = read_channels(frame.payload)) {
+        peer_.channels = std::move(*channels);
+        return;
+      }
+      return end("session.closed.bad_channels", "a malformed list of channels came");
     case FrameKind::ack:
       if (const auto received = read_acknowledgement(frame.payload)) return on_acknowledged(*received);
       return end("session.closed.bad_ack", "a malformed acknowledgement came");
@@ -235,8 +243,14 @@ void Session::flush() {
   if (!writing_ && !closed()) write();
 }
 
-void Session::send_control(FrameKind kind, std::string_view text) {
-  const auto frame = encode_frame(kind, std::as_bytes(std::span(text)));
+bool Session::announce(const std::vector<ExportedChannel>& channels) {
+  if (!outbox_) return false;
+  send_control(FrameKind::channels, encode_channels(channels));
+  return true;
+}
+
+void Session::send_control(FrameKind kind, std::span<const std::byte> payload) {
+  const auto frame = encode_frame(kind, payload);
   control_.insert(control_.end(), frame.begin(), frame.end());
   flush_soon();
 }
@@ -251,16 +265,30 @@ void Session::write() {
   if (control_left_ > 0) in_write_.push_back(asio::buffer(control_in_write_));
   if (state_ == State::up) {
     std::size_t bytes = 0;
-    for (const auto part : outbox_->batch(max_frames_per_write, std::min(window_.room(), max_bytes_per_write))) {
+    for (const auto part : outbox_->batch(max_frames_per_write, std::min(window_.room(), max_bytes_per_write), now())) {
       in_write_.push_back(asio::buffer(part.data(), part.size()));
       bytes += part.size();
     }
     if (bytes > 0) window_.sent(bytes, now());
+    wait_for_release();
   }
   if (in_write_.empty()) return;
   if (const std::size_t bytes = stream_->try_write(in_write_); bytes > 0) on_written(bytes);
   if (!in_write_.empty()) return write_rest();
   if (outbox_ && outbox_->waiting_messages() > 0 && window_.room() > 0) flush_soon();
+}
+
+// What the outbox holds back goes when its time has come.
+void Session::wait_for_release() {
+  const std::optional<Time> next = outbox_->next_release();
+  if (!next || next == release_at_) return;
+  release_at_ = next;
+  release_timer_.expires_at(*next);
+  release_timer_.async_wait([self = shared_from_this()](error_code error) {
+    if (error) return;
+    self->release_at_.reset();
+    self->flush_soon();
+  });
 }
 
 void Session::write_rest() {

@@ -77,6 +77,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // Ends at once; says bye when that needs no waiting.
   void close(std::string_view bye);
 
+  // These are exported from now on, in place of those of our hello. False before accept(): what was said stands.
+  bool announce(const std::vector<ExportedChannel>& channels);
+
   // There is something in the outbox. Several calls before the loop turns make one write.
   void flush_soon();
   // Writes it now.
@@ -86,7 +89,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   bool closed() const { return state_ == State::closed; }
   bool up() const { return state_ == State::up; }
-  // After accept().
+  // After accept(), with what the peer announced since.
   const Hello& peer() const { return peer_; }
   // The lab that the other end has proved to be; empty when the connection proves nothing.
   std::string proved_name() const { return stream_->peer_name(); }
@@ -105,10 +108,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void on_heartbeat(const Heartbeat& heartbeat);
   void acknowledge(bool at_once);
   void write();
+  void wait_for_release();
   void write_rest();
   void collect_control();
   void on_written(std::size_t bytes);
-  void send_control(FrameKind kind, std::string_view text);
+  void send_control(FrameKind kind, std::span<const std::byte> payload);
   void say_bye(std::string_view why);
   void end(std::string_view counter, std::string why, bool no_path = false);
   void end(const StreamFailure& failure) { end(failure.counter, failure.why, failure.no_path); }
@@ -136,6 +140,8 @@ class Session : public std::enable_shared_from_this<Session> {
   FlowWindow window_;
   boost::asio::steady_timer ack_timer_;
   bool ack_timed_ = false;
+  boost::asio::steady_timer release_timer_;
+  std::optional<Time> release_at_;
   std::optional<std::pair<std::int64_t, Time>> last_heartbeat_;  // its time at the peer, and when it came
   std::uint64_t sent_messages_ = 0, sent_bytes_ = 0;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gateway/address.hpp"
+#include "gateway/channel_name.hpp"
 #include "gateway/tcp_node.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/messages.hpp"
@@ -48,9 +49,9 @@ void TcpLink::stop() {
   stats_.why = "stopped";
 }
 
-void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
+void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byte> bytes) {
   if (stopped_) return;
-  outbox_.put(rule.delivery, channel, bytes);
+  outbox_.put(rule, bytes, std::chrono::steady_clock::now());
   if (!session_ || !session_->up()) return;
   if (node_.corked_)
     flush_wanted_ = true;
@@ -60,6 +61,14 @@ void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const 
 
 void TcpLink::flush() {
   if (std::exchange(flush_wanted_, false) && session_ && session_->up()) session_->flush();
+}
+
+void TcpLink::keep_only(const Passes& passes) {
+  outbox_.keep_only(passes);
+}
+
+void TcpLink::announce(const std::vector<ExportedChannel>& exports) {
+  if (session_ && !session_->announce(exports)) session_->close("the rules of this gateway have changed");
 }
 
 LinkStats TcpLink::stats() const {
@@ -190,7 +199,7 @@ std::uint64_t TcpLink::meet(const Hello& hello) {
 
 void TcpLink::on_message(Session& session, const MessageView& message) {
   const auto& listed = session.peer().channels;
-  if (std::ranges::find(listed, message.channel, &ExportedChannel::name) == listed.end())
+  if (std::ranges::none_of(listed, [&](const auto& each) { return matches(each.name, message.channel); }))
     return stats_.counters.add("received.refused.unlisted_channel");
   if (!inbox_.take(message.channel, message.sequence)) return;
   ++stats_.received_messages;

@@ -33,6 +33,7 @@ class TcpLink final : public Link, private Session::Owner {
   void start(Events events) override;
   void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) override;
   LinkStats stats() const override;
+  void keep_only(const Passes& passes) override;
   void stop() override;
 
   // For the node.
@@ -44,6 +45,8 @@ class TcpLink final : public Link, private Session::Owner {
   void check(Session::Time now);
   // Writes what was offered while the node was corked.
   void flush();
+  // To the peer, if it is connected: what is exported from now on.
+  void announce(const std::vector<ExportedChannel>& exports);
 
  private:
   void on_hello(Session& session, const Hello& hello) override;

@@ -30,14 +30,21 @@ TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
   hello_.experiment = settings_.experiment;
   hello_.boot_id = settings_.boot_id;
   hello_.max_message_bytes = settings_.max_message_bytes;
-  hello_.channels = settings_.exports;
-  hello_frame_ = encode_frame(FrameKind::hello, encode_hello(hello_));
+  set_exports(settings_.exports);
   if (!settings_.listen.empty()) listen();
   tick();
 }
 
 TcpNode::~TcpNode() {
   for (const Pending& each : pending_) each.session->close("the gateway stops");
+}
+
+void TcpNode::set_exports(const std::vector<ExportedChannel>& exports) {
+  hello_.channels = exports;
+  hello_frame_ = encode_frame(FrameKind::hello, encode_hello(hello_));
+  // Who has not got through yet comes again, and hears the new hello.
+  for (const Pending& each : pending_) each.session->close("the rules of this gateway have changed");
+  for (TcpLink* link : links_) link->announce(exports);
 }
 
 void TcpNode::listen() {

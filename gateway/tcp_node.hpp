@@ -66,6 +66,8 @@ class TcpNode final : private Session::Owner {
 
   // Calls `offering`; what links are offered by it goes out when it returns, in one write each.
   void corked(const std::function<void()>& offering);
+  // What the peers are told to expect from now on: those who are connected at once.
+  void set_exports(const std::vector<ExportedChannel>& exports);
 
   // Where it listens; port 0 when it does not.
   boost::asio::ip::tcp::endpoint listening() const;

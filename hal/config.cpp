@@ -160,6 +160,11 @@ void Section::refuse(std::string_view key, std::string_view sentence) const {
   throw ConfigError(fmt::format("{}: {}{}: {}", to_text(state_->place(full)), full, shown, sentence));
 }
 
+std::string Section::place(std::string_view key) const {
+  const toml::source_region where = state_->place(join(path_, key)), of_table = state_->place(path_);
+  return where.begin == of_table.begin && where.path == of_table.path ? "" : to_text(where);
+}
+
 void Section::visit(const std::function<void(const Section&)>& fields) const {
   state_->is_filling = true;
   fields(*this);

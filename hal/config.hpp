@@ -86,6 +86,10 @@ class Section {
   void leave_alone(std::string_view key) const;
   // Throws a ConfigError: "file:line: section.key = value: <sentence>".
   [[noreturn]] void refuse(std::string_view key, std::string_view sentence) const;
+  // "gateway.peers[0]"
+  const std::string& path() const { return path_; }
+  // Where a key is written, "shark.toml:12"; empty when it is not.
+  std::string place(std::string_view key) const;
 
   // For fields(): a value, a table (a struct), a list of tables (a vector of structs), or a table whose keys are names
   // of the user's (a map). A time is in seconds. Texts, paths and lists may be empty; a NaN is a number not given.

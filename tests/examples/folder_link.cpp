@@ -81,8 +81,8 @@ void FolderLink::stop() {
   stats_.why = "stopped";
 }
 
-void FolderLink::offer(const gateway::Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
-  if (!stopped_) outbox_.put(rule.delivery, channel, bytes);
+void FolderLink::offer(const gateway::Rule& rule, std::string_view, std::span<const std::byte> bytes) {
+  if (!stopped_) outbox_.put(rule, bytes, std::chrono::steady_clock::now());
 }
 
 gateway::LinkStats FolderLink::stats() const {
@@ -154,7 +154,7 @@ void FolderLink::beat(Clock::time_point now) {
 
 void FolderLink::send() {
   for (std::size_t lying = messages_in(outbox_folder_).size(); lying < max_files; ++lying) {
-    const std::span<const std::byte> message = outbox_.whole_message();
+    const std::span<const std::byte> message = outbox_.whole_message(std::chrono::steady_clock::now());
     if (message.empty()) return;
     const std::string name = fmt::format("{:020}-{:020}.message", settings_.boot_id, files_);
     if (!write_file(outbox_folder_ / name, message)) {

@@ -39,6 +39,7 @@ class FolderLink final : public gateway::Link {
   const std::string& peer() const override { return settings_.peer; }
   void start(Events events) override;
   void offer(const gateway::Rule& rule, std::string_view channel, std::span<const std::byte> bytes) override;
+  void keep_only(const Passes& passes) override { outbox_.keep_only(passes); }
   gateway::LinkStats stats() const override;
   void stop() override;
 

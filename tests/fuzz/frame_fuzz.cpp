@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     stream.clear();
     for (std::size_t at = 0; at < bytes.size();) {
       const std::size_t length = std::min<std::size_t>(static_cast<std::size_t>(bytes[at]) * 5, bytes.size() - at - 1);
-      const auto frame = encode_frame(static_cast<FrameKind>(1 + at % 7), bytes.subspan(at + 1, length));
+      const auto frame = encode_frame(static_cast<FrameKind>(1 + at % 8), bytes.subspan(at + 1, length));
       stream.insert(stream.end(), frame.begin(), frame.end());
       at += 1 + length;
     }

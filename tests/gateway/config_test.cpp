@@ -24,10 +24,10 @@ GatewayConfig read(const std::string& keys, const std::vector<std::string>& shar
 TEST_CASE("defaults") {
   // A lab without [gateway] exports world and status, the newest each, and serves nobody.
   const GatewayConfig config = read("");
-  REQUIRE(config.exports.size() == 2);
-  CHECK(config.exports[0].channel == "world");
-  CHECK(config.exports[0].delivery == Delivery::latest);
-  CHECK(config.exports[1].channel == "status");
+  REQUIRE(config.rules.all().size() == 4);
+  CHECK(config.rules.all()[0].allow == "world");
+  CHECK(config.rules.all()[0].delivery == Delivery::latest);
+  CHECK(config.rules.all()[1].allow == "status");
   CHECK(config.outbox_bytes == 4 << 20);
   CHECK(config.max_message_bytes == 1 << 20);
   CHECK(config.peers.empty());
@@ -53,9 +53,9 @@ TEST_CASE("every key is read") {
   )",
                                     {"lynx", "roark", "shark"});
   CHECK(config.listen == "127.0.0.1:7801");
-  REQUIRE(config.exports.size() == 3);
-  CHECK(config.exports[1].channel == "events");
-  CHECK(config.exports[1].delivery == Delivery::ordered);
+  REQUIRE(config.rules.all().size() == 5);
+  CHECK(config.rules.all()[1].allow == "events");
+  CHECK(config.rules.all()[1].delivery == Delivery::ordered);
   CHECK(config.outbox_bytes == 2'000'000);
   CHECK(config.max_message_bytes == 100'000);
   REQUIRE(config.peers.size() == 2);
@@ -78,6 +78,28 @@ TEST_CASE("a peer's address may say that it is TCP's") {
   }
 }
 
+TEST_CASE("rules come before the short forms") {
+  // Their order is that of the file; each knows where it is written, and a default that it is written nowhere.
+  const GatewayConfig config = read(R"([gateway]
+exports = ["world"]
+ordered = ["events"]
+peers = [{lab = "roark", connect = "127.0.0.1:1"}]
+rules = [{deny = "world", direction = "export", peers = ["roark"]},
+  {allow = "cam_*", direction = "export", delivery = "ordered"},
+  {allow = "tally", direction = "import", rename = "counts"}]
+)");
+  std::vector<std::string> said;
+  for (const ChannelRule& rule : config.rules.all())
+    said.push_back(rule.key + " " + rule.pattern() + " " + (rule.direction == Direction::exports ? "to" : "from") +
+                   " " + rule.name_of(rule.pattern()) + " " + (rule.delivery == Delivery::ordered ? "all " : "") +
+                   rule.place);
+  CHECK(said == std::vector<std::string>{
+                    "gateway.rules[0] world to world shark.toml:5", "gateway.rules[1] cam_* to cam_* all shark.toml:6",
+                    "gateway.rules[2] tally from counts shark.toml:7", "gateway.exports world to world shark.toml:2",
+                    "gateway.ordered events to events all shark.toml:3", "gateway.imports world from world ",
+                    "gateway.imports status from status "});
+}
+
 TEST_CASE("it listens only when somebody is to be accepted") {
   // The address is checked in any case, and used when a peer that takes part does not listen itself.
   const std::string listen = "[gateway]\nlisten = \"127.0.0.1:7802\"\n";
@@ -89,7 +111,7 @@ TEST_CASE("it listens only when somebody is to be accepted") {
 
 TEST_CASE("what a file may not say") {
   // One wrong file per rule; each error names file, line and key, and says what to do.
-  const std::string peer = "[[gateway.peers]]\n";
+  const std::string peer = "[[gateway.peers]]\n", rule = "[[gateway.rules]]\n";
   const std::pair<std::string, std::string> table[] = {
       {"gateway.listen = \"0.0.0.0:7801\"", "shark.toml:1: gateway.listen = \"0.0.0.0:7801\": is not on this machine"},
       {"gateway.listen = \"7801\"", "must be HOST:PORT"},
@@ -119,6 +141,32 @@ TEST_CASE("what a file may not say") {
       {peer + "lab = \"roark\"\nconnect = \"tls://roark.example.org\"",
        "gateway.peers[0].connect = \"tls://roark.example.org\": must be HOST:PORT with a port from 1 to 65535"},
       {peer + "lab = \"lynx\"\nport = 7801", "unknown key 'gateway.peers[0].port'"},
+      {rule + "direction = \"export\"", "shark.toml:1: gateway.rules[0]: says neither allow = \"CHANNEL\" nor deny"},
+      {rule + "allow = \"a\"\ndeny = \"b\"\ndirection = \"export\"",
+       "shark.toml:3: gateway.rules[0].deny = \"b\": stands beside `allow`"},
+      {rule + "allow = \"a\"",
+       "gateway.rules[0].direction: is missing; it must be a text in quotes, such as \"export\""},
+      {rule + "allow = \"a\"\ndirection = \"out\"", "must be one of \"export\", \"import\""},
+      {rule + "deny = \"roark/world\"\ndirection = \"import\"",
+       "shark.toml:2: gateway.rules[0].deny = \"roark/world\": is no channel that can cross"},
+      {rule + "allow = \"a\"\ndirection = \"import\"\nrename = \"../b\"",
+       "shark.toml:4: gateway.rules[0].rename = \"../b\": is no channel name"},
+      {rule + "allow = \"a*\"\ndirection = \"import\"\nrename = \"b\"",
+       "gives all channels of a pattern one name; write a rule for each of them"},
+      {rule + "deny = \"a\"\ndirection = \"export\"\nrename = \"b\"", "means nothing in a rule that denies; remove it"},
+      {rule + "deny = \"a\"\ndirection = \"export\"\ndelivery = \"ordered\"", "in a rule that allows an export only"},
+      {rule + "allow = \"a\"\ndirection = \"import\"\ndelivery = \"ordered\"", "in a rule that allows an export only"},
+      {rule + "allow = \"a\"\ndirection = \"import\"\nrate_hz = 0",
+       "gateway.rules[0].rate_hz = 0: must be between 0.001 and"},
+      {rule + "deny = \"a\"\ndirection = \"import\"\nrate_hz = 5", "means nothing in a rule that denies"},
+      {rule + "allow = \"a\"\ndirection = \"import\"\npriority = \"high\"", "in a rule that allows an export only"},
+      {peer + "lab = \"lynx\"\nimport_bytes_per_s = 0",
+       "gateway.peers[0].import_bytes_per_s = 0: must be between 1 and"},
+      {rule + "allow = \"a\"\ndirection = \"export\"\npeers = [\"lynx\"]",
+       "shark.toml:4: gateway.rules[0].peers = [ \"lynx\" ]: lab lynx has no entry in gateway.peers"},
+      {peer + "lab = \"lynx\"\n" + rule + "allow = \"poses\"\ndirection = \"export\"\nrename = \"world\"",
+       "shark.toml:6: gateway.rules[0].rename = \"world\": makes one channel of poses and world for lab lynx; choose "
+       "another name, or deny one of the two in a rule before"},
   };
   for (const auto& row : table) {
     const auto& [text, sentence] = row;

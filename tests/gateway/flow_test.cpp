@@ -53,6 +53,31 @@ struct WorldOfShark {
   }
 };
 
+TEST_CASE("rules change without cutting a link") {
+  // The peer is told at once: what is new passes, and a connection that comes later hears the same.
+  TwoTcpLabs labs;
+  labs.check_passage();
+  const ChannelRules rules({{.allow = "cam_*"}, {.allow = "world"}, {.allow = "*", .direction = Direction::imports}});
+  for (TcpLab* lab : {&labs.shark, &labs.roark}) {
+    lab->node->set_exports(rules.announced({"roark", "shark"}));
+    lab->gateway->set_rules(rules);
+  }
+  for (int cut = 0; cut < 2; ++cut) {
+    labs.shark.publish("cam_1", "picture");
+    labs.shark.publish("status", "not any more");
+    labs.check_passage("after the change " + std::to_string(cut));
+    // Or once more, when the cut came before the acknowledgement.
+    CHECK(std::ranges::count(labs.roark.heard, std::pair<std::string, std::string>("shark/cam_1", "picture")) > cut);
+    CHECK(labs.shark.count("session.opened") == static_cast<std::uint64_t>(cut + 1));
+    CHECK(labs.roark.count("received.refused.unlisted_channel") == 0);
+    check_accounts(labs.shark.link().stats());
+    if (cut == 0) {
+      labs.proxy->reset();
+      REQUIRE(labs.until([&] { return labs.shark.count("session.opened") == 2 && labs.roark.up(); }));
+    }
+  }
+}
+
 TEST_CASE("a slow reader gets young values") {
   // Through 50 kB/s, of which 400 are offered: what waits is replaced, so that what arrives is no older than the
   // window.

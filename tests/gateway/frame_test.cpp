@@ -155,8 +155,8 @@ TEST_CASE("lengths are checked before memory is asked for") {
 }
 
 TEST_CASE("unknown kinds are refused") {
-  // Only the seven kinds exist.
-  for (const std::uint32_t kind : {0u, 8u, 0x02000000u, 0xffffffffu}) {
+  // Only the eight kinds exist.
+  for (const std::uint32_t kind : {0u, 9u, 0x02000000u, 0xffffffffu}) {
     FrameDecoder decoder(100);
     decode(decoder, header(0, kind), [] { return 16; });
     CHECK(decoder.fault() == Fault::bad_kind);

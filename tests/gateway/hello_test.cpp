@@ -96,6 +96,23 @@ TEST_CASE("what is no hello is not read") {
   CHECK_FALSE(read_hello(forged).has_value());
 }
 
+TEST_CASE("a list of channels by itself is read as strictly") {
+  // Whole, with nothing behind it, each name once.
+  const std::vector<ExportedChannel> channels{{"world", 5}, {"cam_*", 0}};
+  auto bytes = encode_channels(channels);
+  const auto read = read_channels(bytes);
+  REQUIRE(read.has_value());
+  REQUIRE(read->size() == 2);
+  CHECK((*read)[1].name == "cam_*");
+  CHECK((*read)[0].type == 5);
+  CHECK(read_channels(encode_channels({})).has_value());
+  for (std::size_t size = 0; size < bytes.size(); ++size) CHECK_FALSE(read_channels(std::span(bytes).first(size)));
+  bytes.push_back(std::byte{0});
+  CHECK_FALSE(read_channels(bytes));
+  CHECK_FALSE(read_channels(encode_channels({{"a", 0}, {"a", 1}})));
+  CHECK_FALSE(read_channels(encode_channels({{"a/b", 0}})));
+}
+
 TEST_CASE("of another version only version and lab are read") {
   // What a later version may have changed is not looked at.
   Hello later = hello_of("roark");

@@ -40,5 +40,14 @@ TEST_CASE("a peer's restart is a gap of known size") {
   CHECK(inbox.begin() == 0);
 }
 
+TEST_CASE("a peer that sends ever new names is remembered in part only") {
+  OrderedInbox inbox;
+  std::size_t taken = 0;
+  for (int i = 0; i < 1000; ++i) taken += inbox.take("c" + std::to_string(i), 1);
+  CHECK(taken == OrderedInbox::max_channels);
+  CHECK(inbox.counters()["received.refused.too_many_channels"] == 1000 - OrderedInbox::max_channels);
+  CHECK(inbox.take("c0", 2));
+}
+
 }  // namespace
 }  // namespace arkmesh::gateway

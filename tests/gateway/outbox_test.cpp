@@ -18,17 +18,19 @@ namespace {
 
 constexpr std::size_t all_frames = 1'000'000, all_bytes = 1 << 30;
 constexpr Delivery latest = Delivery::latest, ordered = Delivery::ordered;
+using namespace std::chrono_literals;
 using Texts = std::vector<std::string>;
 
 struct TestedOutbox : Outbox {
   using Outbox::Outbox;
   bool say(Delivery delivery, std::string_view channel, std::string_view text) {
-    return put(delivery, channel, std::as_bytes(std::span(text)));
+    return say(Rule{std::string(channel), delivery}, text);
   }
+  bool say(const Rule& rule, std::string_view text) { return put(rule, std::as_bytes(std::span(text)), now); }
   // What a batch writes: texts of messages; "..." for a part of one.
   Texts take(std::size_t frames = all_frames, std::size_t bytes = all_bytes) {
     Texts out;
-    for (const auto part : batch(frames, bytes)) {
+    for (const auto part : batch(frames, bytes, now)) {
       taken += part.size();
       FrameDecoder decoder(max_frame_payload_bytes);
       std::span<const std::byte> rest = part;
@@ -63,6 +65,7 @@ struct TestedOutbox : Outbox {
     tests::check_accounts(stats);
   }
 
+  Time now{1h};
   std::size_t taken = 0;
   MessageAssembler assembler;
   std::vector<std::uint64_t> numbers;  // of what was taken
@@ -212,7 +215,7 @@ TEST_CASE("a full outbox drops the oldest ordered first") {
   // Room is made at the cost of old `ordered` messages, then of old `latest` ones, never of what is under way.
   const std::string text(100, 'x');
   Outbox one(10'000);
-  one.put(ordered, "events", std::as_bytes(std::span(text)));
+  one.put({"events", ordered}, std::as_bytes(std::span(text)), {});
   const std::size_t each = one.bytes();
   TestedOutbox outbox(3 * each);
   outbox.say(latest, "worlds", text);
@@ -260,24 +263,187 @@ TEST_CASE("batches keep their limits") {
   CHECK(outbox.take(100, 0).empty());
 }
 
+TEST_CASE("a rate sends the newest, and no more often") {
+  // Three seconds of 10 Hz at 2 Hz: what goes is the newest of its time, at once after a pause; the rest is counted.
+  TestedOutbox outbox(100'000);
+  const Rule rule{.channel = "poses", .rate_hz = 2};
+  std::vector<std::string> sent;
+  const auto begun = outbox.now;
+  for (int i = 0; i < 30; ++i, outbox.now = begun + i * 100ms) {
+    outbox.say(rule, std::to_string(i));
+    for (const std::string& text : outbox.take()) sent.push_back(text);
+    outbox.deliver(outbox.count("in_flight.poses"));
+    outbox.check();
+  }
+  CHECK(sent == Texts{"0", "5", "10", "15", "20", "25"});
+  CHECK(outbox.count("dropped.rate_limited.poses") == 23);
+  CHECK(outbox.waiting_messages() == 1);
+  CHECK(outbox.next_release() == begun + 2990ms);  // 10 ms early: what goes late is made up for
+  // The last one goes although nothing comes after it.
+  outbox.now = begun + 3s;
+  CHECK(outbox.take() == Texts{"29"});
+  CHECK_FALSE(outbox.next_release());
+}
+
+TEST_CASE("a rate keeps ordered messages waiting, all and in order") {
+  TestedOutbox outbox(100'000);
+  const Rule rule{.channel = "events", .delivery = ordered, .rate_hz = 10};
+  for (int i = 0; i < 5; ++i) outbox.say(rule, std::to_string(i));
+  CHECK(outbox.waiting_messages() == 5);
+  Texts sent;
+  for (int i = 0; i < 5; ++i, outbox.now += 100ms) {
+    const Texts now_sent = outbox.take();
+    CHECK(now_sent.size() == 1);
+    sent.insert(sent.end(), now_sent.begin(), now_sent.end());
+    outbox.deliver(1);
+  }
+  CHECK(sent == Texts{"0", "1", "2", "3", "4"});
+  CHECK(outbox.empty());
+  // Those of a lost session go again at once, before what is held back.
+  for (int i = 5; i < 7; ++i) outbox.say(rule, std::to_string(i));
+  CHECK(outbox.take() == Texts{"5"});
+  outbox.lose_session();
+  outbox.now += 10s;
+  CHECK(outbox.take() == Texts{"5"});
+  outbox.now += 10s;
+  CHECK(outbox.take() == Texts{"6"});
+  outbox.check();
+}
+
+TEST_CASE("a byte budget waits as long as its messages are large") {
+  // 1000 bytes a second: after 500 bytes half a second, after 100 a tenth; a message for which another channel has no
+  // limit does not wait.
+  TestedOutbox outbox(100'000);
+  const Rule rule{.channel = "map", .bytes_per_s = 1000};
+  outbox.say(rule, std::string(500, 'a'));
+  CHECK(outbox.take().size() == 1);
+  outbox.say(rule, std::string(100, 'b'));
+  outbox.say(rule, std::string(100, 'c'));
+  outbox.say(latest, "world", "w");
+  outbox.now += 450ms;
+  CHECK(outbox.take() == Texts{"w"});
+  CHECK(outbox.count("dropped.over_budget.map") == 1);
+  outbox.now += 50ms;
+  CHECK(outbox.take() == Texts{std::string(100, 'c')});
+  outbox.say(rule, "d");
+  outbox.now += 100ms;
+  CHECK(outbox.take() == Texts{"d"});
+  outbox.check();
+}
+
+TEST_CASE("what has waited too long is dropped, not sent") {
+  // Whether it waited for room, for its rate, or for a session; a newer value in its place has its own age.
+  TestedOutbox outbox(100'000);
+  const Rule old{.channel = "old", .delivery = ordered, .max_age_s = 1}, state{.channel = "state", .max_age_s = 1};
+  outbox.say(old, "1");
+  outbox.say(state, "1");
+  outbox.now += 900ms;
+  outbox.say(old, "2");
+  outbox.say(state, "2");
+  outbox.say(latest, "world", "w");
+  outbox.now += 200ms;
+  CHECK(outbox.take() == Texts{"2", "2", "w"});
+  CHECK(outbox.count("dropped.too_old.old") == 1);
+  CHECK(outbox.count("dropped.too_old.state") == 0);
+  outbox.write();
+  outbox.lose_session();
+  outbox.now += 2s;
+  outbox.send_again(true);
+  CHECK(outbox.take() == Texts{"w"});
+  CHECK(outbox.count("dropped.too_old.old") == 2);
+  CHECK(outbox.count("dropped.too_old.state") == 1);
+  outbox.check();
+  const Rule slow{.channel = "slow", .rate_hz = 0.1, .max_age_s = 1};
+  outbox.say(slow, "1");
+  outbox.take();
+  outbox.say(slow, "2");
+  outbox.now += 10s;
+  CHECK(outbox.take().empty());
+  CHECK(outbox.count("dropped.too_old.slow") == 1);
+  outbox.check();
+}
+
+TEST_CASE("urgent messages go before bulk") {
+  // Whatever waits: a higher priority first, whole messages of it between the parts of a large one; the parts of two
+  // large ones never mix; room is made at the cost of the low one.
+  TestedOutbox outbox(10'000'000);
+  const std::string large(2 * max_frame_payload_bytes, 'x'), urgent(2 * max_frame_payload_bytes, 'u');
+  const Rule bulk{.channel = "map", .delivery = ordered, .priority = Priority::low},
+      alarm{.channel = "alarm", .delivery = ordered, .priority = Priority::high};
+  outbox.say(bulk, large);
+  CHECK(outbox.take(1) == Texts{"..."});
+  for (const char* text : {"1", "2"}) outbox.say(bulk, text);
+  outbox.say(ordered, "events", "e");
+  outbox.say(alarm, "a");
+  outbox.say(alarm, urgent);
+  CHECK(outbox.take(1) == Texts{"a"});
+  CHECK(outbox.take() == Texts{"...", large, "...", "...", urgent, "e", "1", "2"});
+  outbox.check();
+  TestedOutbox small(3 * (Outbox::overhead_bytes + 150));
+  for (const Rule& rule : {bulk, Rule{"events", ordered}, alarm, alarm}) small.say(rule, std::string(100, 'x'));
+  CHECK(small.count("dropped.full.map") == 1);
+  CHECK(small.count("queued.events") == 1);
+}
+
+TEST_CASE("what is denied later does not go, nor come back") {
+  // Neither what waits or is held back, nor what was under way when the session ended; until it is allowed again.
+  TestedOutbox outbox(100'000);
+  const Rule slow{.channel = "slow", .delivery = ordered, .rate_hz = 1};
+  for (const char* text : {"1", "2"}) {
+    outbox.say(ordered, "events", text);
+    outbox.say(latest, "world", text);
+    outbox.say(slow, text);
+    if (*text == '1') CHECK(outbox.take().size() == 3);
+  }
+  outbox.keep_only([](std::string_view channel) { return channel == "world"; });
+  CHECK(outbox.count("dropped.denied.events") == 1);
+  CHECK(outbox.count("dropped.denied.slow") == 1);
+  outbox.check();
+  outbox.lose_session();
+  outbox.send_again(true);
+  outbox.now += 10s;
+  CHECK(outbox.take() == Texts{"2"});
+  CHECK(outbox.count("dropped.denied.events") == 2);
+  CHECK(outbox.count("dropped.denied.slow") == 2);
+  outbox.deliver(1);
+  outbox.keep_only([](std::string_view) { return false; });
+  outbox.lose_session();
+  outbox.send_again(true);
+  CHECK(outbox.empty());
+  outbox.say(ordered, "events", "3");
+  CHECK(outbox.take() == Texts{"3"});
+  outbox.check();
+}
+
 TEST_CASE("random use keeps the books") {
   // Over 100,000 random steps with lost sessions: the limit holds, the accounts balance, a peer that drops repeats gets
   // every `ordered` message that was not dropped, once and in order, and `latest` ones in order.
   hal::RandomStream random(7, "outbox_test");
   const std::size_t limit = 100'000;
   TestedOutbox outbox(limit);
-  const std::vector<std::pair<std::string, Delivery>> channels = {
-      {"world", latest}, {"status", latest}, {"events", ordered}, {"log", ordered}};
+  // The last of them with rules that change now and then, as a reload does.
+  std::vector<Rule> rules{{"world", latest}, {"status", latest}, {"events", ordered}, {"log", ordered},
+                          {"poses", latest}, {"alarm", ordered}, {"map", latest}};
+  const auto change = [&](Rule& rule) {
+    rule.priority = static_cast<Priority>(random.below(3));
+    rule.rate_hz = random.below(2) == 0 ? Rule::unlimited : random.uniform(1, 2000);
+    rule.bytes_per_s = random.below(2) == 0 ? Rule::unlimited : random.uniform(1000, 1'000'000);
+    rule.max_age_s = random.below(2) == 0 ? Rule::unlimited : random.uniform(0.001, 0.2);
+  };
   std::uint64_t number = 0;
   std::map<std::string, std::uint64_t> newest, newest_sequence, arrived;
   std::size_t unacknowledged = 0;
   for (int step = 0; step < 100'000; ++step) {
     const auto chance = random.below(100);
     if (chance < 50) {
-      const auto& [channel, delivery] = channels[random.below(channels.size())];
+      const std::size_t which = random.below(rules.size());
+      if (which >= 4 && random.below(50) == 0) change(rules[which]);
+      const Rule& rule = rules[which];
+      const std::string& channel = rule.channel;
+      outbox.now += std::chrono::microseconds(random.below(300));
       std::string message = channel + " " + std::to_string(++number) + " ";
       message.resize(message.size() + random.below(random.below(20) == 0 ? 60'000 : 300), 'x');
-      outbox.say(delivery, channel, message);
+      outbox.say(rule, message);
     } else if (chance < 80) {
       outbox.numbers.clear();
       std::size_t complete = 0;
@@ -298,6 +464,9 @@ TEST_CASE("random use keeps the books") {
       const std::size_t some = random.below(unacknowledged + 1);
       REQUIRE(outbox.acknowledged(some));
       unacknowledged -= some;
+    } else if (random.below(10) == 0) {
+      const std::size_t some = random.below(rules.size());
+      outbox.keep_only([&](std::string_view channel) { return some < 4 || channel != rules[some].channel; });
     } else {
       outbox.lose_session();
       outbox.assembler = {};
@@ -305,17 +474,28 @@ TEST_CASE("random use keeps the books") {
       unacknowledged = 0;
     }
     REQUIRE(outbox.bytes() <= limit);
+    if (step % 100 == 0) outbox.check();
   }
   outbox.check();
   while (!outbox.take().empty()) outbox.write();
   CHECK(arrived["events"] > 1000);
   for (const std::string channel : {"events", "log"}) {
     CAPTURE(channel);
-    CHECK(outbox.count("dropped.full." + channel) > 100);
+    CHECK(outbox.count("dropped.full." + channel) > 50);
     CHECK(outbox.count("acknowledged." + channel) > 1000);
     CHECK(outbox.count("refused.too_big." + channel) == 0);
   }
   CHECK(outbox.count("dropped.session_lost.world") > 100);
+  outbox.check();
+  for (const char* reason : {"rate_limited", "over_budget"})
+    CHECK(outbox.count(std::string("dropped.") + reason + ".poses") > 100);
+  CHECK(outbox.count("dropped.too_old.alarm") > 10);
+  // In the end all goes that is not too old.
+  for (; outbox.next_release(); outbox.now = *outbox.next_release()) {
+    while (!outbox.take().empty()) outbox.write();
+    if (!outbox.next_release()) break;
+  }
+  CHECK(outbox.waiting_messages() == 0);
 }
 
 }  // namespace

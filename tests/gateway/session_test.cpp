@@ -19,7 +19,7 @@ using Local = boost::asio::local::stream_protocol::socket;
 
 // Accepts whoever says hello, and remembers what it was told.
 struct End final : Session::Owner {
-  const SessionTimes times = short_times();
+  SessionTimes times = short_times();
   Outbox outbox{4 << 20};
   std::shared_ptr<Session> session;
   Hello peer;
@@ -37,7 +37,7 @@ struct End final : Session::Owner {
     session->begin(*this);
   }
   void put(const std::string& channel, std::size_t bytes) {
-    outbox.put(Delivery::ordered, channel, std::vector<std::byte>(bytes));
+    outbox.put({std::string(channel), Delivery::ordered}, std::vector<std::byte>(bytes), {});
     session->flush_soon();
   }
 
@@ -78,6 +78,27 @@ TEST_CASE("a session needs no TCP") {
   REQUIRE(run_until(io, [&] { return !right.ends.empty(); }));
   CHECK(right.ends[0].why == "the peer says: enough");
   CHECK(left.ends.empty());
+}
+
+TEST_CASE("what a rule holds back goes when its time has come") {
+  // Three messages at 20 Hz, without any heartbeat that would wake the session.
+  boost::asio::io_context io;
+  Local left_socket(io), right_socket(io);
+  boost::asio::local::connect_pair(left_socket, right_socket);
+  End left, right;
+  for (End* end : {&left, &right}) end->times.heartbeat = end->times.silence = std::chrono::hours(1);
+  left.begin(std::make_unique<AsioStream<Local>>(std::move(left_socket)), "left");
+  right.begin(std::make_unique<AsioStream<Local>>(std::move(right_socket)), "right");
+  REQUIRE(run_until(io, [&] { return left.up && right.up; }));
+  const auto begun = std::chrono::steady_clock::now();
+  for (const std::size_t bytes : {1u, 2u, 3u})
+    left.outbox.put({.channel = "events", .delivery = Delivery::ordered, .rate_hz = 20}, std::vector<std::byte>(bytes),
+                    begun);
+  left.session->flush_soon();
+  REQUIRE(run_until(io, [&] { return right.arrived.size() == 3; }));
+  CHECK(right.arrived == std::vector<std::string>{"events 1", "events 2", "events 3"});
+  CHECK(std::chrono::steady_clock::now() - begun >= std::chrono::milliseconds(90));
+  for (End* end : {&left, &right}) end->session->close("");
 }
 
 // Takes its time to open, and then may not: a handshake that fails.

@@ -44,8 +44,7 @@ struct Lab {
   Lab(boost::asio::io_context& io, const std::string& name, const std::string& peer, const std::string& folder)
       : config(read(name, peer, folder)),
         node(io, {.lab = name, .boot_id = 1}),
-        gateway(bus, name, 1, config.exports, config.imports,
-                one(gateway::make_link({io, node, name, 1, config}, config.peers.at(0)))) {
+        gateway(bus, name, 1, config.rules, one(gateway::make_link({io, node, name, 1, config}, config.peers.at(0)))) {
     gateway.start();
   }
 };

@@ -74,7 +74,7 @@ struct TwoTcpLabs {
     std::vector<std::unique_ptr<gateway::Link>> links;
     links.push_back(lab.node->link(peer, connect));
     lab.gateway = std::make_unique<gateway::Gateway>(
-        lab.bus, name, boot, exports, std::vector<std::string>{"world", "status", "events"}, std::move(links));
+        lab.bus, name, boot, gateway::ChannelRules(exports, {"world", "status", "events"}), std::move(links));
     lab.gateway->start();
   }
   template <class Condition>
