@@ -160,7 +160,8 @@ class LinkCell(LinkFaults, Cell):
         with self.prepared():
             if self.fault.startswith("clock"):
                 self.labs.enter["roark"] = ["env", *self.jumping()]
-            self.path, self.marks = Path(), Marks(BUSES)
+            # 20 a second would fill a link of 1 kB/s
+            self.path, self.marks = Path(), Marks(BUSES, 0.5 if self.fault.startswith("slow reader") else 0.05)
             if self.fault == "old session replayed":
                 self.link.carried = []
             lines = [f'listen = "{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"', f'keys = "{self.keys("lynx")}"', 'ordered = ["marks"]', 'imports = ["marks"]',
@@ -175,12 +176,12 @@ class LinkCell(LinkFaults, Cell):
                     process.wait()
 
     def slow_labs(self):
-        """A run of mid-length lasts through the fault, and leaves the processors to the gateways: shark computes a tenth of the time, and roark waits
-        for it. Until `self.hurry`."""
-        process = self.process("shark")
+        """A run of mid-length lasts through the fault, and leaves the processors to the gateways: shark computes a tenth of the time, less in long
+        faults, and roark waits for it. Until `self.hurry`."""
+        process, pause_s = self.process("shark"), 0.18 if self.seconds <= 10 else 0.6
         while not self.hurry.is_set() and process.poll() is None:
             process.send_signal(signal.SIGSTOP)
-            self.hurry.wait(0.18)
+            self.hurry.wait(pause_s)
             process.send_signal(signal.SIGCONT)
             self.hurry.wait(0.02)
         process.send_signal(signal.SIGCONT)

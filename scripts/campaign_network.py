@@ -173,11 +173,10 @@ class Path:
 
 
 class Marks:
-    """Numbered messages of labs, 20 a second, on channel `marks`, which gateways carry in order; and what of them came where."""
-    PERIOD_S = 0.05
+    """Numbered messages of labs on channel `marks`, which gateways carry in order; and what of them came where."""
 
-    def __init__(self, ports):
-        self.ports, self.ended = ports, False
+    def __init__(self, ports, period_s=0.05):
+        self.ports, self.period_s, self.ended = ports, period_s, False
         self.came = {}  # (from, to) -> [(when, number)]
         self.ears = [BusEar(port, [f"{other}/marks" for other in ports if other != lab], functools.partial(self.hear, lab)) for lab, port in ports.items()]
         threading.Thread(target=self.speak, daemon=True).start()
@@ -191,7 +190,7 @@ class Marks:
             number += 1
             for port in self.ports.values():
                 say(sender, port, number, "marks", struct.pack(">q", number))
-            time.sleep(self.PERIOD_S)
+            time.sleep(self.period_s)
 
     def stop(self):
         self.ended = True
