@@ -4,6 +4,9 @@
 
 int main(int argc, char** argv) {
   using namespace arkmesh::cli;
-  static constexpr OwnCommand own[] = {{"gateway", add_gateway_command}, {"keys", add_keys_command}};
+  static constexpr OwnCommand own[] = {{"gateway", add_gateway_command}, {"keys", add_keys_command},
+                                       {"stop", add_stop_command},       {"pause", add_pause_command},
+                                       {"resume", add_resume_command},   {"arm", add_arm_command},
+                                       {"disarm", add_disarm_command}};
   return arkmesh::cli::main(argc, argv, own);
 }

@@ -212,7 +212,7 @@ void Session::acknowledge(bool at_once) {
   if (bytes == 0 || ack_wanted_) return;
   if (at_once || messages >= ack_messages || bytes >= ack_bytes) {
     ack_wanted_ = true;
-    return flush_soon();
+    return flush();
   }
   if (std::exchange(ack_timed_, true)) return;
   ack_timer_.expires_after(times_.ack);
@@ -229,6 +229,10 @@ void Session::flush_soon() {
     self->flush_posted_ = false;
     if (!self->closed()) self->write();
   });
+}
+
+void Session::flush() {
+  if (!writing_ && !closed()) write();
 }
 
 void Session::send_control(FrameKind kind, std::string_view text) {
@@ -253,7 +257,10 @@ void Session::write() {
     }
     if (bytes > 0) window_.sent(bytes, now());
   }
-  if (!in_write_.empty()) write_rest();
+  if (in_write_.empty()) return;
+  if (const std::size_t bytes = stream_->try_write(in_write_); bytes > 0) on_written(bytes);
+  if (!in_write_.empty()) return write_rest();
+  if (outbox_ && outbox_->waiting_messages() > 0 && window_.room() > 0) flush_soon();
 }
 
 void Session::write_rest() {

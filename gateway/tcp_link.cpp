@@ -51,7 +51,15 @@ void TcpLink::stop() {
 void TcpLink::offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) {
   if (stopped_) return;
   outbox_.put(rule.delivery, channel, bytes);
-  if (session_ && session_->up()) session_->flush_soon();
+  if (!session_ || !session_->up()) return;
+  if (node_.corked_)
+    flush_wanted_ = true;
+  else
+    session_->flush_soon();
+}
+
+void TcpLink::flush() {
+  if (std::exchange(flush_wanted_, false) && session_ && session_->up()) session_->flush();
 }
 
 LinkStats TcpLink::stats() const {

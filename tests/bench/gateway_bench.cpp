@@ -1,6 +1,6 @@
-// How long a message takes from bus to bus through two gateways, and what that costs, beside its parts in the same run:
-// a hop of LCM and a hop of loopback TCP. gateway_bench SECONDS ARKMESH [ANOTHER ARKMESH]; a round of each by turns.
-// Prints a table; a row is a program, a size and a rate. Run it alone: scripts/alone gateway_bench ...
+// How long a message takes from bus to bus through two gateways, over TCP and over TLS, what that costs, and how many
+// pass without loss; beside its parts in the same run: a hop of LCM and a hop of loopback TCP. Everything by turns.
+// gateway_bench SECONDS ARKMESH; prints lines of names and values. Run it alone: scripts/alone gateway_bench ...
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -8,14 +8,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
-#include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,11 +31,19 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Latencies = std::vector<double>;  // microseconds
 
-constexpr int shark_port = 7846, roark_port = 7847, tcp_port = 7848, hop_port = 7849;
+constexpr int first_port = 7846, ports_of_a_pair = 3, hop_port = 7852, tcp_port = 7853;
+constexpr int rounds = 3;
+constexpr int paced = 500, rare = 20;  // messages a second, for latencies
 
-// Sizes with the rates at which processor time is measured.
-constexpr std::pair<std::size_t, int> loads[] = {{100, 10'000}, {1'000, 10'000}, {10'000, 2'000}, {100'000, 500}};
-constexpr int paced = 500;  // a second, for latencies
+struct Load {
+  std::size_t bytes;
+  int cpu_rate;            // messages a second while processor time is measured
+  int tcp_goal, tls_goal;  // messages a second without loss
+};
+constexpr Load loads[] = {{100, 10'000, 80'000, 60'000},
+                          {1'000, 10'000, 80'000, 60'000},
+                          {10'000, 2'000, 35'000, 25'000},
+                          {100'000, 500, 6'500, 4'000}};
 
 std::string url(int port) {
   return fmt::format("udpm://239.255.76.67:{}?ttl=0&recv_buf_size=4194304", port);
@@ -74,39 +83,80 @@ struct Heard {
   std::size_t said = 0;
 };
 
-// From one bus to another, or the same, heard in a thread of its own.
-Heard over_bus(const std::string& from, const std::string& to, const std::string& channel, const std::string& heard_as,
-               std::size_t size, int rate, Clock::duration length) {
-  Heard heard;
-  hal::Bus speaker(from), listener(to);
-  bool warm = false;
-  const auto subscription = listener.subscribe(heard_as, [&](std::string_view, std::span<const std::byte> bytes) {
-    if (bytes.size() == size) heard.us.push_back(age_us(bytes.data()));
-    warm |= bytes.size() != size;
-  });
-  const std::vector<std::byte> first(8);
-  while (!warm) {
-    speaker.publish(channel, first);
-    listener.drain(20ms);
+// From one bus to another, or the same.
+struct Route {
+  std::string from, to, channel, heard_as;
+};
+
+// The far end of a route, heard in a thread of its own.
+class Ear {
+ public:
+  Ear(const Route& route, std::size_t size)
+      : bus_(route.to), subscription_(bus_.subscribe(route.heard_as, [this, size](std::string_view, auto bytes) {
+          if (bytes.size() == size) us_.push_back(age_us(bytes.data()));
+          warm_ |= bytes.size() != size;
+        })) {}
+  // Until something that `speaker` says arrives.
+  void warm_up(hal::Bus& speaker, const std::string& channel) {
+    const std::vector<std::byte> first(8);
+    while (!warm_) {
+      speaker.publish(channel, first);
+      bus_.drain(20ms);
+    }
+    while (bus_.drain(100ms) > 0) continue;
   }
-  std::atomic<bool> over = false;
-  std::thread ear([&] {
-    while (!over) listener.drain(20ms);
-    while (listener.drain(200ms) > 0) continue;
-  });
+  void begin() {
+    thread_ = std::thread([this] {
+      while (!over_) bus_.drain(20ms);
+      while (bus_.drain(300ms) > 0) continue;
+    });
+  }
+  Latencies end() {
+    over_ = true;
+    thread_.join();
+    return std::move(us_);
+  }
+
+ private:
+  Latencies us_;
+  bool warm_ = false;
+  std::atomic<bool> over_ = false;
+  hal::Bus bus_;
+  std::unique_ptr<hal::Bus::Subscription> subscription_;
+  std::thread thread_;
+};
+
+// Says a message on all routes so many times a second.
+Heard over_buses(const std::vector<Route>& routes, std::size_t size, int rate, Clock::duration length) {
+  std::vector<std::unique_ptr<hal::Bus>> speakers;
+  std::vector<std::unique_ptr<Ear>> ears;
+  for (const Route& route : routes) {
+    speakers.push_back(std::make_unique<hal::Bus>(route.from));
+    ears.push_back(std::make_unique<Ear>(route, size));
+    ears.back()->warm_up(*speakers.back(), route.channel);
+  }
+  for (const auto& ear : ears) ear->begin();
   std::vector<std::byte> message(size);
-  heard.said = at_rate(rate, length, [&] {
-    stamp(message);
-    speaker.publish(channel, message);
-  });
-  std::this_thread::sleep_for(100ms);
-  over = true;
-  ear.join();
+  Heard heard;
+  heard.said = routes.size() * at_rate(rate, length, [&] {
+                 for (std::size_t i = 0; i < routes.size(); ++i) {
+                   stamp(message);
+                   speakers[i]->publish(routes[i].channel, message);
+                 }
+               });
+  for (const auto& ear : ears) {
+    const Latencies us = ear->end();
+    heard.us.insert(heard.us.end(), us.begin(), us.end());
+  }
   return heard;
 }
 
+Heard over_lcm(std::size_t size, int rate, Clock::duration length) {
+  return over_buses({{url(hop_port), url(hop_port), "hop", "hop"}}, size, rate, length);
+}
+
 // Over a TCP connection within this process.
-Heard over_tcp(std::size_t size, Clock::duration length) {
+Heard over_tcp(std::size_t size, int rate, Clock::duration length) {
   Heard heard;
   const int listening = socket(AF_INET, SOCK_STREAM, 0), speaker = socket(AF_INET, SOCK_STREAM, 0), on = 1;
   sockaddr_in here{};
@@ -125,7 +175,7 @@ Heard over_tcp(std::size_t size, Clock::duration length) {
       heard.us.push_back(age_us(message.data()));
   });
   std::vector<std::byte> message(size);
-  heard.said = at_rate(paced, length, [&] {
+  heard.said = at_rate(rate, length, [&] {
     stamp(message);
     for (std::size_t done = 0; done < size;) {
       const ssize_t n = send(speaker, message.data() + done, size - done, 0);
@@ -139,88 +189,131 @@ Heard over_tcp(std::size_t size, Clock::duration length) {
   return heard;
 }
 
-// Two gateways of one program.
-struct Pair {
-  tests::TemporaryFolder folder;
-  std::unique_ptr<tests::Process> shark, roark;
-
-  explicit Pair(const std::string& program) {
-    shark = start(program, "shark", shark_port,
-                  fmt::format("listen = \"127.0.0.1:{}\"\npeers = [{{lab = \"roark\"}}]", tcp_port + 2));
-    roark = start(program, "roark", roark_port,
-                  fmt::format("peers = [{{lab = \"shark\", connect = \"127.0.0.1:{}\"}}]", tcp_port + 2));
-  }
-  std::unique_ptr<tests::Process> start(const std::string& program, const std::string& lab, int port,
-                                        const std::string& gateway) const {
-    const auto file = folder.path() / (lab + ".toml");
-    std::ofstream(file) << fmt::format(
-        "[lab]\nname = \"{}\"\n[bus]\nurl = \"{}\"\n[shared]\nlabs = [\"roark\", \"shark\"]\n[gateway]\n"
-        "exports = [\"newest\"]\nordered = [\"all\"]\n{}\n",
-        lab, url(port), gateway);
-    return std::make_unique<tests::Process>(program, std::vector<std::string>{"gateway", file.string()},
-                                            folder.path() / (lab + ".txt"));
+// Two gateways at work.
+class Pair {
+ public:
+  Pair(const std::string& program, bool tls) : program_(program), port_(first_port + (tls ? ports_of_a_pair : 0)) {
+    if (tls) make_keys();
+    const std::string scheme = tls ? "tls://" : "", here = fmt::format("{}127.0.0.1:{}", scheme, port_ + 2);
+    shark_ = start("shark", port_, fmt::format("listen = \"{}\"\npeers = [{{lab = \"roark\"}}]", here), tls);
+    roark_ = start("roark", port_ + 1, fmt::format("peers = [{{lab = \"shark\", connect = \"{}\"}}]", here), tls);
   }
   // Processor time of both so far.
-  double cpu_s() const {
-    double ticks = 0;
-    for (const auto& process : {&shark, &roark}) {
-      std::ifstream stat(fmt::format("/proc/{}/stat", (*process)->id()));
-      std::string skipped;
-      for (int i = 0; i < 13; ++i) stat >> skipped;
-      double user = 0, system = 0;
-      stat >> user >> system;
-      ticks += user + system;
-    }
-    return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
-  }
+  double cpu_s() const { return cpu_s(*shark_) + cpu_s(*roark_); }
   Heard carry(std::size_t size, int rate, Clock::duration length) const {
-    return over_bus(url(shark_port), url(roark_port), "all", "shark/all", size, rate, length);
+    return over_buses({there()}, size, rate, length);
   }
+  Heard both_ways(std::size_t size, int rate, Clock::duration length) const {
+    return over_buses({there(), {url(port_ + 1), url(port_), "all", "roark/all"}}, size, rate, length);
+  }
+
+ private:
+  Route there() const { return {url(port_), url(port_ + 1), "all", "shark/all"}; }
+  static double cpu_s(const tests::Process& process) {
+    std::ifstream stat(fmt::format("/proc/{}/stat", process.id()));
+    std::string skipped;
+    for (int i = 0; i < 13; ++i) stat >> skipped;
+    double user = 0, system = 0;
+    stat >> user >> system;
+    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  }
+  std::string keys_of(const std::string& lab) const { return (folder_.path() / ("keys_" + lab)).string(); }
+  void run(std::vector<std::string> words) const {
+    tests::Process process(program_, words, folder_.path() / "keys.txt");
+    if (process.wait(60s) != 0) throw std::runtime_error(process.output());
+  }
+  void make_keys() const {
+    for (const std::string lab : {"shark", "roark"}) run({"keys", "init", lab, "--keys", keys_of(lab)});
+    run({"keys", "trust", keys_of("roark") + "/roark.crt", "--keys", keys_of("shark")});
+    run({"keys", "trust", keys_of("shark") + "/shark.crt", "--keys", keys_of("roark")});
+  }
+  std::unique_ptr<tests::Process> start(const std::string& lab, int port, const std::string& gateway, bool tls) const {
+    const auto file = folder_.path() / (lab + ".toml");
+    std::ofstream(file) << fmt::format(
+        "[lab]\nname = \"{}\"\n[bus]\nurl = \"{}\"\n[shared]\nlabs = [\"roark\", \"shark\"]\n[gateway]\n"
+        "exports = []\nordered = [\"all\"]\nimports = [\"all\"]\n{}{}\n",
+        lab, url(port), tls ? fmt::format("keys = \"{}\"\n", keys_of(lab)) : "", gateway);
+    return std::make_unique<tests::Process>(program_, std::vector<std::string>{"gateway", file.string()},
+                                            folder_.path() / (lab + ".txt"));
+  }
+
+  std::string program_;
+  const int port_;  // shark's bus; then roark's, and where shark listens
+  tests::TemporaryFolder folder_;
+  std::unique_ptr<tests::Process> shark_, roark_;
 };
 
-struct Row {
-  Latencies us;
-  double cpu_us = 0;
-  std::size_t said = 0, heard = 0;
-};
+void add(Latencies& to, const Latencies& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+// The gateways over TCP, and over TLS.
+using Pairs = std::array<const Pair*, 2>;
+
+// Latency at one rate: the parts, and the whole over both kinds of links.
+void print_latency(const Pairs& pairs, std::size_t size, int rate, Clock::duration length, bool both_ways) {
+  Latencies tcp, lcm, whole[2];
+  for (int round = 0; round < rounds; ++round) {
+    add(tcp, over_tcp(size, rate, length).us);
+    add(lcm, over_lcm(size, rate, length).us);
+    for (const bool tls : {false, true})
+      add(whole[tls],
+          (both_ways ? pairs[tls]->both_ways(size, rate, length) : pairs[tls]->carry(size, rate, length)).us);
+  }
+  const double bound = percentile(tcp, 0.5) + 2 * percentile(lcm, 0.5);
+  const double over_tcp_us = percentile(whole[0], 0.5), over_tls_us = percentile(whole[1], 0.5);
+  fmt::print(
+      "latency bytes {} rate {} both_ways {} tcp_us {:.1f} lcm_us {:.1f} gateways_us {:.1f} p99_us {:.1f} of_parts "
+      "{:.2f} "
+      "tls_us {:.1f} tls_more_us {:.1f}\n",
+      size, rate, both_ways ? 1 : 0, percentile(tcp, 0.5), percentile(lcm, 0.5), over_tcp_us,
+      percentile(whole[0], 0.99), over_tcp_us / bound, over_tls_us, over_tls_us - over_tcp_us);
+}
+
+void print_cpu(const Pairs& pairs, const Load& load, Clock::duration length) {
+  double us[2];
+  for (const bool tls : {false, true}) {
+    const Pair& pair = *pairs[tls];
+    const double before = pair.cpu_s();
+    const Heard heard = pair.carry(load.bytes, load.cpu_rate, length * rounds);
+    us[tls] = 1e6 * (pair.cpu_s() - before) / static_cast<double>(heard.said);
+  }
+  fmt::print("cpu bytes {} rate {} tcp_us {:.1f} tls_us {:.1f}\n", load.bytes, load.cpu_rate, us[0], us[1]);
+}
+
+// The highest of falling rates at which nothing was lost; 0 when there was none.
+int sustained(const Pair& pair, std::size_t size, int goal, Clock::duration length) {
+  for (const double part : {1.5, 1.2, 1.0, 0.8, 0.6, 0.45, 0.3, 0.2}) {
+    const auto begin = Clock::now();
+    const int rate = static_cast<int>(part * goal);
+    const Heard heard = pair.carry(size, rate, length);
+    const bool kept_pace =
+        static_cast<double>(heard.said) > 0.98 * rate * std::chrono::duration<double>(length).count();
+    if (heard.us.size() == heard.said && kept_pace && Clock::now() - begin < 2 * length + 2s) return rate;
+  }
+  return 0;
+}
+
+void print_sustained(const Pairs& pairs, const Load& load, Clock::duration length) {
+  int rates[2];
+  for (const bool tls : {false, true})
+    rates[tls] = sustained(*pairs[tls], load.bytes, tls ? load.tls_goal : load.tcp_goal, length);
+  fmt::print("sustained bytes {} tcp {} of {} tls {} of {}\n", load.bytes, rates[0], load.tcp_goal, rates[1],
+             load.tls_goal);
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) {
-    fmt::print(stderr, "gateway_bench SECONDS ARKMESH [ANOTHER ARKMESH]\n");
+  if (argc != 3) {
+    fmt::print(stderr, "gateway_bench SECONDS ARKMESH\n");
     return 2;
   }
   const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::atof(argv[1])));
-  const std::vector<std::string> programs(argv + 2, argv + argc);
-  std::map<std::size_t, Latencies> tcp, lcm;
-  std::map<std::pair<std::string, std::size_t>, Row> rows;
-  const auto add = [](Latencies& to, const Latencies& from) { to.insert(to.end(), from.begin(), from.end()); };
-  constexpr int rounds = 3;
-  for (int round = 0; round < rounds; ++round)
-    for (const auto& [size, rate] : loads) {
-      add(tcp[size], over_tcp(size, length).us);
-      add(lcm[size], over_bus(url(hop_port), url(hop_port), "hop", "hop", size, paced, length).us);
-      for (const std::string& program : programs) {
-        const Pair pair(program);
-        Row& row = rows[{program, size}];
-        add(row.us, pair.carry(size, paced, length).us);
-        const double before = pair.cpu_s();
-        const Heard loaded = pair.carry(size, rate, length);
-        row.cpu_us += 1e6 * (pair.cpu_s() - before);
-        row.said += loaded.said;
-        row.heard += loaded.us.size();
-      }
-    }
-  for (const auto& [size, rate] : loads) {
-    const double t = percentile(tcp[size], 0.5), l = percentile(lcm[size], 0.5);
-    fmt::print("parts bytes {} tcp_us {:.1f} lcm_us {:.1f}\n", size, t, l);
-    for (const std::string& program : programs) {
-      Row& row = rows[{program, size}];
-      fmt::print(
-          "gateways bytes {} p50_us {:.1f} p99_us {:.1f} of_parts {:.2f} rate {} cpu_us {:.1f} lost {} program {}\n",
-          size, percentile(row.us, 0.5), percentile(row.us, 0.99), percentile(row.us, 0.5) / (t + 2 * l), rate,
-          row.cpu_us / static_cast<double>(std::max<std::size_t>(row.said, 1)), row.said - row.heard, program);
-    }
-  }
+  const Pair over_tcp_links(argv[2], false), over_tls_links(argv[2], true);
+  const Pairs pairs{&over_tcp_links, &over_tls_links};
+  for (const Load& load : loads) print_latency(pairs, load.bytes, paced, length, false);
+  print_latency(pairs, 100, rare, 2 * length, true);
+  for (const Load& load : loads) print_cpu(pairs, load, length);
+  for (const Load& load : loads) print_sustained(pairs, load, length);
 }

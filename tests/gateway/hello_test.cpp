@@ -2,6 +2,7 @@
 #include "gateway/hello.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <string>
 
@@ -118,9 +119,11 @@ TEST_CASE("who refuses whom") {
   other.version = 1;
   CHECK(why_refused(shark, other)->counter == "session.refused.version");
   CHECK(why_refused(shark, other)->sentence ==
-        "lab roark speaks protocol version 1, lab shark version 2; install the same arkmesh in both");
+        fmt::format("lab roark speaks protocol version 1, lab shark version {}; install the same arkmesh in both",
+                    protocol_version));
   CHECK(why_refused(other, shark)->sentence ==
-        "lab shark speaks protocol version 2, lab roark version 1; install the same arkmesh in both");
+        fmt::format("lab shark speaks protocol version {}, lab roark version 1; install the same arkmesh in both",
+                    protocol_version));
 
   other = hello_of("roark");
   other.experiment = "cre";

@@ -1,5 +1,6 @@
 // Who may connect, and what becomes of those who may not: strangers, other versions, doubles, garbage, silence.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <memory>
 #include <string>
@@ -85,7 +86,8 @@ TEST_CASE("a peer of another protocol version is refused in words") {
   Hello later = Listening::hello();
   later.version = 9;
   peer->say(later);
-  const std::string why = "lab roark speaks protocol version 9, lab shark version 2; install the same arkmesh in both";
+  const std::string why = fmt::format(
+      "lab roark speaks protocol version 9, lab shark version {}; install the same arkmesh in both", protocol_version);
   REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
   CHECK(peer->bye == why);
   CHECK(shark.link->stats().why == why);
@@ -155,7 +157,7 @@ TEST_CASE("the connecting side judges as well") {
   }
   SUBCASE("version") {
     answer.version = 1;
-    expected = "lab roark speaks protocol version 1, lab shark version 2";
+    expected = fmt::format("lab roark speaks protocol version 1, lab shark version {}", protocol_version);
   }
   SUBCASE("experiment") {
     answer.experiment = "cre";

@@ -204,12 +204,12 @@ def mesh_figure(bench, tls):
     return lost == 0 and (bench.short or ratio <= 1.2), value, "lost 0" + ("" if bench.short else ", at most 1.2x a peer")
 
 
-def gateways_mesh_tcp(bench):
+def links_mesh_tcp(bench):
     """4, 8 and 16 labs, each joined with all others over plain TCP, 100-robot poses at 10 Hz each: losses; processor time and memory of a gateway."""
     return mesh_figure(bench, tls=False)
 
 
-def gateways_mesh_tls(bench):
+def links_mesh_tls(bench):
     """The same over TLS."""
     return mesh_figure(bench, tls=True)
 
@@ -232,7 +232,7 @@ def sent_bytes(words):
     return int(re.search(r"TX:.*\n\s*(\d+)", done.stdout)[1])
 
 
-def gateways_poses(bench):
+def links_poses(bench):
     """Poses of 1000 robots at 10 Hz to one peer over TLS: kB/s that leave the lab."""
     seconds = 3 if bench.short else 20
     with pair(bench) as (enter, _, labs):
@@ -251,7 +251,7 @@ def gateways_poses(bench):
     return lost == 0, f"{rate:.0f} kB/s of {len(talkers.frame) * RATE_HZ / 1000:.0f} kB/s of messages, lost {lost}", "lost 0"
 
 
-def gateways_idle(bench):
+def links_idle(bench):
     """A gateway with one peer over TLS and nothing to do: memory and processor time; the larger of two."""
     seconds = 4 if bench.short else 60
     with pair(bench) as (enter, running, labs):
@@ -267,4 +267,4 @@ def gateways_idle(bench):
     return met, f"{resident:.1f} MB resident, {private:.1f} MB private, {cpu:.2f} % of a core", "18 MB, 5 MB, 0.5 %"
 
 
-GATEWAYS = [gateways_mesh_tcp, gateways_mesh_tls, gateways_poses, gateways_idle]
+LINKS = [links_mesh_tcp, links_mesh_tls, links_poses, links_idle]
