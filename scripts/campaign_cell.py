@@ -59,6 +59,7 @@ class Cell:
         goes_on = isinstance(self.promise, campaign_promises.Promise) and self.promise.end == "finished"
         self.patience_s = LONG_PATIENCE_S if fault == "SIGSTOP 20 s" or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
         self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
+        self.figures = {}  # what was measured, for the record
         self.waits = ""  # what it said while it waited
         self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
 
@@ -308,6 +309,9 @@ class Cell:
 
     # ------------------------------------------------------------ all of it
 
+    def listen(self):
+        return {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
+
     @contextlib.contextmanager
     def prepared(self, own_overrides=None):
         """Files, ears, the link and the emulator are there; whatever is started within is ended."""
@@ -319,7 +323,7 @@ class Cell:
         (self.out / "fail").mkdir()
         os.environ["ARKMESH_FAIL_IN"] = str(self.out / "fail")
         self.labs = LabProcesses(self.write_files(), self.out, own_overrides=own_overrides, program=self.program)
-        self.ears = {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
+        self.ears = self.listen()
         self.link = Link(THROUGH, LISTENS)
         with contextlib.ExitStack() as ending:
             ending.callback(self.labs.stop)

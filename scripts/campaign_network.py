@@ -2,23 +2,34 @@
 in place of a lab that stands still. See scripts/campaign."""
 import contextlib
 import copy
+import functools
+import pathlib
 import random
 import socket
 import struct
+import subprocess
 import threading
 import time
 
 import read_log
+from lab_processes import Failed
 
 GROUP = "239.255.76.67"
 SHORT_MESSAGE = 0x4C433032  # LCM's datagram: magic, number, channel, 0, bytes
 
 
-class BusEar:
-    """Hears one lab's bus, on a thread of its own: the newest message of each channel that is asked for."""
+def say(sender, port, number, channel, data):
+    """Sends one message of at most a datagram's size on the lab's bus, from a UDP socket."""
+    head = struct.pack(">II", SHORT_MESSAGE, number & 0xFFFFFFFF) + channel.encode() + b"\0"
+    with contextlib.suppress(OSError):
+        sender.sendto(head + data, (GROUP, port))
 
-    def __init__(self, port, channels):
-        self.newest, self.channels = {}, {channel.encode() for channel in channels}
+
+class BusEar:
+    """Hears one lab's bus, on a thread of its own: the newest message of each channel that is asked for; `each(channel, bytes)` is told of all."""
+
+    def __init__(self, port, channels, each=None):
+        self.newest, self.channels, self.each = {}, {channel.encode() for channel in channels}, each
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
@@ -37,6 +48,8 @@ class BusEar:
             channel, _, data = datagram[8:].partition(b"\0")
             if channel in self.channels and datagram[:4] == struct.pack(">I", SHORT_MESSAGE):
                 self.newest[channel.decode()] = data
+                if self.each:
+                    self.each(channel.decode(), data)
 
     def message(self, channel):
         """The newest message of a channel, decoded; None before the first."""
@@ -55,10 +68,12 @@ class BusEar:
 
 
 class Link:
-    """The TCP connection between two gateways, through this process: `cut` and `mend`."""
+    """The TCP connection between two gateways, through this process: `cut` and `mend`; `pace` is bytes/s towards the listening gateway (0: all that
+    comes). What goes there is kept in `carried` when that is a list."""
 
-    def __init__(self, listen, connect):
+    def __init__(self, listen, connect, carried=None):
         self.listen, self.connect, self.sockets, self.door = listen, connect, [], None
+        self.pace, self.carried = 0, carried
         self.mend()
 
     def mend(self):
@@ -83,12 +98,16 @@ class Link:
                     inner.close()
                     continue
                 self.sockets += [inner, outer]
-                for ends in ((inner, outer), (outer, inner)):
+                for ends in ((inner, outer, True), (outer, inner, False)):
                     threading.Thread(target=self.pass_on, args=ends, daemon=True).start()
 
-    def pass_on(self, source, sink):
+    def pass_on(self, source, sink, inwards):
         with contextlib.suppress(OSError):
-            while data := source.recv(1 << 16):
+            while data := source.recv(self.pace // 20 if inwards and self.pace else 1 << 16):
+                if inwards and self.pace:
+                    time.sleep(0.05)
+                if inwards and self.carried is not None:
+                    self.carried.append(data)
                 sink.sendall(data)
         for each in (source, sink):
             with contextlib.suppress(OSError):
@@ -121,7 +140,73 @@ class Impostor:
                 self.world.acks, self.world.n_acks = [ack], 1
             for channel, message in (("status", self.status), ("world", self.world)):
                 number += 1
-                head = struct.pack(">II", SHORT_MESSAGE, number & 0xFFFFFFFF) + channel.encode() + b"\0"
-                with contextlib.suppress(OSError):
-                    self.socket.sendto(head + message.encode(), (GROUP, self.port))
+                say(self.socket, self.port, number, channel, message.encode())
             time.sleep(0.1)
+
+
+class Path:
+    """Makes packets of TCP ports vanish within this network namespace: routes lead them where nobody is. Nothing is closed or refused."""
+    TABLE = "66"
+
+    def __init__(self):
+        for words in ("link add drain type veth peer name drained", "link set drain arp off up", "link set drained up", "rule add pref 100 lookup local",
+                      "rule del pref 0", f"route add 127.0.0.0/8 dev drain table {self.TABLE}"):
+            self.ip(words)
+        pathlib.Path("/proc/sys/net/ipv4/conf/drain/route_localnet").write_text("1")
+        self.lost = []
+
+    @staticmethod
+    def ip(words):
+        done = subprocess.run(["ip", *words.split()], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(f"`ip {words}` failed: {done.stderr.strip()}")
+
+    def lose(self, *ports):
+        """Loses what goes to "dport N" or comes from "sport N"."""
+        for port in ports:
+            self.ip(f"rule add pref 10 ipproto tcp {port} lookup {self.TABLE}")
+            self.lost.append(port)
+
+    def mend(self):
+        while self.lost:
+            self.ip(f"rule del pref 10 ipproto tcp {self.lost.pop()} lookup {self.TABLE}")
+
+
+class Marks:
+    """Numbered messages of labs on channel `marks`, which gateways carry in order; and what of them came where."""
+
+    def __init__(self, ports, period_s=0.05):
+        self.ports, self.period_s, self.ended = ports, period_s, False
+        self.came = {}  # (from, to) -> [(when, number)]
+        self.ears = [BusEar(port, [f"{other}/marks" for other in ports if other != lab], functools.partial(self.hear, lab)) for lab, port in ports.items()]
+        threading.Thread(target=self.speak, daemon=True).start()
+
+    def hear(self, lab, channel, data):
+        self.came.setdefault((channel.partition("/")[0], lab), []).append((time.monotonic(), struct.unpack(">q", data[:8])[0]))
+
+    def speak(self):
+        sender, number = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), 0
+        while not self.ended:
+            number += 1
+            for port in self.ports.values():
+                say(sender, port, number, "marks", struct.pack(">q", number))
+            time.sleep(self.period_s)
+
+    def stop(self):
+        self.ended = True
+        for ear in self.ears:
+            ear.ended = True
+
+    def first_after(self, way, when):
+        """When the first one came after that; None: none has."""
+        return next((came for came, _ in list(self.came.get(way, [])) if came > when), None)
+
+    def out_of_order(self, way):
+        """How many numbers do not follow the one before."""
+        numbers = [number for _, number in self.came.get(way, [])]
+        return sum(after != before + 1 for before, after in zip(numbers, numbers[1:]))
+
+    def longest_pause(self, way, begin, end):
+        """The longest time without one between two moments, in seconds."""
+        times = [begin, *(came for came, _ in self.came.get(way, []) if begin < came < end), end]
+        return max(after - before for before, after in zip(times, times[1:]))

@@ -4,6 +4,7 @@ docs/what-happens-when.md is written from it.
 The lab that the fault meets is roark, its peer is shark.
 """
 import dataclasses
+import re
 
 ARENAS = {
     "simulated": "both labs simulate, as fast as they can (strict: a lab waits for its peer at each boundary)",
@@ -29,6 +30,59 @@ FAULTS = {
     "link cut 4 s": "the link between the labs is cut and mended",
     "disk full": "the run folder's disk is full, with `recorder.keep_free_mib = 0`",
     "run folder removed": "the run folder is deleted",
+}
+LINKS = {
+    "tcp": "two gateways on one machine, over plain TCP",
+    "tls": "the same over TLS",
+}
+LINK = "link"  # the phase of faults between gateways: both labs simulate in mid-run
+
+
+@dataclasses.dataclass(frozen=True)
+class LinkFault:
+    """A fault between two gateways, which both labs survive with the hash of an undisturbed run. `counters` is what grows, a regular expression for
+    LAB.COUNTER of the gateways' `peers`, by kind of link where they differ; a kind without one does not have the fault."""
+    words: str
+    counters: str | dict
+    down: bool | None = False  # whether both ends that live show the link as down; None: they may
+    after: str = ""  # what is promised, or found, besides
+
+    def counter(self, kind):
+        return self.counters if isinstance(self.counters, str) else self.counters.get(kind)
+
+
+TLS, REFUSED_HELLO = "tls", r"shark\.session\.refused\.(unknown_lab|lab_name)"
+LINK_FAULTS = {
+    "connecting gateway killed": LinkFault("the gateway of the side that connects is killed, and started again after 4 s",
+                                           r"shark\.session\.closed\.(by_peer|connection_lost)", True),
+    "listening gateway killed": LinkFault("the gateway of the side that listens is killed, and started again after 4 s",
+                                          r"roark\.session\.closed\.(by_peer|connection_lost)", True),
+    "gateway frozen 6 s": LinkFault("the peer's gateway stands still (SIGSTOP)", r"shark\.session\.closed\.silent", True),
+    "half-open 6 s": LinkFault("packets of the side that listens vanish, those of the other arrive", r"roark\.session\.closed\.silent", True),
+    "partition 1 s": LinkFault("all packets between the two vanish", "", after="the connection holds"),
+    "partition 60 s": LinkFault("all packets between the two vanish", r"(shark|roark)\.session\.closed\.silent", True),
+    "flapping 60 s": LinkFault("all packets between the two vanish for 200 ms, pass for 200 ms, and so on", "", None),
+    "slow reader 40 s": LinkFault("what goes to the side that listens passes at 1 kB/s", r"roark\.outbox\.replaced\.world", None),
+    "clock an hour ahead": LinkFault("the wall clock of the peer's machine jumps an hour ahead", "", after="the clock's offset is shown"),
+    "clock an hour back": LinkFault("the wall clock of the peer's machine jumps an hour back", "", after="the clock's offset is shown"),
+    "old session replayed": LinkFault("the bytes of an earlier connection are sent again",
+                                      {"tcp": r"shark\.session\.(replaced|closed\.bad_ack)", TLS: r"shark\.session\.failed\.handshake"}, None),
+    "garbage": LinkFault("all kinds of bytes that are no session, before and after a hello", r"shark\.session\.closed\.bad_.*"),
+    "another lab's name": LinkFault("somebody claims the name of a lab that is not its own", REFUSED_HELLO),
+    "channel not imported": LinkFault("a peer publishes on a channel that is not imported", r"shark\.received\.refused\.not_imported\.stray"),
+    "flood of 1000": LinkFault("1000 connections that say nothing, and twenty that say a byte a second",
+                               r"shark\.session\.closed\.too_many_(pending|of_address)"),
+    "wrong kind of link": LinkFault("plain TCP to a TLS port; TLS to a plain port",
+                                    {"tcp": r"shark\.session\.closed\.speaks_tls", TLS: r"shark\.session\.refused\.plain_tcp"}),
+    "certificate unknown": LinkFault("a gateway comes whose certificate is not trusted", {TLS: r"shark\.session\.refused\.certificate_unknown"}),
+    "certificate expired": LinkFault("a trusted lab comes whose certificate ended a year ago", {TLS: ""},
+                                     after="it counts; `certificate.days_left` is 0"),
+    "certificate revoked": LinkFault("a lab that is connected is revoked, and comes again", {TLS: r"shark\.session\.refused\.certificate_revoked"},
+                                     after="its link is cut within 1 s"),
+    "certificate of another lab": LinkFault("a gateway expects a trusted lab where there is another",
+                                            {TLS: r"raven\.session\.refused\.certificate_of_other_lab"}),
+    "full disk": LinkFault("the disk is full on which labs record and gateways' output is kept, and the link is cut", "", None),
+    "descriptors exhausted": LinkFault("strangers connect to a gateway that may open few files", r"shark\.session\.failed\.accept"),
 }
 EXIT_CODES = {"finished": 0, "failed": 1, "stopped": 3, "killed": -9}
 STRICT, FREE = ("simulated",), ("paced", "hardware")
@@ -69,6 +123,8 @@ IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
 
 def promise(arena, phase, fault):
     """What is promised for one cell: a Promise, or NoSense."""
+    if phase == LINK:
+        return NoSense("plain TCP knows no certificates") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
     if fault in ("Ctrl-C", "SIGTERM"):
@@ -112,7 +168,7 @@ def promise(arena, phase, fault):
 
 def cells():
     """Every (arena, phase, fault)."""
-    return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS]
+    return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS] + [(kind, LINK, fault) for kind in LINKS for fault in LINK_FAULTS]
 
 
 # What CI runs.
@@ -131,6 +187,10 @@ SHORT = [
     ("hardware", "running", "SIGKILL"),
 ]
 
+# And of faults between gateways: each once, over one kind of link or the other by turns.
+SHORT_LINKS = [next((kind, LINK, fault) for kind in (("tcp", "tls") if number % 2 else ("tls", "tcp")) if about.counter(kind) is not None)
+               for number, (fault, about) in enumerate(LINK_FAULTS.items())]
+
 
 def in_words(promised):
     """How the lab ends, and its peer where that differs."""
@@ -139,6 +199,32 @@ def in_words(promised):
     code = EXIT_CODES[promised.end]
     words = promised.end + (f" ({code})" if code >= 0 else "")
     return words + (f", peer {promised.peer}" if promised.peer and promised.peer != promised.end else "")
+
+
+def links_page():
+    """Faults between gateways, as lines of the page."""
+    lines = ["## Between gateways", "",
+             "Both labs simulate in mid-run (strict), joined by their gateways over plain TCP or over TLS; a third gateway is joined with one of them. In each",
+             "cell both labs finish with the hash of an undisturbed run; no gateway ends, hangs, or grows by more than 8 MiB; the third gateway's link is up and",
+             "carries data all the time; `ordered` messages between the two are neither lost nor repeated (when a gateway was killed, a gap). A link that is down",
+             "is shown so within 3 s, and data flows within 1 s of the path's return (2 s of a killed gateway's start).", "",
+             "| fault | what happens | link shown as down | counter that grows |", "|---|---|---|---|"]
+    for fault, about in LINK_FAULTS.items():
+        counters = {kind: about.counter(kind) for kind in LINKS if about.counter(kind) is not None}
+        patterns = dict.fromkeys(counters.values())
+        told = [", ".join(f"`{plain}`" for plain in plain_counters(pattern)) + (f" ({', '.join(kind for kind in counters if counters[kind] == pattern)})"
+                if len(patterns) > 1 or len(counters) < len(LINKS) else "") for pattern in patterns if pattern]
+        down = {True: "yes", False: "no", None: "it may be"}[about.down]
+        lines.append(f"| {fault} | {about.words}{'; ' + about.after if about.after else ''} | {down} | {'; '.join(told) or '-'} |")
+    return lines + [""]
+
+
+def plain_counters(pattern):
+    """The names of counters in a pattern for LAB.COUNTER, for people."""
+    name = pattern.replace("\\", "").partition(".")[2].replace(".*", "*")
+    if found := re.search(r"\((.*?)\)", name):
+        return [name.replace(found[0], each) for each in found[1].split("|")]
+    return [name]
 
 
 def page():
@@ -150,6 +236,7 @@ def page():
              "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
              "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 2 s of the lab's end, by the",
              "emulator's record, however it ended. A strict run that finishes has the hash of an undisturbed one.", ""]
+    lines += links_page()
     notes = []
     for arena, words in ARENAS.items():
         lines += [f"## {arena.capitalize()}", "", f"{words[0].upper()}{words[1:]}.", "", f"| fault | {' | '.join(PHASES)} |", "|---" * (len(PHASES) + 1) + "|"]

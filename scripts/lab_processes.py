@@ -58,9 +58,9 @@ class LabProcesses:
         """The file that holds what a process said."""
         return self.out / f"{lab}-{what}.txt"
 
-    def start(self, what, lab, out=None):
-        """Starts a process; a lab records into `out`, by default a folder of its name."""
-        command = [*self.enter.get(lab, []), self.program, what, self.files[lab], *self.overrides[lab]]
+    def start(self, what, lab, out=None, more=()):
+        """Starts a process, with `more` words of the command line; a lab records into `out`, by default a folder of its name."""
+        command = [*self.enter.get(lab, []), self.program, what, self.files[lab], *self.overrides[lab], *more]
         if what == "lab":
             command += ["--out", out or self.out / lab]
         with open(self.said(what, lab), "ab") as said:

@@ -20,6 +20,14 @@ class Campaign(unittest.TestCase):
         self.assertEqual({arena for arena, _, _ in cells}, set(campaign_promises.ARENAS))
         self.assertEqual({phase for _, phase, _ in cells}, set(campaign_promises.PHASES))
 
+    def test_short_links(self):
+        """CI runs each fault between gateways once, and both kinds of link."""
+        cells = campaign_promises.SHORT_LINKS
+        self.assertEqual([fault for _, _, fault in cells], [*campaign_promises.LINK_FAULTS])
+        self.assertEqual({kind for kind, _, _ in cells}, set(campaign_promises.LINKS))
+        for cell in cells:
+            self.assertIsInstance(campaign_promises.promise(*cell), campaign_promises.Promise)
+
 
 if __name__ == "__main__":
     unittest.main()

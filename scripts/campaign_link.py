@@ -1,0 +1,280 @@
+"""One cell of the campaign whose fault is between gateways: two labs in mid-run (strict DHTF), and a third gateway, lynx, that nothing happens to.
+Runs in a network and mount namespace of its own. See scripts/campaign.
+
+shark listens, and roark connects to it, directly or through a Link of this process; shark connects to lynx. raven, a fourth lab, is expected at shark:
+the cell speaks for it."""
+import contextlib
+import pathlib
+import re
+import signal
+import subprocess
+import threading
+import time
+
+import campaign_files
+from campaign_cell import Cell, Pace
+from campaign_files import LISTENS, PORTS, THROUGH
+from campaign_link_faults import RAVEN_BUS, LinkFaults
+from campaign_network import BusEar, Marks, Path
+from campaign_promises import LINK_FAULTS
+from lab_processes import ROOT, Failed, end_with_parent
+from joined_networks import call
+
+BUSES = PORTS | {"lynx": 7703}
+LYNX_LISTENS = 7803
+DOWN_S, FLOWS_S = 3.0, 1.0  # promised: shown as down; data flows after the path's return
+STARTS_S = 1.0              # what a gateway that is started again takes before that
+GROWTH_MIB = 8.0            # of a gateway's resident memory, at its highest: what may wait for one peer (twice), and sessions of strangers
+LONG_AGO_S = -11 * 365 * 86400
+THROUGH_US = {"slow reader 40 s", "old session replayed", "full disk"}  # faults for which the link passes through this process
+GATEWAY_TEXT = """[lab]
+name = "{lab}"
+[bus]
+url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
+[run]
+scenario = "dhtf"
+[shared]
+labs = {labs}
+[gateway]
+"""
+
+
+class LinkCell(LinkFaults, Cell):
+    def __init__(self, kind, phase, fault, out, program, hash_text, divide=1):
+        super().__init__("simulated", "running", "", out, program, hash_text)
+        self.kind, self.phase, self.fault, self.divide, self.about = kind, phase, fault, divide, LINK_FAULTS[fault]
+        self.pace, self.patience_s = Pace(2.0, 4000.0, 50), 300
+        self.peaks, self.views, self.others = {}, {}, []
+        self.clock = out / "clock_jump.txt"
+        whole = next((float(number) for number in re.findall(r"(\d+) s$", fault)), 0)
+        self.seconds = max(whole / divide, min(whole, 4.0))  # 4 s: longer than what is noticed
+
+    # ------------------------------------------------------------ preparation
+
+    def tls(self, address):
+        return f"{self.kind}://{address}" if self.kind == "tls" else address
+
+    def keys(self, lab):
+        return self.out / "keys" / lab
+
+    def make_keys(self):
+        labs = ("shark", "roark", "lynx", "raven")
+        for lab in labs:
+            call(self.program, "keys", "init", lab, "--keys", self.keys(lab))
+        if self.fault == "certificate expired":
+            self.clock.write_text(str(LONG_AGO_S))
+            call("env", *self.jumping(), self.program, "keys", "renew", "raven", "--keys", self.keys("raven"))
+            self.clock.write_text("0")
+        for one, other in (("shark", "roark"), ("shark", "lynx"), ("shark", "raven"), ("raven", "lynx")):
+            call(self.program, "keys", "trust", self.keys(one) / f"{one}.crt", "--keys", self.keys(other))
+            call(self.program, "keys", "trust", self.keys(other) / f"{other}.crt", "--keys", self.keys(one))
+        if self.fault == "certificate unknown":
+            call(self.program, "keys", "renew", "raven", "--new-key", "--keys", self.keys("raven"))
+
+    def jumping(self):
+        """Words after `env` with which a program's wall clock can be moved."""
+        library = self.out / "clock_jump.so"
+        if not library.exists():
+            call("cc", "-shared", "-fPIC", "-O1", "-o", library, ROOT / "tests/campaign/clock_jump.c", "-ldl")
+        return [f"LD_PRELOAD={library}", f"CLOCK_JUMP={self.clock}"]
+
+    def gateway_file(self, lab, bus, labs, lines):
+        file = self.out / f"{lab}.toml"
+        file.write_text(GATEWAY_TEXT.format(lab=lab, bus=bus, labs=str(labs).replace("'", '"')) + "\n".join(lines) + "\n")
+        return file
+
+    def of_gateway(self, lab):
+        """Overrides of the two labs' gateways."""
+        through = THROUGH if self.fault in THROUGH_US else LISTENS
+        own = {"shark": [f'gateway.listen="{self.tls(f"127.0.0.1:{LISTENS}")}"', 'gateway.imports=["world","status","marks"]',
+                         f'gateway.peers=[{{lab="roark"}},{{lab="raven"}},{{lab="lynx",connect="{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"}}]',
+                         'shared.labs=["lynx","raven","roark","shark"]'],
+               "roark": ['gateway.imports=["world","status","marks"]', f'gateway.peers=[{{lab="shark",connect="{self.tls(f"127.0.0.1:{through}")}"}}]']}
+        return [part for each in [*own[lab], 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"'] for part in ("--set", each)]
+
+    def start_gateway(self, lab):
+        self.labs.start("gateway", lab, more=self.of_gateway(lab))
+        self.watch(lab, self.labs.processes["gateway", lab])
+
+    def start_other(self, lab, file):
+        """A gateway beside the two labs'; ended with the cell."""
+        with open(self.out / f"{lab}-gateway.txt", "ab") as said:
+            process = subprocess.Popen([self.program, "gateway", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=end_with_parent)
+        self.others.append(process)
+        return process
+
+    def start_raven(self, peer="shark", port=LISTENS, more=()):
+        """raven's gateway, for faults in which it is a real one."""
+        labs = ["raven", peer]
+        lines = [f'keys = "{self.keys("raven")}"', 'exports = ["status", "stray"]', *more, "[[gateway.peers]]", f'lab = "{peer}"',
+                 f'connect = "{self.tls(f"127.0.0.1:{port}")}"']
+        self.ears["raven"] = BusEar(RAVEN_BUS, ["peers"], lambda *_: self.note("raven"))
+        return self.start_other("raven", self.gateway_file("raven", RAVEN_BUS, labs, lines))
+
+    def watch(self, lab, process):
+        """Notes how far the resident memory of a gateway grows from when it has begun, as long as it lives."""
+        def look():
+            first, begun = None, time.monotonic() + 1.5
+            with contextlib.suppress(OSError, TypeError):
+                while process.poll() is None:
+                    now = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{process.pid}/status").read_text())[1]) / 1024
+                    if first is None and self.views.get(lab) and self.views[lab][-1][0] > begun:
+                        first = now
+                    if first is not None:
+                        self.peaks[lab] = max(self.peaks.get(lab, 0), now - first)
+                    time.sleep(0.2)
+        threading.Thread(target=look, daemon=True).start()
+
+    def note(self, lab):
+        """Of each `peers`: when, which peers are up, all counters."""
+        message = self.ears[lab].message("peers")
+        counters = {counter.name: counter.value for counter in message.counters}
+        for peer in message.peers:
+            for counter in peer.counters:
+                counters[counter.name] = counters.get(counter.name, 0) + counter.value
+        offsets = {peer.lab: peer.clock_offset_us / 1e6 for peer in message.peers}
+        self.views.setdefault(lab, []).append((time.monotonic(), {peer.lab: bool(peer.up) for peer in message.peers}, counters, offsets))
+
+    def is_up(self, lab, peer):
+        return bool(self.views.get(lab)) and self.views[lab][-1][1].get(peer, False)
+
+    def count(self, lab, name, since=0):
+        """Of a counter's newest value what is more than it was then; a gateway that was started again begins at 0."""
+        views = self.views.get(lab, [])
+        before = next((view[2].get(name, 0) for view in reversed(views) if view[0] <= since), 0)
+        now = views[-1][2].get(name, 0) if views else 0
+        return now - before if now >= before else now
+
+    def listen(self):
+        return {lab: BusEar(port, ["status", "world", "peers"], lambda channel, _, lab=lab: channel == "peers" and self.note(lab))
+                for lab, port in BUSES.items()}
+
+    @contextlib.contextmanager
+    def prepared_link(self):
+        self.out.mkdir(parents=True, exist_ok=True)
+        if self.fault == "full disk":
+            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", self.out], check=True)
+        self.clock.write_text("0")
+        if self.kind == "tls":
+            self.make_keys()
+        with self.prepared():
+            if self.fault.startswith("clock"):
+                self.labs.enter["roark"] = ["env", *self.jumping()]
+            # 20 a second would fill a link of 1 kB/s
+            self.path, self.marks = Path(), Marks(BUSES, 0.5 if self.fault.startswith("slow reader") else 0.05)
+            if self.fault == "old session replayed":
+                self.link.carried = []
+            lines = [f'listen = "{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"', f'keys = "{self.keys("lynx")}"', 'ordered = ["marks"]', 'imports = ["marks"]',
+                     "[[gateway.peers]]", 'lab = "shark"']
+            try:
+                self.watch("lynx", self.start_other("lynx", self.gateway_file("lynx", BUSES["lynx"], ["lynx", "shark"], lines)))
+                yield
+            finally:
+                self.path.mend()
+                for process in self.others:
+                    process.kill()
+                    process.wait()
+
+    def slow_labs(self):
+        """A run of mid-length lasts through the fault, and leaves the processors to the gateways: shark computes a tenth of the time, less in long
+        faults, and roark waits for it. Until `self.hurry`."""
+        process, pause_s = self.process("shark"), 0.18 if self.seconds <= 10 else 0.6
+        while not self.hurry.is_set() and process.poll() is None:
+            process.send_signal(signal.SIGSTOP)
+            self.hurry.wait(pause_s)
+            process.send_signal(signal.SIGCONT)
+            self.hurry.wait(0.02)
+        process.send_signal(signal.SIGCONT)
+
+    # ------------------------------------------------------------ judgement
+
+    def alive(self):
+        """The ends of the link that can show it as down."""
+        stood = {"connecting gateway killed": "roark", "listening gateway killed": "shark"}.get(self.fault) or ("roark" if "frozen" in self.fault else None)
+        return [pair for pair in (("shark", "roark"), ("roark", "shark")) if pair[0] != stood]
+
+    def judge_link(self, began, returned):
+        """How soon it was shown as down, how soon data flowed again, what was counted."""
+        def shown_down(lab, peer):
+            return next((view[0] - began for view in list(self.views[lab]) if view[0] > began and not view[1].get(peer)), None)
+
+        def flows():
+            return [self.marks.first_after(way, returned) for way in (("shark", "roark"), ("roark", "shark"))]
+        self.until(60, lambda: all(flows()), "data after the path's return")
+        flowed = max(flows()) - returned
+        self.figures["flows_s"] = round(flowed, 2)
+        if flowed > (limit := FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
+            self.problems.append(f"data flows {flowed:.2f} s after the path's return instead of {limit} s")
+        downs = [shown_down(*pair) for pair in self.alive()]
+        known = [down for down in downs if down is not None]
+        self.figures["down_s"] = round(max(known), 2) if known else None
+        if self.about.down and len(known) < len(downs):
+            self.problems.append("an end of the link did not show it as down")
+        if self.about.down is False and known:
+            self.problems.append(f"the link was shown as down after {min(known):.1f} s")
+        if self.about.down and known and max(known) > DOWN_S:
+            self.problems.append(f"the link was shown as down after {max(known):.2f} s instead of {DOWN_S} s")
+
+    def judge_counter(self, began):
+        pattern = self.about.counter(self.kind)
+        if not pattern:
+            return
+        def grown():
+            return {f"{lab}.{name}": self.count(lab, name, began) for lab, views in list(self.views.items()) for name in dict(views[-1][2])
+                    if re.fullmatch(pattern, f"{lab}.{name}") and self.count(lab, name, began) > 0}
+        with contextlib.suppress(Failed):
+            self.until(10, grown, "")
+        self.figures["counter"] = ", ".join(f"{name} {number}" for name, number in sorted(grown().items()))
+        if not grown():
+            self.problems.append(f"no counter /{pattern}/ grew")
+
+    def judge_others(self, began, ended):
+        """lynx notices nothing; marks are neither lost nor repeated; gateways live and have not grown."""
+        if self.fault != "listening gateway killed":
+            pause = max(self.marks.longest_pause(way, began, ended) for way in (("shark", "lynx"), ("lynx", "shark")))
+            self.figures["lynx_pause_s"] = round(pause, 2)
+            if pause > 1.5 or any(not view[1]["shark"] for view in self.views["lynx"] if view[0] > began):
+                self.problems.append(f"the link with lynx was disturbed: {pause:.1f} s without data")
+        if "killed" not in self.fault:
+            for way in (("shark", "roark"), ("roark", "shark")):
+                if wrong := self.marks.out_of_order(way):
+                    self.problems.append(f"{wrong} ordered messages from {way[0]} to {way[1]} are lost or repeated")
+        for lab in PORTS:
+            if self.gateway(lab).poll() is not None:
+                self.problems.append(f"the gateway of {lab} has ended: {self.labs.last_words('gateway', lab)}")
+        self.figures["growth_mib"] = round(max(self.peaks.values(), default=0), 1)
+        if self.figures["growth_mib"] > GROWTH_MIB:
+            self.problems.append(f"a gateway grew by {self.figures['growth_mib']} MiB: {self.peaks}")
+
+    def run(self):
+        """What was wrong, as sentences; empty when the promise was kept."""
+        self.hurry = threading.Event()
+        try:
+            with self.prepared_link():
+                for lab in PORTS:
+                    self.start_gateway(lab)
+                for lab in PORTS:
+                    self.start_lab(lab)
+                self.until(300, lambda: self.ears["roark"].period() >= self.pace.fault_at, "the run's beginning")
+                threading.Thread(target=self.slow_labs, daemon=True).start()
+                self.until(60, lambda: all(self.is_up(*pair) for pair in (("shark", "roark"), ("roark", "shark"), ("lynx", "shark"))), "the links")
+                self.until(60, lambda: len(self.marks.came) >= 4, "data on each way")
+                time.sleep(1)
+                began = time.monotonic()
+                returned = self.do_fault()
+                if not self.lives():
+                    self.problems.append("the run had ended before the fault was over")
+                self.judge_link(began, returned)
+                self.judge_counter(began)
+                self.hurry.set()
+                self.wait_for_ends(time.monotonic())
+                time.sleep(1)
+                self.judge_others(began, time.monotonic())
+                for lab in PORTS:
+                    self.judge_lab(lab, "finished", "")
+                self.marks.stop()
+        except Failed as failure:
+            self.problems.append(f"not brought about: {failure}")
+        finally:
+            self.hurry.set()
+        return self.problems

@@ -1,0 +1,159 @@
+"""The faults between gateways: what a LinkCell (campaign_link.py) does to the connection of shark and roark, to their machines, or at shark's port."""
+import contextlib
+import pathlib
+import resource
+import signal
+import socket
+import time
+
+import campaign_strangers as strangers
+from campaign_files import LISTENS
+from campaign_network import say
+from joined_networks import call
+
+RAVEN_BUS = 7704
+TLS_BEGINS = bytes.fromhex("1603010200010001fc0303")  # a client's first bytes
+
+
+class LinkFaults:
+    def gateway(self, lab):
+        return self.labs.processes["gateway", lab]
+
+    def do_fault(self):
+        """Does it, and returns when the path was there again."""
+        both = (f"dport {LISTENS}", f"sport {LISTENS}")
+        fault, of_kind = self.fault, self.kind
+        if fault.endswith("gateway killed"):
+            victim = "roark" if fault.startswith("connecting") else "shark"
+            self.gateway(victim).kill()
+            self.gateway(victim).wait()
+            time.sleep(4)
+            self.start_gateway(victim)
+        elif fault.startswith("gateway frozen"):
+            self.gateway("roark").send_signal(signal.SIGSTOP)
+            time.sleep(self.seconds)
+            self.gateway("roark").send_signal(signal.SIGCONT)
+        elif fault.startswith(("half-open", "partition")):
+            self.path.lose(*(both if fault.startswith("partition") else both[1:]))
+            time.sleep(self.seconds)
+            self.path.mend()
+        elif fault.startswith("flapping"):
+            end = time.monotonic() + self.seconds
+            while time.monotonic() < end:
+                self.path.lose(*both)
+                time.sleep(0.2)
+                self.path.mend()
+                time.sleep(0.2)
+        elif fault.startswith("slow reader"):
+            self.link.pace = 1000
+            time.sleep(self.seconds)
+            self.link.pace = 0
+        elif fault.startswith("clock"):
+            self.clock.write_text("3600" if fault.endswith("ahead") else "-3600")
+            self.until(60, lambda: abs(self.views["shark"][-1][3]["roark"]) > 3500, "the offset of the peer's clock")
+            time.sleep(1)
+        elif fault == "old session replayed":
+            for _ in range(3):
+                strangers.send(LISTENS, b"".join(self.link.carried[:2000]), 1)
+        elif fault == "garbage":
+            self.send_garbage()
+        elif fault == "another lab's name":
+            self.must_close("a hello of another lab's name", strangers.hello("shark" if of_kind == "tcp" else "lynx"), **self.as_raven())
+        elif fault == "channel not imported":
+            self.start_raven()
+            self.until(60, lambda: self.is_up("shark", "raven"), "the link with raven")
+            sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            for number in range(20):
+                say(sender, RAVEN_BUS, number, "stray", bytes(8))
+                time.sleep(0.02)
+        elif fault.startswith("flood"):
+            self.flood(1000 // self.divide)
+        elif fault == "wrong kind of link":
+            if of_kind == "tls":
+                self.must_close("a plain hello at a TLS port", strangers.hello("raven"))
+            else:
+                self.must_close("TLS at a plain port", TLS_BEGINS + bytes(506))
+        elif fault.startswith("certificate"):
+            self.show_certificate()
+        elif fault == "full disk":
+            with contextlib.suppress(OSError), open(self.out / "filler", "wb", buffering=0) as filler:
+                while True:
+                    filler.write(bytes(4096))
+            for _ in range(2):  # gateways have something to say
+                self.link.cut()
+                time.sleep(1.5)
+                self.link.mend()
+                time.sleep(1.5)
+        elif fault == "descriptors exhausted":
+            self.exhaust_descriptors()
+        return time.monotonic()
+
+    def as_raven(self):
+        return {"keys": self.keys("raven"), "lab": "raven"} if self.kind == "tls" else {}
+
+    def must_close(self, what, data, **how):
+        came, closed = strangers.send(LISTENS, data, 20, **how)
+        if not closed:
+            self.problems.append(f"a connection with {what} is not closed within 20 s")
+        return came
+
+    def send_garbage(self):
+        for what, data in strangers.before_hello("raven"):
+            self.must_close(what, data)  # also below TLS
+            if self.kind == "tls":
+                self.must_close(what, data, **self.as_raven())
+        for what, data in strangers.after_hello("raven"):
+            self.must_close(what, data, **self.as_raven())
+
+    def flood(self, number):
+        with contextlib.ExitStack() as ending:
+            idle = [ending.enter_context(strangers.connect(LISTENS)) for _ in range(number)]
+            slow = [ending.enter_context(strangers.connect(LISTENS)) for _ in range(20)]
+            word = strangers.hello("raven") if self.kind == "tcp" else TLS_BEGINS
+            for byte in word[:6]:
+                for each in slow:
+                    with contextlib.suppress(OSError):
+                        each.sendall(bytes([byte]))
+                time.sleep(1)
+            left = sum(not strangers.until_closed(each, 0.001)[1] for each in idle)
+            if left > 16:
+                self.problems.append(f"{left} of {number} idle connections are open after 6 s")
+
+    def exhaust_descriptors(self):
+        pid = self.gateway("shark").pid
+        before = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+        open_ = len(list(pathlib.Path(f"/proc/{pid}/fd").iterdir()))
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, (open_ + 4, before[1]))
+        with contextlib.ExitStack() as ending:
+            for number in range(60):
+                # of several addresses, as strangers of a network are
+                ending.enter_context(strangers.connect(LISTENS, source=f"127.0.1.{number // 4 + 1}"))
+            time.sleep(7)
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, before)
+        began = time.monotonic()
+        while not (came := strangers.send(LISTENS, strangers.hello("raven"), 2, **self.as_raven())[0]) and time.monotonic() < began + 20:
+            time.sleep(0.2)
+        if not came:
+            self.problems.append("a gateway whose descriptors were exhausted answers no hello within 20 s")
+
+    def show_certificate(self):
+        if self.fault == "certificate of another lab":
+            self.start_raven(peer="lynx")
+            self.until(60, lambda: self.count("raven", "session.refused.certificate_of_other_lab") > 0, "the refusal")
+        elif self.fault == "certificate unknown":
+            self.start_raven()
+            self.until(60, lambda: self.count("shark", "session.refused.certificate_unknown") > 0, "the refusal")
+        else:
+            self.start_raven()
+            self.until(60, lambda: self.is_up("shark", "raven"), "the link with raven")
+            if self.fault == "certificate expired":
+                self.until(60, lambda: self.views["raven"][-1][2].get("session.opened"), "what raven counts")
+                if self.views["shark"][-1][2].get("certificate.days_left") != 0:
+                    self.problems.append("`certificate.days_left` of a certificate that has ended is not 0")
+                return
+            call(self.program, "keys", "revoke", "raven", "--keys", self.keys("shark"))
+            began = time.monotonic()
+            self.until(60, lambda: not self.is_up("shark", "raven"), "the end of the revoked lab's link")
+            if time.monotonic() - began > 1:
+                self.problems.append(f"a revoked lab's link is cut after {time.monotonic() - began:.1f} s")
+            self.until(60, lambda: self.count("shark", "session.refused.certificate_revoked") > 0, "the refusal")
