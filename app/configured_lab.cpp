@@ -11,6 +11,7 @@
 #include "app/scenarios.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "lab/operator_message.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
@@ -56,6 +57,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
       directory_(std::move(directory)),
       run_config_(config_.root().read<lab::RunConfig>()),
       run_id_(random_run_id()),
+      signatures_(config_.root().section("gateway").get("keys", std::filesystem::path())),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_config_ = root.section("bus").read<hal::BusConfig>();
@@ -77,6 +79,7 @@ void ConfiguredLab::open_run() {
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
   runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);
+  runner_->ask(&signatures_);
 }
 
 // Robots do not go on when a run ends by an exception.
@@ -92,8 +95,10 @@ ConfiguredLab::~ConfiguredLab() {
 
 ConfiguredLab::Membership::Membership(ConfiguredLab& lab, hal::Bus& public_bus)
     : runner_(*lab.runner_),
-      tap_(lab.private_bus_, public_bus,
-           {"[^/]+/world", "[^/]+/status", hal::channel::peers, lab::ArenaPort::operator_channel}) {
+      tap_(lab.private_bus_, public_bus, {"[^/]+/world", "[^/]+/status", hal::channel::peers}),
+      commands_(public_bus.subscribe("([^/]+/)?" + lab::operator_channel, [&lab](std::string_view channel, auto bytes) {
+        lab.runner_->hear_command(channel, bytes);
+      })) {
   runner_.count(&public_bus);
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "app/trusted_signatures.hpp"
 #include "gateway/config.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/config.hpp"
@@ -37,6 +38,7 @@ class ConfiguredLab {
    private:
     lab::Runner& runner_;
     hal::Tap tap_;
+    std::unique_ptr<hal::Bus::Subscription> commands_;  // of operators; the lab copies none to its private bus
   };
 
   const std::string& name() const { return run_config_.lab; }
@@ -63,6 +65,7 @@ class ConfiguredLab {
   lab::RecorderConfig recorder_config_;
   nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;
+  TrustedSignatures signatures_;
   hal::Bus private_bus_;
   std::unique_ptr<hal::Arena> arena_;
   std::unique_ptr<lab::Scenario> scenario_;

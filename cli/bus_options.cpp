@@ -17,4 +17,9 @@ hal::BusConfig BusOptions::bus() const {
   return hal::Config::from_file(file, sets).root().section("bus").read<hal::BusConfig>();
 }
 
+std::string BusOptions::lab() const {
+  if (file.empty()) return {};
+  return hal::Config::from_file(file, sets).root().section("lab").get("name", std::string(), {.required = true});
+}
+
 }  // namespace arkmesh::cli

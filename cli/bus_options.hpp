@@ -18,8 +18,9 @@ struct BusOptions {
 
   // This outlives the command.
   void add_to(CLI::App& command);
-  // Throws hal::ConfigError.
+  // Both throw hal::ConfigError.
   hal::BusConfig bus() const;
+  std::string lab() const;  // lab.name; empty without a file
 };
 
 }  // namespace arkmesh::cli

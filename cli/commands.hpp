@@ -26,6 +26,8 @@ void add_status_command(CLI::App& app);
 void add_stop_command(CLI::App& app);
 void add_pause_command(CLI::App& app);
 void add_resume_command(CLI::App& app);
+void add_arm_command(CLI::App& app);
+void add_disarm_command(CLI::App& app);
 void add_config_command(CLI::App& app);
 // `examine_testbed`: what is to be said of the hardware that [arena] names; null in a program without cameras.
 void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));

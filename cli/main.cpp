@@ -7,9 +7,6 @@ int main(int argc, char** argv) {
   static constexpr OwnCommand own[] = {{"doctor", [](CLI::App& app) { add_doctor_command(app, nullptr); }},
                                        {"up", add_up_command},
                                        {"status", add_status_command},
-                                       {"stop", add_stop_command},
-                                       {"pause", add_pause_command},
-                                       {"resume", add_resume_command},
                                        {"ohc", add_ohc_command}};
   return arkmesh::cli::main(argc, argv, own);
 }

@@ -1,103 +1,131 @@
-// `arkmesh stop`, `pause` and `resume`: an operator's word to a lab that runs, from any terminal, over the lab's bus.
+// `arkmesh stop`, `pause`, `resume`, `arm` and `disarm`: an operator's word to a lab that runs, from any terminal, over
+// the lab's bus; with --at to a lab that it is joined with.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
-#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/fleet_command_t.hpp"
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
-#include "hal/bus.hpp"
+#include "cli/running_lab.hpp"
+#include "gateway/key_folder.hpp"
+#include "gateway/signature.hpp"
+#include "hal/config.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
-#include "lab/arena_port.hpp"
-#include "lab/message_check.hpp"
+#include "lab/operator_key.hpp"
+#include "lab/operator_message.hpp"
 
 namespace arkmesh::cli {
 namespace {
-
-using namespace std::chrono_literals;
-
-// The lab on a bus, as its status tells.
-class RunningLab {
- public:
-  explicit RunningLab(const hal::BusConfig& bus)
-      : bus_(bus.url, bus.hear), statuses_(bus_.subscribe(hal::channel::status, [this](std::string_view, auto bytes) {
-          lab_status_t status;
-          if (lab::check_status(bytes).empty() && hal::decode(bytes, status)) status_ = status;
-        })) {}
-
-  // False when it has not come to that in time.
-  template <class Condition>
-  bool comes_to(std::chrono::milliseconds within, Condition condition) {
-    const auto until = std::chrono::steady_clock::now() + within;
-    while (status_.lab.empty() || !condition()) {
-      if (std::chrono::steady_clock::now() >= until) return false;
-      bus_.drain(20ms);
-    }
-    return true;
-  }
-  bool speaks() {
-    return comes_to(2500ms, [] { return true; });
-  }
-  void say(std::uint8_t command) {
-    fleet_command_t message{};
-    message.command = command;
-    bus_.publish(lab::ArenaPort::operator_channel, message);
-  }
-  bool has_ended() const { return status_.state.starts_with("failed") || status_.state.starts_with("finished"); }
-  std::int64_t commands_heard() const {
-    for (const counter_t& counter : status_.counters)
-      if (counter.name == "operator.commands") return counter.value;
-    return 0;
-  }
-  const lab_status_t& status() const { return status_; }
-
- private:
-  hal::Bus bus_;
-  lab_status_t status_;
-  std::unique_ptr<hal::Bus::Subscription> statuses_;
-};
 
 struct OperatorWord {
   const char* name;
   std::uint8_t command;
   const char* done;  // what is said of the lab afterwards
+  bool at_others;    // may be given to another lab
 };
 
-constexpr OperatorWord stop_word{"stop", lab::ArenaPort::end_run, "ended at period"};
-constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period"};
-constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period"};
+constexpr OperatorWord stop_word{"stop", operator_command_t::stop, "ended at period", true};
+constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period", true};
+constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", true};
+constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false};
+constexpr OperatorWord disarm_word{"disarm", operator_command_t::disarm, "obeys its own operator only, from period",
+                                   false};
 
-void tell(const OperatorWord& word, const hal::BusConfig& bus) {
-  RunningLab lab(bus);
+struct OperatorOptions : BusOptions {
+  std::string at;  // another lab
+};
+
+// Fills in the proof of a command.
+using Prove = std::function<void(operator_command_t&)>;
+
+Prove prove_as_user() {
+  lab::OperatorKey key;
+  if (key.make()) std::this_thread::sleep_for(std::chrono::milliseconds(200));  // labs look for another one each 0.1 s
+  key.read();
+  return [key](operator_command_t& message) {
+    std::ranges::copy(key.prove(lab::proved_bytes(message)).value(), message.proof);
+  };
+}
+
+// By the key that makes this lab known to the other one.
+Prove prove_as_lab(const std::string& own, const std::filesystem::path& keys) {
+  const std::string key = gateway::KeyFolder(keys).own(own).key_pem;
+  return [key, own](operator_command_t& message) {
+    const auto signature = gateway::sign(key, lab::proved_bytes(message));
+    if (!signature)
+      throw hal::ConfigError(fmt::format("the key of lab {} is no Ed25519 key, as `arkmesh keys init` makes it", own));
+    std::ranges::copy(*signature, message.proof);
+  };
+}
+
+std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
+  return std::runtime_error(
+      fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
+}
+
+void tell(const OperatorWord& word, RunningLab& lab, const Prove& prove) {
+  if (lab.has_ended()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
+  const std::string why = lab.tell(word.command, prove);
+  if (!why.empty()) throw std::runtime_error(why);
+  if (word.command == operator_command_t::stop &&
+      !lab.comes_to(std::chrono::seconds(10), [&] { return lab.has_ended(); }))
+    throw std::runtime_error(fmt::format("{} was told to end, but has not said within 10 s that it did", lab.name()));
+  fmt::print("{} {} {}{}\n", lab.name(), word.done, lab.period(),
+             lab.has_ended() ? "" : fmt::format(" ({})", lab.state()));
+}
+
+void tell_own(const OperatorWord& word, const BusOptions& options) {
+  const hal::BusConfig bus = options.bus();
+  const Prove prove = prove_as_user();
+  RunningLab lab(bus, options.lab());
+  if (!lab.speaks()) throw no_lab(bus.url, word);
+  tell(word, lab, prove);
+}
+
+void tell_other(const OperatorWord& word, const OperatorOptions& options) {
+  if (options.file.empty())
+    throw hal::ConfigError(
+        fmt::format("--at needs the file of this lab, whose gateway passes the command on: arkmesh {} "
+                    "--at {} FILE",
+                    word.name, options.at));
+  if (!hal::is_lab_name(options.at))
+    throw hal::ConfigError(fmt::format("--at '{}' is no lab's name", hal::printable(options.at, hal::max_label)));
+  const hal::Section root = hal::Config::from_file(options.file, options.sets).root();
+  const std::string own = options.lab();
+  const Prove prove = prove_as_lab(own, root.section("gateway").get("keys", std::filesystem::path()));
+  const hal::BusConfig bus = options.bus();
+  RunningLab lab(bus, options.at, own);
   if (!lab.speaks())
-    throw std::runtime_error(fmt::format(
-        "no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", bus.url, word.name));
-  const std::string name = lab.status().lab;
-  const std::int64_t before = lab.commands_heard();
-  if (lab.has_ended()) throw std::runtime_error(fmt::format("{} has ended already: {}", name, lab.status().state));
-  lab.say(word.command);
-  const bool heard = lab.comes_to(
-      10s, [&] { return word.command == lab::ArenaPort::end_run ? lab.has_ended() : lab.commands_heard() > before; });
-  if (!heard)
-    throw std::runtime_error(fmt::format(
-        "{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause", name));
-  const std::string now = lab.has_ended() ? "" : fmt::format(" ({})", hal::printable(lab.status().state, 200));
-  fmt::print("{} {} {}{}\n", name, word.done, lab.status().period, now);
+    throw std::runtime_error(fmt::format("{} does not speak on {}; is the link to it up? (arkmesh status {})",
+                                         options.at, bus.url, options.file));
+  tell(word, lab, prove);
 }
 
 // `word` lives as long as the process.
 void add_operator_command(CLI::App& app, const OperatorWord& word) {
   CLI::App* command = add_command(app, word.name);
-  const auto options = std::make_shared<BusOptions>();
+  const auto options = std::make_shared<OperatorOptions>();
   options->add_to(*command);
-  command->footer(fmt::format("Example:\n  arkmesh {} experiments/dhtf/shark.toml", word.name));
-  command->callback([&word, options] { tell(word, options->bus()); });
+  std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
+  if (word.at_others) {
+    command->add_option("--at", options->at, "Another lab, which lets this one's operator: the file is this lab's")
+        ->type_name("LAB");
+    examples +=
+        fmt::format("\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark; shark is armed", word.name);
+  }
+  command->footer(examples);
+  command->callback([&word, options] { options->at.empty() ? tell_own(word, *options) : tell_other(word, *options); });
 }
 
 }  // namespace
@@ -110,6 +138,12 @@ void add_pause_command(CLI::App& app) {
 }
 void add_resume_command(CLI::App& app) {
   add_operator_command(app, resume_word);
+}
+void add_arm_command(CLI::App& app) {
+  add_operator_command(app, arm_word);
+}
+void add_disarm_command(CLI::App& app) {
+  add_operator_command(app, disarm_word);
 }
 
 }  // namespace arkmesh::cli

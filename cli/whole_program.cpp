@@ -26,6 +26,8 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"status", add_status_command},
     {"pause", add_pause_command},
     {"resume", add_resume_command},
+    {"arm", add_arm_command},
+    {"disarm", add_disarm_command},
     {"config", add_config_command},
     {"controller", add_controller_command},
     {"ohc", add_ohc_command},

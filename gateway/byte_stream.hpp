@@ -36,6 +36,9 @@ class ByteStream {
   virtual void read(boost::asio::mutable_buffer into, Done done) = 0;
   // Some of the bytes, from memory that stays until `done`; at most one at a time.
   virtual void write(std::span<const boost::asio::const_buffer> from, Done done) = 0;
+  // How many of the bytes were written without waiting; 0 when the stream cannot tell, or an error is for write() to
+  // find. Not during a write().
+  virtual std::size_t try_write(std::span<const boost::asio::const_buffer>) { return 0; }
   // As many of the bytes as need no waiting. Not during a write().
   virtual void write_now(boost::asio::const_buffer from) = 0;
   // Nothing more will be written: the peer reads what was written, then the end. Reading goes on.

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "hal/guarded_file.hpp"
+
 struct x509_st;
 struct evp_pkey_st;
 
@@ -27,7 +29,7 @@ struct Certificate {
 };
 
 // Longer files are not read.
-inline constexpr std::size_t max_certificate_bytes = 16'384;
+inline constexpr std::size_t max_certificate_bytes = hal::max_guarded_bytes;
 // How long before a certificate's end people are told.
 inline constexpr std::chrono::days expiry_notice{30};
 inline constexpr std::chrono::days certificate_life{3650};

@@ -230,7 +230,11 @@ class GatewayProcess {
   void serve_bus() {
     readable_.async_wait(asio::posix::stream_descriptor::wait_read, [this](auto error) {
       if (error) return;
-      bus_.drain(0ms, max_per_turn);
+      const auto drain = [this] { bus_.drain(0ms, max_per_turn); };
+      if (node_)
+        node_->corked(drain);
+      else
+        drain();
       serve_bus();
     });
   }

@@ -1,7 +1,5 @@
-// Files are written beside their place and moved there, so that a gateway never reads half of one.
 #include "gateway/key_folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <openssl/x509.h>
 #include <sys/stat.h>
@@ -9,7 +7,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <set>
 #include <stdexcept>
@@ -17,60 +14,15 @@
 #include <utility>
 
 #include "hal/config.hpp"
-#include "hal/handle.hpp"
+#include "hal/guarded_file.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr mode_t secret = 0600, readable = 0644;
-
-// Nothing when there is no such file. Throws hal::ConfigError when it is too long or cannot be read, and
-// std::runtime_error when the machine cannot at the moment. `is_secret`: only its owner, who is us, may be able to.
-std::optional<std::string> read_file(const fs::path& file, bool is_secret = false) {
-  const hal::Handle handle(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  struct stat facts {};
-  if (!handle && (errno == ENOENT || errno == ENOTDIR)) return {};
-  if (!handle && (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == EIO))
-    throw std::runtime_error(fmt::format("{} cannot be read now: {}", file.string(), std::strerror(errno)));
-  if (!handle || ::fstat(handle.get(), &facts) != 0)
-    throw hal::ConfigError(fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
-  if (!S_ISREG(facts.st_mode)) throw hal::ConfigError(fmt::format("{} is not a file", file.string()));
-  if (is_secret && facts.st_uid != ::geteuid())
-    throw hal::ConfigError(
-        fmt::format("{} belongs to another user; a lab's key must be its own user's", file.string()));
-  if (is_secret && (facts.st_mode & 077) != 0)
-    throw hal::ConfigError(fmt::format(
-        "{} can be read or changed by other users (mode {:04o}); if it is sure that nobody has: chmod 600 {}",
-        file.string(), facts.st_mode & 07777, file.string()));
-  std::string text(max_certificate_bytes + 1, '\0');
-  const ssize_t size = ::read(handle.get(), text.data(), text.size());
-  if (size < 0) throw hal::ConfigError(fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
-  if (static_cast<std::size_t>(size) > max_certificate_bytes)
-    throw hal::ConfigError(
-        fmt::format("{} is longer than {} bytes; no certificate is", file.string(), max_certificate_bytes));
-  text.resize(static_cast<std::size_t>(size));
-  return text;
-}
-
-void write_file(const fs::path& file, const std::string& text, mode_t mode) {
-  const fs::path beside = file.string() + ".new";
-  const auto fail = [&] {
-    throw std::runtime_error(fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
-  };
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  ::unlink(beside.c_str());
-  const hal::Handle handle(::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (!handle || ::fchmod(handle.get(), mode) != 0 ||
-      ::write(handle.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
-      ::fsync(handle.get()) != 0 || ::rename(beside.c_str(), file.c_str()) != 0)
-    fail();
-}
-
 std::optional<Certificate> read_certificate_file(const fs::path& file) {
-  const auto text = read_file(file);
+  const auto text = hal::read_guarded(file);
   if (!text) return {};
   try {
     return read_certificate(*text);
@@ -114,18 +66,16 @@ void require_lab_name(const std::string& lab) {
 KeyFolder::KeyFolder(fs::path folder) : folder_(folder.empty() ? default_folder() : std::move(folder)) {}
 
 fs::path KeyFolder::default_folder() {
-  const char* const xdg = std::getenv("XDG_CONFIG_HOME");
-  if (xdg && *xdg == '/') return fs::path(xdg) / "arkmesh/keys";
-  const char* const home = std::getenv("HOME");
-  if (!home || *home != '/')
+  const fs::path user = hal::user_folder();
+  if (user.empty())
     throw hal::ConfigError(
         "no folder for keys: the variable HOME is not set; say where in gateway.keys or with --keys");
-  return fs::path(home) / ".config/arkmesh/keys";
+  return user / "keys";
 }
 
 KeyFolder::Own KeyFolder::own(const std::string& lab) const {
   auto certificate = read_certificate_file(certificate_file(lab));
-  auto key_pem = read_file(key_file(folder_, lab), true);
+  auto key_pem = hal::read_guarded(key_file(folder_, lab), true);
   if (!certificate || !key_pem)
     throw hal::ConfigError(fmt::format("lab {} has no key and certificate in {}; make them with: arkmesh keys init {}",
                                        lab, folder_.string(), lab));
@@ -183,8 +133,8 @@ Certificate KeyFolder::init(const std::string& lab) const {
   std::error_code error;
   if (fs::create_directories(folder_, error)) fs::permissions(folder_, fs::perms::owner_all, error);
   const std::string key = make_key();
-  write_file(key_file(folder_, lab), key, secret);
-  write_file(certificate_file(lab), make_certificate(key, lab), readable);
+  hal::write_guarded(key_file(folder_, lab), key, hal::secret_mode);
+  hal::write_guarded(certificate_file(lab), make_certificate(key, lab), hal::readable_mode);
   return own(lab).certificate;
 }
 
@@ -193,9 +143,9 @@ Certificate KeyFolder::renew(const std::string& lab, bool new_key) const {
   Own before = own(lab);
   if (new_key) {
     before.key_pem = make_key();
-    write_file(key_file(folder_, lab), before.key_pem, secret);
+    hal::write_guarded(key_file(folder_, lab), before.key_pem, hal::secret_mode);
   }
-  write_file(certificate_file(lab), make_certificate(before.key_pem, lab), readable);
+  hal::write_guarded(certificate_file(lab), make_certificate(before.key_pem, lab), hal::readable_mode);
   return own(lab).certificate;
 }
 
@@ -221,7 +171,7 @@ Certificate KeyFolder::trust(const fs::path& file, bool replace) const {
     std::error_code error;
     fs::remove(revoked_file(folder_, *certificate), error);
   }
-  write_file(trusted_file(folder_, certificate->lab), certificate->pem, readable);
+  hal::write_guarded(trusted_file(folder_, certificate->lab), certificate->pem, hal::readable_mode);
   return *certificate;
 }
 
@@ -232,7 +182,7 @@ Certificate KeyFolder::revoke(const std::string& lab) const {
   if (!certificate)
     throw hal::ConfigError(
         fmt::format("lab {} is not trusted, so there is nothing to revoke; arkmesh keys list says who is", lab));
-  write_file(revoked_file(folder_, *certificate), certificate->pem, readable);
+  hal::write_guarded(revoked_file(folder_, *certificate), certificate->pem, hal::readable_mode);
   if (::unlink(file.c_str()) != 0)
     throw std::runtime_error(fmt::format("{} cannot be removed: {}", file.string(), std::strerror(errno)));
   return *certificate;

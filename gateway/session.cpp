@@ -230,7 +230,7 @@ void Session::acknowledge(bool at_once) {
   if (bytes == 0 || ack_wanted_) return;
   if (at_once || messages >= ack_messages || bytes >= ack_bytes) {
     ack_wanted_ = true;
-    return flush_soon();
+    return flush();
   }
   if (std::exchange(ack_timed_, true)) return;
   ack_timer_.expires_after(times_.ack);
@@ -247,6 +247,10 @@ void Session::flush_soon() {
     self->flush_posted_ = false;
     if (!self->closed()) self->write();
   });
+}
+
+void Session::flush() {
+  if (!writing_ && !closed()) write();
 }
 
 bool Session::announce(const std::vector<ExportedChannel>& channels) {
@@ -278,7 +282,10 @@ void Session::write() {
     if (bytes > 0) window_.sent(bytes, now());
     wait_for_release();
   }
-  if (!in_write_.empty()) write_rest();
+  if (in_write_.empty()) return;
+  if (const std::size_t bytes = stream_->try_write(in_write_); bytes > 0) on_written(bytes);
+  if (!in_write_.empty()) return write_rest();
+  if (outbox_ && outbox_->waiting_messages() > 0 && window_.room() > 0) flush_soon();
 }
 
 // What the outbox holds back goes when its time has come.

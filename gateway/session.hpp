@@ -82,6 +82,8 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // There is something in the outbox. Several calls before the loop turns make one write.
   void flush_soon();
+  // Writes it now.
+  void flush();
   // To be called about every 50 ms: heartbeats and time limits.
   void check(Time now);
 

@@ -52,7 +52,15 @@ void TcpLink::stop() {
 void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byte> bytes) {
   if (stopped_) return;
   outbox_.put(rule, bytes, std::chrono::steady_clock::now());
-  if (session_ && session_->up()) session_->flush_soon();
+  if (!session_ || !session_->up()) return;
+  if (node_.corked_)
+    flush_wanted_ = true;
+  else
+    session_->flush_soon();
+}
+
+void TcpLink::flush() {
+  if (std::exchange(flush_wanted_, false) && session_ && session_->up()) session_->flush();
 }
 
 void TcpLink::keep_only(const Passes& passes) {

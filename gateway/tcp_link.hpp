@@ -43,6 +43,8 @@ class TcpLink final : public Link, private Session::Owner {
   // An accepted connection said hello for this peer. False when it was refused.
   bool take(const std::shared_ptr<Session>& session, const Hello& hello);
   void check(Session::Time now);
+  // Writes what was offered while the node was corked.
+  void flush();
   // To the peer, if it is connected: what is exported from now on.
   void announce(const std::vector<ExportedChannel>& exports);
 
@@ -66,7 +68,7 @@ class TcpLink final : public Link, private Session::Owner {
   std::shared_ptr<Attempts> attempts_ = std::make_shared<Attempts>();  // shared with their streams
   bool no_path_ = false;                                               // at the last attempt
   Events events_;
-  bool started_ = false, stopped_ = false;
+  bool started_ = false, stopped_ = false, flush_wanted_ = false;
   Outbox outbox_;
   std::shared_ptr<Session> session_;  // shared with the loop's operations
   Session::Time alone_since_, next_attempt_;

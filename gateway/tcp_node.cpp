@@ -65,6 +65,18 @@ void TcpNode::listen() {
   }
 }
 
+void TcpNode::corked(const std::function<void()>& offering) {
+  struct Corked {
+    bool& corked;
+    ~Corked() { corked = false; }
+  };
+  {
+    const Corked until_it_returns{corked_ = true};
+    offering();
+  }
+  for (TcpLink* link : links_) link->flush();
+}
+
 asio::ip::tcp::endpoint TcpNode::listening() const {
   error_code not_open;
   return acceptor_.local_endpoint(not_open);

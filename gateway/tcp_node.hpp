@@ -64,6 +64,8 @@ class TcpNode final : private Session::Owner {
   // The same over TLS to any host. Settings without keys are an error of the caller.
   std::unique_ptr<Link> tls_link(std::string peer, std::string_view connect);
 
+  // Calls `offering`; what links are offered by it goes out when it returns, in one write each.
+  void corked(const std::function<void()>& offering);
   // What the peers are told to expect from now on: those who are connected at once.
   void set_exports(const std::vector<ExportedChannel>& exports);
 
@@ -96,7 +98,7 @@ class TcpNode final : private Session::Owner {
   Hello hello_;
   std::vector<std::byte> hello_frame_;
   boost::asio::ip::tcp::acceptor acceptor_;
-  bool accepts_tls_ = false, accepting_ = false;
+  bool accepts_tls_ = false, accepting_ = false, corked_ = false;
   boost::asio::steady_timer timer_;
   struct Pending {
     std::shared_ptr<Session> session;  // shared with the loop's operations

@@ -1,5 +1,5 @@
 // Joins a lab's private bus with its public one: copies every private message out, and lets in only what the lab wants
-// from others (`*/world`, `*/status`, `peers`, operator commands). Echoes cannot form: what it let in is not copied
+// from others (`*/world`, `*/status`, `peers`). Echoes cannot form: what it let in is not copied
 // out.
 #pragma once
 

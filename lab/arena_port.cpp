@@ -2,23 +2,9 @@
 
 #include <utility>
 
-#include "lab/message_check.hpp"
-
 namespace arkmesh::lab {
 
-ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus)
-    : arena_(arena),
-      bus_(private_bus),
-      operator_(bus_.subscribe(operator_channel, [this](std::string_view, std::span<const std::byte> bytes) {
-        fleet_command_t message;
-        if (!check_fleet_command(bytes).empty() || !hal::decode(bytes, message))
-          return counters_.add("fleet_command.refused.undecodable");
-        if (message.command == end_run) {
-          end_asked_ = true;
-          return;
-        }
-        if (obey(message)) counters_.add("operator.commands");
-      })) {}
+ArenaPort::ArenaPort(hal::Arena& arena, hal::Bus& private_bus) : arena_(arena), bus_(private_bus) {}
 
 ArenaPort::Snapshot ArenaPort::take_snapshot() {
   Snapshot snapshot{.heard = arena_.robots().heard(), .frame = arena_.poses().latest()};
@@ -54,22 +40,17 @@ void ArenaPort::keep_still(bool still, hal::LabTime now) {
 }
 
 void ArenaPort::pause_for_good(hal::LabTime now, std::uint32_t frame) {
-  operator_.reset();
   const hal::FleetCommand pause{.kind = hal::FleetCommand::Kind::pause};
   say({}, {&pause, 1}, now, frame);
 }
 
-bool ArenaPort::obey(const fleet_command_t& command) {
+void ArenaPort::obey(const fleet_command_t& command) {
   using Kind = hal::FleetCommand::Kind;
   const auto known = hal::from_message(command);
-  if (!known) {
-    counters_.add("fleet_command.refused.unknown");
-    return false;
-  }
+  if (!known) return counters_.add("fleet_command.refused.unknown");
   const bool run = known->kind == Kind::run;
   if (run || known->kind == Kind::pause || known->kind == Kind::reset || known->kind == Kind::sleep) told_to_run_ = run;
   if (!run || !still_) arena_.robots().command(*known);
-  return true;
 }
 
 hal::Counters ArenaPort::counters() const {

@@ -4,10 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "hal/arena.hpp"
@@ -35,31 +33,24 @@ class ArenaPort {
   // refused and counted.
   void say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands, hal::LabTime now,
            std::uint32_t frame);
+  // A command of the scenario or of an operator. What operators say is no part of a reproducible run.
+  void obey(const fleet_command_t& command);
   // Nobody makes robots run that are kept still. Afterwards they do what a scenario or an operator said last, meanwhile
   // or before.
   void keep_still(bool still, hal::LabTime now);
   // What a scenario or an operator said last is to run.
   bool told_to_run() const { return told_to_run_; }
-  // Robots stop, and an operator's commands are heard no more.
+  // Robots stop. Nobody may make them run afterwards.
   void pause_for_good(hal::LabTime now, std::uint32_t frame);
 
   // Everything dropped, replaced or refused on the way, and inside the arena ("arena.").
   hal::Counters counters() const;
-  // Commands of an operator on the lab's public bus (fleet_command_t). They are no part of a reproducible run.
-  static inline const std::string operator_channel = "operator_command";
-  // A `command` that is for the lab itself: to end the run with its results.
-  static constexpr std::uint8_t end_run = 255;
-  bool end_asked() const { return end_asked_; }
 
  private:
-  bool obey(const fleet_command_t& command);
-
   hal::Arena& arena_;
   hal::Bus& bus_;
   hal::Counters counters_;
-  bool end_asked_ = false;
   bool still_ = false, told_to_run_ = false;
-  std::unique_ptr<hal::Bus::Subscription> operator_;
 };
 
 }  // namespace arkmesh::lab

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 
@@ -122,10 +122,13 @@ std::string_view check_peers(std::span<const std::byte> bytes) {
   return w.verdict();
 }
 
-std::string_view check_fleet_command(std::span<const std::byte> bytes) {
+std::string_view check_operator_command(std::span<const std::byte> bytes) {
   Walker w(bytes);
-  w.fingerprint(fleet_command_t::getHash());
-  w.skip(8 + 1 + 1 + 9);
+  w.fingerprint(operator_command_t::getHash());
+  w.text();
+  w.skip(8 + 8 + 8);      // run id, number, clock
+  w.skip(8 + 1 + 1 + 9);  // command
+  w.skip(64);             // proof
   return w.verdict();
 }
 

@@ -14,6 +14,6 @@ namespace arkmesh::lab {
 std::string_view check_world(std::span<const std::byte> bytes);
 std::string_view check_status(std::span<const std::byte> bytes);
 std::string_view check_peers(std::span<const std::byte> bytes);
-std::string_view check_fleet_command(std::span<const std::byte> bytes);
+std::string_view check_operator_command(std::span<const std::byte> bytes);
 
 }  // namespace arkmesh::lab

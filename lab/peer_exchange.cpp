@@ -4,6 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "hal/messages.hpp"
 
@@ -16,6 +18,12 @@ constexpr PeerExchange::Now repeat_world_after = 50ms;
 
 std::string_view origin_of(std::string_view channel) {
   return channel.substr(0, channel.find('/'));
+}
+
+// How long robots go on without news; none: for ever, as where simulated ones wait, or there is nobody to hear of.
+std::optional<PeerExchange::Now> limit_of(const RunConfig& config, bool can_wait) {
+  if (can_wait || config.labs.size() < 2 || config.safety.pause_after == PeerExchange::Now{0}) return {};
+  return std::max<PeerExchange::Now>(config.safety.pause_after, 2 * config.period);
 }
 
 }  // namespace
@@ -32,7 +40,8 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .run_id = run_id,
              .can_wait = can_wait}),
       monitor_(config.lab, gate_.peers()),
-      patience_(config, gate_, monitor_) {
+      patience_(config, gate_, monitor_),
+      news_(config.lab, limit_of(config, can_wait)) {
   subscriptions_.push_back(bus_.subscribe(
       "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
   subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
@@ -83,7 +92,25 @@ std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
   period_ = k;
   merged_ = now_;
   patience_.note_passed(k, now_);
-  return gate_.merge(k);
+  auto merged = gate_.merge(k);
+  news_.note(merged, now_);
+  return merged;
+}
+
+// Peers that have reached their last period have nothing new to tell.
+std::string PeerExchange::silence() {
+  const auto silence = news_.silence(now_);
+  const bool silent = silence && !std::ranges::all_of(gate_.peers(), [this](const auto& p) { return gate_.done(p); });
+  const bool was = std::exchange(silent_, silent);
+  if (!silent) return {};
+  std::string words =
+      fmt::format("no new state of any peer for {} s", std::chrono::floor<std::chrono::seconds>(*silence).count());
+  if (!was) {
+    counters_.add("safety.paused");
+    spdlog::warn("{} pauses its robots at period {}: {} (safety.pause_after_s); they go on with the next one", lab_,
+                 period_, words);
+  }
+  return words;
 }
 
 bool PeerExchange::may_begin_next_period() const {

@@ -16,6 +16,7 @@
 #include "lab/lingering.hpp"
 #include "lab/merged_state.hpp"
 #include "lab/peer_monitor.hpp"
+#include "lab/peer_news.hpp"
 #include "lab/peer_patience.hpp"
 #include "lab/period_gate.hpp"
 #include "lab/run_config.hpp"
@@ -53,6 +54,10 @@ class PeerExchange {
   PeerWait wait_for(std::uint32_t wanted) const { return patience_.wait_for(wanted, now_); }
   PeerWait lost() { return patience_.lost(now_, counters_); }
 
+  // Why robots are to stand still although no peer may be lost: "no new state of any peer for 12 s"; empty when they
+  // may go. To be called at every step; says in the log when that begins, and counts it as `safety.paused`.
+  std::string silence();
+
   // --- ending ---
   void linger_after_failure() { lingering_.begin_after_failure(now_); }
   void linger_after_last_period();
@@ -75,7 +80,9 @@ class PeerExchange {
   PeriodGate gate_;
   PeerMonitor monitor_;
   PeerPatience patience_;
+  PeerNews news_;
   Lingering lingering_;
+  bool silent_ = false;       // no news of the peers, at the last look
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last
   std::string failure_;

@@ -33,6 +33,7 @@ void RunConfig::fields(const hal::Section& root) {
              {.range = {0, 1e6},
               .unit = "s",
               .help = "how long a peer is waited for of which nothing counts, since its first sign of life"});
+  safety.fields(root.section("safety"));
 }
 
 void RunConfig::check(const hal::Section& root) {
@@ -55,6 +56,7 @@ void RunConfig::check(const hal::Section& root) {
   if (!std::ranges::binary_search(labs, owner))
     root.refuse("shared.owner", fmt::format("must be one of shared.labs ({})", fmt::join(labs, ", ")));
   for (const std::string& name : labs) projections.try_emplace(name);
+  safety.check(root.section("safety"), lab, labs);
 }
 
 std::map<std::string, std::string, std::less<>> shared_settings(const hal::Config& config) {

@@ -1,8 +1,10 @@
-// What a lab's configuration says about its run and the world it shares: [lab], [run], [shared], [gate].
+// What a lab's configuration says about its run and the world it shares: [lab], [run], [shared], [gate],
+// [safety].
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "hal/config.hpp"
 #include "hal/projection.hpp"
 #include "hal/types.hpp"
+#include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {
 
@@ -29,6 +32,8 @@ struct RunConfig {
   enum class OnPeerLost { pause, go_on, end } on_peer_lost = OnPeerLost::pause;  // in free mode; strict: end
   // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
   std::size_t max_message_bytes = 1 << 24;
+  SafetyConfig safety;
+  std::filesystem::path operator_key;  // its file (OperatorKey); empty: the usual one
 
   void fields(const hal::Section& root);
   void check(const hal::Section& root);

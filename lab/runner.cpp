@@ -27,6 +27,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       run_id_(run_id),
       recording_(recorder_.record_all(bus_, arena_.clock())),
       port_(arena, private_bus),
+      operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings)),
       data_(make_lab_data(config_, arena.info())) {}
@@ -41,7 +42,8 @@ Runner::Step Runner::step(Now now) {
     if (now_ >= status_due_) publish_status();
     bus_.drain();  // also what the status brought here, so that it leaves in this step
     if (!peers_.failure().empty()) fail(peers_.failure());
-    if (port_.end_asked()) stop("stopped by the operator");
+    for (const fleet_command_t& command : operators_.take()) port_.obey(command);
+    if (operators_.end_asked()) stop("stopped by the operator");
     if (phase_ == Phase::running) look_for_lost_peers();
     return go_on();
   } catch (const std::exception& error) {
@@ -183,10 +185,13 @@ void Runner::merge_period() {
 void Runner::look_for_lost_peers() {
   const PeerWait lost = peers_.lost();
   if (!lost.give_up.empty()) return fail(lost.give_up);
-  paused_ = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
+  const std::string silence = peers_.silence();
+  paused_ = !silence.empty() || (!lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause);
   port_.keep_still(paused_, data_.now);
   if (!lost.text.empty())
     state_.does = fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
+  else if (paused_)
+    state_.does = "paused: " + silence;
   else
     state_.does = port_.told_to_run() ? "running" : "running, with its robots paused";
 }
@@ -250,6 +255,7 @@ void Runner::finish() {
 
 // Also an arena that failed is told, as long as it listens.
 void Runner::pause_robots() {
+  operators_.close();
   if (!begun_) return;
   try {
     port_.pause_for_good(arena_.clock().now(), own_.frame().number);
@@ -277,6 +283,7 @@ Runner::Step Runner::linger() {
 hal::Counters Runner::drops() const {
   hal::Counters all = peers_.counters();
   all.merge(port_.counters());
+  all.merge(operators_.counters());
   all.merge(recorder_.counters());
   all.merge(bus_.counters(), "bus.");
   if (public_bus_) all.merge(public_bus_->counters(), "public_bus.");

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "hal/recorder.hpp"
 #include "lab/arena_port.hpp"
 #include "lab/lab_data.hpp"
+#include "lab/operator_desk.hpp"
 #include "lab/own_state.hpp"
 #include "lab/peer_exchange.hpp"
 #include "lab/run_config.hpp"
@@ -47,6 +49,14 @@ class Runner {
   Step step(Now now);
   // When step() is wanted at the latest after it has waited.
   Now due() const { return awaits_arena_ ? status_due_ : std::min(status_due_, peers_.world_due()); }
+  // What came on the public bus for the lab's operators (operator_channel). The next step does it, when it is admitted.
+  void hear_command(std::string_view channel, std::span<const std::byte> bytes) {
+    operators_.hear(channel, bytes, now_);
+  }
+  // Who knows the signatures of other labs' operators, and outlives the runner.
+  void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
+  bool armed() const { return operators_.armed(); }
+  Now now() const { return now_; }  // of the current step
   // Ends the run early and says why to others first: as the operator wishes, or as failed. A run that has finished
   // stays so, and the lab goes soon.
   void stop(std::string_view why);
@@ -108,6 +118,7 @@ class Runner {
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;
+  OperatorDesk operators_;
   PeerExchange peers_;
   OwnState own_;
   LabData data_;

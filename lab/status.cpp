@@ -11,7 +11,7 @@ lab_status_t status_of(const Runner& run) {
   lab_status_t m;
   m.lab = run.config().lab;
   m.nonce = static_cast<std::int64_t>(run.run_id());
-  m.state = run.state_text();
+  m.state = run.state_text() + (run.armed() ? ", armed" : "");
   m.stamp_us = run.arena().clock().now().count();
   m.period = static_cast<std::int32_t>(run.period());
   m.last_period = static_cast<std::int32_t>(run.last_period());
@@ -23,6 +23,10 @@ lab_status_t status_of(const Runner& run) {
     c.name.insert(0, "counts.");
     m.counters.push_back(std::move(c));
   }
+  // A command is given as of this moment (operator_command_t).
+  counter_t& clock = m.counters.emplace_back();
+  clock.name = "operator.clock_us";
+  clock.value = run.now().count();
   m.n_counters = static_cast<std::int32_t>(m.counters.size());
   return m;
 }

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -30,7 +31,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Latencies = std::vector<double>;  // microseconds
 
-constexpr int shark_port = 7846, roark_port = 7847, tcp_port = 7848, hop_port = 7849;
+constexpr int first_port = 7846, ports_of_a_pair = 3, hop_port = 7852, tcp_port = 7853;
 constexpr int rounds = 3;
 constexpr int paced = 500, rare = 20;  // messages a second, for latencies
 
@@ -191,11 +192,11 @@ Heard over_tcp(std::size_t size, int rate, Clock::duration length) {
 // Two gateways at work.
 class Pair {
  public:
-  Pair(const std::string& program, bool tls) : program_(program) {
+  Pair(const std::string& program, bool tls) : program_(program), port_(first_port + (tls ? ports_of_a_pair : 0)) {
     if (tls) make_keys();
-    const std::string scheme = tls ? "tls://" : "", here = fmt::format("{}127.0.0.1:{}", scheme, tcp_port + 2);
-    shark_ = start("shark", shark_port, fmt::format("listen = \"{}\"\npeers = [{{lab = \"roark\"}}]", here), tls);
-    roark_ = start("roark", roark_port, fmt::format("peers = [{{lab = \"shark\", connect = \"{}\"}}]", here), tls);
+    const std::string scheme = tls ? "tls://" : "", here = fmt::format("{}127.0.0.1:{}", scheme, port_ + 2);
+    shark_ = start("shark", port_, fmt::format("listen = \"{}\"\npeers = [{{lab = \"roark\"}}]", here), tls);
+    roark_ = start("roark", port_ + 1, fmt::format("peers = [{{lab = \"shark\", connect = \"{}\"}}]", here), tls);
   }
   // Processor time of both so far.
   double cpu_s() const { return cpu_s(*shark_) + cpu_s(*roark_); }
@@ -203,11 +204,11 @@ class Pair {
     return over_buses({there()}, size, rate, length);
   }
   Heard both_ways(std::size_t size, int rate, Clock::duration length) const {
-    return over_buses({there(), {url(roark_port), url(shark_port), "all", "roark/all"}}, size, rate, length);
+    return over_buses({there(), {url(port_ + 1), url(port_), "all", "roark/all"}}, size, rate, length);
   }
 
  private:
-  static Route there() { return {url(shark_port), url(roark_port), "all", "shark/all"}; }
+  Route there() const { return {url(port_), url(port_ + 1), "all", "shark/all"}; }
   static double cpu_s(const tests::Process& process) {
     std::ifstream stat(fmt::format("/proc/{}/stat", process.id()));
     std::string skipped;
@@ -237,6 +238,7 @@ class Pair {
   }
 
   std::string program_;
+  const int port_;  // shark's bus; then roark's, and where shark listens
   tests::TemporaryFolder folder_;
   std::unique_ptr<tests::Process> shark_, roark_;
 };
@@ -245,16 +247,18 @@ void add(Latencies& to, const Latencies& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+// The gateways over TCP, and over TLS.
+using Pairs = std::array<const Pair*, 2>;
+
 // Latency at one rate: the parts, and the whole over both kinds of links.
-void print_latency(const std::string& program, std::size_t size, int rate, Clock::duration length, bool both_ways) {
+void print_latency(const Pairs& pairs, std::size_t size, int rate, Clock::duration length, bool both_ways) {
   Latencies tcp, lcm, whole[2];
   for (int round = 0; round < rounds; ++round) {
     add(tcp, over_tcp(size, rate, length).us);
     add(lcm, over_lcm(size, rate, length).us);
-    for (const bool tls : {false, true}) {
-      const Pair pair(program, tls);
-      add(whole[tls], (both_ways ? pair.both_ways(size, rate, length) : pair.carry(size, rate, length)).us);
-    }
+    for (const bool tls : {false, true})
+      add(whole[tls],
+          (both_ways ? pairs[tls]->both_ways(size, rate, length) : pairs[tls]->carry(size, rate, length)).us);
   }
   const double bound = percentile(tcp, 0.5) + 2 * percentile(lcm, 0.5);
   const double over_tcp_us = percentile(whole[0], 0.5), over_tls_us = percentile(whole[1], 0.5);
@@ -266,11 +270,10 @@ void print_latency(const std::string& program, std::size_t size, int rate, Clock
       percentile(whole[0], 0.99), over_tcp_us / bound, over_tls_us, over_tls_us - over_tcp_us);
 }
 
-void print_cpu(const std::string& program, const Load& load, Clock::duration length) {
+void print_cpu(const Pairs& pairs, const Load& load, Clock::duration length) {
   double us[2];
   for (const bool tls : {false, true}) {
-    const Pair pair(program, tls);
-    pair.carry(load.bytes, load.cpu_rate, length / 4);
+    const Pair& pair = *pairs[tls];
     const double before = pair.cpu_s();
     const Heard heard = pair.carry(load.bytes, load.cpu_rate, length * rounds);
     us[tls] = 1e6 * (pair.cpu_s() - before) / static_cast<double>(heard.said);
@@ -291,10 +294,10 @@ int sustained(const Pair& pair, std::size_t size, int goal, Clock::duration leng
   return 0;
 }
 
-void print_sustained(const std::string& program, const Load& load, Clock::duration length) {
+void print_sustained(const Pairs& pairs, const Load& load, Clock::duration length) {
   int rates[2];
   for (const bool tls : {false, true})
-    rates[tls] = sustained(Pair(program, tls), load.bytes, tls ? load.tls_goal : load.tcp_goal, length);
+    rates[tls] = sustained(*pairs[tls], load.bytes, tls ? load.tls_goal : load.tcp_goal, length);
   fmt::print("sustained bytes {} tcp {} of {} tls {} of {}\n", load.bytes, rates[0], load.tcp_goal, rates[1],
              load.tls_goal);
 }
@@ -307,9 +310,10 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::atof(argv[1])));
-  const std::string program = argv[2];
-  for (const Load& load : loads) print_latency(program, load.bytes, paced, length, false);
-  print_latency(program, 100, rare, 2 * length, true);
-  for (const Load& load : loads) print_cpu(program, load, length);
-  for (const Load& load : loads) print_sustained(program, load, length);
+  const Pair over_tcp_links(argv[2], false), over_tls_links(argv[2], true);
+  const Pairs pairs{&over_tcp_links, &over_tls_links};
+  for (const Load& load : loads) print_latency(pairs, load.bytes, paced, length, false);
+  print_latency(pairs, 100, rare, 2 * length, true);
+  for (const Load& load : loads) print_cpu(pairs, load, length);
+  for (const Load& load : loads) print_sustained(pairs, load, length);
 }

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
   (void)check_status(bytes);
   (void)check_peers(bytes);
-  (void)check_fleet_command(bytes);
+  (void)check_operator_command(bytes);
   WorldMessage message;
   if (!decode_world(bytes, message).empty()) return 0;
   PeriodGate gate({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .run_id = 1});

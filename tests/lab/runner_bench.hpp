@@ -15,6 +15,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/newest_frame.hpp"
 #include "lab/runner.hpp"
+#include "tests/lab/operator_bench.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::tests {
@@ -122,6 +123,7 @@ struct Bench {
 
   lab::RunConfig config;
   TemporaryDirectory folder;
+  lab::OperatorKey key{config.operator_key = folder.path() / "operator.key"};
   SlowArena arena;
   NotingScenario scenario;
   hal::Bus bus{"memq://"};
@@ -139,6 +141,12 @@ struct Bench {
   });
   std::chrono::microseconds now{0};
 
+  // The lab's operator does.
+  void tell(std::uint8_t command) {
+    key.make(), key.read();
+    const auto number = static_cast<std::int64_t>(runner.drops()["operator.number"]) + 1;
+    runner.hear_command(lab::operator_channel, encoded(command_for_a(key, command, number, 5, runner.now().count())));
+  }
   lab::Runner::Step step() { return runner.step(now += 1ms); }
   void run() {
     while (step() != lab::Runner::Step::ended) REQUIRE(now < 10s);

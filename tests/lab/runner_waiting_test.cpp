@@ -1,4 +1,6 @@
 // A runner that waits, for its arena or for peers.
+#include <functional>
+
 #include "lab/world_message.hpp"
 #include "tests/lab/runner_bench.hpp"
 
@@ -111,7 +113,7 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
     while (runner.period() < period && runner.step(now += 1s) != Runner::Step::ended) REQUIRE(now < 1h);
   };
   const auto operator_says = [&](Kind kind) {
-    bus.publish("operator_command", hal::to_message(hal::FleetCommand{.kind = kind}, 0ms));
+    bench.tell(static_cast<std::uint8_t>(kind));
     runner.step(now += 1s);
   };
   std::vector<Kind> said{Kind::run};
@@ -147,4 +149,75 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   pass(100);
   CHECK_FALSE(runner.finished());
   CHECK(runner.reason().starts_with("a reached its last period 100 without a peer: paused without b: "));
+}
+
+namespace {
+
+// Lab a, whose peer b lives, and says its newest state again and again: nothing of it is lost.
+struct NewsBench {
+  explicit NewsBench(const std::function<void(lab::RunConfig&)>& change = {}, bool can_wait = false)
+      : bench(
+            [&] {
+              lab::RunConfig two = config_of_two_labs();
+              two.last_period = 100'000;
+              two.period = 250ms;
+              if (change) change(two);
+              return two;
+            }(),
+            can_wait) {}
+  // For so long b says the state of that period.
+  void pass(std::chrono::seconds time, std::uint32_t period, std::uint64_t run_id = 2) {
+    for (const auto until = now + time; now < until; now += 100ms) {
+      lab::WorldMessage m{.lab = "b", .run_id = run_id, .can_wait = false};
+      m.acks["a"] = {5, -1};
+      m.window.push_back({.period = period});
+      if (period == 0) {
+        m.window[0].settings = {{"run.seed", "1"}};
+        m.window[0].fields[lab::arena_rule().name] = {1'000'000, 1'000'000, 1, 9};
+      }
+      bench.bus.publish("b/world", lab::to_message(m));
+      // As many boundaries as lab time takes.
+      while (bench.runner.step(now) == Runner::Step::advanced && bench.runner.period() * 250ms < now) continue;
+    }
+  }
+  Bench bench;
+  std::chrono::microseconds now{0};
+};
+
+}  // namespace
+
+TEST_CASE("robots of a real-time arena stand still when no new state of any peer was applied for 10 s") {
+  // The peer is there all the time, and nothing of it is lost.
+  using Kind = hal::FleetCommand::Kind;
+  for (const auto on_peer_lost : {lab::RunConfig::OnPeerLost::pause, lab::RunConfig::OnPeerLost::go_on}) {
+    NewsBench b([&](lab::RunConfig& run) { run.on_peer_lost = on_peer_lost; });
+    Runner& runner = b.bench.runner;
+    const auto& said = b.bench.arena.robots().commands;
+    b.pass(9s, 0);
+    CHECK(said == std::vector{Kind::run});
+    b.pass(3s, 0);
+    CHECK(said == std::vector{Kind::run, Kind::pause});
+    CHECK(runner.state_text().starts_with("paused: no new state of any peer for 1"));
+    CHECK(runner.drops()["safety.paused"] == 1);
+    CHECK(runner.drops()["gate.lost.b"] == 0);
+    b.pass(1s, 1);
+    CHECK(said == std::vector{Kind::run, Kind::pause, Kind::run});
+    CHECK(runner.state_text() == "running");
+    // A pause of the operator stays one.
+    b.bench.tell(static_cast<std::uint8_t>(Kind::pause));
+    b.pass(12s, 2);
+    b.pass(1s, 3);
+    CHECK(said.back() == Kind::pause);
+    CHECK(runner.state_text() == "running, with its robots paused");
+    CHECK(runner.drops()["safety.paused"] == 2);
+  }
+}
+
+TEST_CASE("robots go on without news where arenas wait, or the lab is told so") {
+  NewsBench waits({}, true), never([](lab::RunConfig&run) { run.safety.pause_after = 0s; });
+  for (NewsBench* b : {&waits, &never}) {
+    b->pass(20s, 0);
+    CHECK(b->bench.runner.drops()["safety.paused"] == 0);
+    CHECK(b->bench.arena.robots().commands == std::vector{hal::FleetCommand::Kind::run});
+  }
 }

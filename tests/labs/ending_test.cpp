@@ -1,10 +1,15 @@
 // Labs that have finished and stay for their peers' sake.
 #include <doctest/doctest.h>
 
+#include <stdexcept>
 #include <string_view>
+#include <vector>
 
 #include "app/batch.hpp"
 #include "app/joint_run.hpp"
+#include "arkmesh/fleet_command_t.hpp"
+#include "hal/bus.hpp"
+#include "hal/event_log.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/process.hpp"
 
@@ -80,4 +85,25 @@ TEST_CASE("a lab outlives its public bus") {
   }
   lab.runner().fail("the lab was ended");
   CHECK(lab.runner().drops()["public_bus.refused.channel_name"] == 0);
+}
+
+TEST_CASE("robots are told to pause when the program that runs their labs ends by an exception") {
+  // Wherever it comes from: nobody ended the labs.
+  const tests::TemporaryFolder folder;
+  app::LabFiles labs = two_labs();
+  labs.sets.emplace_back("recorder.log=true");
+  try {
+    app::JointRun run(app::read_labs(labs, 1), folder.path());
+    while (run.lab("roark").runner().period() < 2) REQUIRE(run.step());
+    throw std::runtime_error("the program fails");
+  } catch (const std::runtime_error&) {
+  }
+  for (const char* lab : {"shark", "roark"}) {
+    hal::EventLogReader log(folder.path() / lab / "log.lcm");
+    std::vector<int> said;
+    while (const auto event = log.next())
+      if (fleet_command_t m; event->channel == "fleet_command" && hal::decode(event->bytes, m))
+        said.push_back(m.command);
+    CHECK(said == std::vector<int>{fleet_command_t::run, fleet_command_t::pause});
+  }
 }

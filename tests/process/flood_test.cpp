@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/messages.hpp"
-#include "lab/arena_port.hpp"
+#include "lab/operator_message.hpp"
 #include "lab/result.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
@@ -49,7 +49,7 @@ TEST_CASE("labs are not hurt by a flood of another host, nor by forged fragments
     std::vector<std::vector<std::byte>> forged;
     for (const char* channel : {"status", "peers", "poses", "roark/world"})
       forged.push_back(short_datagram(channel, std::string(500, 'x')));
-    forged.push_back(short_datagram(lab::ArenaPort::operator_channel, command));
+    forged.push_back(short_datagram(lab::operator_channel, command));
     forged.push_back(fragment({.size = 1000, .offset = 0xffffffff - 299, .number = 1, .bytes = std::string(301, 'x')}));
     forged.push_back(fragment({.channel = "poses", .size = 1 << 28, .bytes = "x"}));
     std::uint32_t sequence = 0;

@@ -2,15 +2,23 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "arkmesh/fleet_command_t.hpp"
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
+#include "hal/bus.hpp"
 #include "tests/support/labs/lab_processes.hpp"
+#include "tests/support/network/test_keys.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
@@ -72,10 +80,94 @@ TEST_CASE("stop, pause and resume reach a lab from another terminal") {
   };
   CHECK(tell("pause", 0).starts_with("shark paused its robots at period"));
   CHECK(tell("resume", 0).starts_with("shark lets its robots go on from period"));
+  // Who cannot read the user's key is refused, in one sentence of the lab.
+  const char* const before = std::getenv("XDG_CONFIG_HOME");
+  const std::string home = before ? before : "";
+  ::setenv("XDG_CONFIG_HOME", folder.path().c_str(), 1);
+  CHECK(tell("pause", 1).find("shark refused it: bad_proof") != std::string::npos);
+  before ? ::setenv("XDG_CONFIG_HOME", home.c_str(), 1) : ::unsetenv("XDG_CONFIG_HOME");
+  CHECK(labs.lab_output("shark").find("does not prove that this user gave it") != std::string::npos);
   CHECK(tell("stop", 0).starts_with("shark ended at period"));
   CHECK(labs.lab("shark").wait(10s) == 3);
   CHECK(labs.result("shark", "state") == "stopped");
   CHECK(tell("stop", 1).find("no lab speaks on") != std::string::npos);
+}
+
+TEST_CASE("a lab does not obey who cannot prove to be its operator, and its hash does not change") {
+  // Every program of this machine may publish on the lab's bus. What it sends is refused, counted, said once, and not
+  // recorded; the operator's own word, heard and sent again, does nothing; and the operator is obeyed all the same.
+  const auto start = [](tests::LabProcesses& labs) {
+    labs.start_lab("shark");
+    return labs.reached("shark", 1, 300s);
+  };
+  const tests::LabProcesses::Options alone{.labs = {"shark"}, .overrides = {"run.duration_s=400", "arena.robots=3"}};
+  tests::LabProcesses undisturbed(alone), labs(alone);
+  REQUIRE(start(undisturbed));
+  CHECK(undisturbed.lab("shark").wait(300s) == 0);
+  REQUIRE(start(labs));
+  hal::Bus stranger(labs.bus_url("shark"));
+  operator_command_t forged{};
+  forged.lab = "shark";
+  const auto status = stranger.subscribe("status", [&](std::string_view, auto bytes) {
+    if (lab_status_t m; hal::decode(bytes, m)) forged.run_id = m.nonce;
+  });
+  REQUIRE(tests::eventually(300s, [&] { return stranger.drain(20ms), forged.run_id != 0; }));
+  fleet_command_t unproved{};
+  unproved.command = forged.command.command = fleet_command_t::pause;
+  for (int i = 0; i < 3000; ++i) {
+    stranger.publish("operator_command", unproved);
+    stranger.publish("operator_command", forged);
+    forged.number = i;
+    if (i % 100 == 0) std::this_thread::sleep_for(1ms);
+  }
+  CHECK(labs.lab("shark").wait(300s) == 0);
+  CHECK(labs.result("shark", "final_hash") == undisturbed.result("shark", "final_hash"));
+  const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
+  CHECK(counters.value("operator.refused.undecodable", 0) > 0);
+  CHECK(counters.value("operator.refused.bad_proof", 0) + counters.value("operator.refused.no_key", 0) > 0);
+  CHECK_FALSE(counters.contains("operator.commands"));
+  const std::string said = labs.lab_output("shark");
+  CHECK(said.find("shark refused a command on operator_command: ") != std::string::npos);
+  CHECK(std::count(said.begin(), said.end(), '\n') < 50);
+  CHECK(tests::read_file(labs.directory("shark") / "log.lcm").find("operator_command") == std::string::npos);
+}
+
+TEST_CASE("an operator pauses another lab that is armed for it, and no other") {
+  // Over the gateways, by the key of the own lab; what the other lab's own operator does disarms it.
+  const tests::TestKeys keys;
+  keys.join("shark", "roark");
+  const auto keys_of = [&](const std::string& lab) { return "gateway.keys=\"" + keys.of(lab).path().string() + "\""; };
+  tests::LabProcesses labs(
+      {.overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5", "gateway.ordered=[\"operator_command\"]"},
+       .by_lab = {{"shark",
+                   {keys_of("shark"), "safety.commands_from=[\"roark\"]",
+                    "gateway.imports=[\"world\",\"status\",\"operator_command\"]"}},
+                  {"roark", {keys_of("roark")}}}});
+  labs.start();
+  REQUIRE(labs.reached("shark", 1, 300s));
+  const tests::TemporaryFolder folder;
+  auto tell = [&, told = 0](std::vector<std::string> words, const std::string& lab, int code) mutable {
+    words.insert(words.end(), {ARKMESH_SOURCE_DIR "/experiments/dhtf/" + lab + ".toml", "--set",
+                               "bus.url=\"" + labs.bus_url(lab) + "\"", "--set", keys_of(lab)});
+    tests::Process process(ARKMESH_PROGRAM, words, folder.path() / fmt::format("said-{}.txt", ++told));
+    CHECK(process.wait(300s) == code);
+    return process.output();
+  };
+  CHECK(tell({"pause", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"arm"}, "shark", 0).find("running, armed") != std::string::npos);
+  CHECK(tell({"status"}, "shark", 0).find("lab shark: running, armed") == 0);
+  CHECK(tell({"pause", "--at", "shark"}, "roark", 0).starts_with("shark paused its robots at period"));
+  CHECK(tell({"resume"}, "shark", 0).starts_with("shark lets its robots go on from period"));
+  CHECK(tell({"pause"}, "shark", 0).find("armed") == std::string::npos);
+  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"stop"}, "shark", 0).starts_with("shark ended at period"));
+  CHECK(labs.lab("shark").wait(300s) == 3);
+  const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
+  CHECK(counters.at("operator.commands.roark") == 1);
+  CHECK(counters.at("operator.refused.not_armed") == 2);
+  const std::string audit = tests::read_file(labs.directory("shark") / "audit.csv");
+  CHECK(audit.find(",roark,pause,not_armed\n") != std::string::npos);
+  CHECK(audit.find(",roark,pause,admitted\n") != std::string::npos);
 }
 
 TEST_CASE("up runs labs and gateways as one, and Ctrl-C ends them all with their results") {

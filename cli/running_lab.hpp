@@ -1,0 +1,50 @@
+// A lab that runs, as its status on a bus tells.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
+#include "hal/bus.hpp"
+#include "hal/bus_config.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::cli {
+
+class RunningLab {
+ public:
+  // The lab `name`, or whichever it is, whose bus this is; or lab `name`, a peer of `own`, whose bus this is. What says
+  // that it is another one is not believed: a command for it would be carried there.
+  RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own = {});
+
+  // False when it has said nothing within the time that labs take for it.
+  bool speaks();
+  const std::string& name() const { return status_.lab; }
+  const std::string& state() const { return status_.state; }
+  std::int32_t period() const { return status_.period; }
+  bool has_ended() const { return state().starts_with("failed") || state().starts_with("finished"); }
+
+  // Gives it a command until it has admitted it: three times at most, when it seems lost or another operator was
+  // quicker. `prove` fills in the proof. Returns what became of it: nothing when it was admitted, else why not, in one
+  // sentence.
+  std::string tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove);
+  // False when it has not come to that in time.
+  bool comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition);
+
+ private:
+  bool admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove);
+  std::int64_t counter(std::string_view name) const;
+
+  hal::Bus bus_;
+  std::string number_counter_;  // of its status: the newest command of ours
+  lab_status_t status_;
+  int statuses_heard_ = 0;
+  std::unique_ptr<hal::Bus::Subscription> statuses_;
+};
+
+}  // namespace arkmesh::cli

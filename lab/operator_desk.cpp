@@ -1,0 +1,59 @@
+#include "lab/operator_desk.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
+
+#include "hal/bus.hpp"
+#include "hal/label.hpp"
+#include "hal/messages.hpp"
+#include "lab/message_check.hpp"
+#include "lab/operator_message.hpp"
+
+namespace arkmesh::lab {
+
+OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
+                           const hal::Clock& clock)
+    : lab_(config.lab), recorder_(recorder), clock_(clock), rights_(config, run_id), audit_(recorder, clock) {}
+
+void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> bytes, Now now) {
+  const auto slash = channel.rfind('/');
+  const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
+  operator_command_t message;
+  if (!check_operator_command(bytes).empty() || !hal::decode(bytes, message))
+    return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
+  const int command = message.command.command;
+  if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
+  if (message.lab != lab_) return counters_.add("operator.for_other_lab");
+  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);
+  audit_.admitted(peer, command);
+  recorder_.record(clock_.now(), channel, bytes);
+  if (command == operator_command_t::stop)
+    end_asked_ = true;
+  else if (command != operator_command_t::arm && command != operator_command_t::disarm)
+    for_robots_.push_back(message.command);
+}
+
+void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
+  audit_.refused(peer, command, refusal.why);
+  const std::string counter = fmt::format("operator.refused.{}", refusal.why);
+  counters_.add(counter);
+  if (said_.emplace(refusal.why).second)
+    spdlog::warn("{} refused a command on {}: {}; further ones are counted as {}", lab_,
+                 peer.empty() ? operator_channel : hal::printable(peer, hal::max_lab_name) + '/' + operator_channel,
+                 refusal.sentence, counter);
+}
+
+std::vector<fleet_command_t> OperatorDesk::take() {
+  return std::exchange(for_robots_, {});
+}
+
+hal::Counters OperatorDesk::counters() const {
+  hal::Counters all = counters_;
+  all.merge(rights_.counters());
+  return all;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,60 @@
+// Where commands of operators come in: judges each, counts and says what it refuses, records what it admits,
+// and keeps the books about both.
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arkmesh/fleet_command_t.hpp"
+#include "hal/clock.hpp"
+#include "hal/counters.hpp"
+#include "hal/recorder.hpp"
+#include "lab/command_audit.hpp"
+#include "lab/command_rights.hpp"
+#include "lab/run_config.hpp"
+
+namespace arkmesh::lab {
+
+class OperatorDesk {
+ public:
+  using Now = CommandRights::Now;
+
+  // Recorder and clock outlive it.
+  OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder, const hal::Clock& clock);
+
+  // As CommandRights.
+  void ask(PeerSignatures* signatures) { rights_.ask(signatures); }
+  bool armed() const { return rights_.armed(); }
+  // A message of the public bus, which anybody on this machine may have sent: on operator_channel of the own operator,
+  // behind "<lab>/" of another lab's.
+  void hear(std::string_view channel, std::span<const std::byte> bytes, Now now);
+  // What was admitted for the robots since the last call.
+  std::vector<fleet_command_t> take();
+  // The run is to end.
+  bool end_asked() const { return end_asked_; }
+  // From now on everything is refused.
+  void close() {
+    closed_ = true;
+    rights_.disarm();
+  }
+  hal::Counters counters() const;
+
+ private:
+  void refuse(const std::string& peer, int command, const Refusal& refusal);
+
+  const std::string lab_;
+  hal::Recorder& recorder_;
+  const hal::Clock& clock_;
+  CommandRights rights_;
+  CommandAudit audit_;
+  std::vector<fleet_command_t> for_robots_;
+  bool end_asked_ = false, closed_ = false;
+  std::set<std::string, std::less<>> said_;  // reasons of refusals
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::lab
