@@ -46,6 +46,7 @@ void ChannelRule::fields(const hal::Section& rule) {
   rule.field("priority", priority,
              {.help = "of exports: everything that waits of a higher priority goes first",
               .one_of = {"low", "normal", "high"}});
+  rule.field("compress", compress, {.help = "of exports: messages go compressed, where that is shorter"});
 }
 
 void ChannelRule::check(const hal::Section& rule) {
@@ -71,8 +72,8 @@ void ChannelRule::check(const hal::Section& rule) {
   }
   const bool is_export = allows() && direction == Direction::exports;
   for (const auto& [name, is_given] :
-       {std::pair("delivery", delivery != Delivery::latest), std::pair("priority", priority != Priority::normal),
-        std::pair("max_age_s", !std::isnan(max_age_s))})
+       {std::pair("delivery", delivery != Delivery::latest), std::pair("compress", compress),
+        std::pair("priority", priority != Priority::normal), std::pair("max_age_s", !std::isnan(max_age_s))})
     if (is_given && !is_export) rule.refuse(name, "means something in a rule that allows an export only; remove it");
   for (const auto& [name, limit] : {std::pair("rate_hz", rate_hz), std::pair("bytes_per_s", bytes_per_s)})
     if (!std::isnan(limit) && !allows()) rule.refuse(name, "means nothing in a rule that denies; remove it");
@@ -90,6 +91,7 @@ Rule ChannelRule::on_link(const std::string& channel) const {
   return {.channel = name_of(channel),
           .delivery = delivery,
           .priority = priority,
+          .compress = compress,
           .rate_hz = limit(rate_hz),
           .bytes_per_s = limit(bytes_per_s),
           .max_age_s = limit(max_age_s)};

@@ -28,6 +28,7 @@ struct ChannelRule {
   std::string rename;              // what the channel is called on the other side; empty: the same
   Delivery delivery = Delivery::latest;
   Priority priority = Priority::normal;
+  bool compress = false;
   // Of each channel and peer; a NaN is no limit.
   double rate_hz = not_given, bytes_per_s = not_given, max_age_s = not_given;
   std::string key;    // "gateway.rules[1]"

@@ -32,6 +32,7 @@ std::string settings_of(const ChannelRule& rule, Direction way) {
   if (way == Direction::imports) return text;
   if (!std::isnan(rule.max_age_s))
     add("not older", fmt::format("than {:g} s; older messages are dropped", rule.max_age_s));
+  if (rule.compress) add("compressed", "with zstd, where that is shorter");
   if (rule.priority != Priority::normal)
     add("priority", rule.priority == Priority::high ? "high: before all others" : "low: after all others");
   add("delivery", rule.delivery == Delivery::latest ? "latest: a newer message replaces one that waits"

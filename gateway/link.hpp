@@ -29,6 +29,7 @@ struct Rule {
   std::string channel;  // what the peer calls it; never contains '/'
   Delivery delivery = Delivery::latest;
   Priority priority = Priority::normal;
+  bool compress = false;
   double rate_hz = unlimited, bytes_per_s = unlimited;  // what is more waits
   double max_age_s = unlimited;                         // older messages are dropped instead of sent
 };

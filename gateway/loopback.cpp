@@ -81,7 +81,7 @@ struct End {
 
   void empty_outbox() {
     for (auto frames = lane.outbox.whole_message({}); !frames.empty(); frames = lane.outbox.whole_message({})) {
-      const auto message = decode_message(frames);
+      const auto message = decode_message(frames, outbox_bytes);
       send(message->channel, message->bytes);
       lane.outbox.acknowledged(lane.outbox.written(frames.size()).messages);
     }

@@ -97,7 +97,8 @@ bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
   if (!to.is_in_lane()) to.level = static_cast<std::size_t>(rule.priority);
   const bool ordered = rule.delivery == Delivery::ordered;
   Entry made{.channel = &to, .delivery = rule.delivery, .came = now, .message_bytes = bytes.size()};
-  if (bytes.size() <= longest_) made.frames = encode_message(rule.channel, bytes, ordered ? to.sequence + 1 : 0);
+  if (bytes.size() <= longest_)
+    made.frames = encode_message(rule.channel, bytes, ordered ? to.sequence + 1 : 0, rule.compress);
   if (bytes.size() > longest_ || cost(made) > limit_) {
     ++to.refused;
     return false;

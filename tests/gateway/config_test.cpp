@@ -159,6 +159,7 @@ TEST_CASE("what a file may not say") {
       {rule + "allow = \"a\"\ndirection = \"import\"\nrate_hz = 0",
        "gateway.rules[0].rate_hz = 0: must be between 0.001 and"},
       {rule + "deny = \"a\"\ndirection = \"import\"\nrate_hz = 5", "means nothing in a rule that denies"},
+      {rule + "allow = \"a\"\ndirection = \"import\"\ncompress = true", "in a rule that allows an export only"},
       {rule + "allow = \"a\"\ndirection = \"import\"\npriority = \"high\"", "in a rule that allows an export only"},
       {peer + "lab = \"lynx\"\nimport_bytes_per_s = 0",
        "gateway.peers[0].import_bytes_per_s = 0: must be between 1 and"},

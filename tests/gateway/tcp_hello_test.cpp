@@ -287,6 +287,16 @@ TEST_CASE("what a peer may say only after its hello, and only once") {
   peer->say(FrameKind::ack, encode(Acknowledgement{1, 100}));
   closed_by(*peer);
   CHECK(shark.count("session.closed.bad_ack") == 1);
+  peer = shark.accepted_peer();
+  peer->say(FrameKind::channels, std::as_bytes(std::span("\xff\xff", 2)));
+  closed_by(*peer);
+  CHECK(shark.count("session.closed.bad_channels") == 1);
+  // A few bytes that would be megabytes: more than a message may have.
+  peer = shark.accepted_peer();
+  peer->say(encode_message("world", std::vector<std::byte>(3 << 20), 0, true));
+  closed_by(*peer);
+  CHECK(shark.count("session.closed.bad_compression") == 1);
+  CHECK(shark.arrived.empty());
   // Of parts no more is kept than of a message.
   peer = shark.accepted_peer();
   const auto part = encode_frame(FrameKind::part, std::vector<std::byte>(max_frame_payload_bytes));
