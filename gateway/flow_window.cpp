@@ -10,7 +10,7 @@ void FlowWindow::sent(std::size_t bytes, Time now) {
   if (under_way() == 0) progress_ = now;
   sent_ += bytes;
   // The byte that fills the window says most: all before it will be acknowledged until then.
-  const bool filled = room() == 0;
+  const bool filled = under_way() >= window_;
   if (!sample_ || (filled && !sample_->filled)) sample_ = {sent_, acknowledged_, now, filled};
 }
 
@@ -27,7 +27,7 @@ bool FlowWindow::acknowledged(std::uint64_t total, Time now) {
 
 void FlowWindow::adapt(const Sample& sample, std::chrono::duration<double> delay) {
   path_ = std::min(path_, delay);
-  const std::chrono::duration<double> aim = path_ + limits_.delay;
+  const auto aim = this->aim();
   const std::size_t least = std::min(least_bytes, limits_.bytes);
   if (delay > aim) {
     window_ = std::max(least, static_cast<std::size_t>(static_cast<double>(window_) * (aim / delay)));

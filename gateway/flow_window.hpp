@@ -23,8 +23,12 @@ class FlowWindow {
 
   explicit FlowWindow(FlowLimits limits) : limits_(limits), window_(std::min(first_bytes, limits.bytes)) {}
 
-  // What may be sent now. Not 0 when nothing is under way.
-  std::size_t room() const { return window_ > under_way() ? window_ - under_way() : 0; }
+  // What may be sent now: next to nothing while the timed byte is late, since the path has become slower by more than
+  // is known. Not 0 when nothing is under way.
+  std::size_t room(Time now) const {
+    const std::size_t window = late(now) ? std::min(window_, least_bytes) : window_;
+    return window > under_way() ? window - under_way() : 0;
+  }
   void sent(std::size_t bytes, Time now);
   // `total`: bytes since the beginning. False when so much was never sent, or it is less than before.
   bool acknowledged(std::uint64_t total, Time now);
@@ -42,6 +46,8 @@ class FlowWindow {
     Time sent;
     bool filled;  // the window was in the way
   };
+  std::chrono::duration<double> aim() const { return path_ + limits_.delay; }
+  bool late(Time now) const { return sample_ && now - sample_->sent > 2 * aim(); }
   void adapt(const Sample& sample, std::chrono::duration<double> delay);
 
   FlowLimits limits_;

@@ -275,7 +275,8 @@ void Session::write() {
   if (control_left_ > 0) in_write_.push_back(asio::buffer(control_in_write_));
   if (state_ == State::up) {
     std::size_t bytes = 0;
-    for (const auto part : outbox_->batch(max_frames_per_write, std::min(window_.room(), max_bytes_per_write), now())) {
+    const std::size_t room = std::min(window_.room(now()), max_bytes_per_write);
+    for (const auto part : outbox_->batch(max_frames_per_write, room, now())) {
       in_write_.push_back(asio::buffer(part.data(), part.size()));
       bytes += part.size();
     }
@@ -285,7 +286,7 @@ void Session::write() {
   if (in_write_.empty()) return;
   if (const std::size_t bytes = stream_->try_write(in_write_); bytes > 0) on_written(bytes);
   if (!in_write_.empty()) return write_rest();
-  if (outbox_ && outbox_->waiting_messages() > 0 && window_.room() > 0) flush_soon();
+  if (outbox_ && outbox_->waiting_messages() > 0 && window_.room(now()) > 0) flush_soon();
 }
 
 // What the outbox holds back goes when its time has come.

@@ -29,8 +29,8 @@ struct Path {
     for (; now < end; now += 1ms) {
       for (; !acks.empty() && acks.front().first <= now; acks.pop_front())
         CHECK(window.acknowledged(acks.front().second, now));
-      while (window.room() > 0) {
-        const std::size_t bytes = std::min<std::size_t>(window.room(), 2000);
+      while (window.room(now) > 0) {
+        const std::size_t bytes = std::min<std::size_t>(window.room(now), 2000);
         sent += bytes;
         window.sent(bytes, now);
         free_at = std::max(free_at, now) +
@@ -47,14 +47,14 @@ TEST_CASE("on a fast path the window opens, and stays shut for who does not need
   // A long path of much room is used up to the limit; a sender that says little is given no more than it began with.
   Path path{.delay = 50ms, .bytes_per_s = 1e9};
   path.run(3s);
-  CHECK(path.window.under_way() + path.window.room() == FlowLimits{}.bytes);
+  CHECK(path.window.under_way() + path.window.room(path.now) == FlowLimits{}.bytes);
   Path quiet{.delay = 1ms, .bytes_per_s = 1e9};
   std::uint64_t total = 0;
   for (int i = 0; i < 100; ++i) {
     quiet.window.sent(1000, quiet.now);
     CHECK(quiet.window.acknowledged(total += 1000, quiet.now += 2ms));
   }
-  CHECK(quiet.window.room() == FlowWindow::first_bytes);
+  CHECK(quiet.window.room(quiet.now) == FlowWindow::first_bytes);
 }
 
 TEST_CASE("on a slow path little is under way") {
@@ -67,6 +67,28 @@ TEST_CASE("on a slow path little is under way") {
     CHECK(longest < 20ms + 2 * FlowLimits{}.delay + 100ms);
     CHECK(static_cast<double>(path.sent) > 0.8 * 20 * bytes_per_s);
   }
+}
+
+TEST_CASE("a path that becomes slow is not filled up") {
+  // A lab says 4 kB/s, in small messages. Where 1 kB/s passes all of a sudden, no more goes out than arrives in two
+  // seconds; a window that shrank only when the acknowledgement came let four go out.
+  FlowWindow window{FlowLimits{}};
+  FlowWindow::Time now{};
+  window.path_takes(1ms);
+  std::uint64_t sent = 0, arrived = 0;
+  std::size_t most = 0;
+  for (int ms = 0; ms < 20'000; ++ms, now += 1ms) {
+    const bool slow = ms >= 5'000;
+    arrived = std::min(sent, slow ? arrived + 1 : sent);
+    if (ms % 20 == 0) CHECK(window.acknowledged(arrived, now));
+    if (ms % 25 == 0 && window.room(now) >= 100) {
+      window.sent(100, now);
+      sent += 100;
+    }
+    most = std::max(most, window.under_way());
+  }
+  CHECK(most <= 2'000);
+  CHECK(arrived > 30'000);
 }
 
 TEST_CASE("an acknowledgement of what was never sent is none") {
