@@ -27,7 +27,7 @@ struct SessionTimes {
   Duration silence{2'000};  // nothing came for so long: the peer is gone
   Duration stall{10'000};   // it acknowledged nothing for so long: it does not read
   Duration hello{5'000};    // to connect, and to say hello
-  Duration answer{1'000};   // for the first answer of a machine that has answered in an earlier session
+  Duration answer{700};     // for the first answer of a machine that has answered in an earlier session
   Duration goodbye{1'000};  // for a refused peer to read why
   Duration ack{20};         // what came is acknowledged after so long at the latest
 };

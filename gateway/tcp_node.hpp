@@ -46,7 +46,7 @@ struct TcpSettings {
   // that costs nobody anything, and the path may be there again at any moment.
   std::chrono::milliseconds first_retry{50};
   std::chrono::milliseconds longest_retry{10'000};
-  std::chrono::milliseconds path_retry{250};
+  std::chrono::milliseconds path_retry{100};
 };
 
 class TcpNode final : private Session::Owner {
