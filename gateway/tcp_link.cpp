@@ -18,6 +18,7 @@ namespace {
 
 // A link that has been down for long tries rarely: this part of that time passes between two attempts.
 constexpr int attempts_per_absence = 8;
+constexpr std::chrono::minutes long_absence{2};
 
 }  // namespace
 
@@ -100,9 +101,11 @@ void TcpLink::check(Session::Time now) {
 }
 
 void TcpLink::connect() {
-  // A machine that has answered before answers again in a few times the time it took, when the path is there.
+  // A machine that has answered before answers again in a few times the time it took, when the path is there. After a
+  // long absence the path may have become another, slower one: then only every second attempt is that quick.
   std::optional<SessionTimes::Duration> answer;
-  if (const auto clock = clock_.clock())
+  const bool long_gone = std::chrono::steady_clock::now() - alone_since_ > long_absence;
+  if (const auto clock = clock_.clock(); clock && !(long_gone && attempts_->number % 2 == 0))
     answer = std::max(node_.settings_.times.answer, SessionTimes::Duration(4 * clock->round_trip_us / 1000));
   ++attempts_->number;
   session_ = node_.make_session(*connect_, peer_, attempts_, answer);
