@@ -33,7 +33,7 @@ bool has_deep_key(std::string_view text) {
     const char c = text[i];
     if (c == '\n') quote = 0;
     if (quote != 0) {
-      if (c == '\\' && quote == '"') ++i;
+      if (c == '\\' && quote == '"' && i + 1 < text.size()) ++i;
       if (c == quote) quote = 0;
     } else if (c == '"' || c == '\'') {
       quote = c;
