@@ -5,6 +5,7 @@
 #include "gateway/config.hpp"
 #include "hal/arena_config.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/solids.hpp"
 #include "lab/run_config.hpp"
 #include "lab/run_folder.hpp"
 
@@ -22,6 +23,7 @@ std::vector<hal::KeyRow> all_keys() {
   add(hal::keys_of<hal::BusConfig>("bus"));
   add(hal::keys_of<ArenaUse>("arena"));
   add(hal::keys_of<hal::ArenaConfig>("arena"));
+  add(hal::solids_keys(), false);
   for (const hal::ArenaRow& row : arena_rows())
     if (row.keys) add(row.keys(), row.name == ArenaUse().use);
   add(hal::keys_of<gateway::GatewayConfig>("gateway"));

@@ -9,7 +9,7 @@
 
 namespace arkmesh::app {
 
-// `program`: what simulated robots run instead of the lab's controller, the name of a file in kilolib/programs, or
+// `program`: what simulated robots run instead of the lab's controller, the name of a file in firmware/, or
 // nothing. Throws ConfigError, and std::runtime_error when the testbed does not get ready.
 testbed::SetUpArena make_set_up_arena(const std::string& file, const std::vector<std::string>& sets,
                                       const std::string& program, hal::StopRequest& stop);

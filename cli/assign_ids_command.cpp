@@ -57,7 +57,7 @@ void add_assign_ids_command(CLI::App& app) {
       ->check(CLI::Range(1.0, 1e5));
   command->footer(
       "Examples:\n  arkmesh assign-ids lab.toml\n  arkmesh assign-ids lab.toml --ids 100-149\n"
-      "Real robots must run kilolib/programs/assign_ids.c; simulated ones run it already. Ends with 1 when a "
+      "Real robots must run firmware/assign_ids.c; simulated ones run it already. Ends with 1 when a "
       "robot got no id.");
   command->callback([options] {
     if (const int code = assign(*options)) throw CLI::RuntimeError(code);

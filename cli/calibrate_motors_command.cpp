@@ -78,7 +78,7 @@ void add_calibrate_motors_command(CLI::App& app) {
   command->footer(
       "Examples:\n  arkmesh calibrate-motors lab.toml\n  arkmesh calibrate-motors lab.toml --ids 3,7 --duty 65\n"
       "Each robot needs an id of its own and about 15 cm of free space. Real robots must run\n"
-      "kilolib/programs/calibrate_motors.c; simulated ones run it already. Ends with 1\n"
+      "firmware/calibrate_motors.c; simulated ones run it already. Ends with 1\n"
       "when a robot was not calibrated.");
   command->callback([options] {
     if (const int code = calibrate(*options)) throw CLI::RuntimeError(code);

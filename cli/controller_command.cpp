@@ -1,4 +1,5 @@
-// `arkmesh controller`: a robot's program by itself. `check` builds it for the robot; `run` has a file of its own.
+// `arkmesh controller`: a robot's program by itself. `check` and `build` build it for the robot; `run` has a file of
+// its own.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +10,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
+#include "sim_ode/host/controller_build.hpp"
 #include "sim_ode/host/controller_check.hpp"
 
 namespace arkmesh::cli {
@@ -28,6 +30,54 @@ int check_controller(const std::filesystem::path& program) {
   return 1;
 }
 
+int build_controller(const std::filesystem::path& program, const std::filesystem::path& kilolib,
+                     const std::filesystem::path& hex) {
+  sim_ode::BuiltProgram built;
+  try {
+    built = sim_ode::build_program(program, kilolib, hex);
+  } catch (const sim_ode::BuildError& error) {
+    fmt::print(stderr, "{}arkmesh: {}\n", error.said, error.what());
+    return 1;
+  }
+  fmt::print(stderr, "{}", built.said);
+  const auto& [flash, ram] = built.sizes;
+  fmt::print("{}: flash {} of {} bytes, static RAM {} of {} ({} remain for the stack)\n", program.filename().string(),
+             flash, sim_ode::flash_limit_bytes, ram, sim_ode::ram_limit_bytes,
+             std::max(0, sim_ode::ram_limit_bytes - ram));
+  if (built.pages == 0) {
+    fmt::print(stderr, "arkmesh: {} does not fit on a robot; {} is not written\n", program.filename().string(),
+               hex.string());
+    return 1;
+  }
+  fmt::print("{}: {} pages; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), built.pages, hex.string());
+  return 0;
+}
+
+void add_build_command(CLI::App& controller) {
+  struct Options {
+    std::string program, kilolib, hex;
+  };
+  const auto options = std::make_shared<Options>();
+  auto* build =
+      controller.add_subcommand("build", "Builds a Kilobot C program into the file that robots are loaded with");
+  build->add_option("PROGRAM", options->program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
+  build->add_option("-o,--output", options->hex, "The Intel HEX file; default: PROGRAM's name, in this folder");
+  build
+      ->add_option("--kilolib", options->kilolib,
+                   "The robot's library: a folder with kilolib.h and kilolib.c, or kilolib.a")
+      ->required();
+  build->footer(
+      "Example:\n  git clone https://github.com/acornejo/kilolib\n"
+      "  arkmesh controller build my_robot.c -o my_robot.hex --kilolib kilolib\n"
+      "  arkmesh ohc /dev/ttyUSB0 upload my_robot.hex\n"
+      "Needs avr-gcc. Ends with 1 when the program does not build or does not fit, with 2 when there is no kilolib.");
+  build->callback([options] {
+    const std::filesystem::path program = options->program;
+    const std::string hex = options->hex.empty() ? program.stem().string() + ".hex" : options->hex;
+    if (const int code = build_controller(program, options->kilolib, hex)) throw CLI::RuntimeError(code);
+  });
+}
+
 }  // namespace
 
 void add_controller_command(CLI::App& app) {
@@ -36,6 +86,7 @@ void add_controller_command(CLI::App& app) {
   controller->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --png end.png");
 
   add_controller_run_command(*controller);
+  add_build_command(*controller);
 
   auto* check =
       controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");

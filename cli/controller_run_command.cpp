@@ -13,6 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/two_numbers.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/poses_file.hpp"
 #include "sim_ode/host/robot_text.hpp"
@@ -39,9 +40,12 @@ void check_writable(const char* option, const std::string& file) {
   if (!writable) throw CLI::ValidationError(option, fmt::format("{} cannot be written", file));
 }
 
-void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv) {
+void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv,
+          const std::vector<hal::MovableObject>& objects) {
+  std::vector<std::string> names;
+  for (const hal::MovableObject& object : objects) names.push_back(object.name);
   try {
-    poses.emplace(csv);
+    poses.emplace(csv, std::move(names));
   } catch (const std::runtime_error& error) {
     throw CLI::ValidationError("--csv", error.what());
   }
@@ -64,11 +68,10 @@ int run_controller(ControllerRunOptions options) {
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   check_writable("--png", options.png);
   check_writable("--video", options.video);
-  const sim_ode::SwarmDrawing drawing{options.png, options.video, options.swarm.width_m, options.swarm.height_m,
-                                      options.swarm.light};
+  sim_ode::SwarmDrawing drawing{
+      options.png, options.video, options.swarm.width_m, options.swarm.height_m, options.swarm.light, {}, {}};
   sim_ode::draw_swarm(drawing, {});
-  std::optional<sim_ode::PosesFile> poses;
-  if (!options.csv.empty() || !options.png.empty() || !options.video.empty()) open(poses, options.csv);
+  check_writable("--csv", options.csv);
   // Without a need for each frame a picture's trails are drawn from one a second.
   const std::uint32_t every = options.csv.empty() && options.video.empty() ? 10 : 1;
 
@@ -79,6 +82,11 @@ int run_controller(ControllerRunOptions options) {
     fmt::print(stderr, "arkmesh: {}: {}\n", name, error.what());
     return 1;
   }
+  drawing.obstacles = swarm->arena().info().obstacles;
+  drawing.objects = swarm->arena().info().objects;
+  std::optional<sim_ode::PosesFile> poses;
+  if (!options.csv.empty() || !options.png.empty() || !options.video.empty())
+    open(poses, options.csv, swarm->arena().info().objects);
   const double built_s = wall_s();
   sim_ode::SwarmReport report;
   sim_ode::RobotText text(options.text_lines);
@@ -130,8 +138,10 @@ void add_controller_run_command(CLI::App& app) {
   run->add_option("--light", options->light, "A lamp at x,y, metres from the arena's centre");
   run->add_option("--spacing", options->swarm.spacing_m,
                   "Start on a square grid with this spacing in metres, not at random")
-      ->check(CLI::Range(0.033, 10.0));
+      ->check(CLI::Range(2 * hal::kilobot::body_radius_m, 10.0));
   run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
+  run->add_option("--set", options->swarm.settings,
+                  "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
   run->add_option("--png", options->png, "Draw the end of the run");
   run->add_option("--video", options->video, "Draw the whole run (mp4)");
   run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");

@@ -29,7 +29,7 @@ std::vector<hal::RobotId> SetUpOptions::listed_ids(hal::RobotId largest) const {
 
 void SetUpOptions::say_program(const testbed::SetUpArena& arena) const {
   if (!arena.is_simulated())
-    fmt::print(stderr, "The robots must run kilolib/programs/{0}.c: load it with `arkmesh ohc PORT upload {0}.hex`.\n",
+    fmt::print(stderr, "The robots must run firmware/{0}.c: load it with `arkmesh ohc PORT upload {0}.hex`.\n",
                program);
 }
 

@@ -14,7 +14,7 @@ class App;
 namespace arkmesh::cli {
 
 struct SetUpOptions {
-  std::string program;  // what robots must run, the name of one in kilolib/programs; empty: their own
+  std::string program;  // what robots must run, the name of one in firmware/; empty: their own
   std::string file, ids;
   std::vector<std::string> sets;
 

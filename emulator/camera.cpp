@@ -11,9 +11,7 @@ namespace arkmesh::emulator {
 namespace {
 
 constexpr double radius_m = hal::kilobot::body_radius_m;
-constexpr double cell_above_board_m = 0.007, led_above_board_m = 0.001;
-// The LED is at the front right; measured in pictures of real robots.
-constexpr double led_off_heading_rad = -44 * std::numbers::pi / 180;
+constexpr double cell_above_board_m = 0.007;
 // Tables over squared distances, in radii: what lies beyond is nothing.
 constexpr double light_reach = 1.5, ground_reach = 2.2, shade_reach = 1.9;
 constexpr int table_steps = 1024;
@@ -218,14 +216,15 @@ void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLoo
 }
 
 void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const {
-  const double angle = robot.pose.heading_rad + led_off_heading_rad, far_m = look.led_radius * radius_m;
+  const double angle = robot.pose.heading_rad + robot.led_bearing_rad, far_m = look.led_radius * radius_m;
   const double led_x = robot.pose.x_m + far_m * std::cos(angle), led_y = robot.pose.y_m + far_m * std::sin(angle);
   const float strongest = std::max({robot.blue, robot.green, robot.red});
   const auto light = static_cast<float>(settings_.brightness);
 
   // first on the arena around, then in the lens and on the board
   for (const bool ground : {true, false}) {
-    const auto at = model_.project_near(led_x, led_y, ground ? 0 : scene_.robot_height_m + led_above_board_m);
+    const auto at =
+        model_.project_near(led_x, led_y, ground ? 0 : scene_.robot_height_m + hal::kilobot::led_above_board_m);
     if (!at) continue;
     const double reach = ground ? ground_reach : light_reach;
     const std::vector<float>& table = ground ? ground_light_ : light_;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::emulator {
@@ -35,7 +36,7 @@ Kind kind_of(int kind) {
   out.cell_ahead = around(-0.03, 0.03);
   out.cell_left = around(0.02, 0.03);
   out.clip_turn = around(0, 0.12);
-  out.led_radius = around(0.87, 0.03);
+  out.led_radius = around(hal::kilobot::led_radius_m / hal::kilobot::body_radius_m, 0.03);
   out.tab_turn = around(1.25, 0.08);
   out.seed = chance.next();
   return out;

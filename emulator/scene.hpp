@@ -7,6 +7,7 @@
 
 #include "emulator/camera_model.hpp"
 #include "hal/config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::emulator {
 
@@ -20,8 +21,7 @@ struct Scene {
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
   double shadow = 0.4;               // share of the light that a robot takes from the arena under it
   bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
-  double robot_height_m =
-      0.0217;  // of the upper side of robots' boards above the arena (ARGoS kilobot_measures.h); cells lie 7 mm higher
+  double robot_height_m = hal::kilobot::board_height_m;  // robots' boards above the arena; cells lie 7 mm higher
   std::uint64_t seed = 1;
 
   // Keys of [emulator.scene].

@@ -36,6 +36,8 @@ struct ArenaInfo : RobotModel {
   std::vector<RobotId> robots;    // ids that are expected, ascending
   bool can_wait = true;           // false: lab time passes by itself, as on a testbed
   LabTime frame_period{100'000};  // frames are stamped n * frame_period, n = 0, 1, ...
+  std::vector<Obstacle> obstacles;
+  std::vector<MovableObject> objects;
 };
 
 // Where the robots are. Cameras, a simulator, a log: the same thing.

@@ -26,7 +26,7 @@ struct ArenaRequest {
   EventLoop* loop = nullptr;        // where there is a bus: serves those pictures. Both outlive the arena
   std::filesystem::path directory;  // for videos
   bool set_up = false;              // for a set-up procedure, which finds out itself who is who
-  std::string program;  // what simulated robots run then: the name of a file in kilolib/programs, or nothing
+  std::string program;              // what simulated robots run then: the name of a file in firmware/, or nothing
   // Refuses keys that nobody has read. Called by an arena that has read all of its own and goes on to something slow.
   std::function<void()> all_read = [] {};
 };

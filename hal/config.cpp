@@ -236,7 +236,10 @@ void Section::value(std::string_view key, Member member, const Field& about) con
   }
   state.read.erase(said);
   put(table, key, member);
-  if (const toml::node* now = table.get(key)) state.read[now] = {place, path != nullptr};
+  if (const toml::node* now = table.get(key))
+    state.read[now] = {place, path != nullptr};
+  else
+    state.left_alone.insert(join(path_, key));  // not given, but known
 }
 
 void Section::check_value(std::string_view key, const Member& member, const Field& about) const {

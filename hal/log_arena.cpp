@@ -29,18 +29,35 @@ namespace {
 constexpr std::size_t max_robots = 100'000;
 constexpr double max_place_m = 1000;  // no arena is so large; what computes in whole units cannot overflow
 
-// Whether the bytes are as long as the robots that they claim to hold: the generated decoder would ask for memory
-// first.
+std::uint32_t number_at(std::span<const std::byte> bytes, std::size_t place) {
+  std::uint32_t out = 0;
+  for (std::size_t i = place; i < place + 4; ++i) out = out << 8 | std::to_integer<std::uint32_t>(bytes[i]);
+  return out;
+}
+
+// Whether the bytes are as long as the robots and objects that they claim to hold: the generated decoder would ask for
+// memory first.
 bool is_sized_as_claimed(std::span<const std::byte> bytes) {
-  constexpr std::size_t before_robots = 8 + 8 + 4 + 4 + 4 + 4, one_robot = 4 + 3 * 8 + 1 + 4 + 4;
-  if (bytes.size() < before_robots) return false;
-  std::uint32_t robots = 0;
-  for (std::size_t i = before_robots - 4; i < before_robots; ++i)
-    robots = robots << 8 | std::to_integer<std::uint32_t>(bytes[i]);
-  return bytes.size() == before_robots + robots * std::uint64_t{one_robot};
+  constexpr std::size_t counts = 8 + 8 + 4 + 4 + 4, one_object = 3 * 8 + 4 + 4, one_robot = 4 + 3 * 8 + 1 + 4 + 4;
+  if (bytes.size() < counts + 8) return false;
+  return bytes.size() == counts + 8 + number_at(bytes, counts) * std::uint64_t{one_object} +
+                             number_at(bytes, counts + 4) * std::uint64_t{one_robot};
+}
+
+// The same of an arena's description, which is not so exact: no list holds more than there are bytes.
+bool can_hold_what_it_claims(std::span<const std::byte> bytes) {
+  if (bytes.size() < 8 + 3 * 4) return false;
+  for (const std::size_t count : {8, 12, 16})
+    if (number_at(bytes, count) > bytes.size() / 4) return false;
+  return true;
 }
 
 bool is_sane(const pose_frame_t& part) {
+  for (const object_pose_t& pose : part.objects)
+    if (!(std::abs(pose.x_m) <= max_place_m) || !(std::abs(pose.y_m) <= max_place_m) ||
+        !(std::abs(pose.heading_rad) <= std::numbers::pi) || !(pose.confidence >= 0 && pose.confidence <= 1) ||
+        pose.age_us < 0)
+      return false;
   if (part.stamp_us < 0 || part.number < 0 || part.parts < 1 || part.part < 0 || part.part >= part.parts) return false;
   for (const robot_pose_t& pose : part.robots) {
     if (pose.robot < 0) return false;
@@ -91,7 +108,7 @@ class FrameReader {
  private:
   void take_info(const std::vector<std::byte>& bytes) {
     arena_info_t message;
-    if (!info && decode(bytes, message)) info = std::move(message);
+    if (!info && can_hold_what_it_claims(bytes) && decode(bytes, message)) info = std::move(message);
   }
 
   std::optional<PoseFrame> take_part(const std::vector<std::byte>& bytes) {
@@ -152,6 +169,8 @@ struct Survey {
   bool even = true;  // every frame is stamped number * frame_period
   bool truncated = false;
   std::optional<arena_info_t> info;
+  std::size_t objects = 0;   // in the first frame
+  bool same_objects = true;  // in all others
   std::int64_t other_type = 0;
 };
 
@@ -161,10 +180,11 @@ Survey survey(const std::filesystem::path& file) {
   FrameReader reader(file, ignored);
   while (const auto frame = reader.next()) {
     if (out.frames++ == 0)
-      out.first_number = frame->number, out.first_stamp = frame->stamp;
+      out.first_number = frame->number, out.first_stamp = frame->stamp, out.objects = frame->objects.size();
     else if (out.frame_period == LabTime{0})
       out.frame_period = (frame->stamp - out.first_stamp) / (frame->number - out.first_number);
     out.even = out.even && is_even(*frame, out.frame_period);
+    out.same_objects = out.same_objects && frame->objects.size() == out.objects;
     out.last_stamp = frame->stamp;
     for (const Observation& observation : frame->robots) out.robots.insert(observation.robot);
   }
@@ -278,7 +298,7 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
                        seconds(found.last_stamp), seconds(run_length)));
 
   // the log's robots and frame period are in force, whatever the keys for other arenas say
-  for (const char* key : {"robots", "frame_period_s", "pace"}) arena.leave_alone(key);
+  for (const char* key : {"robots", "frame_period_s", "pace", "obstacles", "objects"}) arena.leave_alone(key);
   ArenaInfo info{robot};
   info.name = lab;
   info.platform = "replay";
@@ -300,6 +320,9 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.kinds = static_cast<std::uint8_t>(found.info->kinds);
     info.values = static_cast<std::uint16_t>(found.info->values);
   }
+  if (found.info && !read_solids(*found.info, info)) refuse("the log's description of its arena contradicts itself");
+  if (!found.same_objects || info.objects.size() != found.objects)
+    refuse(fmt::format("the log's frames do not all hold the {} objects of its arena", info.objects.size()));
   return std::make_unique<LogArena>(file, std::move(info), found.last_stamp);
 }
 

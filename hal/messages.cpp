@@ -10,6 +10,27 @@ namespace {
 
 constexpr std::size_t robots_per_part = 1000;
 
+// 36 minutes at most.
+std::int32_t age_us(LabTime age) {
+  return static_cast<std::int32_t>(std::min<std::int64_t>(age.count(), std::numeric_limits<std::int32_t>::max()));
+}
+
+solid_t to_message(const Shape& shape, const Pose& pose, std::vector<point_t>& corners) {
+  solid_t out{};
+  out.x_m = pose.x_m;
+  out.y_m = pose.y_m;
+  out.heading_rad = pose.heading_rad;
+  out.radius_m = shape.radius_m;
+  out.first_corner = static_cast<std::int32_t>(corners.size());
+  out.n_corners = static_cast<std::int32_t>(shape.corners.size());
+  for (const Point& corner : shape.corners) {
+    point_t& point = corners.emplace_back();
+    point.x_m = corner.x_m;
+    point.y_m = corner.y_m;
+  }
+  return out;
+}
+
 robot_pose_t to_message(const Observation& observation) {
   robot_pose_t out;
   out.robot = observation.robot;
@@ -18,9 +39,7 @@ robot_pose_t to_message(const Observation& observation) {
   out.heading_rad = observation.pose.heading_rad;
   out.led = static_cast<std::uint8_t>(observation.led);
   out.confidence = observation.confidence;
-  // 36 minutes at most.
-  out.age_us = static_cast<std::int32_t>(
-      std::min<std::int64_t>(observation.age.count(), std::numeric_limits<std::int32_t>::max()));
+  out.age_us = age_us(observation.age);
   return out;
 }
 
@@ -43,6 +62,15 @@ bool is_lab_name(std::string_view name) {
 
 std::vector<pose_frame_t> to_messages(const PoseFrame& frame) {
   const std::size_t robots = frame.robots.size();
+  std::vector<object_pose_t> objects;
+  for (const ObjectObservation& observation : frame.objects) {
+    object_pose_t& object = objects.emplace_back();
+    object.x_m = observation.pose.x_m;
+    object.y_m = observation.pose.y_m;
+    object.heading_rad = observation.pose.heading_rad;
+    object.confidence = observation.confidence;
+    object.age_us = age_us(observation.age);
+  }
   const std::size_t parts = std::max<std::size_t>(1, (robots + robots_per_part - 1) / robots_per_part);
   std::vector<pose_frame_t> out(parts);
   for (std::size_t part = 0; part < parts; ++part) {
@@ -52,10 +80,13 @@ std::vector<pose_frame_t> to_messages(const PoseFrame& frame) {
     message.number = static_cast<std::int32_t>(frame.number);
     message.part = static_cast<std::int32_t>(part);
     message.parts = static_cast<std::int32_t>(parts);
+    message.n_objects = 0;
     message.n_robots = static_cast<std::int32_t>(to - from);
     message.robots.reserve(to - from);
     for (std::size_t i = from; i < to; ++i) message.robots.push_back(to_message(frame.robots[i]));
   }
+  out.front().n_objects = static_cast<std::int32_t>(objects.size());
+  out.front().objects = std::move(objects);
   return out;
 }
 
@@ -63,6 +94,8 @@ PoseFrame from_message(const pose_frame_t& part) {
   PoseFrame out;
   out.stamp = LabTime{part.stamp_us};
   out.number = static_cast<std::uint32_t>(part.number);
+  for (const object_pose_t& object : part.objects)
+    out.objects.push_back({{object.x_m, object.y_m, object.heading_rad}, object.confidence, LabTime{object.age_us}});
   out.robots.reserve(part.robots.size());
   for (const robot_pose_t& pose : part.robots) out.robots.push_back(from_message(pose));
   return out;
@@ -134,7 +167,43 @@ arena_info_t to_message(const ArenaInfo& info) {
   out.max_robot = info.max_robot;
   out.kinds = info.kinds;
   out.values = info.values;
+  for (const Obstacle& obstacle : info.obstacles)
+    out.solids.push_back(to_message(obstacle.shape, obstacle.pose, out.corners));
+  for (const MovableObject& object : info.objects) {
+    solid_t& solid = out.solids.emplace_back(to_message(object.shape, object.start, out.corners));
+    solid.mass_kg = object.mass_kg;
+    solid.friction = object.friction;
+    out.object_names.push_back(object.name);
+  }
+  out.n_solids = static_cast<std::int32_t>(out.solids.size());
+  out.n_corners = static_cast<std::int32_t>(out.corners.size());
+  out.n_objects = static_cast<std::int32_t>(info.objects.size());
   return out;
+}
+
+bool read_solids(const arena_info_t& message, ArenaInfo& info) {
+  const std::size_t objects = message.object_names.size();
+  if (objects > message.solids.size()) return false;
+  const std::size_t obstacles = message.solids.size() - objects;
+  for (std::size_t i = 0; i < message.solids.size(); ++i) {
+    const solid_t& solid = message.solids[i];
+    if (solid.first_corner < 0 || solid.n_corners < 0 ||
+        static_cast<std::size_t>(solid.first_corner) + static_cast<std::size_t>(solid.n_corners) >
+            message.corners.size())
+      return false;
+    Shape shape{solid.radius_m, {}};
+    for (std::int32_t k = 0; k < solid.n_corners; ++k) {
+      const point_t& corner = message.corners[static_cast<std::size_t>(solid.first_corner + k)];
+      shape.corners.push_back({corner.x_m, corner.y_m});
+    }
+    const Pose pose{solid.x_m, solid.y_m, solid.heading_rad};
+    if (i < obstacles)
+      info.obstacles.push_back({std::move(shape), pose});
+    else
+      info.objects.push_back(
+          {message.object_names[i - obstacles], std::move(shape), pose, solid.mass_kg, solid.friction});
+  }
+  return true;
 }
 
 overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp) {

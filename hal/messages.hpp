@@ -40,6 +40,8 @@ fleet_command_t to_message(const FleetCommand& command, LabTime stamp);
 // Nothing when the command is none of ours.
 std::optional<FleetCommand> from_message(const fleet_command_t& message);
 arena_info_t to_message(const ArenaInfo& info);
+// Adds the message's obstacles and objects; false when it contradicts itself.
+bool read_solids(const arena_info_t& message, ArenaInfo& info);
 overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp);
 std::vector<OverlayCircle> from_message(const overlay_t& message);
 std::vector<counter_t> to_message(const Counters& counters);

@@ -11,6 +11,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/silent_link.hpp"
+#include "hal/solids.hpp"
 
 namespace arkmesh::hal {
 
@@ -18,8 +19,11 @@ namespace {
 
 class NullArena final : public Arena {
  public:
-  NullArena(const ArenaConfig& config, const std::string& lab, const RobotModel& robot)
+  NullArena(const ArenaConfig& config, Solids solids, const std::string& lab, const RobotModel& robot)
       : info_{robot}, poses_(counters_), link_(info_, counters_) {
+    info_.obstacles = std::move(solids.obstacles);
+    info_.objects = std::move(solids.objects);
+    for (const MovableObject& object : info_.objects) frame_.objects.push_back({.pose = object.start});
     info_.name = lab;
     info_.platform = "null";
     info_.width_m = config.width_m;
@@ -86,7 +90,7 @@ ArenaRow null_arena_row() {
 }
 
 std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot) {
-  return std::make_unique<NullArena>(read_arena_config(arena, robot.body_radius_m), lab, robot);
+  return std::make_unique<NullArena>(read_arena_config(arena, robot.body_radius_m), read_solids(arena), lab, robot);
 }
 
 }  // namespace arkmesh::hal

@@ -25,6 +25,37 @@ struct Pose {
 // The eight colours a camera tells apart: bit 0 red, bit 1 green, bit 2 blue.
 enum class Led : std::uint8_t { off = 0, red = 1, green = 2, yellow = 3, blue = 4, magenta = 5, cyan = 6, white = 7 };
 
+struct Point {
+  double x_m = 0, y_m = 0;
+};
+
+// Something seen from above, in its own frame.
+struct Shape {
+  double radius_m = 0;         // of a disc around the origin; 0: a polygon
+  std::vector<Point> corners;  // of a polygon that does not cross itself, counter-clockwise
+};
+
+// Stays where it is.
+struct Obstacle {
+  Shape shape;
+  Pose pose;
+};
+
+// Robots can push it.
+struct MovableObject {
+  std::string name;  // unique in its arena
+  Shape shape;
+  Pose start;
+  double mass_kg = 0.05;
+  double friction = 0.1;  // Coulomb's, with the table
+};
+
+struct ObjectObservation {
+  Pose pose;
+  float confidence = 1;  // 0..1: the position is right
+  LabTime age{0};        // stamp of the frame minus time of the last true observation
+};
+
 struct Observation {
   RobotId robot = 0;
   Pose pose;
@@ -35,8 +66,9 @@ struct Observation {
 
 struct PoseFrame {
   LabTime stamp{0};
-  std::uint32_t number = 0;         // counts from 0; a gap is a lost frame
-  std::vector<Observation> robots;  // ascending id, each id at most once
+  std::uint32_t number = 0;                // counts from 0; a gap is a lost frame
+  std::vector<Observation> robots;         // ascending id, each id at most once
+  std::vector<ObjectObservation> objects;  // all of the arena's, in the order of ArenaInfo::objects
 };
 
 // The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message

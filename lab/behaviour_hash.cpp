@@ -21,6 +21,10 @@ void BehaviourHash::add(const hal::PoseFrame& frame) {
     add(pair(to_micro(s.pose.x_m), to_micro(s.pose.y_m)));
     add(pair(to_micro(s.pose.heading_rad), s.robot << 8 | static_cast<std::int32_t>(s.led)));
   }
+  for (const hal::ObjectObservation& s : frame.objects) {
+    add(pair(to_micro(s.pose.x_m), to_micro(s.pose.y_m)));
+    add(pair(to_micro(s.pose.heading_rad), -1));
+  }
 }
 
 std::uint64_t joint_hash(const std::map<std::string, std::uint64_t>& by_lab) {

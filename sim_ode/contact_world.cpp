@@ -15,8 +15,9 @@ namespace {
 
 using hal::kilobot::body_radius_m;
 constexpr double tick_s = tick_us * 1e-6;
-// No two robots come nearer to each other than this in one step (two pivots at the largest duty: 1.2 mm).
-constexpr double reach_m = 0.0015;
+// How near two robots may come to each other in one step. Beyond the larger one a tick is divided into steps: contacts
+// hold along their direction at a step's start, which so many millimetres turn by a few degrees at most.
+constexpr double least_reach_m = 0.0015, largest_reach_m = 0.003;
 // Pairs are listed while nearer than a diameter plus this; the list then serves many steps.
 constexpr double skin_m = 0.02;
 constexpr std::uint64_t align_steps = 64;
@@ -29,12 +30,14 @@ double within_pi(double angle) {
 
 }  // namespace
 
-ContactWorld::ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed,
-                           const std::vector<hal::Pose>& start)
+ContactWorld::ContactWorld(double width_m, double height_m, const ContactSettings& contacts, std::uint64_t seed,
+                           const std::vector<hal::Pose>& start, const hal::Solids& solids)
     : width_m_(width_m),
       height_m_(height_m),
       grid_(width_m, height_m, 2 * body_radius_m + skin_m, static_cast<int>(start.size())),
-      solver_(friction, seed) {
+      solids_(width_m, height_m, solids),
+      solver_(contacts, seed, solids_.objects()),
+      reach_m_(least_reach_m) {
   const std::size_t n = start.size();
   for (const hal::Pose& pose : start) {
     now_.x.push_back(pose.x_m);
@@ -46,16 +49,18 @@ ContactWorld::ContactWorld(double width_m, double height_m, double friction, std
   before_ = now_;
   for (std::vector<double>* zeros : {&ahead_, &left_, &turn_, &turn_sin_}) zeros->assign(n, 0);
   turn_cos_.assign(n, 1);
+  velocity_.resize(n);
   in_arena_.assign(n, 1);
   body_of_.assign(n, -1);
 }
 
 void ContactWorld::set_velocity(int robot, const Velocity& velocity) {
   const std::size_t i = index(robot);
-  const double turn = velocity.turn_rad_s * tick_s;
+  velocity_[i] = velocity;
+  const double step_s = tick_s / steps_per_tick_, turn = velocity.turn_rad_s * step_s;
   const double half_cos = hal::fixed::cos(turn / 2), half_sin = hal::fixed::sin(turn / 2);
-  ahead_[i] = tick_s * (velocity.ahead_m_s * half_cos - velocity.left_m_s * half_sin);
-  left_[i] = tick_s * (velocity.ahead_m_s * half_sin + velocity.left_m_s * half_cos);
+  ahead_[i] = step_s * (velocity.ahead_m_s * half_cos - velocity.left_m_s * half_sin);
+  left_[i] = step_s * (velocity.ahead_m_s * half_sin + velocity.left_m_s * half_cos);
   turn_[i] = turn;
   turn_cos_[i] = half_cos * half_cos - half_sin * half_sin;
   turn_sin_[i] = 2 * half_cos * half_sin;
@@ -66,7 +71,8 @@ void ContactWorld::place(int robot, const hal::Pose& pose) {
   const std::size_t i = index(robot);
   longest_path_m_ += hal::fixed::hypot(pose.x_m - now_.x[i], pose.y_m - now_.y[i]);
   slack_m_ = -1;  // pairs are listed anew
-  for (Places* places : {&now_, &before_}) {
+  for (Places* places : {&now_, &before_, &tick_began_}) {
+    if (places->x.empty()) continue;  // no tick was divided yet
     places->x[i] = pose.x_m;
     places->y[i] = pose.y_m;
     places->heading[i] = within_pi(pose.heading_rad);
@@ -82,10 +88,26 @@ void ContactWorld::take_off(int robot) {
   in_arena_[index(robot)] = 0;
 }
 
-void ContactWorld::step() {
-  list_pairs();
-  move_alone();
-  hold_contacts();
+void ContactWorld::tick() {
+  divide_tick();
+  if (steps_per_tick_ > 1) tick_began_ = now_;
+  solids_.begin_tick();
+  for (int step = 0; step < steps_per_tick_; ++step) {
+    list_pairs();
+    move_alone();
+    hold_contacts();
+  }
+}
+
+// Finds into how many steps the next tick must be divided, and how near robots may come to each other in one.
+void ContactWorld::divide_tick() {
+  const double nearer_m = 2 * std::sqrt(fastest2_) * steps_per_tick_;
+  const int steps = std::max(1, static_cast<int>(std::ceil(nearer_m / largest_reach_m)));
+  reach_m_ = std::max(least_reach_m, nearer_m / steps);
+  if (steps == steps_per_tick_) return;
+  steps_per_tick_ = steps;
+  fastest2_ = 0;
+  for (int i = 0; i < robots(); ++i) set_velocity(i, velocity_[index(i)]);
 }
 
 void ContactWorld::list_pairs() {
@@ -93,14 +115,16 @@ void ContactWorld::list_pairs() {
 }
 
 void ContactWorld::hold_contacts() {
-  double path = std::sqrt(fastest2_);
+  double path = std::sqrt(fastest2_), objects_path = 0;
   find_contacts();
   if (!solver_.empty()) {
-    solver_.solve(totals_.steps, before_.x, before_.y);
+    solver_.solve(tick_s / steps_per_tick_);
+    if (!solids_.empty()) objects_path = solids_.move(solver_, tick_s / steps_per_tick_);
     correct_touched();
-    for (const ContactSolver::Body& body : solver_.bodies())
-      path = std::max(path, std::sqrt(body.dx * body.dx + body.dy * body.dy));
+    for (const ContactBody& body : solver_.bodies())
+      if (body.robot >= 0) path = std::max(path, std::sqrt(body.dx * body.dx + body.dy * body.dy));
   }
+  path = std::max(path, objects_path);
   slack_m_ -= 2 * path;  // two robots may have come nearer by twice the path
   longest_path_m_ += path;
   ++totals_.steps;
@@ -128,7 +152,8 @@ void ContactWorld::find_pairs() {
     if (width_m_ / 2 - body_radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
     if (height_m_ / 2 - body_radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
   }
-  slack_m_ = skin_m - reach_m - 4 * NeighbourGrid::rounded_m;
+  if (!solids_.empty()) solids_.list_near(grid_, now_.x, now_.y, skin_m);
+  slack_m_ = skin_m - largest_reach_m - 4 * NeighbourGrid::rounded_m;
 }
 
 // How far the robot would go alone.
@@ -164,14 +189,15 @@ int ContactWorld::body(int robot) {
   int& body = body_of_[index(robot)];
   if (body < 0) {
     const auto [dx, dy] = motion(robot);
-    body = solver_.add_body(robot, dx, dy, body_radius_m * turn_[index(robot)]);
+    body = solver_.add_body(robot, before_.x[index(robot)], before_.y[index(robot)], dx, dy,
+                            body_radius_m * turn_[index(robot)]);
   }
   return body;
 }
 
 void ContactWorld::find_contacts() {
   solver_.clear();
-  constexpr double near_m = 2 * body_radius_m + reach_m;
+  const double near_m = 2 * body_radius_m + reach_m_;
   const double *const px = before_.x.data(), *const py = before_.y.data();
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     Pair& pair = pairs_[k];
@@ -190,19 +216,22 @@ void ContactWorld::find_contacts() {
     Pair& wall = walls_[k];
     const double nx = wall.b == -1 ? -1 : wall.b == -2 ? 1 : 0, ny = wall.b == -3 ? -1 : wall.b == -4 ? 1 : 0;
     const double gap = nx != 0 ? free_x - nx * px[wall.a] : free_y - ny * py[wall.a];
-    if (gap >= reach_m) continue;
+    if (gap >= reach_m_) continue;
     const int a = body(wall.a);
     const auto& one = solver_.bodies()[index(a)];
     solver_.add_wall(a, nx, ny, gap, one.dx * nx + one.dy * ny > gap, wall.push_m, wall.rub_m,
                      -1 - static_cast<int>(k));
     wall.push_m = wall.rub_m = 0;
   }
+  if (!solids_.empty())
+    solids_.find_contacts(before_.x, before_.y, reach_m_, tick_s / steps_per_tick_, solver_,
+                          [this](int robot) { return body(robot); });
 }
 
 // Puts those in contact where the contacts let them go, and looks how deep they ended.
 void ContactWorld::correct_touched() {
   for (int k = 0; k < static_cast<int>(solver_.bodies().size()); ++k) {
-    const ContactSolver::Body& body = solver_.bodies()[index(k)];
+    const ContactBody& body = solver_.bodies()[index(k)];
     if (body.robot < 0) continue;
     const std::size_t i = index(body.robot);
     body_of_[i] = -1;
@@ -220,13 +249,14 @@ void ContactWorld::correct_touched() {
   }
 
   const auto& bodies = solver_.bodies();
-  for (const ContactSolver::Contact& contact : solver_.solved()) {
-    Pair& pair = contact.wall() ? walls_[index(-1 - contact.source)] : pairs_[index(contact.source)];
+  for (const Contact& contact : solver_.solved()) {
+    if (contact.of_solid) continue;
+    Pair& pair = contact.fixed() ? walls_[index(-1 - contact.source)] : pairs_[index(contact.source)];
     pair.push_m = static_cast<float>(contact.push_m);
     pair.rub_m = static_cast<float>(contact.rub_m);
     const std::size_t a = index(bodies[index(contact.a)].robot);
     double deep;
-    if (contact.wall()) {
+    if (contact.fixed()) {
       deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + body_radius_m - width_m_ / 2
                                    : std::abs(now_.y[a]) + body_radius_m - height_m_ / 2;
     } else {
@@ -237,6 +267,11 @@ void ContactWorld::correct_touched() {
     totals_.deepest_m = std::max(totals_.deepest_m, deep);
     totals_.deep += deep > 0.001;
   }
+  if (!solids_.empty()) {
+    const SolidBodies::Depth depth = solids_.depth(solver_, now_.x, now_.y);
+    totals_.deepest_m = std::max(totals_.deepest_m, depth.deepest_m);
+    totals_.deep += static_cast<std::uint64_t>(depth.deeper_than_1mm);
+  }
   totals_.contacts += solver_.solved().size();
   totals_.ode_steps = solver_.ode_steps();
   totals_.drift_m = solver_.drift_m();
@@ -245,8 +280,9 @@ void ContactWorld::correct_touched() {
 hal::Pose ContactWorld::pose(int robot, double share) const {
   const std::size_t i = index(robot);
   const auto between = [share](double from, double to) { return from + share * (to - from); };
-  return {between(before_.x[i], now_.x[i]), between(before_.y[i], now_.y[i]),
-          within_pi(between(before_.heading[i], now_.heading[i]))};
+  const Places& from = steps_per_tick_ > 1 ? tick_began_ : before_;
+  return {between(from.x[i], now_.x[i]), between(from.y[i], now_.y[i]),
+          within_pi(between(from.heading[i], now_.heading[i]))};
 }
 
 }  // namespace arkmesh::sim_ode

@@ -11,19 +11,20 @@
 #include "sim_ode/contact_solver.hpp"
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/neighbour_grid.hpp"
+#include "sim_ode/solid_bodies.hpp"
 
 namespace arkmesh::sim_ode {
 
 class ContactWorld {
  public:
   // Arena frame; `start` are poses at rest. Seeds ODE's generator for each step from `seed` and the step's number.
-  ContactWorld(double width_m, double height_m, double friction, std::uint64_t seed,
-               const std::vector<hal::Pose>& start);
+  ContactWorld(double width_m, double height_m, const ContactSettings& contacts, std::uint64_t seed,
+               const std::vector<hal::Pose>& start, const hal::Solids& solids = {});
 
   // In force until the next call.
   void set_velocity(int robot, const Velocity& velocity);
-  // One robot tick: these three, in this order.
-  void step();
+  // One robot tick, in so many steps that nobody goes far in one. A step is these three, in this order.
+  void tick();
   void list_pairs();     // who may touch, when the old list has served its time
   void move_alone();     // everybody as if alone
   void hold_contacts();  // then those who touch
@@ -37,9 +38,9 @@ class ContactWorld {
   const std::vector<double>& y() const { return now_.y; }
   // Unit vector of a robot's heading.
   std::pair<double, double> heading(int robot) const { return {now_.cos[index(robot)], now_.sin[index(robot)]}; }
-  // `share` 0..1 of the way from before the last step to after it.
+  // `share` 0..1 of the way from before the last tick to after it.
   hal::Pose pose(int robot, double share) const;
-  // Grows by less than this bound in each step: metres that any robot has moved since the world began.
+  // Metres that any robot has moved since the world began, at most.
   double longest_path_m() const { return longest_path_m_; }
 
   struct Totals {
@@ -50,6 +51,7 @@ class ContactWorld {
     double drift_m = 0;          // out of the plane, in a step
   };
   const Totals& totals() const { return totals_; }
+  const SolidBodies& solids() const { return solids_; }
 
  private:
   // By robot. Headings are angles; cosine and sine follow them step by step and are brought in line from time to time.
@@ -64,6 +66,7 @@ class ContactWorld {
   };
 
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
+  void divide_tick();
   void align_headings();
   void find_pairs();
   void find_contacts();
@@ -73,8 +76,13 @@ class ContactWorld {
 
   double width_m_, height_m_;
   NeighbourGrid grid_;
+  SolidBodies solids_;
   ContactSolver solver_;
-  Places now_, before_;                             // the last step
+  Places now_, before_;  // the last step
+  Places tick_began_;    // while a tick is several steps
+  int steps_per_tick_ = 1;
+  double reach_m_;  // nobody comes nearer to anybody in a step
+  std::vector<Velocity> velocity_;
   std::vector<double> ahead_, left_;                // metres per step at mid-turn, robot frame
   std::vector<double> turn_, turn_cos_, turn_sin_;  // per step
   std::vector<std::uint8_t> in_arena_;

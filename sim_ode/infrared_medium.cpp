@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "hal/fixed_math.hpp"
 #include "sim_ode/host/distance_readings.hpp"
@@ -16,12 +17,6 @@ constexpr std::int64_t sense_until_us = 67;          // a sender that has begun 
 constexpr std::int64_t overhead_repeat_us = 10'409;  // the controller repeats its message until the next packet
 constexpr double grid_slack_m = 0.005;
 
-// Nearly normal, mean 0, s.d. 1, at most 3.47: four uniform numbers from one draw.
-double about_normal(std::uint64_t bits) {
-  const auto sum = static_cast<double>((bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48));
-  return (sum / 65536.0 - 2) * 1.7320508075688772;
-}
-
 }  // namespace
 
 InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots,
@@ -29,22 +24,9 @@ InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double 
     : settings_(settings),
       grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots),
       chance_(seed, lab + "/ode/infrared"),
-      pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
-      // two parts, each at most 3.47 s.d., that together are longest when even
-      longest_reach_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {
+      reach_(settings, lab, seed) {
   ears_.resize(index(robots));
-}
-
-// How far `from` is heard by `to`: differs from pair to pair and by direction, always the same for the same two.
-double InfraredMedium::reach_m(int from, int to) const {
-  if (settings_.ir_range_spread_m == 0) return settings_.ir_range_m;
-  const auto normal = [this](int a, int b, std::uint64_t kind) {
-    const auto pair = static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint64_t>(b);
-    return about_normal(hal::mix64(hal::mix64(pair_key_ + kind) ^ hal::mix64(pair)));
-  };
-  const double both = normal(std::min(from, to), std::max(from, to), 0), own = normal(from, to, 1);
-  return settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(1 - settings_.ir_asymmetry) * both +
-                                                               std::sqrt(settings_.ir_asymmetry) * own);
+  if (settings.air.ir_capture > 0) light_.resize(ears_.size());
 }
 
 void InfraredMedium::overhead_sends(std::int64_t start_us) {
@@ -181,7 +163,7 @@ void InfraredMedium::end_tick(std::vector<Reception>& heard) {
 void InfraredMedium::fetch_ahead() const {
   const std::size_t at = attempt_;
   const ContactWorld& world = *world_;
-  const double reach = longest_reach_m_ + world.longest_path_m() - grid_path_m_;
+  const double reach = reach_.longest_m() + world.longest_path_m() - grid_path_m_;
   if (at + 6 < attempts_.size()) {
     const std::size_t i = index(attempts_[at + 6].robot);
     __builtin_prefetch(&world.x()[i]);
@@ -208,21 +190,36 @@ void InfraredMedium::send(const Message& message) {
   ears_[index(robot)].sends_until_us = end_us;
 
   const std::size_t first_listener = listeners_.size();
-  const double x = world.x()[index(robot)], y = world.y()[index(robot)], range = longest_reach_m_;
+  const double x = world.x()[index(robot)], y = world.y()[index(robot)], range = reach_.longest_m();
   // they may have moved since the grid was built
-  for (int listener : grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_)) {
+  const std::span<const int> near = grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_);
+  const bool same_for_all = reach_.same_for_all();
+  if (!same_for_all) share_left_.resize(ears_.size(), 1);
+  for (const int listener : near) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) continue;
-    if (settings_.ir_range_spread_m > 0 && hal::fixed::hypot(dx, dy) > reach_m(robot, listener)) continue;
+    double left = 1, reach = range;
+    if (!same_for_all) {
+      const double distance = hal::fixed::hypot(dx, dy);
+      left = reach_.share_left(robot, listener, world, near);
+      reach = reach_.of_pair_m(robot, listener) * left;
+      if (distance > reach) continue;
+    }
+    // falls with the square of the distance, and is 1 where the reach ends
+    const double light = light_.empty() ? 0 : reach * reach / std::max(dx * dx + dy * dy, 1e-6);
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
-    if (!free && ear.decoding >= 0) {
+    // a receiver stays with the message that it has begun, and loses it unless the newcomer is much weaker
+    const bool captured = !light_.empty() && light_[index(listener)] >= settings_.air.ir_capture * light;
+    if (!free && ear.decoding >= 0 && !captured) {
       ++totals_.spoiled;
       ear.decoding = -1;
     }
     ear.energy_until_us = std::max(ear.energy_until_us, end_us);
     if (!free) continue;  // deaf while it sends, or two at once
     ear.decoding = number;
+    if (!light_.empty()) light_[index(listener)] = static_cast<float>(light);
+    if (!share_left_.empty()) share_left_[index(listener)] = static_cast<float>(left);
     listeners_.push_back(listener);
   }
   on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
@@ -250,7 +247,11 @@ void InfraredMedium::finish(const Sending& sending) {
       ++totals_.lost;
       continue;
     }
-    if (settings_.ir_noise_m > 0) distance += settings_.ir_noise_m * about_normal(chance_.next());
+    // what took light on its way makes the sender seem farther
+    if (!share_left_.empty()) distance /= share_left_[index(listener)];
+    const double noise_m = settings_.ir_noise_m + settings_.air.ir_noise_per_m * distance;
+    distance = reach_.measured_m(sending.robot, listener, distance);
+    if (noise_m > 0) distance += noise_m * about_normal(chance_.next());
     Reception& reception = unsorted_.emplace_back();
     reception.robot = listener;
     reception.at_us = static_cast<std::uint32_t>(sending.end_us - start_us_);

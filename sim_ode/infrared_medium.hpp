@@ -14,6 +14,7 @@
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/reception.hpp"
 #include "sim_ode/host/send_timer.hpp"
+#include "sim_ode/infrared_reach.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
@@ -29,6 +30,11 @@ class InfraredMedium {
   void overhead_sends(std::int64_t start_us);
   // From now on that source says when the overhead controller's light shines. It outlives the medium.
   void listen_to(const OverheadSource* source) { source_ = source; }
+  // From now on these shapes block infrared. They outlive the medium and stand still within a tick; null: none.
+  void set_blockers(const Shadows* shadows) { reach_.set_blockers(shadows); }
+
+  // Factors on how far each robot is heard; at the beginning, or all are 1.
+  void set_gains(std::vector<float> gains) { reach_.set_gains(std::move(gains)); }
 
   // Tick `number` begins: robots whose timers come in it. `world` stands still until the tick's end.
   void begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers);
@@ -87,16 +93,16 @@ class InfraredMedium {
   void forget_ended();
   std::optional<Attempt> take_attempt();
   void fetch_ahead() const;
-  double reach_m(int from, int to) const;
   void finish(const Sending& sending);
 
   Settings settings_;
   NeighbourGrid grid_;
   double grid_path_m_ = -1;  // ContactWorld::longest_path_m() when the grid was built
   hal::RandomStream chance_;
-  std::uint64_t pair_key_;
-  double longest_reach_m_;  // of any pair
-  std::vector<Ear> ears_;   // by robot
+  InfraredReach reach_;
+  std::vector<Ear> ears_;          // by robot
+  std::vector<float> light_;       // by robot: of what it decodes, per ir_capture; empty without that
+  std::vector<float> share_left_;  // by robot: of the reach over the way of what it decodes; empty: all of it
   // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between
   // ticks.
   std::vector<Sending> on_air_;

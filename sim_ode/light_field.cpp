@@ -6,14 +6,15 @@
 #include <numbers>
 
 #include "hal/fixed_math.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double sensor_m = 0.0145;                          // from the centre
-constexpr double sensor_rad = 100 * std::numbers::pi / 180;  // left of ahead
-constexpr double room = 400;                                 // without lamps, everywhere
-const double across = hal::fixed::cos(sensor_rad), along = hal::fixed::sin(sensor_rad);
+using hal::kilobot::light_sensor_bearing_rad;
+constexpr double sensor_m = hal::kilobot::light_sensor_radius_m;
+constexpr double room = 400;  // without lamps, everywhere
+const double across = hal::fixed::cos(light_sensor_bearing_rad), along = hal::fixed::sin(light_sensor_bearing_rad);
 
 }  // namespace
 
@@ -28,6 +29,7 @@ double LightField::strength(double x_m, double y_m, std::pair<double, double> he
                out_y = heading.second * across + heading.first * along;
   double sum = 0;
   for (const hal::Pose& lamp : lamps_) {
+    if (shadows_ && shadows_->between({x_m + sensor_m * out_x, y_m + sensor_m * out_y}, {lamp.x_m, lamp.y_m})) continue;
     const double dx = lamp.x_m - x_m - sensor_m * out_x, dy = lamp.y_m - y_m - sensor_m * out_y,
                  distance = std::sqrt(dx * dx + dy * dy);
     // a lamp right above shines on all sides alike

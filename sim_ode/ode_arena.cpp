@@ -21,6 +21,7 @@
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/contact_world.hpp"
+#include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/robot_host.hpp"
@@ -36,24 +37,34 @@ namespace {
 
 class OdeArena final : public SimulatedArena {
  public:
-  OdeArena(const hal::ArenaConfig& config, const Settings& settings, std::shared_ptr<const RobotProgram> program,
-           const std::vector<hal::Pose>& start, const std::string& lab, std::uint64_t seed,
+  OdeArena(const hal::ArenaConfig& config, const Settings& settings, const hal::Solids& solids,
+           std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
+           std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed,
            const SimulatedArenaOptions& options)
       : settings_(settings),
-        info_(make_info(config, lab)),
+        info_(make_info(config, solids, lab)),
         poses_(counters_),
         registers_(info_, counters_),
-        motors_(settings, config.robots, lab, seed),
+        motors_(settings, std::move(profiles), lab, seed),
         leds_(config.robots),
-        world_(config.width_m, config.height_m, settings.friction, seed, start),
+        batteries_(settings, motors_.profiles()),
+        world_(config.width_m, config.height_m, settings.contacts, seed, start, solids),
         light_(settings, config.robots, lab, seed),
-        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, settings.clock_spread,
-              options.ids),
+        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, options.ids),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
         overhead_chance_(seed, lab + "/ode/overhead_loss"),
+        usb_chance_(seed, lab + "/ode/usb_gaps"),
         overhead_(options.overhead) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (settings.leave_failed) host_.leave_failed_robots();
+    std::vector<float> gains;
+    for (const RobotProfile& robot : motors_.profiles()) gains.push_back(static_cast<float>(robot.infrared_gain));
+    infrared_.set_gains(std::move(gains));
+    if (!world_.solids().empty()) {
+      world_.solids().shade(shadows_);
+      infrared_.set_blockers(&shadows_);
+      light_.set_blockers(&shadows_);
+    }
     if (!overhead_) return;
     host_.nothing_is_repeated();
     infrared_.listen_to(overhead_);
@@ -104,6 +115,7 @@ class OdeArena final : public SimulatedArena {
       out[i].blue = light_of_[i][2] / 3;
       out[i].in_arena = world_.in_arena(robot);
       out[i].powered = host_.powered(robot);
+      out[i].led_bearing_rad = motors_.profiles()[i].led_bearing_rad;
     }
   }
 
@@ -121,9 +133,11 @@ class OdeArena final : public SimulatedArena {
           return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
                              pose.y_m, i);
       }
-    if (!std::isfinite(pose.heading_rad) || !trouble_with({pose}, info_.width_m, info_.height_m).empty() ||
+    if (!std::isfinite(pose.heading_rad) ||
+        !trouble_with({pose}, info_.width_m, info_.height_m, world_.solids()).empty() ||
         !std::isfinite(pose.x_m + pose.y_m))
-      return fmt::format("{}, {} is not wholly inside the walls", pose.x_m, pose.y_m);
+      return fmt::format("{}, {} is not wholly inside the walls and clear of obstacles and objects", pose.x_m,
+                         pose.y_m);
     if (!world_.in_arena(robot)) --off_arena_;
     world_.place(robot, pose);
     return {};
@@ -149,25 +163,30 @@ class OdeArena final : public SimulatedArena {
   }
 
  private:
-  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const std::string& lab) {
+  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const hal::Solids& solids, const std::string& lab) {
     hal::ArenaInfo info{hal::kilobot::model};
     info.name = lab;
     info.platform = "ode";
     info.width_m = config.width_m;
     info.height_m = config.height_m;
     info.can_wait = config.pace == 0;
+    info.obstacles = solids.obstacles;
+    info.objects = solids.objects;
     info.frame_period = config.frame_period;
     for (int i = 0; i < config.robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
     return info;
   }
 
   RobotSensors sensors() {
+    std::function<double(int)> voltage;
+    if (batteries_.run_down()) voltage = [this](int robot) { return batteries_.voltage(robot); };
     return {.light =
                 [this](int robot) {
                   const auto i = static_cast<std::size_t>(robot);
                   return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
                 },
-            .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); }};
+            .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); },
+            .voltage = std::move(voltage)};
   }
 
   // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that
@@ -176,6 +195,7 @@ class OdeArena final : public SimulatedArena {
     ++ticks_;
     try {
       leds_.end_tick();
+      if (batteries_.run_down()) drain_batteries();
       if (overhead_) hear_overhead();
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
@@ -185,26 +205,67 @@ class OdeArena final : public SimulatedArena {
       throw;
     }
     for (const Motors::Change& change : motors_.end_tick()) world_.set_velocity(change.robot, change.velocity);
-    world_.step();
+    world_.tick();
+    if (world_.solids().any_moves()) world_.solids().shade(shadows_);
+  }
+
+  // Some robots each tick, all once a second. An empty battery switches its robot off.
+  void drain_batteries() {
+    for (int robot = Batteries::first(ticks_); robot < world_.robots(); robot += Batteries::looks_every) {
+      if (!host_.powered(robot)) continue;
+      batteries_.spend(robot, motors_.load(robot), leds_.steps(robot));
+      motors_.weaken(robot, batteries_.voltage(robot));
+      if (!batteries_.empty(robot)) continue;
+      host_.set_power(robot, false);
+      counters_.add("robots.battery_empty");
+    }
   }
 
   void send_composite() {
     ++composites_;
     if (overhead_) return;
+    if (in_usb_gap()) {
+      // the controller goes on repeating what it was given last
+      if (repeating_) infrared_.overhead_sends(clock_.now().count());
+      return;
+    }
     const std::optional<Message> message = registers_.next();
+    repeating_ = message.has_value();
     if (!message) return;
     infrared_.overhead_sends(clock_.now().count());
     Inbox::Overhead& heard = inbox_.overhead.emplace_back();
     heard.at_us = static_cast<std::uint32_t>(clock_.now().count() - ticks_ * tick_us);
     heard.message = *message;
     // fleet commands are repeated until everybody has heard them
-    if (settings_.overhead_loss == 0 || message->type > 127) return;
+    if (!loses_overhead() || message->type > 127) return;
     draw_missed(heard);
+  }
+
+  // Whether the host's stream stands still just now; asked once for each composite.
+  bool in_usb_gap() {
+    const AirSettings& air = settings_.air;
+    if (air.usb_gap_s == 0) return false;
+    if (clock_.now() < gap_until_) return true;
+    const double chance = std::chrono::duration<double>(settings_.composite).count() / air.usb_gap_every_s;
+    if (usb_chance_.uniform() >= chance) return false;
+    gap_until_ = clock_.now() + hal::LabTime{std::llround(air.usb_gap_s * 1e6)};
+    counters_.add("overhead.usb_gaps");
+    return true;
+  }
+
+  bool loses_overhead() const { return settings_.overhead_loss > 0 || settings_.air.overhead_loss_edge > 0; }
+
+  // Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.
+  double overhead_loss(std::size_t robot) const {
+    const double centre = settings_.overhead_loss, corners = settings_.air.overhead_loss_edge;
+    if (std::isnan(corners)) return centre;
+    const double x = world_.x()[robot], y = world_.y()[robot], w = info_.width_m / 2, h = info_.height_m / 2;
+    return centre + (corners - centre) * std::min(1.0, (x * x + y * y) / (w * w + h * h));
   }
 
   void draw_missed(Inbox::Overhead& heard) {
     for (std::size_t i = 0; i < info_.robots.size(); ++i) {
-      const bool missed = overhead_chance_.uniform() < settings_.overhead_loss;
+      const bool missed = overhead_chance_.uniform() < overhead_loss(i);
       heard.missed.push_back(missed);
       if (missed) counters_.add("to_robots.lost.overhead");
     }
@@ -224,7 +285,7 @@ class OdeArena final : public SimulatedArena {
       Inbox::Overhead& heard = inbox_.overhead.emplace_back();
       heard.at_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(sent.end_us - since_us, 0, tick_us - 1));
       heard.message = sent.message;
-      if (settings_.overhead_loss > 0) draw_missed(heard);
+      if (loses_overhead()) draw_missed(heard);
       if (off_arena_ == 0) continue;
       heard.missed.resize(info_.robots.size());
       for (std::size_t i = 0; i < heard.missed.size(); ++i)
@@ -247,6 +308,7 @@ class OdeArena final : public SimulatedArena {
       observation.pose = world_.pose(static_cast<int>(i), share);
       if (!settings_.blank_leds) observation.led = seen_[i];
     }
+    world_.solids().poses(share, frame.objects);
     poses_.put(std::move(frame));
   }
 
@@ -258,11 +320,15 @@ class OdeArena final : public SimulatedArena {
   hal::kilobot::MessageRegisters registers_;
   Motors motors_;
   LedLights leds_;
+  Batteries batteries_;
   ContactWorld world_;
+  Shadows shadows_;  // of obstacles and objects
   LightField light_;
   RobotHost host_;
   InfraredMedium infrared_;
-  hal::RandomStream overhead_chance_;
+  hal::RandomStream overhead_chance_, usb_chance_;
+  hal::LabTime gap_until_{0};       // of the host's stream
+  bool repeating_ = false;          // the controller, its last message
   OverheadSource* overhead_;        // none: own composites
   int off_arena_ = 0;               // robots
   std::vector<Transmission> sent_;  // since the last tick
@@ -278,6 +344,9 @@ std::unique_ptr<OdeArena> make(
     const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& options,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
+  const hal::Solids solids = hal::read_solids(arena);
+  const SolidBodies furniture(config.width_m, config.height_m, solids);
+  if (const std::string wrong = furniture.misplaced(); !wrong.empty()) arena.refuse("objects", wrong);
   const Settings settings = read_settings(arena, program);
 
   const double within_x =
@@ -290,18 +359,19 @@ std::unique_ptr<OdeArena> make(
       arena.section("ode").refuse(
           "start_poses",
           fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
-    if (const std::string trouble = trouble_with(start, config.width_m, config.height_m); !trouble.empty())
+    if (const std::string trouble = trouble_with(start, config.width_m, config.height_m, furniture); !trouble.empty())
       arena.section("ode").refuse("start_poses", trouble);
   } else {
-    start = start_places(config.robots, within_x, within_y, lab, seed);
+    start = start_places(config.robots, within_x, within_y, lab, seed, furniture);
   }
   if (static_cast<int>(start.size()) < config.robots)
     arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
 
+  std::vector<RobotProfile> profiles = profiles_of(settings, arena.section("ode"), config.robots, lab, seed);
   all_read();
   try {
-    return std::make_unique<OdeArena>(config, settings, RobotProgram::load(settings.controller), start, lab, seed,
-                                      options);
+    return std::make_unique<OdeArena>(config, settings, solids, RobotProgram::load(settings.controller), start,
+                                      std::move(profiles), lab, seed, options);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
@@ -317,7 +387,7 @@ hal::ArenaRow ode_arena_row() {
           hal::ArenaRow::Robots::simulated,
           [](const hal::Section& arena, const hal::ArenaRequest& request) {
             const std::filesystem::path program =
-                request.program.empty() ? std::filesystem::path() : kilolib_folder() / "programs" / request.program;
+                request.program.empty() ? std::filesystem::path() : firmware_folder() / request.program;
             return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program, request.all_read));
           },
           [] {

@@ -5,11 +5,19 @@
 
 namespace arkmesh::sim_ode {
 
+void PresetKey::fields(const hal::Section& ode) {
+  ode.field("preset", preset,
+            {.help = "what keys that are not stated are: simple, or as sources say of real robots",
+             .one_of = {"ideal", "measured"}});
+}
+
 void Settings::fields(const hal::Section& ode) {
+  PresetKey::fields(ode);
   ode.field("controller", controller,
             {.help = "the C file that robots run",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty()});
+  ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
             {.help = "a robot's program that crashes or hangs ends the run, or leaves that robot dead",
@@ -21,12 +29,22 @@ void Settings::fields(const hal::Section& ode) {
   start_in_centre = start == Start::centre80;
   ode.field("start_poses", start_numbers_,
             {{-100, 100}, "m, rad", "x, y, heading of each robot in turn; wins over start"});
-  ode.field("friction", friction, {{0, 10}, "", "between bodies and with walls"});
+  ode.field("solver", contacts.solver,
+            {.help = "who solves contacts: ODE, or, for clusters of robots alone, a faster solver of our own",
+             .one_of = {"ode", "fast"}});
+  ode.field("friction", contacts.friction, {{0, 10}, "", "between bodies and with walls"});
   ode.field("speed_m_per_s", speed_m_s, {{0, 0.1}, "m/s", "with both motors at their calibrated duty"});
-  ode.field("turn_deg_per_s", turn_deg_per_s_, {{0, 360}, "deg/s", "with one motor at its calibrated duty"});
+  ode.field("turn_deg_per_s", turn_deg_per_s, {{0, 360}, "deg/s", "with one motor at its calibrated duty"});
   ode.field("speed_spread", speed_spread, {{0, 0.5}, "", "s.d. of each motor's speed, as a share"});
   ode.field("duty_spread", duty_spread, {{0, 20}, "", "s.d. of the calibrated duties, of 255"});
   ode.field("motion_noise", motion_noise, {{0, 0.5}, "", "s.d. of a factor on speed and turn rate, drawn each tick"});
+  ode.field("turn_noise_deg_per_s", turn_noise_deg_per_s,
+            {{0, 90}, "deg/s", "s.d. of a turn rate that wanders while a robot moves"});
+  ode.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "correlation time of that turn rate"});
+  ode.field("dead_duty", dead_duty, {{1, 255}, "", "a motor stands below it, of 255"});
+  ode.field("start_duty", start_duty,
+            {{0, 255}, "", "a motor at rest starts at it; with less only after spinup_motors(); 0: at dead_duty"});
+  BatterySettings::fields(ode);
   ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "x, y of each lamp"});
   ode.field("light_noise", light_noise, {{0, 1023}, "", "ambient light is read wrong by up to so much, of 1023"});
   ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "a robot's clock is off by up to this share"});
@@ -34,15 +52,18 @@ void Settings::fields(const hal::Section& ode) {
   ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
   ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
+  ode.field("ir_gain_spread", ir_gain_spread, {{0, 0.5}, "", "s.d. of each sender's factor on its reach"});
   ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
   ode.field("ir_asymmetry", ir_asymmetry, {{0, 1}, "", "share of that variance that is each direction's own"});
   ode.field("ir_loss_per_m", ir_loss_per_m, {{0, 10}, "1/m", "what distance adds to ir_loss"});
   ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
+  air.fields(ode);
 }
 
 void Settings::check(const hal::Section& ode) {
   if (controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
-  turn_rad_s = turn_deg_per_s_ * std::numbers::pi / 180;
+  contacts.speed_m_s = speed_m_s;
+  turn_rad_s = turn_deg_per_s * std::numbers::pi / 180;
   const std::vector<double>& poses = start_numbers_;
   if (poses.size() % 3 != 0)
     ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
@@ -52,10 +73,20 @@ void Settings::check(const hal::Section& ode) {
   for (std::size_t i = 0; i < lamp.size(); i += 2) lamps.push_back({lamp[i], lamp[i + 1], 0});
 }
 
+std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Section& ode, int robots,
+                                      const std::string& lab, std::uint64_t seed) {
+  std::vector<RobotProfile> out = draw_profiles(settings, robots, lab, seed);
+  if (settings.robots_file.empty()) return out;
+  if (!std::filesystem::exists(settings.robots_file)) ode.refuse("robots_file", "there is no such file");
+  read_profiles(settings.robots_file, settings, out);
+  return out;
+}
+
 Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
-  Settings defaults;
+  const hal::Section ode = arena.section("ode");
+  Settings defaults = settings_of(ode.read<PresetKey>().preset);
   defaults.controller = program;
-  Settings out = arena.section("ode").read(std::move(defaults));
+  Settings out = ode.read(std::move(defaults));
   if (!program.empty()) out.controller = program;
   out.blank_leds = arena.read<ViewSettings>().blank_leds;
   return out;

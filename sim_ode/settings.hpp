@@ -7,6 +7,9 @@
 
 #include "hal/config.hpp"
 #include "hal/types.hpp"
+#include "sim_ode/air_settings.hpp"
+#include "sim_ode/contacts.hpp"
+#include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/motors.hpp"
 
 namespace arkmesh::sim_ode {
@@ -19,17 +22,26 @@ struct ViewSettings {
   }
 };
 
-struct Settings : DriveSettings {
+// What keys that a file does not state are: robots as simple as can be, or as sources say of real ones.
+enum class Preset : std::uint8_t { ideal, measured };
+struct PresetKey {
+  Preset preset = Preset::ideal;
+
+  void fields(const hal::Section& ode);
+};
+
+struct Settings : PresetKey, DriveSettings, BatterySettings {
+  double turn_deg_per_s = 45;
+  std::filesystem::path robots_file;   // what single robots are like; empty: as drawn
   std::filesystem::path controller;    // a C file for kilolib
   bool leave_failed = false;           // on_fault = "end" | "leave"
   bool start_in_centre = false;        // start = "uniform" | "centre80"
   std::vector<hal::Pose> start_poses;  // of each robot in turn; wins over `start`
   bool blank_leds = false;             // arena.blank_leds: cameras see no colours
-  double friction = 0.3;               // between bodies and with walls
+  ContactSettings contacts;            // solver, friction
   // sensors
   std::vector<hal::Pose> lamps;  // headings mean nothing
   double light_noise = 10;       // a reading of ambient light is off by up to this much, of 1023
-  double clock_spread = 0;       // a robot's clock is off by up to this share
   // overhead controller
   hal::LabTime composite{55'000};
   double overhead_loss = 0;  // probability that a robot misses a composite
@@ -40,14 +52,21 @@ struct Settings : DriveSettings {
   double ir_asymmetry = 0.5;     // share of that variance that is each direction's own
   double ir_loss_per_m = 0;      // what distance adds to ir_loss
   double ir_noise_m = 0.001;     // s.d. of measured distances
+  AirSettings air;
 
   void fields(const hal::Section& ode);
   void check(const hal::Section& ode);
 
  private:
-  double turn_deg_per_s_ = 45;
   std::vector<double> start_numbers_, lamp_numbers_;
 };
+
+// presets.cpp
+Settings settings_of(Preset preset);
+
+// Robots as drawn and as the file says that they are. Throws ConfigError.
+std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Section& ode, int robots,
+                                      const std::string& lab, std::uint64_t seed);
 
 // Reads arena.blank_leds and [arena.ode]; `program` stands for the controller unless it is empty. Throws ConfigError.
 Settings read_settings(const hal::Section& arena, const std::filesystem::path& program = {});

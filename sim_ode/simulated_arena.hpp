@@ -9,6 +9,7 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::sim_ode {
@@ -39,6 +40,7 @@ class SimulatedArena : public hal::Arena {
     float red = 0, green = 0, blue = 0;  // of the LED, 0..1, mean over the exposure
     bool in_arena = true;
     bool powered = true;
+    double led_bearing_rad = hal::kilobot::led_bearing_rad;  // from its heading, counter-clockwise
   };
   // What is true now, seen by an eye that was open for the last `exposure`. One entry per robot.
   virtual void look(hal::LabTime exposure, std::vector<Seen>& out) const = 0;

@@ -23,7 +23,7 @@ constexpr int max_tries = 300;
 }  // namespace
 
 std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab,
-                                    std::uint64_t seed) {
+                                    std::uint64_t seed, const SolidBodies& solids) {
   hal::RandomStream chance(seed, lab + "/ode/start");
   std::vector<hal::Pose> out;
   // cells of one distance: whoever is too near lies in a neighbouring cell. Only cells with somebody in them are kept
@@ -31,7 +31,11 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
             rows = static_cast<int>(2 * half_height_m / apart_m) + 1;
   std::unordered_map<std::int64_t, std::vector<int>> cells;
   const auto number = [columns](int column, int row) { return static_cast<std::int64_t>(row) * columns + column; };
+  const auto is_clear = [&](double x, double y) {
+    return solids.empty() || solids.clearance_m(x, y, apart_m) >= apart_m / 2;
+  };
   const auto is_free = [&](double x, double y, int column, int row) {
+    if (!is_clear(x, y)) return false;
     for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r)
       for (int c = std::max(0, column - 1); c <= std::min(columns - 1, column + 1); ++c) {
         const auto cell = cells.find(number(c, r));
@@ -61,9 +65,12 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
     if (static_cast<std::int64_t>(columns) * rows < robots) return {};
     out.clear();
     for (int r = 0; r < rows; ++r)
-      for (int c = 0; c < columns; ++c)
-        out.push_back({columns > 1 ? half_width_m * (2.0 * c / (columns - 1) - 1) : 0,
-                       rows > 1 ? half_height_m * (2.0 * r / (rows - 1) - 1) : 0, 0});
+      for (int c = 0; c < columns; ++c) {
+        const hal::Pose place{columns > 1 ? half_width_m * (2.0 * c / (columns - 1) - 1) : 0,
+                              rows > 1 ? half_height_m * (2.0 * r / (rows - 1) - 1) : 0, 0};
+        if (is_clear(place.x_m, place.y_m)) out.push_back(place);
+      }
+    if (static_cast<int>(out.size()) < robots) return {};
     for (std::size_t k = out.size(); k-- > 1;) std::swap(out[k], out[chance.below(k + 1)]);
     out.resize(static_cast<std::size_t>(robots));
   }
@@ -71,13 +78,16 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
   return out;
 }
 
-std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, double height_m) {
+std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
+                         const SolidBodies& solids) {
   constexpr double allowed_m = 1e-6;  // of rounding
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {
     if (std::abs(place.x_m) > width_m / 2 - hal::kilobot::body_radius_m + allowed_m ||
         std::abs(place.y_m) > height_m / 2 - hal::kilobot::body_radius_m + allowed_m)
       return fmt::format("puts robot {} at {}, {}, not wholly inside the walls", x.size(), place.x_m, place.y_m);
+    if (solids.clearance_m(place.x_m, place.y_m, 1) < hal::kilobot::body_radius_m - allowed_m)
+      return fmt::format("puts robot {} at {}, {}, where an obstacle or an object is", x.size(), place.x_m, place.y_m);
     x.push_back(place.x_m);
     y.push_back(place.y_m);
   }

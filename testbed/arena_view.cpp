@@ -96,7 +96,7 @@ cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracke
     tracker::draw_border(drawn, *seen_by);
     tracker::draw_overlay(drawn, *seen_by, overlay_);
     tracker::draw_overlay(drawn, *seen_by, ghosts_);
-    tracker::draw_tracks(drawn, *seen_by, tracker.tracks());
+    tracker::draw_tracks(drawn, *seen_by, tracker.tracks(), kilobot_body());
   }
   return drawn;
 }

@@ -1,5 +1,5 @@
 // Set-up procedure `assign-ids`: gives each robot in an arena an id of its own. Robots run
-// kilolib/programs/assign_ids.c.
+// firmware/assign_ids.c.
 #pragma once
 
 #include <vector>

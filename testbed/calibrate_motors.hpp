@@ -1,5 +1,5 @@
 // Set-up procedure `calibrate-motors`: duties at which each robot in an arena turns and goes straight as it should.
-// Robots run kilolib/programs/calibrate_motors.c and have ids of their own.
+// Robots run firmware/calibrate_motors.c and have ids of their own.
 #pragma once
 
 #include <map>

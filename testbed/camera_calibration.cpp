@@ -33,7 +33,7 @@ void draw_arena(cv::Mat& picture, const tracker::CameraData& camera) {
 }
 
 std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker::Point at) {
-  const auto scale = tracker::Calibration(camera).scale(at, tracker::board_height_m);
+  const auto scale = tracker::Calibration(camera).scale(at, hal::kilobot::board_height_m);
   if (!scale) return {};
   return (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot::body_radius_m;
 }

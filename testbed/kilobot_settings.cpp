@@ -72,14 +72,12 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
                                       std::optional<std::size_t> emulated_cameras) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const hal::Section kilobot = arena.section("kilobot");
-  KilobotSettings defaults;
-  defaults.tracking.body.board_m = tracker::board_height_m;
-  KilobotSettings out = kilobot.read(std::move(defaults));
+  auto out = kilobot.read<KilobotSettings>();
   const std::size_t cameras = out.cameras.size();
   if (emulated_cameras && cameras != *emulated_cameras)
     kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
   out.tracking.following.led_offset_rad = out.led_offset_deg * std::numbers::pi / 180;
-  out.tracking.body.led_m = out.tracking.body.board_m + 0.002;
+  out.tracking.body = kilobot_body(out.tracking.body.board_m);
   if (cameras == 0)
     kilobot.refuse("cameras",
                    "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");

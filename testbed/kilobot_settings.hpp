@@ -9,8 +9,8 @@
 
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "testbed/kilobot_tracking.hpp"
 #include "tracker/calibration.hpp"
-#include "tracker/table_tracker.hpp"
 
 namespace arkmesh::testbed {
 
@@ -32,9 +32,9 @@ struct WindowSettings {
 
 struct KilobotSettings {
   WindowSettings window;
-  tracker::TableSettings tracking;
-  double led_offset_deg = 44;  // driving direction minus LED direction, counter-clockwise
-  bool known_to_ark = false;   // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
+  tracker::TableSettings tracking = kilobot_tracking();
+  double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
+  bool known_to_ark = false;  // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
   std::vector<CameraSettings> cameras;             // one to four
   std::vector<tracker::Calibration> calibrations;  // of each camera, for an arena of this size
   hal::kilobot::ArenaSettings arena;               // ids, the overhead controller, and what the beginning puts up with

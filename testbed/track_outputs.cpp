@@ -12,6 +12,7 @@
 
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -27,7 +28,8 @@ double seconds(hal::LabTime t) {
 }
 
 std::optional<tracker::Point> pixel_of(const tracker::Track& track, const tracker::Calibration* camera) {
-  return camera ? camera->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, tracker::board_height_m) : std::nullopt;
+  return camera ? camera->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, hal::kilobot::board_height_m)
+                : std::nullopt;
 }
 
 void print_json(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,
@@ -85,7 +87,7 @@ void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTrac
   if (options_.video.empty() && options_.png.empty() && !watched) return;
   cv::Mat drawn = picture.bgr.clone();
   if (camera && !options_.calibration.empty()) tracker::draw_border(drawn, *camera);
-  if (camera) tracker::draw_tracks(drawn, *camera, tracks);
+  if (camera) tracker::draw_tracks(drawn, *camera, tracks, kilobot_body());
   if (!options_.video.empty()) write_video(drawn, picture.stamp);
   if (!options_.png.empty()) last_picture_ = watched ? drawn.clone() : drawn;
   if (watched) show(drawn, picture.stamp);

@@ -57,7 +57,7 @@ std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) 
 
 tracker::TableTracker make_tracker(const StreamOptions& options,
                                    const std::optional<tracker::CameraData>& calibration) {
-  tracker::TableSettings settings;
+  tracker::TableSettings settings = kilobot_tracking();
   settings.following.led_offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   if (options.diameter_px > 0) settings.detection.diameter_px = options.diameter_px;
   if (calibration) return tracker::TableTracker({tracker::Calibration(*calibration)}, settings);

@@ -7,6 +7,7 @@
 
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
+#include "testbed/kilobot_tracking.hpp"
 
 namespace arkmesh::testbed {
 
@@ -14,7 +15,7 @@ struct StreamOptions {
   std::string source, calibration, camera, csv, video, png, publish;
   bool json = false;
   int serve_port = -1;  // -1: nobody is shown anything; 0 takes any free port
-  double led_offset_deg = 44, diameter_px = 0;
+  double led_offset_deg = testbed::led_offset_deg, diameter_px = 0;
   double seconds = 0;  // of the source's time; 0: to its end, or until Ctrl-C
 };
 

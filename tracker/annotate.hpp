@@ -19,7 +19,7 @@ namespace arkmesh::tracker {
 // Draws into `picture` (8-bit BGR). A robot's circle has the colour of its LED (orange when off) and is thin while it
 // is out of sight; its arrow is the driving direction, left out when that is not known. The text is the robot's id,
 // with a question mark while it is doubtful, or #number of a track that nobody has named.
-void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body = {});
+void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body);
 void draw_overlay(cv::Mat& picture, const Calibration& camera, std::span<const hal::OverlayCircle> circles);
 // The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is
 // another's.

@@ -1,6 +1,7 @@
 #include "tracker/associator.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -22,7 +23,9 @@ double seconds(hal::LabTime t) {
 
 }  // namespace
 
-Associator::Associator(const AssociatorSettings& settings) : settings_(settings) {}
+Associator::Associator(const AssociatorSettings& settings) : settings_(settings) {
+  assert(settings.diameter_m + settings.motion.rear_axle_m > 0 && "the caller gives the robots' measures");
+}
 
 double Associator::reach_m(const Life& life, hal::LabTime now) const {
   return settings_.reach_m + settings_.top_speed_m_s * seconds(now - life.last_seen);

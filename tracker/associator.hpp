@@ -16,8 +16,8 @@
 namespace arkmesh::tracker {
 
 struct AssociatorSettings {
-  double diameter_m = 0.033;          // of a robot's body; two bodies cannot overlap
-  double led_offset_rad = 0.7679449;  // driving direction minus LED direction: 44 degrees
+  double diameter_m = not_given;      // of a robot's body; two bodies cannot overlap
+  double led_offset_rad = not_given;  // driving direction minus LED direction
   double top_speed_m_s = 0.06;        // nobody walks faster, pushed or played at four times life speed
   double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
   hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
@@ -40,7 +40,7 @@ struct Prospect {
 // (overlaps a robot).
 class Associator {
  public:
-  explicit Associator(const AssociatorSettings& settings = {});
+  explicit Associator(const AssociatorSettings& settings);
 
   // Every track that is in the picture or has been lately, lost ones too, ascending. `now` at or after that of the last
   // update.

@@ -17,10 +17,6 @@ struct Point {
 
 using Matrix3 = std::array<double, 9>;  // row by row
 
-// The height above the table of the edge of a robot's board, which is what is found in pictures (legs 21.7 mm; ARGoS
-// kilobot_measures.h).
-inline constexpr double board_height_m = 0.0217;
-
 enum class LensModel { pinhole, fisheye };
 
 // In the conventions of OpenCV's calib3d.

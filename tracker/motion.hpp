@@ -6,21 +6,21 @@
 #include <Eigen/Core>
 
 #include "hal/types.hpp"
+#include "tracker/not_given.hpp"
 
 namespace arkmesh::tracker {
 
 struct MotionSettings {
-  double rear_axle_m =
-      0.0099;  // how far the body's centre is ahead of the line between the rear legs (Kilombo's PCB figures)
-  double speed_drift = 5e-4;  // how fast the speed changes: variance per second, (m/s)^2/s
-  double turn_drift = 3.2;    // how fast the turn rate changes: variance per second, (rad/s)^2/s
-  double slip_m2_s = 1e-6;    // position changes that nothing explains: variance per second
+  double rear_axle_m = not_given;  // how far the body's centre is ahead of the line between the rear legs
+  double speed_drift = 5e-4;       // how fast the speed changes: variance per second, (m/s)^2/s
+  double turn_drift = 3.2;         // how fast the turn rate changes: variance per second, (rad/s)^2/s
+  double slip_m2_s = 1e-6;         // position changes that nothing explains: variance per second
 };
 
 class Motion {
  public:
   // A robot first seen at that place, of unknown heading.
-  Motion(double x_m, double y_m, double sigma_m, const MotionSettings& settings = {});
+  Motion(double x_m, double y_m, double sigma_m, const MotionSettings& settings);
 
   // Lets time pass, at least 0.
   void predict(double seconds);

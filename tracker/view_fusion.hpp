@@ -7,14 +7,15 @@
 
 #include "tracker/calibration.hpp"
 #include "tracker/detection.hpp"
+#include "tracker/not_given.hpp"
 #include "tracker/seen.hpp"
 
 namespace arkmesh::tracker {
 
 struct Body {
-  double diameter_m = 0.033;
-  double board_m = board_height_m;        // of the board's edge above the table
-  double led_m = board_height_m + 0.002;  // of the LED
+  double diameter_m = not_given;
+  double board_m = not_given;  // of the board's edge above the table: that is what is found in pictures
+  double led_m = not_given;    // of the LED
 };
 
 // One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its

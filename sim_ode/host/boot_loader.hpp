@@ -14,7 +14,8 @@ class BootLoader {
   // Waits for a program; what came of an earlier one is forgotten.
   void start() {
     written_.reset();
-    announced_ = bytes_ = 0;
+    announced_ = announced_first;
+    bytes_ = ticks_ = 0;
     page_ = -1;
     colour_ = 0;
   }
@@ -33,16 +34,26 @@ class BootLoader {
         return written_.none();  // any other message, as long as there is no half program
     }
   }
-  // Kilolib colour. While it waits it flashes blue, too briefly for a camera.
+  // Kilolib colour.
   std::uint8_t colour() const { return colour_; }
+  // A tick has passed. While it waits it flashes blue every second, too briefly for a camera; true: it is dark after
+  // one.
+  bool flashes() {
+    if (++ticks_ < flash_ticks) return false;
+    ticks_ = 0;
+    colour_ = 0;
+    return true;
+  }
   // Since power-up, over all uploads.
   std::uint64_t pages_written() const { return total_; }
 
  private:
-  static constexpr unsigned page_bytes = 128, bytes_per_message = 6;
+  static constexpr unsigned page_bytes = 128, bytes_per_message = 6, flash_ticks = 31;
+  static constexpr unsigned announced_first = 220;  // until it is told another number of pages
   static constexpr std::uint8_t dim_blue = 0x10, bright_green = 0x0C;
 
-  bool complete() const { return announced_ > 0 && written_.count() >= announced_; }
+  // Exactly as many as announced: it waits for ever when a smaller program is announced than it has written.
+  bool complete() const { return written_.count() == announced_; }
   // A page must come whole in one visit, in whatever order its messages are.
   bool add(std::uint8_t page) {
     if (page != page_) {
@@ -60,7 +71,7 @@ class BootLoader {
   }
 
   std::bitset<256> written_;
-  unsigned announced_ = 0, bytes_ = 0;
+  unsigned announced_ = announced_first, bytes_ = 0, ticks_ = 0;
   int page_ = -1;
   std::uint8_t colour_ = 0;
   std::uint64_t total_ = 0;

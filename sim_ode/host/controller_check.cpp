@@ -3,17 +3,15 @@
 #include "sim_ode/host/controller_check.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <system_error>
 
+#include "sim_ode/host/avr_tools.hpp"
 #include "sim_ode/host/robot_program.hpp"
-#include "sim_ode/host/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -62,24 +60,6 @@ void loop() {}
 int main() { kilo_init(); kilo_start(setup, loop); return 0; }
 )";
 
-struct Folder {
-  Folder() {
-    std::error_code error;
-    fs::path base = fs::temp_directory_path(error);
-    std::string name = ((error ? fs::path("/tmp") : base) / "arkmesh-check-XXXXXX").string();
-    if (!mkdtemp(name.data()))
-      throw std::runtime_error(fmt::format("no directory can be made in {} to build in", base.string()));
-    path = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  fs::path path;
-};
-
 void write(const fs::path& file, const char* text) {
   if (!(std::ofstream(file) << text))
     throw std::runtime_error(file.string() + " cannot be written; free some space or set TMPDIR");
@@ -99,22 +79,6 @@ std::vector<std::string> lines_with(const std::string& output, std::initializer_
   return found;
 }
 
-// Flash and static memory of a linked program.
-struct Sizes {
-  int flash = 0, ram = 0;
-};
-
-Sizes measure(const fs::path& elf) {
-  const sim_ode::Finished sizes = sim_ode::run_to_end({"avr-size", elf.string()});
-  std::istringstream rows(sizes.output);
-  std::string header;
-  int text = 0, data = 0, bss = 0;
-  std::getline(rows, header);
-  if (sizes.status != 0 || !(rows >> text >> data >> bss))
-    throw std::runtime_error("avr-size cannot measure the program; apt-get install binutils-avr");
-  return {text + data, data + bss};
-}
-
 class Builder {
  public:
   explicit Builder(const fs::path& folder) : folder_(folder) {
@@ -125,46 +89,42 @@ class Builder {
   // Compiles `source`, returns what the compiler said. Throws when it does not compile.
   std::string compile(const fs::path& source, const std::string& object) const {
     // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
-    const sim_ode::Finished done = sim_ode::run_to_end({"avr-gcc",
-                                                        "-mmcu=atmega328p",
-                                                        "-DF_CPU=8000000",
-                                                        "-std=gnu99",
-                                                        "-fgnu89-inline",
-                                                        "-Os",
-                                                        "-funsigned-char",
-                                                        "-funsigned-bitfields",
-                                                        "-fpack-struct",
-                                                        "-fshort-enums",
-                                                        "-fcommon",
-                                                        "-Wtype-limits",
-                                                        "-Wconversion",
-                                                        "-fno-diagnostics-show-caret",
-                                                        "-idirafter",
-                                                        kilolib().string(),
-                                                        "-include",
-                                                        (folder_ / "prelude.h").string(),
-                                                        "-c",
-                                                        source.string(),
-                                                        "-o",
-                                                        (folder_ / object).string()});
-    if (done.status == 127 || (done.status == -1 && done.output.empty()))
-      throw std::runtime_error("avr-gcc, the robot's compiler, is missing; apt-get install gcc-avr avr-libc");
+    const Finished done = run_avr({"avr-gcc",
+                                   "-mmcu=atmega328p",
+                                   "-DF_CPU=8000000",
+                                   "-std=gnu99",
+                                   "-fgnu89-inline",
+                                   "-Os",
+                                   "-funsigned-char",
+                                   "-funsigned-bitfields",
+                                   "-fpack-struct",
+                                   "-fshort-enums",
+                                   "-fcommon",
+                                   "-Wtype-limits",
+                                   "-Wconversion",
+                                   "-fno-diagnostics-show-caret",
+                                   "-idirafter",
+                                   kilolib_folder().string(),
+                                   "-idirafter",
+                                   firmware_folder().string(),
+                                   "-include",
+                                   (folder_ / "prelude.h").string(),
+                                   "-c",
+                                   source.string(),
+                                   "-o",
+                                   (folder_ / object).string()});
     if (done.status != 0) refuse("does not compile for the robot", source, done.output);
     return done.output;
   }
   Sizes link(const std::string& object, const fs::path& source) const {
     const fs::path elf = folder_ / (object + ".elf");
-    // Room for more than a robot has, so that what does not fit can be measured too.
-    const sim_ode::Finished done = sim_ode::run_to_end(
-        {"avr-gcc", "-mmcu=atmega328p",
-         "-Wl,--defsym=__TEXT_REGION_LENGTH__=0x100000,--defsym=__DATA_REGION_LENGTH__=0xf000",
-         (folder_ / object).string(), (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
+    const Finished done = run_avr({"avr-gcc", "-mmcu=atmega328p", link_without_limits, (folder_ / object).string(),
+                                   (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
     if (done.status != 0) refuse("does not link for the robot", source, done.output);
-    return measure(elf);
+    return measured(elf);
   }
 
  private:
-  static fs::path kilolib() { return sim_ode::kilolib_folder(); }
   [[noreturn]] static void refuse(const char* what, const fs::path& source, const std::string& output) {
     const auto errors =
         lines_with(output, {"error:", "undefined reference", "multiple definition", "overflowed", "will not fit"}, 1);
@@ -177,7 +137,7 @@ class Builder {
 }  // namespace
 
 CheckedProgram check_program(const fs::path& program) {
-  const Folder folder;
+  const BuildFolder folder;
   const Builder builder(folder.path);
   const std::string said = builder.compile(program, "program.o");
   builder.compile(folder.path / "stand_ins.c", "stand_ins.o");

@@ -1,99 +1,159 @@
 #include "sim_ode/host/firmware.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr std::int64_t sleep_ticks = 244;  // 8 s
+constexpr std::int64_t sleep_ticks = 244;    // 8 s
+constexpr std::int64_t spin_up_us = 15'000;  // a motor starts with full power
+constexpr std::uint8_t full_power = 255;
 
 // Colours that the battery's state shows.
 constexpr std::uint8_t green = 0x0C, blue = 0x30, yellow = 0x0F, red = 0x03;
 
 }  // namespace
 
-void Firmware::enter(State state, std::int64_t tick) {
-  if (state == State::sleeping && state_ != State::sleeping) slept_at_ = tick;
+void Firmware::enter(State state) {
+  if (state == State::sleeping && state_ != State::sleeping) slept_at_ = -1;
+  spinning_ = Motion::none;
   state_ = state;
 }
 
-Effects Firmware::hear(const Message& command, std::int64_t tick, RobotValues& values, BootLoader& loader) {
+Effects Firmware::hear(const Message& command, RobotValues& values, BootLoader& loader) {
   if (state_ == State::loader) {
     reset_ = loader.hear(command);
-    return {
-        .outputs = reset_ ? Effects::Outputs::cut : Effects::Outputs::keep, .duties = {}, .colour = loader.colour()};
+    return {.outputs = reset_ ? Effects::Outputs::cut : Effects::Outputs::keep, .colour = loader.colour()};
   }
   switch (command.type) {
-    case type_run:
+    case type_run: {
       if (state_ == State::running) return {};
-      enter(State::running, tick);
+      // the battery reads -1 while a message arrives, which the LED shows as flat
+      const std::optional<std::uint8_t> colour =
+          state_ == State::battery ? std::optional<std::uint8_t>(red) : std::nullopt;
+      enter(State::running);
+      starts_ = true;
       shown_ = State::running;
-      return {.outputs = Effects::Outputs::connect, .duties = {}, .colour = {}};
+      return {.outputs = Effects::Outputs::connect, .colour = colour};
+    }
     case type_read_uid: {
       // turns left for a bit that is 1, stands for one that is 0
-      const bool dark = state_ != State::moving;
+      const bool moves = state_ == State::moving;
+      if (!moves) moved_ = Motion::none;
       const bool bit = command.data[0] < 16 && (values.uid >> command.data[0] & 1);
-      Effects out = move(bit ? Motion::left : Motion::none, tick, values);
-      if (dark) out.colour = 0;
-      return out;
+      motion_ = bit ? Motion::left : Motion::none;
+      return moves ? Effects{} : enter_moving(std::uint8_t{0});
     }
     case type_calibrate:
-      return calibrate(command, tick, values);
+      return calibrate(command, values);
     case type_boot:
       loader.start();
-      enter(State::loader, tick);
+      enter(State::loader);
       break;
     case type_reset:
       reset_ = true;
       break;
     case type_sleep:
-      enter(State::sleeping, tick);
+      enter(State::sleeping);
       break;
     case type_wakeup:
-      enter(State::idle, tick);
+      enter(State::idle);
       break;
     case type_charge:
-      enter(State::charging, tick);
+      enter(State::charging);
       break;
     case type_voltage:
-      enter(State::battery, tick);
+      enter(State::battery);
       break;
     default:
-      // unknown commands cut the motors; in state moving they are told again what to do
-      if (state_ == State::moving) return move(motion_, tick, values);
+      // an unknown command cuts the motors, and the state stays
       break;
   }
-  return {.outputs = Effects::Outputs::cut, .duties = {}, .colour = {}};
+  return {.outputs = Effects::Outputs::cut, .colour = {}};
 }
 
-// Modes: save, set the id, turn left, turn right, go straight.
-Effects Firmware::calibrate(const Message& command, std::int64_t tick, RobotValues& values) {
-  const std::uint8_t mode = command.data[0];
+// Modes: save, set the id, turn left, turn right, go straight. What it is told a second time with the same values is
+// nothing new to it, also when it has been in other states meanwhile.
+Effects Firmware::calibrate(const Message& command, RobotValues& values) {
   const bool moves = state_ == State::moving;
-  if (mode == 0) {
-    if (!moves) return {};
-    enter(State::idle, tick);
-    return {.outputs = Effects::Outputs::cut, .duties = {}, .colour = {}, .save = true};
+  const auto move = [this](Motion motion, const Calibration& before, const Calibration& after) {
+    if (motion_ == motion && before == after) return;
+    motion_ = motion;
+    moved_ = Motion::none;
+  };
+  const Calibration before = values.duties;
+  switch (command.data[0]) {
+    case 0:
+      if (!moves) return {};
+      enter(State::idle);
+      return {.outputs = Effects::Outputs::cut, .colour = {}, .save = true};
+    case 1:
+      values.uid = static_cast<std::uint16_t>(command.data[1] | command.data[2] << 8);
+      motion_ = Motion::none;
+      break;
+    case 2:
+      values.duties.turn_left = command.data[3];
+      move(Motion::left, before, values.duties);
+      break;
+    case 3:
+      values.duties.turn_right = command.data[4];
+      move(Motion::right, before, values.duties);
+      break;
+    case 4:
+      values.duties.straight_left = command.data[5];
+      values.duties.straight_right = command.data[6];
+      move(Motion::straight, before, values.duties);
+      break;
+    default:
+      // any other mode is one, too, and says nothing of a motion
+      break;
   }
-  if (mode > 4) return moves ? move(motion_, tick, values) : Effects{};
-  if (mode == 1) values.uid = static_cast<std::uint16_t>(command.data[1] | command.data[2] << 8);
-  if (mode == 2) values.duties.turn_left = command.data[3];
-  if (mode == 3) values.duties.turn_right = command.data[4];
-  if (mode == 4) {
-    values.duties.straight_left = command.data[5];
-    values.duties.straight_right = command.data[6];
-  }
-  return move(static_cast<Motion>(mode - 1), tick, values);
+  return moves ? Effects{} : enter_moving({});
 }
 
-Effects Firmware::move(Motion motion, std::int64_t tick, const RobotValues& values) {
-  motion_ = motion;
-  enter(State::moving, tick);
-  Effects::Duties duties{0, 0};
-  if (motion == Motion::left) duties.left = values.duties.turn_left;
-  if (motion == Motion::right) duties.right = values.duties.turn_right;
-  if (motion == Motion::straight) duties = {values.duties.straight_left, values.duties.straight_right};
-  return {.outputs = Effects::Outputs::connect, .duties = duties, .colour = {}};
+Effects Firmware::enter_moving(std::optional<std::uint8_t> colour) {
+  enter(State::moving);
+  return {.outputs = Effects::Outputs::connect, .colour = colour};
+}
+
+Duties Firmware::duties_of(Motion motion, const RobotValues& values) {
+  switch (motion) {
+    case Motion::left:
+      return {values.duties.turn_left, 0};
+    case Motion::right:
+      return {0, values.duties.turn_right};
+    case Motion::straight:
+      return {values.duties.straight_left, values.duties.straight_right};
+    default:
+      return {};
+  }
+}
+
+void Firmware::steer(std::int64_t from_us, const RobotValues& values,
+                     const std::function<void(Duties, std::int64_t us)>& set) {
+  if (state_ != State::moving) return;
+  if (spinning_ != Motion::none) {
+    from_us = std::max<std::int64_t>(from_us, spin_us_);
+    set(duties_of(std::exchange(spinning_, Motion::none), values), from_us);
+  }
+  if (motion_ == Motion::none) {
+    moved_ = Motion::none;
+    set({}, from_us);
+    return;
+  }
+  if (motion_ == moved_) return;
+  moved_ = motion_;
+  set({.left = motion_ == Motion::right ? std::uint8_t{0} : full_power,
+       .right = motion_ == Motion::left ? std::uint8_t{0} : full_power},
+      from_us);
+  const std::int64_t end_us = from_us + spin_up_us;
+  if (end_us < tick_us) {
+    set(duties_of(motion_, values), end_us);
+  } else {
+    spinning_ = motion_;
+    spin_us_ = static_cast<std::uint16_t>(end_us - tick_us);
+  }
 }
 
 std::uint8_t Firmware::wake(std::int64_t tick) {

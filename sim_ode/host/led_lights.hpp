@@ -26,6 +26,11 @@ class LedLights {
     std::erase_if(changes_, [robot](const Change& change) { return change.robot == robot; });
     set(robot, 0, 0);
   }
+  // The sum of its colours' steps, 0..9, at the start of the present tick.
+  int steps(int robot) const {
+    const int colour = colours_[static_cast<std::size_t>(robot)];
+    return (colour & 3) + (colour >> 2 & 3) + (colour >> 4 & 3);
+  }
   // The tick is over.
   void end_tick() {
     for (const Change& change : changes_) colours_[static_cast<std::size_t>(change.robot)] = change.colour;

@@ -5,72 +5,83 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "hal/fixed_math.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-// ARGoS kilobot_measures.h: rear legs 25 mm apart, body centre 9.2 mm ahead of their middle.
-constexpr double legs_apart_m = 0.025;
-constexpr double centre_ahead_m = 0.0092;
-// kilolib.h: a motor is on above 10 % duty. The upper bound is ours: programs are told to stay below 90, and full power
-// during the 15 ms of spin-up is spent on getting started.
-constexpr int min_duty = 26;
+using hal::kilobot::rear_legs_apart_m;
+// Ours: programs are told to stay below 90, and full power during the 15 ms of spin-up is spent on getting started.
 constexpr double largest_factor = 1.5;
+// At full power a motor runs after that time. Ours: kilolib.h drives for 15 ms, which is enough for every robot.
+constexpr std::int64_t least_push_us = 10'000;
 
-double factor(int duty, int calibrated, double bias) {
-  if (duty < min_duty || calibrated == 0) return 0;
-  return std::min(largest_factor, static_cast<double>(duty) / calibrated) * std::max(0.0, 1 + bias);
+double factor(int duty, int calibrated) {
+  if (duty == 0 || calibrated == 0) return 0;
+  return std::min(largest_factor, static_cast<double>(duty) / calibrated);
 }
 
-std::uint8_t to_duty(double duty) {
-  return static_cast<std::uint8_t>(std::clamp(std::lround(duty), 30L, 120L));
+// Nearly normal, mean 0, s.d. 1, at most 3.47: four uniform numbers from one draw. What wanders sums up many of them.
+double small_push(std::uint64_t bits) {
+  const auto sum = static_cast<double>((bits & 0xFFFF) + (bits >> 16 & 0xFFFF) + (bits >> 32 & 0xFFFF) + (bits >> 48));
+  return (sum / 65536.0 - 2) * 1.7320508075688772;
 }
 
 }  // namespace
 
 Motors::Motors(const DriveSettings& settings, int robots, const std::string& lab, std::uint64_t seed)
-    : settings_(settings) {
-  parts_.resize(index(robots));
-  for (int i = 0; i < robots; ++i) {
-    hal::RandomStream chance(seed, lab + "/ode/motors", static_cast<std::uint64_t>(i));
-    Part& part = parts_[index(i)];
-    const double left = chance.normal(), right = chance.normal();
-    part.nominal.turn_left = to_duty(70 + settings.duty_spread * left);
-    part.nominal.turn_right = to_duty(70 + settings.duty_spread * right);
-    part.nominal.straight_left = to_duty(65 + settings.duty_spread * left);
-    part.nominal.straight_right = to_duty(65 + settings.duty_spread * right);
-    part.calibration = part.nominal;
-    part.bias_left = static_cast<float>(settings.speed_spread * chance.normal());
-    part.bias_right = static_cast<float>(settings.speed_spread * chance.normal());
-    if (settings.motion_noise > 0) noise_.emplace_back(seed, lab + "/ode/motion_noise", static_cast<std::uint64_t>(i));
+    : Motors(settings, draw_profiles(settings, robots, lab, seed), lab, seed) {}
+
+Motors::Motors(const DriveSettings& settings, std::vector<RobotProfile> profiles, const std::string& lab,
+               std::uint64_t seed)
+    : settings_(settings), profiles_(std::move(profiles)), parts_(profiles_.size()) {
+  const double tick_s = tick_us * 1e-6;
+  const auto any = [&](auto&& is) { return std::any_of(profiles_.begin(), profiles_.end(), is); };
+  if (any([](const RobotProfile& robot) { return robot.start_duty > robot.dead_duty; }))
+    spin_.assign(profiles_.size(), {at_rest, at_rest});
+  const bool wanders = any([](const RobotProfile& robot) { return robot.turn_noise_rad_s > 0; });
+  for (std::size_t i = 0; i < profiles_.size(); ++i) {
+    const RobotProfile& robot = profiles_[i];
+    parts_[i].calibration = robot.duties;
+    if (settings.motion_noise > 0) noise_.emplace_back(seed, lab + "/ode/motion_noise", i);
+    if (!wanders) continue;
+    hal::RandomStream chance(seed, lab + "/ode/turn_noise", i);
+    const double keeps = robot.turn_noise_s > 0 ? hal::fixed::exp(-tick_s / robot.turn_noise_s) : 0,
+                 first = robot.turn_noise_rad_s * small_push(chance.next());
+    wander_.push_back({first, keeps, robot.turn_noise_rad_s * std::sqrt(1 - keeps * keeps), chance});
   }
 }
 
-Velocity Motors::velocity(int robot, std::uint8_t left, std::uint8_t right) const {
-  const Part& part = parts_[index(robot)];
-  const bool both = left >= min_duty && right >= min_duty;
-  const double l = factor(left, both ? part.nominal.straight_left : part.nominal.turn_left, 0);
-  const double r = factor(right, both ? part.nominal.straight_right : part.nominal.turn_right, 0);
+Velocity Motors::velocity(int robot, int left, int right) const {
+  const RobotProfile& profile = profiles_[index(robot)];
+  if (left < profile.dead_duty) left = 0;
+  if (right < profile.dead_duty) right = 0;
+  const bool both = left > 0 && right > 0;
+  const double l = factor(left, both ? profile.duties.straight_left : profile.duties.turn_left);
+  const double r = factor(right, both ? profile.duties.straight_right : profile.duties.turn_right);
 
   Velocity out;
   out.ahead_m_s = settings_.speed_m_s * std::min(l, r);
   // the first motor pushes the right side and turns left, the second the other way round
   double turn_left = settings_.turn_rad_s * std::max(0.0, l - r);
   double turn_right = settings_.turn_rad_s * std::max(0.0, r - l);
-  // spread adds to the speed of a moving side, as a wheel's speed would
-  const double side_left = l > 0 ? part.bias_left * settings_.speed_m_s * l : 0;
-  const double side_right = r > 0 ? part.bias_right * settings_.speed_m_s * r : 0;
+  // what sets the robot apart adds to the speed of a moving side, as a wheel's speed would
+  const double side_left = (both ? profile.straight_left_m_s : profile.pivot_left_m_s) * l;
+  const double side_right = (both ? profile.straight_right_m_s : profile.pivot_right_m_s) * r;
   if (both) {
     out.ahead_m_s += (side_left + side_right) / 2;
-    out.turn_rad_s += (side_left - side_right) / legs_apart_m;
+    out.turn_rad_s += (side_left - side_right) / rear_legs_apart_m;
   } else {
-    turn_left += side_left / legs_apart_m;
-    turn_right += side_right / legs_apart_m;
+    turn_left += side_left / rear_legs_apart_m;
+    turn_right += side_right / rear_legs_apart_m;
   }
   // pivots: v = w x (centre - leg)
   out.turn_rad_s += turn_left - turn_right;
-  out.ahead_m_s += (turn_left + turn_right) * legs_apart_m / 2;
-  out.left_m_s += (turn_left - turn_right) * centre_ahead_m;
+  out.ahead_m_s += (turn_left + turn_right) * rear_legs_apart_m / 2;
+  out.left_m_s += (turn_left - turn_right) * hal::kilobot::rear_axle_m;
   return out;
 }
 
@@ -89,6 +100,43 @@ void Motors::connect(int robot, bool on, std::int64_t us) {
   update(robot, us);
 }
 
+void Motors::weaken(int robot, double strength) {
+  Part& part = parts_[index(robot)];
+  part.strength = static_cast<float>(strength);
+  if (part.connected) update(robot, 0);
+}
+
+int Motors::load(int robot) const {
+  const Part& part = parts_[index(robot)];
+  return part.connected ? part.left + part.right : 0;
+}
+
+// With the present duties from now on: a motor that is too weak to start stands.
+Velocity Motors::driven(int robot, std::int64_t us) {
+  const Part& part = parts_[index(robot)];
+  const RobotProfile& profile = profiles_[index(robot)];
+  int left = part.connected ? part.left : 0, right = part.connected ? part.right : 0;
+  if (!spin_.empty()) {
+    const auto start = [&](int duty, std::int64_t& pushed_us) {
+      const std::int64_t now_us = tick_start_us_ + us;
+      if (duty >= profile.start_duty && duty >= profile.dead_duty && duty > 0) {
+        if (pushed_us == at_rest) pushed_us = now_us;
+        return duty;
+      }
+      if (duty < profile.dead_duty || pushed_us == at_rest || now_us - pushed_us < least_push_us) pushed_us = at_rest;
+      return pushed_us == at_rest ? 0 : duty;
+    };
+    left = start(left, spin_[index(robot)].left_us);
+    right = start(right, spin_[index(robot)].right_us);
+  }
+  if (left == 0 && right == 0) return {};
+  Velocity out = velocity(robot, left, right);
+  out.ahead_m_s *= static_cast<double>(part.strength);
+  out.left_m_s *= static_cast<double>(part.strength);
+  out.turn_rad_s *= static_cast<double>(part.strength);
+  return out;
+}
+
 void Motors::update(int robot, std::int64_t us) {
   Part& part = parts_[index(robot)];
   const auto lasted = static_cast<double>(us - part.since_us);
@@ -96,7 +144,7 @@ void Motors::update(int robot, std::int64_t us) {
   part.sum.left_m_s += part.now.left_m_s * lasted;
   part.sum.turn_rad_s += part.now.turn_rad_s * lasted;
   part.since_us = static_cast<std::int32_t>(us);
-  part.now = part.connected ? velocity(robot, part.left, part.right) : Velocity{};
+  part.now = driven(robot, us);
   if (!part.listed) {
     part.listed = true;
     changed_.push_back(robot);
@@ -134,25 +182,49 @@ const std::vector<Motors::Change>& Motors::end_tick() {
   for (int robot : changed_) parts_[index(robot)].listed = false;
   changed_.clear();
   restless_.swap(still_restless_);
-  if (noise_.empty()) return out_;
-
-  // with noise every moving robot changes in every tick
-  std::vector<Velocity> base(parts_.size());
-  for (std::size_t i = 0; i < parts_.size(); ++i) base[i] = parts_[i].now;
-  for (const Change& change : out_) base[index(change.robot)] = change.velocity;
-  out_.clear();
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    Velocity v = base[i];
-    if (v.ahead_m_s != 0 || v.left_m_s != 0 || v.turn_rad_s != 0) {
-      const double speed = 1 + settings_.motion_noise * noise_[i].normal(),
-                   turn = 1 + settings_.motion_noise * noise_[i].normal();
-      v.ahead_m_s *= speed;
-      v.left_m_s *= speed;
-      v.turn_rad_s *= turn;
-    }
-    out_.push_back({static_cast<int>(i), v});
-  }
+  tick_start_us_ += tick_us;
+  if (!noise_.empty() || !wander_.empty()) add_noise();
   return out_;
+}
+
+// With noise every moving robot changes in every tick: those of the last tick and those that out_ tells of.
+void Motors::add_noise() {
+  noisy_.clear();
+  moving_next_.clear();
+  auto steady = moving_.begin();
+  const auto add_steady = [&](int before) {
+    for (; steady != moving_.end() && *steady < before; ++steady)
+      noisy_.push_back({*steady, noisy(*steady, parts_[index(*steady)].now)}), moving_next_.push_back(*steady);
+  };
+  for (const Change& change : out_) {
+    add_steady(change.robot);
+    if (steady != moving_.end() && *steady == change.robot) ++steady;
+    noisy_.push_back({change.robot, noisy(change.robot, change.velocity)});
+    if (!parts_[index(change.robot)].now.still()) moving_next_.push_back(change.robot);
+  }
+  add_steady(std::numeric_limits<int>::max());
+  moving_.swap(moving_next_);
+  out_.swap(noisy_);
+}
+
+Velocity Motors::noisy(int robot, Velocity v) {
+  if (v.still()) return v;
+  if (!noise_.empty()) {
+    hal::RandomStream& chance = noise_[index(robot)];
+    const double speed = 1 + settings_.motion_noise * chance.normal(),
+                 turn = 1 + settings_.motion_noise * chance.normal();
+    v.ahead_m_s *= speed;
+    v.left_m_s *= speed;
+    v.turn_rad_s *= turn;
+  }
+  if (!wander_.empty()) {
+    // about the middle between the rear legs, which cannot slip sideways
+    Wander& wander = wander_[index(robot)];
+    wander.rate_rad_s = wander.keeps * wander.rate_rad_s + wander.kick_rad_s * small_push(wander.chance.next());
+    v.turn_rad_s += wander.rate_rad_s;
+    v.left_m_s += wander.rate_rad_s * hal::kilobot::rear_axle_m;
+  }
+  return v;
 }
 
 }  // namespace arkmesh::sim_ode

@@ -1,5 +1,5 @@
-// From motor duties to a robot's velocity: calibration and spread of each robot, and what happened within a tick.
-// Knows nothing of walls or neighbours.
+// From motor duties to a robot's velocity: what each robot's motors do at a duty, what wanders, and what happened
+// within a tick. Knows nothing of walls or neighbours.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/robot_profile.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -16,31 +17,39 @@ struct Velocity {
   double ahead_m_s = 0;
   double left_m_s = 0;
   double turn_rad_s = 0;  // counter-clockwise
+  bool still() const { return ahead_m_s == 0 && left_m_s == 0 && turn_rad_s == 0; }
 };
 
-// Duties (0..255) at which a robot turns and goes straight at its nominal speeds; kept through a reset.
-struct Calibration {
-  std::uint8_t turn_left = 70, turn_right = 70, straight_left = 65, straight_right = 65;
-  bool operator==(const Calibration&) const = default;
-};
-
-// How robots drive, by keys of [arena.ode].
+// How robots drive and how far they differ, by keys of [arena.ode].
 struct DriveSettings {
   double speed_m_s = 0.01;                 // speed_m_per_s, both motors at their calibrated duty
   double turn_rad_s = 0.7853981633974483;  // turn_deg_per_s, one motor at its calibrated duty
   double speed_spread = 0.186;             // speed_spread: s.d. of each motor's speed as a share of speed_m_per_s
   double duty_spread = 3;                  // duty_spread: s.d. of the calibrated duties, of 255
   double motion_noise = 0;                 // motion_noise: s.d. of a factor on speed and turn rate, drawn each tick
+  double turn_noise_deg_per_s = 0;         // s.d. of a turn rate that wanders on top while a robot moves
+  double turn_noise_s = 1;                 // how long it stays much the same
+  int dead_duty = 26;                      // a motor stands below it; kilolib.h: "on" above 10 %
+  int start_duty = 0;                      // below it a motor at rest does not start unless it is spun up
+  double clock_spread = 0;                 // a robot's clock is off by up to this share
+  double ir_gain_spread = 0;               // s.d. of the factor on the reach of a robot's messages
 };
 
 class Motors {
  public:
+  // Robots with their profiles, or as the spreads draw them.
+  Motors(const DriveSettings& settings, std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed);
   Motors(const DriveSettings& settings, int robots, const std::string& lab, std::uint64_t seed);
 
+  const std::vector<RobotProfile>& profiles() const { return profiles_; }
   Calibration& calibration(int robot) { return parts_[index(robot)].calibration; }
 
   // What set_motors() asks for, `us` after the start of the present tick; us never decreases within a tick.
   void set(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us);
+  // What the battery leaves of the speed from the next tick on, 0..1.
+  void weaken(int robot, double strength);
+  // Sum of both motors' duties, as far as they reach the motors.
+  int load(int robot) const;
   // Outputs are connected while a robot's program runs.
   void connect(int robot, bool on, std::int64_t us);
 
@@ -52,31 +61,48 @@ class Motors {
   // To be called once after all robots' turns. Ascending robots.
   const std::vector<Change>& end_tick();
 
-  // Velocity at steady duties, noise apart.
-  Velocity velocity(int robot, std::uint8_t left, std::uint8_t right) const;
+  // Velocity of motors that run steadily at these duties, noise apart.
+  Velocity velocity(int robot, int left, int right) const;
 
  private:
   struct Part {
-    Calibration calibration;              // what the program sees
-    Calibration nominal;                  // what is true
-    float bias_left = 0, bias_right = 0;  // of each motor's speed, share of nominal
+    Calibration calibration;  // what the program sees
     std::uint8_t left = 0, right = 0;
     bool connected = false;
     bool listed = false;        // in changed_
+    float strength = 1;         // what the battery leaves of the speed
+    std::int32_t since_us = 0;  // start of the present segment
     Velocity now;               // with the present duties
     Velocity sum;               // velocity x microseconds, of the tick's segments so far
-    std::int32_t since_us = 0;  // start of the present segment
   };
+  // A turn rate that wanders (Ornstein-Uhlenbeck), tick by tick while its robot moves.
+  struct Wander {
+    double rate_rad_s, keeps, kick_rad_s;
+    hal::RandomStream chance;
+  };
+  // When each motor was pushed out of rest, by the time of ticks and microseconds; at_rest. Used with a start_duty.
+  struct Spin {
+    std::int64_t left_us, right_us;
+  };
+  static constexpr std::int64_t at_rest = -1;
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   void update(int robot, std::int64_t us);
+  Velocity driven(int robot, std::int64_t us);
+  void add_noise();
+  Velocity noisy(int robot, Velocity v);
 
   DriveSettings settings_;
+  std::vector<RobotProfile> profiles_;
   std::vector<Part> parts_;
   std::vector<int> changed_;  // in this tick
   std::vector<int> restless_,
       still_restless_;  // whose mean of the last tick, of this one, is not their steady velocity
-  std::vector<Change> out_;
-  std::vector<hal::RandomStream> noise_;  // per robot, empty without noise
+  std::vector<Change> out_, noisy_;
+  std::vector<hal::RandomStream> noise_;   // per robot, empty without motion_noise
+  std::vector<Wander> wander_;             // per robot, empty without turn noise
+  std::vector<int> moving_, moving_next_;  // with noise: ascending, after the last tick and after this one
+  std::vector<Spin> spin_;                 // per robot, empty when motors start at once
+  std::int64_t tick_start_us_ = 0;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -1,9 +1,10 @@
-// Where each robot of a swarm was, as a CSV file: a row per robot and frame.
+// Where each robot of a swarm was, as a CSV file: a row per robot and frame. Objects that robots push follow, by name.
 #pragma once
 
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "hal/types.hpp"
 
@@ -12,7 +13,8 @@ namespace arkmesh::sim_ode {
 class PosesFile {
  public:
   // Empty `name`: a temporary file, removed at the end. Throws std::runtime_error when it cannot be written.
-  explicit PosesFile(const std::string& name);
+  // `objects`: names, in the order of PoseFrame::objects.
+  explicit PosesFile(const std::string& name, std::vector<std::string> objects = {});
   ~PosesFile();
   PosesFile(const PosesFile&) = delete;
   PosesFile& operator=(const PosesFile&) = delete;
@@ -23,6 +25,7 @@ class PosesFile {
 
  private:
   std::filesystem::path path_;
+  std::vector<std::string> objects_;
   bool temporary_;
   std::ofstream out_;
 };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::sim_ode {
@@ -20,7 +21,6 @@ struct Reception {
   Message message;
 };
 
-// One robot tick: 256 x 1024 cycles at 8 MHz.
-inline constexpr std::int64_t tick_us = 32'768;
+using hal::kilobot::tick_us;
 
 }  // namespace arkmesh::sim_ode

@@ -1,10 +1,15 @@
 #include "sim_ode/host/robot_bodies.hpp"
 
+#include <cmath>
+
 namespace arkmesh::sim_ode {
 namespace {
 
 // Battery and temperature: Kilombo's values, and how far a robot's may lie off them (our assumption).
 constexpr int nominal_voltage = 876, voltage_spread = 30, nominal_temperature = 314, temperature_spread = 4;
+// Of a full battery that runs down, 4.2 V: the firmware's command VOLTAGE tells batteries apart at 682, 648 and 614,
+// which at 1024 for 6 V are 4.0, 3.8 and 3.6 V.
+constexpr double full_voltage = 716;
 
 }  // namespace
 
@@ -24,14 +29,19 @@ RobotBodies::RobotBodies(int robots, Motors& motors, LedLights& leds, RobotSenso
   }
 }
 
+std::int16_t RobotBodies::voltage(int robot) const {
+  const std::int16_t drawn = voltage_[index(robot)];
+  if (!sensors_.voltage) return drawn;
+  return static_cast<std::int16_t>(drawn - nominal_voltage + std::lround(full_voltage * sensors_.voltage(robot)));
+}
+
 void RobotBodies::apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us) {
-  if (effects.outputs != Effects::Outputs::keep)
+  if (effects.outputs != Effects::Outputs::keep) {
+    motors_.set(robot, 0, 0, us);
     motors_.connect(robot, effects.outputs == Effects::Outputs::connect, us);
-  if (effects.duties) motors_.set(robot, effects.duties->left, effects.duties->right, us);
+  }
   if (effects.colour) leds_.set(robot, *effects.colour, us);
-  if (!effects.save) return;
-  uid_[index(robot)] = values.uid;
-  motors_.calibration(robot) = values.duties;
+  if (effects.save) store(robot, values);
 }
 
 void RobotBodies::stop(int robot) {

@@ -19,6 +19,8 @@ struct RobotSensors {
   std::function<std::int16_t(int robot)> light;  // empty: dark
   // Whether a message arrives at lab time at_us; programs read -1 then. Empty: never.
   std::function<bool(int robot, std::int64_t at_us)> receiving;
+  // Its battery's voltage as a share of a full one's. Empty: batteries never run down.
+  std::function<double(int robot)> voltage;
 };
 
 class RobotBodies {
@@ -29,6 +31,10 @@ class RobotBodies {
 
   // What the EEPROM holds.
   RobotValues values(int robot) const { return {uid_[index(robot)], motors_.calibration(robot)}; }
+  void store(int robot, const RobotValues& values) {
+    uid_[index(robot)] = values.uid;
+    motors_.calibration(robot) = values.duties;
+  }
 
   // What a command does, `us` after the start of the present tick. `values` are those in the robot's memory.
   void apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us);
@@ -40,7 +46,7 @@ class RobotBodies {
   // Whether a message arrives at lab time at_us: no sensor can be read then.
   bool receives(int robot, std::int64_t at_us) const { return sensors_.receiving && sensors_.receiving(robot, at_us); }
   std::int16_t light(int robot) const { return sensors_.light ? sensors_.light(robot) : std::int16_t{0}; }
-  std::int16_t voltage(int robot) const { return voltage_[index(robot)]; }
+  std::int16_t voltage(int robot) const;
   std::int16_t temperature(int robot) const { return temperature_[index(robot)]; }
   std::uint8_t random_byte(int robot) { return static_cast<std::uint8_t>(hard_random_[index(robot)].next()); }
 

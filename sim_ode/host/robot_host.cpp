@@ -3,35 +3,44 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <csignal>
 #include <utility>
+
+#include "sim_ode/host/eeprom.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-std::vector<RobotClock> make_clocks(int robots, const std::string& lab, std::uint64_t seed, double spread) {
-  hal::RandomStream timer_at(seed, lab + "/ode/timer_offset"), clock(seed, lab + "/ode/clock");
+std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
+                                    std::uint64_t seed) {
+  hal::RandomStream timer_at(seed, lab + "/ode/timer_offset");
   std::vector<RobotClock> out;
-  for (int i = 0; i < robots; ++i)
+  for (const RobotProfile& robot : profiles)
     out.push_back({.at_us = static_cast<std::int64_t>(timer_at.below(tick_us)),
-                   .late_us = static_cast<std::int64_t>(clock.uniform(-spread, spread) * tick_us)});
+                   .late_us = static_cast<std::int64_t>(robot.clock_slow * tick_us)});
   return out;
+}
+
+bool clocks_differ(const std::vector<RobotProfile>& profiles) {
+  return std::ranges::any_of(profiles, [](const RobotProfile& robot) { return robot.clock_slow != 0; });
 }
 
 }  // namespace
 
 RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
-                     RobotSensors sensors, const std::string& lab, std::uint64_t seed, double clock_spread,
+                     RobotSensors sensors, const std::string& lab, std::uint64_t seed,
                      const std::vector<std::uint16_t>& ids)
     : program_(std::move(program)),
       guard_(FaultGuard::acquire()),
       bodies_(robots, motors, leds, std::move(sensors), lab, seed, ids),
       memory_(program_->abi().begin, program_->first_memory(), robots),
-      turns_(program_->abi(), memory_, bodies_, *guard_, make_clocks(robots, lab, seed, clock_spread), clock_spread > 0,
-             program_->text()) {
+      turns_(program_->abi(), memory_, bodies_, *guard_, make_clocks(motors.profiles(), lab, seed),
+             clocks_differ(motors.profiles()), program_->text()) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);
   for (int i = 0; i < robots; ++i) {
+    turns_.write_eeprom(i);
     power_up(i);
     // switched on by hand, not all in one tick
     const auto ticks_on = static_cast<std::uint32_t>(boot.below(16));
@@ -45,6 +54,13 @@ void RobotHost::power_up(int robot) {
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
   if (!*program_->abi().loop || !*program_->abi().setup)
     throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
+}
+
+std::uint16_t RobotHost::id_of(int robot) const {
+  const std::uint8_t* const eeprom = program_->abi().eeprom;
+  if (!eeprom) return bodies_.values(robot).uid;
+  const auto byte = [this, robot, eeprom](std::size_t at) { return 0xFF & ~memory_.read(robot, eeprom + at); };
+  return static_cast<std::uint16_t>(byte(eeprom_uid) | byte(eeprom_uid + 1) << 8);
 }
 
 void RobotHost::set_power(int robot, bool on) {

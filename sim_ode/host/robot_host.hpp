@@ -30,9 +30,9 @@ class ProgramFault : public std::runtime_error {
 class RobotHost {
  public:
   // Powers all robots up: main() runs until kilo_start(). `motors` and `leds` outlive the host. Robots' ids are 0, 1,
-  // 2, ... unless `ids` holds others. Throws ProgramFault.
+  // 2, ... unless `ids` holds others; their clocks are those of the motors' profiles. Throws ProgramFault.
   RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
-            RobotSensors sensors, const std::string& lab, std::uint64_t seed, double clock_spread = 0,
+            RobotSensors sensors, const std::string& lab, std::uint64_t seed,
             const std::vector<std::uint16_t>& ids = {});
 
   // From now on a robot whose program fails stands still, dark and deaf, and the others go on. It fails all the same
@@ -57,7 +57,7 @@ class RobotHost {
   // As Turns::nothing_is_repeated().
   void nothing_is_repeated() { turns_.nothing_is_repeated(); }
   // As in the robot's EEPROM.
-  std::uint16_t id_of(int robot) const { return bodies_.values(robot).uid; }
+  std::uint16_t id_of(int robot) const;
   const BootLoader& loader(int robot) const { return turns_.loader(robot); }
 
   FaultGuard& guard() { return *guard_; }

@@ -56,7 +56,8 @@ class RobotMemory {
   }
   // In small pieces: the processor then need not wait until what was written last has reached its cache.
   void copy(std::byte* to, const std::byte* from) const {
-    for (std::size_t at = 0; at < bytes_; at += line) std::memcpy(to + at, from + at, line);
+    const std::size_t bytes = bytes_;  // what is written might be this, as far as the compiler knows
+    for (std::size_t at = 0; at < bytes; at += line) std::memcpy(to + at, from + at, line);
   }
 
   char* place_;

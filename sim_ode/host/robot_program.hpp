@@ -5,31 +5,23 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "sim_ode/host/object_build.hpp"
 #include "sim_ode/host/program_text.hpp"
 #include "sim_ode/kilolib/robot_abi.h"
 
 namespace arkmesh::sim_ode {
 
-// The program does not compile, link or load: one sentence with the compiler's first error.
-class ProgramError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-// Where kilolib.h and the rest of what programs are compiled against lie: beside the sources, or beside an installed
-// arkmesh. Throws ProgramError.
-std::filesystem::path kilolib_folder();
+class ProgramCache;
 
 class RobotProgram {
  public:
-  // Compiles with `cc`. Programs of the same file and text that are in use at the same time are loaded once.
-  // Throws ProgramError.
+  // Compiles with `cc`, unless it was compiled before (program_cache.hpp). Programs of the same file and text that are
+  // in use at the same time are loaded once. Throws ProgramError.
   static std::shared_ptr<const RobotProgram> load(const std::filesystem::path& source);
-  ~RobotProgram();
+  ~RobotProgram() { unload(); }
   RobotProgram(const RobotProgram&) = delete;
   RobotProgram& operator=(const RobotProgram&) = delete;
 
@@ -48,11 +40,13 @@ class RobotProgram {
 
  private:
   RobotProgram() = default;
+  bool load_kept(const ProgramCache& cache);
+  void unload();
   // Throws ProgramError.
   void load_object(const std::filesystem::path& object);
   std::filesystem::path source_;
   void* handle_ = nullptr;
-  int file_ = -1;  // keeps the deleted object's file for place_of(), and its inode from being used again
+  int file_ = -1;  // keeps the object's file, deleted perhaps, for place_of(), and its inode from being used again
   const arkmesh_program* abi_ = nullptr;
   std::vector<std::byte> first_;
   mutable std::unique_ptr<ProgramText> text_;  // no part of the program

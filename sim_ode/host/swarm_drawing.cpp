@@ -20,6 +20,15 @@ fs::path drawing_script() {
   return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
 }
 
+// As the script's --solid wants it, behind the name: pose, then radius or corners.
+std::string described(const hal::Shape& shape, const hal::Pose& pose) {
+  std::string out = fmt::format("{},{},{}:", pose.x_m, pose.y_m, pose.heading_rad);
+  if (shape.corners.empty()) return out + fmt::format("{}", shape.radius_m);
+  for (const hal::Point& corner : shape.corners) out += fmt::format("{},{},", corner.x_m, corner.y_m);
+  out.pop_back();
+  return out;
+}
+
 }  // namespace
 
 void draw_swarm(const SwarmDrawing& drawing, const std::optional<fs::path>& poses) {
@@ -29,6 +38,10 @@ void draw_swarm(const SwarmDrawing& drawing, const std::optional<fs::path>& pose
                                       fmt::format("{}x{}", drawing.width_m, drawing.height_m)};
   command.push_back(poses ? poses->string() : "--try");
   if (drawing.light) command.push_back(fmt::format("--light={},{}", drawing.light->x_m, drawing.light->y_m));
+  for (const hal::Obstacle& obstacle : drawing.obstacles)
+    command.push_back("--solid=:" + described(obstacle.shape, obstacle.pose));
+  for (const hal::MovableObject& object : drawing.objects)
+    command.push_back("--solid=" + object.name + ":" + described(object.shape, object.start));
   if (!drawing.png.empty()) command.insert(command.end(), {"--png", drawing.png});
   if (!drawing.video.empty()) command.insert(command.end(), {"--video", drawing.video});
   const Finished done = run_to_end(command);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/types.hpp"
 
@@ -13,6 +14,8 @@ struct SwarmDrawing {
   std::string png, video;  // what to make; nothing when both are empty
   double width_m = 1, height_m = 1;
   std::optional<hal::Pose> light;
+  std::vector<hal::Obstacle> obstacles;
+  std::vector<hal::MovableObject> objects;  // where they go is in the poses
 };
 
 // Draws the rows of `poses`, a file of PosesFile. Without it the script only says whether it could. Throws

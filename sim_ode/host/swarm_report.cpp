@@ -49,18 +49,24 @@ std::vector<double> nearest_neighbours(const hal::PoseFrame& frame) {
 
 void SwarmReport::look(const hal::PoseFrame& frame) {
   if (frames_++ == 0) {
-    first_ = frame;
+    first_ = last_ = frame;
     path_m_.assign(frame.robots.size(), 0);
     changes_.assign(frame.robots.size(), 0);
-  } else {
-    for (std::size_t i = 0; i < frame.robots.size(); ++i) {
-      const hal::Observation &now = frame.robots[i], &before = last_.robots[i];
-      path_m_[i] += hal::fixed::hypot(now.pose.x_m - before.pose.x_m, now.pose.y_m - before.pose.y_m);
-      changes_[i] += now.led != before.led;
-    }
   }
-  for (const hal::Observation& robot : frame.robots) ++shown_[static_cast<std::size_t>(robot.led)];
-  last_ = frame;
+  // Once through all robots: frames come often, and many robots' frames are larger than the processor's cache.
+  std::array<std::uint64_t, 8> shown = shown_;
+  for (std::size_t i = 0; i < frame.robots.size(); ++i) {
+    const hal::Observation& now = frame.robots[i];
+    hal::Observation& before = last_.robots[i];
+    const double dx = now.pose.x_m - before.pose.x_m, dy = now.pose.y_m - before.pose.y_m;
+    path_m_[i] += std::sqrt(dx * dx + dy * dy);
+    changes_[i] += now.led != before.led;
+    ++shown[static_cast<std::size_t>(now.led)];
+    before = now;
+  }
+  shown_ = shown;
+  last_.stamp = frame.stamp;
+  last_.number = frame.number;
 }
 
 std::string SwarmReport::text(const hal::Counters& counters) const {

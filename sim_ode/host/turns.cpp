@@ -53,7 +53,7 @@ void Turns::write_values(const RobotValues& values) {
 }
 
 Fault Turns::boot(int robot) {
-  memory_.start_anew();
+  start_anew(robot);
   write_values(bodies_.values(robot));
   std::copy(high_gain_table.begin(), high_gain_table.end(), abi_.irhigh);
   std::copy(low_gain_table.begin(), low_gain_table.end(), abi_.irlow);
@@ -192,11 +192,41 @@ void Turns::worker() {
   }
 }
 
+[[gnu::always_inline]] inline void Turns::leave() {
+  const std::size_t i = index(robot_);
+  Cell& cell = cells_[i];
+  if (!cell.context) main_loop(cell);
+  cell.firmware.count(beats_);
+  const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
+  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period)) offers_.push_back({robot_, clocks_[i].at_us});
+  memory_.copy_out(robot_);
+}
+
+// Calls setup() or loop() once. May return many ticks later, on the same stack.
+[[gnu::always_inline]] inline void Turns::run_program() {
+  ran_ = true;
+  delayed_ = false;
+  cells_[index(robot_)].busy_ticks = 0;
+  *abi_.reads = *abi_.blocks = 0;
+  if (cells_[index(robot_)].firmware.has_setup()) {
+    cells_[index(robot_)].firmware.calls_loop();
+    call(*abi_.loop);
+    return;
+  }
+  call(*abi_.setup);
+  Firmware& firmware = cells_[index(robot_)].firmware;
+  firmware.setup_is_done();
+  // loop follows at once
+  if (firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+}
+
 // From the present robot's present phase to the end of the tick.
 void Turns::walk_on() {
   for (;;) {
     switch (phase_) {
       case Phase::enter:
+        walk_quiet();
+        if (phase_ == Phase::run) break;
         if (robot_ == count_) return;
         if (!enter()) {
           ++robot_;
@@ -248,6 +278,30 @@ void Turns::walk_on() {
   }
 }
 
+// The turns of robots that have nothing to do but loop, which are nearly all, up to one that has more; that one may be
+// in phase run already. As the phases of walk_on() with nothing heard, no wait and no change of state, step by step.
+void Turns::walk_quiet() {
+  if (clocks_differ_ || !inbox_->overhead.empty()) return;
+  while (robot_ < count_) {
+    Cell& cell = cells_[index(robot_)];
+    if (!cell.firmware.only_loops() || cell.context || cell.frozen_us > 0) return;
+    while (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot < robot_)
+      ++next_infrared_;
+    if (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot == robot_) return;
+
+    memory_.copy_in(robot_);
+    *abi_.ticks = *abi_.ticks + 1;
+    cursor_us_ = 0;
+    phase_ = Phase::run;
+    // returns to this robot, on this stack, but perhaps many ticks later
+    run_program();
+    if (delayed_) return;
+    leave();
+    ++robot_;
+    phase_ = Phase::enter;
+  }
+}
+
 // False when the robot's clock stands still in this tick.
 bool Turns::enter() {
   Cell& cell = cells_[index(robot_)];
@@ -290,7 +344,7 @@ bool Turns::deliver_next() {
   while (next_overhead_ < inbox_->overhead.size() && !inbox_->overhead[next_overhead_].reaches(robot_))
     ++next_overhead_;
   const bool overhead = next_overhead_ < inbox_->overhead.size(), infrared = next_infrared_ < past_infrared_;
-  const Firmware& firmware = cells_[index(robot_)].firmware;
+  Firmware& firmware = cells_[index(robot_)].firmware;
   if ((!overhead && !infrared) || firmware.resets()) return false;
 
   const Message* message;
@@ -308,52 +362,50 @@ bool Turns::deliver_next() {
   std::memcpy(abi_.rx_message, message, sizeof *message);
   abi_.rx_distance[0] = low;
   abi_.rx_distance[1] = high;
-  if (message->type > 127 || firmware.state() == Firmware::State::loader)
+  if (message->type > 127 || firmware.state() == Firmware::State::loader) {
     hear(*message);
-  else if (*abi_.rx)
+  } else if (*abi_.rx) {
     call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+    firmware.callback_ran();
+  }
   return true;
 }
 
 void Turns::hear(const Message& command) {
   Cell& cell = cells_[index(robot_)];
   RobotValues values = values_in(abi_);
-  const Effects effects = cell.firmware.hear(command, tick_, values, loaders_[index(robot_)]);
+  const Effects effects = cell.firmware.hear(command, values, loaders_[index(robot_)]);
   write_values(values);
   bodies_.apply(robot_, effects, values, cursor_us_);
-  if (!cell.firmware.resets()) return;
+  if (effects.save) save(values);
+  if (cell.firmware.resets() || cell.firmware.state() == Firmware::State::loader) forget_program(cell);
   // main() runs after all robots' turns
-  forget_program(cell);
-  resets_.push_back(robot_);
+  if (cell.firmware.resets()) resets_.push_back(robot_);
 }
 
-void Turns::leave() {
-  const std::size_t i = index(robot_);
-  Cell& cell = cells_[i];
-  if (cell.firmware.shows_another() && !cell.context)
-    if (const auto colour = cell.firmware.show(bodies_.voltage(robot_)))
-      bodies_.show(robot_, *colour, std::min(cursor_us_, tick_us - 1));
-  cell.firmware.count(beats_);
-  const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
-  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period)) offers_.push_back({robot_, clocks_[i].at_us});
-  memory_.copy_out(robot_);
-}
-
-// Calls setup() or loop() once. May return many ticks later, on the same stack.
-void Turns::run_program() {
-  ran_ = true;
-  delayed_ = false;
-  cells_[index(robot_)].busy_ticks = 0;
-  *abi_.reads = *abi_.blocks = 0;
-  if (cells_[index(robot_)].firmware.has_setup()) {
-    call(*abi_.loop);
-    return;
+// What the firmware does from its main loop, once loop has returned.
+void Turns::main_loop(Cell& cell) {
+  const std::int64_t us = std::min(cursor_us_, tick_us - 1);
+  switch (cell.firmware.state()) {
+    case Firmware::State::moving:
+      cell.firmware.steer(us, values_in(abi_), [this](Duties duties, std::int64_t at_us) {
+        bodies_.drive(robot_, duties.left, duties.right, at_us);
+      });
+      break;
+    case Firmware::State::idle:
+      if (!cell.firmware.comes_round()) return;
+      break;
+    case Firmware::State::sleeping:
+      cell.firmware.fall_asleep(tick_);
+      break;
+    case Firmware::State::loader:
+      if (loaders_[index(robot_)].flashes()) bodies_.show(robot_, 0, us);
+      break;
+    default:
+      break;
   }
-  call(*abi_.setup);
-  Firmware& firmware = cells_[index(robot_)].firmware;
-  firmware.setup_is_done();
-  // loop follows at once
-  if (firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+  if (!cell.firmware.shows_another()) return;
+  if (const auto colour = cell.firmware.show(bodies_.voltage(robot_))) bodies_.show(robot_, *colour, us);
 }
 
 }  // namespace arkmesh::sim_ode

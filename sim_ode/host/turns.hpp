@@ -33,7 +33,10 @@ class Turns {
   // Each of these returns why it ended early: then robot() and now_us() say in whose turn and when. The turns are of no
   // more use then, unless that robot is given up.
 
-  // Power-up: fresh memory, values from the EEPROM, main() up to kilo_start(), with which it ends (Fault::Kind::left).
+  // Before a robot's first power-up: what its EEPROM comes with.
+  void write_eeprom(int robot);
+  // Power-up: fresh memory but for the EEPROM, values from the EEPROM, main() up to kilo_start(), with which it ends
+  // (Fault::Kind::left).
   Fault boot(int robot);
   // All robots' turns for tick `number` (1, 2, ...).
   Fault walk(std::int64_t number, const Inbox& inbox);
@@ -78,13 +81,17 @@ class Turns {
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
 
+  void start_anew(int robot);
+  void save(const RobotValues& values);
   void* new_worker();
   void worker();
   Fault run_walk();
   void walk_on();
+  void walk_quiet();
   bool enter();
   bool deliver_next();
   void hear(const Message& command);
+  void main_loop(Cell& cell);
   void leave();
   void run_program();
   void ask_for_message();
@@ -102,7 +109,7 @@ class Turns {
 
   static Turns* running_;  // whose robots have their turn; programs call back without saying for whom
 
-  const arkmesh_program& abi_;
+  const arkmesh_program abi_;
   RobotMemory& memory_;
   RobotBodies& bodies_;
   FaultGuard& guard_;

@@ -255,6 +255,8 @@ HIDDEN void arkmesh_gives_up(const char* why) {
 /* ---- what the simulator sees ---- */
 
 extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN;
+extern char arkmesh_eeprom_begin[] HIDDEN, arkmesh_eeprom_end[] HIDDEN;
+extern uint8_t arkmesh_eeprom[] HIDDEN __attribute__((weak)); /* of avr/eeprom.h */
 extern int main();
 
 /* A robot's main() has no arguments, whatever it is written with. */
@@ -265,6 +267,9 @@ static int run_main(void) {
 __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
     .begin = arkmesh_begin,
     .end = arkmesh_end,
+    .eeprom_begin = arkmesh_eeprom_begin,
+    .eeprom_end = arkmesh_eeprom_end,
+    .eeprom = arkmesh_eeprom,
     .host = &arkmesh_calls,
     .main = run_main,
     .setup = &user_setup,

@@ -52,7 +52,9 @@ struct arkmesh_host {
 
 // What the simulator uses of a program.
 struct arkmesh_program {
-  char *begin, *end;  // all writable memory of a robot
+  char *begin, *end;                // all writable memory of a robot
+  char *eeprom_begin, *eeprom_end;  // of it, what survives a reset
+  uint8_t* eeprom;                  // 1 KB of that by address, inverted; null: the program does not use it
   struct arkmesh_host* host;
   int (*main)(void);
   void (**setup)(void);

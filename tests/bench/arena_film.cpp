@@ -9,11 +9,7 @@
 #include "tests/support/pictures/robot_pictures.hpp"
 
 namespace arkmesh::bench {
-namespace {
-
-constexpr double led_off_heading_rad = -44 * std::numbers::pi / 180;
-
-}  // namespace
+namespace {}  // namespace
 
 ArenaFilm::ArenaFilm(const hal::Config& emulator, Robots robots) : emulator_(emulator.root()) {
   // The overhead controller needs two seconds to start.
@@ -79,7 +75,8 @@ void ArenaFilm::paste(const CutOut& cut_out, const sim_ode::SimulatedArena::Seen
   const int reach = static_cast<int>(1.3 * r_px) + 1, left = static_cast<int>(at->x_px) - reach,
             top = static_cast<int>(at->y_px) - reach, side = 2 * reach + 1;
   if (left + side <= 0 || top + side <= 0 || left >= out.cols || top >= out.rows) return;
-  const double led = robot.pose.heading_rad + led_off_heading_rad, east = std::cos(led), north = std::sin(led);
+  const double led = robot.pose.heading_rad + hal::kilobot::led_bearing_rad, east = std::cos(led),
+               north = std::sin(led);
   const double turn = std::atan2(at->yx * east + at->yy * north, at->xx * east + at->xy * north) - cut_out.led_rad;
   const double scale = r_px / cut_out.r_px, c = scale * std::cos(turn), s = scale * std::sin(turn);
   const cv::Matx23d move(c, -s, at->x_px - left - c * cut_out.x_px + s * cut_out.y_px, s, c,

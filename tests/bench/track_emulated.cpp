@@ -13,10 +13,10 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/config.hpp"
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
 #include "tracker/calibration_file.hpp"
-#include "tracker/table_tracker.hpp"
 
 namespace {
 
@@ -94,7 +94,7 @@ void print(const tests::TrackingScore& score) {
 int measure(const Options& options) {
   const hal::Config config = hal::Config::from_file(options.emulator);
   emulator::Emulator emulator(config.root());
-  tracker::TableSettings settings;
+  tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(emulator.robots());
   tracker::TableTracker table(calibrations_of(emulator, options), settings);
 

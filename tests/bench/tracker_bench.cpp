@@ -8,12 +8,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/config.hpp"
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/bench/arena_film.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
 #include "tests/support/pictures/collage.hpp"
 #include "tracker/detector.hpp"
-#include "tracker/table_tracker.hpp"
 
 namespace {
 
@@ -140,7 +140,7 @@ hal::Config square_metre() {
 void whole_way(benchmark::State& state, bench::Robots robots) {
   cv::setNumThreads(1);
   bench::ArenaFilm film(square_metre(), robots);
-  tracker::TableSettings settings;
+  tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
   tracker::TableTracker table({tests::true_calibration(film.emulator().camera(0).model(), 1, 1)}, settings);
   tests::TrackingReferee referee;
@@ -184,7 +184,7 @@ void whole_table(benchmark::State& state, int sets_before) {
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < film.emulator().cameras(); ++k)
     cameras.push_back(tests::true_calibration(film.emulator().camera(k).model(), scene.width_m, scene.height_m));
-  tracker::TableSettings settings;
+  tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
   tracker::TableTracker table(std::move(cameras), settings);
   tests::TrackingReferee referee;

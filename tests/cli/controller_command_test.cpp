@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "hal/platforms/kilobot/intel_hex.hpp"
 #include "tests/sim_ode/host/program_run.hpp"
 #include "tests/support/processes/process.hpp"
 
@@ -68,6 +69,26 @@ TEST_CASE("controller run tells what the swarm did and leaves a table") {
     CHECK(std::abs(y_m) < 0.2);
   }
   CHECK(rows == 9 * 101);
+}
+
+TEST_CASE("controller run places obstacles and objects") {
+  // The table has a row for the object in each frame, by its name; a robot that drives against it moves it.
+  const TemporaryFolder folder;
+  const auto csv = folder.path() / "poses.csv";
+  const Ended ended = controller({"run", file("labs_drive_all"), "--robots", "1", "--seconds", "10", "--arena",
+                                  "0.4x0.4", "--csv", csv.string(), "--set", "ode.start_poses=[-0.06,0,0]", "--set",
+                                  "objects=[{name=\"puck\", shape=\"disc\", radius_m=0.03, mass_kg=0.02}]"},
+                                 folder.path());
+  INFO(ended.output);
+  CHECK(ended.code == 0);
+  std::ifstream table(csv);
+  std::string line, last;
+  int rows = 0;
+  for (; std::getline(table, line); last = line)
+    if (line.find(",puck,") != std::string::npos) ++rows;
+  CHECK(rows == 101);
+  CHECK(last.starts_with("10.0,puck,0.0"));
+  CHECK_FALSE(last.starts_with("10.0,puck,0.00"));
 }
 
 TEST_CASE("controller run says in one sentence what is wrong with a program") {
@@ -135,10 +156,13 @@ TEST_CASE("an installed program brings along what it compiles against") {
   std::filesystem::copy_file(ARKMESH_PROGRAM "-lab", arkmesh.string() + "-lab");
   std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "kilolib", kilolib,
                         std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "hal" / "platforms" / "kilobot" / "firmware",
+                        kilolib.parent_path() / "firmware", std::filesystem::copy_options::recursive);
   std::ofstream(kilolib / "kilolib.h", std::ios::app) << "#define INSTALLED_COPY 1\n";
   const auto program = folder.path() / "where.c";
   std::ofstream(program)
-      << "#include <kilolib.h>\n#ifndef INSTALLED_COPY\n#error the headers of the sources\n#endif\n"
+      << "#include <kilolib.h>\n#include <arkmesh_id.h>\n#ifndef INSTALLED_COPY\n#error the headers of the "
+         "sources\n#endif\n"
          "void setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
   const Ended run = controller({"run", program.string(), "--seconds", "1"}, folder.path(), arkmesh.string());
   CHECK_MESSAGE(run.code == 0, run.output);
@@ -192,6 +216,9 @@ TEST_CASE("controller refuses wrong use with exit code 2") {
     CHECK(ended.code == 2);
     CHECK_FALSE(ended.output.empty());
   }
+  // keys of the arena are the arena's to judge
+  CHECK(says(controller({"run", file("labs_blink"), "--set", "ode.preset=real"}, folder.path()),
+             "must be one of \"ideal\", \"measured\""));
 }
 
 TEST_CASE("controller check says what a program needs and what may go wrong with an int of 16 bits") {
@@ -254,4 +281,61 @@ TEST_CASE("pictures and videos of a run, or a sentence that says what is missing
   }
   CHECK(video.code == 0);
   CHECK(read_file(mp4).substr(4, 4) == "ftyp");
+}
+
+TEST_CASE("controller build makes the file that robots are loaded with") {
+  // A program and a library, as sources and as an archive, become an Intel HEX file of as many pages as are said; what
+  // does not build or does not fit leaves none and ends with 1, a folder without a library with 2.
+  if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) {
+    MESSAGE("avr-gcc is not installed: nothing is built for the robot");
+    return;
+  }
+  const TemporaryFolder folder;
+  const std::string kilolib = std::string(ARKMESH_SOURCE_DIR) + "/tests/data/stand_in_kilolib",
+                    program = std::string(ARKMESH_SOURCE_DIR) + "/tests/sim_ode/controllers/firmware_table.c";
+  const auto hex = folder.path() / "robot.hex";
+  const auto build = [&](const std::string& source, const std::string& library) {
+    std::filesystem::remove(hex);
+    return controller({"build", source, "-o", hex.string(), "--kilolib", library}, folder.path());
+  };
+  const Ended built = build(program, kilolib);
+  CHECK_MESSAGE(built.code == 0, built.output);
+  CHECK_MESSAGE(says(built, "firmware_table.c: flash "), built.output);
+  CHECK_MESSAGE(says(built, " of 28160 bytes, static RAM "), built.output);
+  const hal::kilobot::Firmware firmware = hal::kilobot::read_intel_hex(hex);
+  CHECK_MESSAGE(says(built, fmt::format("robot.hex: {} pages", firmware.pages())), built.output);
+  CHECK(firmware.size_bytes() > 300);
+
+  // an archive in the folder below the headers, as kilolib's Makefile leaves it
+  const auto own = folder.path() / "kilolib";
+  std::filesystem::create_directories(own / "build");
+  for (const char* header : {"kilolib.h", "message.h"})
+    std::filesystem::copy_file(std::filesystem::path(kilolib) / header, own / header);
+  REQUIRE(std::system(fmt::format("cd {} && avr-gcc -mmcu=atmega328p -Os -c {}/kilolib.c {}/message_crc.c "
+                                  "{}/message_send.S && avr-ar rcs build/kilolib.a *.o",
+                                  own.string(), kilolib, kilolib, kilolib)
+                          .c_str()) == 0);
+  for (const auto& place : {own, own / "build" / "kilolib.a"}) {
+    const Ended archived = build(program, place.string());
+    CHECK_MESSAGE(archived.code == 0, archived.output);
+    CHECK(hal::kilobot::read_intel_hex(hex).pages() > 0);
+  }
+
+  const Ended wrong = build(file("refused_syntax"), kilolib);
+  CHECK(wrong.code == 1);
+  CHECK_MESSAGE(says(wrong, "refused_syntax.c:"), wrong.output);
+  CHECK_MESSAGE(says(wrong, "refused_syntax.c does not build for the robot, see above\n"), wrong.output);
+  CHECK_FALSE(std::filesystem::exists(hex));
+
+  const auto large = folder.path() / "large.c";
+  std::ofstream(large) << "#include <kilolib.h>\nstatic uint8_t much[2100];\nvoid loop() { much[kilo_ticks]++; }\n"
+                          "int main() { kilo_init(); kilo_start(loop, loop); return much[7]; }\n";
+  const Ended full = build(large.string(), kilolib);
+  CHECK(full.code == 1);
+  CHECK_MESSAGE(says(full, "large.c does not fit on a robot; "), full.output);
+  CHECK_FALSE(std::filesystem::exists(hex));
+
+  const Ended none = build(program, folder.path().string());
+  CHECK(none.code == 2);
+  CHECK_MESSAGE(says(none, " is no kilolib: "), none.output);
 }

@@ -14,7 +14,7 @@ using Seen = arkmesh::sim_ode::SimulatedArena::Seen;
 
 namespace {
 
-constexpr double radius_m = 0.0165;
+constexpr double radius_m = hal::kilobot::body_radius_m;
 
 // A testbed without a spot, light without shadows: what differs is the robot.
 Scene plain_scene() {
@@ -105,7 +105,8 @@ TEST_CASE("a robot's board is centred where its centre is projected to, at its h
 }
 
 TEST_CASE("the LED shines 44 degrees to the right of ahead, near the rim") {
-  // The bright core's centre against the place projected; with all colours, at the radius of this kind of robot.
+  // The bright core's centre against the place projected; with all colours, at the radius of this kind of robot. Also
+  // of a robot that carries it elsewhere.
   const Scene scene = plain_scene();
   CameraSettings settings = tilted_camera();
   settings.led_brightness = 0.05;  // so that the core is not cut off by saturation
@@ -114,10 +115,12 @@ TEST_CASE("the LED shines 44 degrees to the right of ahead, near the rim") {
   CHECK(look.led_radius >= 0.84);
   CHECK(look.led_radius <= 0.9);
   for (double heading : {0.0, 1.0, 2.5, -2.0}) {
-    const double angle = heading - 44 * std::numbers::pi / 180, far = look.led_radius * radius_m;
+    const double bearing = (heading == 1 ? 20 : -44) * std::numbers::pi / 180, angle = heading + bearing,
+                 far = look.led_radius * radius_m;
     const cv::Point2d expected = by_opencv(camera.model(), 0.1 + far * std::cos(angle), -0.1 + far * std::sin(angle),
                                            scene.robot_height_m + 0.001);
     Seen robot{.pose = {0.1, -0.1, heading}};
+    if (heading == 1) robot.led_bearing_rad = bearing;
     cv::Mat off, on;
     camera.picture({&robot, 1}, {}, 0, off);
     robot.red = robot.green = robot.blue = 1;

@@ -42,17 +42,21 @@ TEST_CASE("straight, left, right") {
   CHECK(std::cos(s0.heading_rad) * (s1.x_m - s0.x_m) + std::sin(s0.heading_rad) * (s1.y_m - s0.y_m) ==
         doctest::Approx(0.01).epsilon(1e-6));
 
-  // the leg lies 9.2 mm behind the centre and 12.5 mm to the side: radius 15.5 mm
-  const double radius = std::hypot(0.0092, 0.0125), chord = 2 * radius * std::sin(std::numbers::pi / 8);
+  // the leg lies on a circle of 17 mm: 9.9 mm behind the centre and 13.85 mm to the side
+  using hal::kilobot::rear_axle_m, hal::kilobot::rear_legs_apart_m;
+  const double radius = std::hypot(rear_axle_m, rear_legs_apart_m / 2),
+               chord = 2 * radius * std::sin(std::numbers::pi / 8);
   for (int motors : {1, 2}) {
     const auto [t0, t1] = measured(motors);
     const double side = motors == 1 ? 1 : -1;
+    CHECK(radius == doctest::Approx(0.017).epsilon(0.002));
     CHECK(turned(t0, t1) == doctest::Approx(side * std::numbers::pi / 4).epsilon(1e-4));
     CHECK(distance(t0, t1) == doctest::Approx(chord).epsilon(1e-3));
     // the leg stays where it is
     const auto leg = [side](const hal::Pose& p) {
       const double c = std::cos(p.heading_rad), s = std::sin(p.heading_rad);
-      return std::pair(p.x_m - 0.0092 * c - side * 0.0125 * s, p.y_m - 0.0092 * s + side * 0.0125 * c);
+      return std::pair(p.x_m - rear_axle_m * c - side * rear_legs_apart_m / 2 * s,
+                       p.y_m - rear_axle_m * s + side * rear_legs_apart_m / 2 * c);
     };
     CHECK(std::hypot(leg(t0).first - leg(t1).first, leg(t0).second - leg(t1).second) < 2e-5);
   }
@@ -89,12 +93,105 @@ TEST_CASE("duty") {
   CHECK(motors.velocity(0, 65, 52).turn_rad_s == doctest::Approx(std::numbers::pi / 4 * 0.2));
 }
 
+TEST_CASE("turn noise") {
+  // A balanced robot with turn noise wanders: its turn rate has the key's s.d., changes within the correlation time and
+  // not from tick to tick, and ends with its motion; other robots' changes do not disturb it.
+  constexpr double degree = std::numbers::pi / 180;
+  DriveSettings settings;
+  settings.speed_spread = settings.duty_spread = 0;
+  settings.turn_noise_deg_per_s = 5;
+  settings.turn_noise_s = 1;
+  Motors motors(settings, 3, "shark", 1);
+  for (int robot : {0, 1, 2}) motors.connect(robot, true, 0);
+  motors.end_tick();
+  motors.set(1, 65, 65, 0);
+  std::vector<double> rates;
+  for (int k = 0; k < 20'000; ++k) {
+    if (k % 7 == 0) motors.set(2, k % 2 ? 65 : 0, 65, 100);
+    for (const Motors::Change& change : motors.end_tick()) {
+      REQUIRE(change.robot != 0);
+      if (change.robot == 1) rates.push_back(change.velocity.turn_rad_s / degree);
+    }
+  }
+  REQUIRE(rates.size() == 20'000);
+  const auto covariance = [&](std::size_t lag) {
+    double sum = 0;
+    for (std::size_t k = lag; k < rates.size(); ++k) sum += rates[k] * rates[k - lag];
+    return sum / static_cast<double>(rates.size() - lag);
+  };
+  CHECK(std::sqrt(covariance(0)) == doctest::Approx(5).epsilon(0.1));
+  CHECK(covariance(31) / covariance(0) == doctest::Approx(std::exp(-1.0)).epsilon(0.2));
+  motors.set(1, 0, 0, 0);
+  for (const Motors::Change& change : motors.end_tick())
+    if (change.robot == 1) CHECK(change.velocity.still());
+  for (const Motors::Change& change : motors.end_tick()) CHECK(change.robot != 1);
+}
+
+TEST_CASE("spin-up") {
+  // With a start_duty a motor at rest needs it, or full power for a moment first, as spinup_motors() gives it; a
+  // running one goes on down to dead_duty, and starts anew after it stood.
+  DriveSettings settings;
+  settings.speed_spread = settings.duty_spread = 0;
+  settings.start_duty = 60;
+  settings.dead_duty = 40;
+  Motors motors(settings, 1, "shark", 1);
+  motors.connect(0, true, 0);
+  const auto ahead = [&] {
+    motors.end_tick();
+    const std::vector<Motors::Change>& steady = motors.end_tick();
+    return steady.empty() ? 0.0 : steady[0].velocity.ahead_m_s;
+  };
+  const auto spin_up = [&](std::int64_t us) {
+    motors.set(0, 255, 255, 1000);
+    motors.set(0, 52, 52, 1000 + us);
+  };
+  motors.set(0, 52, 52, 100);
+  CHECK(ahead() == 0);
+  spin_up(5'000);
+  CHECK(ahead() == 0);
+  spin_up(15'000);
+  CHECK(ahead() == doctest::Approx(0.008));
+  motors.set(0, 45, 45, 100);
+  CHECK(ahead() > 0);
+  motors.set(0, 39, 39, 100);
+  CHECK(ahead() == 0);
+  motors.set(0, 52, 52, 100);
+  CHECK(ahead() == 0);
+  motors.set(0, 65, 65, 100);
+  CHECK(ahead() == doctest::Approx(0.01));
+}
+
+TEST_CASE("a battery runs down") {
+  // A battery of 0.1 mAh, 360 mA s, is empty after 53.7 s of 6.7 mA, and after 9.8 s when two motors at 65 of 70 x 16
+  // mA run from 1 s on; by then the robot is slower, and an empty one is switched off.
+  const TestArena scene{
+      .program = "drive.c",
+      .side_m = 2,
+      .ode = std::string(exact_drive) + "\nbattery_mah = 0.1\nbattery_empty_share = 0.8\nstart_poses = [0, 0, 0]"};
+  auto driving = scene.make_running(), standing = scene.make_running();
+  driving->advance_to(seconds(1));
+  driving->robots().command(broadcast(1, {3}));
+  const auto speed = [&](int from_s) {
+    const hal::Pose before = frame_at(*driving, seconds(from_s)).robots[0].pose;
+    return distance(before, frame_at(*driving, seconds(from_s + 1)).robots[0].pose);
+  };
+  CHECK(speed(2) == doctest::Approx(0.0096).epsilon(0.02));
+  CHECK(speed(8) == doctest::Approx(0.0084).epsilon(0.02));
+  CHECK(driving->counters()["robots.battery_empty"] == 0);
+  CHECK(speed(13) == 0);
+  CHECK(driving->counters()["robots.battery_empty"] == 1);
+  standing->advance_to(seconds(52));
+  CHECK(standing->counters()["robots.battery_empty"] == 0);
+  standing->advance_to(seconds(56));
+  CHECK(standing->counters()["robots.battery_empty"] == 1);
+}
+
 TEST_CASE("a wall stops") {
   // A robot that drives against a wall never gets beyond it, and slides along when it comes at an angle.
-  ContactWorld world(1, 1, 0.3, 1, {{0.47, 0, 0}, {0, 0.47, std::numbers::pi / 3}});
+  ContactWorld world(1, 1, {.friction = 0.3}, 1, {{0.47, 0, 0}, {0, 0.47, std::numbers::pi / 3}});
   world.set_velocity(0, {0.01, 0, 0});
   world.set_velocity(1, {0.01, 0, 0});
-  for (int k = 0; k < 600; ++k) world.step();
+  for (int k = 0; k < 600; ++k) world.tick();
   CHECK(world.x()[0] == doctest::Approx(0.5 - r).epsilon(1e-6));
   CHECK(world.y()[1] <= 0.5 - r + 1e-9);
   CHECK(world.x()[1] > 0.005);
@@ -108,11 +205,11 @@ TEST_CASE("pushing") {
   for (int chain : {1, 2, 3, 5}) {
     std::vector<hal::Pose> start;
     for (int i = 0; i <= chain; ++i) start.push_back({-0.4 + i * (2 * r + 0.0001), 0, 0});
-    ContactWorld world(1, 1, 0.3, 1, start);
+    ContactWorld world(1, 1, {.friction = 0.3}, 1, start);
     world.set_velocity(0, {0.01, 0, 0});
-    for (int k = 0; k < 30; ++k) world.step();
+    for (int k = 0; k < 30; ++k) world.tick();
     const double x = world.x()[0];
-    for (int k = 0; k < 61; ++k) world.step();
+    for (int k = 0; k < 61; ++k) world.tick();
     const double speed = (world.x()[0] - x) / (61 * tick_us * 1e-6);
     CHECK(speed < last * 0.95);
     CHECK(speed > 0.01 / (chain + 1) * 0.9);
@@ -125,9 +222,9 @@ TEST_CASE("pushing") {
 TEST_CASE("friction turns what slides past") {
   // A robot that grazes another one turns it; without friction it does not.
   for (double friction : {0.0, 0.3}) {
-    ContactWorld world(1, 1, friction, 1, {{-0.04, 0.025, 0}, {0, 0, 0}});
+    ContactWorld world(1, 1, {.friction = friction}, 1, {{-0.04, 0.025, 0}, {0, 0, 0}});
     world.set_velocity(0, {0.01, 0, 0});
-    for (int k = 0; k < 200; ++k) world.step();
+    for (int k = 0; k < 200; ++k) world.tick();
     CHECK(world.x()[0] > -0.005);
     const double heading = std::atan2(world.heading(1).second, world.heading(1).first);
     if (friction == 0)
@@ -162,15 +259,44 @@ TEST_CASE("crowds do not overlap") {
   }
 }
 
+TEST_CASE("contacts hold at every speed") {
+  // Whatever the speeds, nobody passes through anybody or goes deeper than half a millimetre.
+  hal::RandomStream chance(1, "speeds");
+  for (int k = 0; k < 200; ++k) {
+    CAPTURE(k);
+    const double fastest = std::pow(10, chance.uniform(-2.5, 0)), turn = chance.uniform(0, 20);
+    std::vector<hal::Pose> start;
+    const int robots = 2 + k % 8;
+    for (int i = 0; i < robots; ++i)
+      start.push_back({-0.15 + 0.04 * i, chance.uniform(-0.01, 0.01), 6.28 * chance.uniform()});
+    ContactWorld world(0.4, 0.2, {.solver = k % 2 ? Solver::ode : Solver::fast}, 1, start);
+    double nearest = 1, outermost = 0;
+    for (int tick = 0; tick < 40; ++tick) {
+      for (int i = 0; i < robots; ++i)
+        if (chance.below(8) == 0)
+          world.set_velocity(i, {chance.uniform(-fastest, fastest), 0, chance.uniform(-turn, turn)});
+      world.tick();
+      for (int i = 0; i < robots; ++i) {
+        outermost = std::max(outermost, std::abs(world.pose(i, 1).y_m));
+        for (int j = 0; j < i; ++j) nearest = std::min(nearest, distance(world.pose(i, 1), world.pose(j, 1)));
+      }
+    }
+    CAPTURE(fastest);
+    CHECK(nearest > 2 * r - 0.0005);
+    CHECK(outermost < 0.1 - r + 0.0005);
+    CHECK(world.totals().deepest_m < 0.0005);
+  }
+}
+
 TEST_CASE("one great jam") {
   // 400 robots in one cluster, more than is solved in place: ODE keeps them apart and inside, twice the same.
   std::vector<hal::Pose> start;
   for (int i = 0; i < 400; ++i) start.push_back({-0.315 + 0.0332 * (i % 20), -0.315 + 0.0332 * (i / 20), 0.7 * i});
   std::vector<double> first;
   for (int run = 0; run < 2; ++run) {
-    ContactWorld world(0.67, 0.67, 0.3, 1, start);
+    ContactWorld world(0.67, 0.67, {.friction = 0.3}, 1, start);
     for (int i = 0; i < 400; ++i) world.set_velocity(i, {0.01, 0, 0});
-    for (int k = 0; k < 300; ++k) world.step();
+    for (int k = 0; k < 300; ++k) world.tick();
     CHECK(world.totals().ode_steps > 100);
     CHECK(world.totals().deepest_m < 0.001);
     if (run == 0)

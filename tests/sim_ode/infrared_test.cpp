@@ -2,52 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim_ode/contact_world.hpp"
-#include "sim_ode/infrared_exchange.hpp"
-#include "tests/sim_ode/arena_builder.hpp"
+#include "tests/sim_ode/standing_robots.hpp"
 
 namespace arkmesh::sim_ode {
-namespace {
-
-// Standing robots that all send all the time, with every part within reach.
-struct Standing {
-  Standing(const std::vector<hal::Pose>& places, Settings with = {}, std::uint64_t seed = 1,
-           const char* program = "chatter.c")
-      : settings(with),
-        motors(settings, static_cast<int>(places.size()), "shark", seed),
-        leds(static_cast<int>(places.size())),
-        world(2, 2, 0.3, seed, places),
-        host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds, {}, "shark", seed,
-             settings.clock_spread),
-        medium(settings, 2, 2, static_cast<int>(places.size()), "shark", seed),
-        heard_by(places.size() * places.size()) {
-    Message run;
-    run.type = type_run;
-    inbox.overhead.push_back({0, run, {}});
-  }
-  void step() {
-    host.tick(++tick, inbox);
-    inbox.overhead.clear();
-    exchange_infrared(tick, world, host, medium, inbox.infrared);
-    for (const Reception& reception : inbox.infrared)
-      ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
-  }
-  std::size_t leds_count() const { return world.x().size(); }
-  // Messages of `sender` that `listener` has heard.
-  int heard(std::size_t listener, std::size_t sender) const { return heard_by[listener * leds_count() + sender]; }
-
-  Settings settings;
-  Motors motors;
-  LedLights leds;
-  ContactWorld world;
-  RobotHost host;
-  InfraredMedium medium;
-  Inbox inbox;
-  std::vector<int> heard_by;
-  std::int64_t tick = 0;
-};
-
-}  // namespace
 
 TEST_CASE("period") {
   // A robot alone sends each 16 ticks, for the first time 1 to 16 ticks after RUN: 300 messages in 4800 ticks.
@@ -225,6 +182,90 @@ TEST_CASE("distances") {
     pair.leds.look(0, seen);
     CHECK(seen == std::vector<hal::Led>(2, hal::Led::green));
   }
+}
+
+TEST_CASE("reach by bearing") {
+  // With ir_bearing a robot is heard at the reach's end in some directions and not in others, and closer by in all.
+  Settings settings;
+  settings.air.ir_bearing = 0.2;
+  std::vector<hal::Pose> ring{{0, 0, 0}}, close{{0, 0, 0}};
+  for (int k = 0; k < 8; ++k) {
+    const double x = std::cos(k * 0.785398), y = std::sin(k * 0.785398);
+    ring.push_back({0.1 * x, 0.1 * y, 0});
+    close.push_back({0.06 * x, 0.06 * y, 0});
+  }
+  Standing far(ring, settings), near(close, settings);
+  for (int k = 0; k < 200; ++k) far.step(), near.step();
+  int hear = 0;
+  for (std::size_t k = 1; k <= 8; ++k) {
+    hear += far.heard(k, 0) > 0;
+    CHECK(near.heard(k, 0) > 0);
+  }
+  CHECK(hear > 0);
+  CHECK(hear < 8);
+}
+
+TEST_CASE("capture") {
+  // With ir_capture a near sender's message survives a far one's in the same moment, which without it spoils it; two of
+  // equal strength still spoil each other.
+  Settings captures;
+  captures.air.ir_capture = 4;
+  const auto spoiled = [](Settings with, double near_m) {
+    with.clock_spread = 0.02;  // so that phases meet; the outer ones are deaf to each other
+    Standing line({{-near_m, 0, 0}, {0, 0, 0}, {0.09, 0, 0}}, with);
+    for (int k = 0; k < 20'000; ++k) line.step();
+    return line.medium.totals().spoiled;
+  };
+  const std::uint64_t both = spoiled({}, 0.04), far_only = spoiled(captures, 0.04);
+  MESSAGE("spoiled " << both << " without, " << far_only << " with capture");
+  CHECK(both > 5);
+  CHECK(far_only < both);
+  CHECK(spoiled(captures, 0.08) == spoiled({}, 0.08));
+}
+
+TEST_CASE("measured distances") {
+  // They flatten towards ir_flat_m, which short ones do not feel, and differ between robots by ir_reading_spread.
+  Settings settings;
+  CHECK(InfraredReach(settings, "shark", 1).measured_m(0, 1, 0.12) == 0.12);
+  settings.air.ir_flat_m = 0.1;
+  const InfraredReach flat(settings, "shark", 1);
+  CHECK(flat.measured_m(0, 1, 0.05) == doctest::Approx(0.05).epsilon(0.0001));
+  CHECK(flat.measured_m(0, 1, 0.1) == doctest::Approx(0.0917).epsilon(0.0001));
+  CHECK(flat.measured_m(0, 1, 0.3) < 0.1);
+  settings.air.ir_flat_m = 0;
+  settings.air.ir_reading_spread = 0.05;
+  const InfraredReach spread(settings, "shark", 1);
+  double sum = 0, squares = 0;
+  for (int k = 0; k < 400; ++k) {
+    const double off = spread.measured_m(k, k + 1000, 0.05) / 0.05 - 1;
+    sum += off;
+    squares += off * off;
+  }
+  CHECK(std::abs(sum / 400) < 0.01);
+  CHECK(std::abs(std::sqrt(squares / 400) - 0.05) < 0.006);
+}
+
+TEST_CASE("noise grows with distance") {
+  // With ir_noise_per_m estimates of a far robot's distance differ more than those of a near one's.
+  const auto low_high = [](double far_m) {
+    Settings settings;
+    settings.ir_noise_m = 0;
+    settings.air.ir_noise_per_m = 0.05;
+    Standing pair({{0, 0, 0}, {far_m, 0, 0}}, settings);
+    std::int16_t low = 1023, high = 0;
+    for (int k = 0; k < 1600; ++k) {
+      pair.step();
+      for (const Reception& reception : pair.inbox.infrared) {
+        low = std::min(low, reception.high_gain);
+        high = std::max(high, reception.high_gain);
+      }
+    }
+    return high - low;
+  };
+  // 70 of the reading for 5 mm at 45 mm, 30 at 90 mm
+  const int near = low_high(0.045), far = low_high(0.09);
+  CHECK(near / 14.0 > 6);
+  CHECK(far / 7.0 > 1.4 * near / 14.0);
 }
 
 }  // namespace arkmesh::sim_ode

@@ -1,4 +1,6 @@
 // The overhead controller in the simulated arena: airtime, when programs hear it, loss.
+#include <cmath>
+
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {
@@ -56,6 +58,41 @@ TEST_CASE("loss") {
   }
   const double share = static_cast<double>(arena->counters()["to_robots.lost.overhead"]) / (50 * 100);
   CHECK(share == doctest::Approx(0.3).epsilon(0.1));
+}
+
+TEST_CASE("loss by place") {
+  // With overhead_loss_edge robots lose more the farther they are from the arena's centre: in a corner nearly that
+  // share, in the centre overhead_loss.
+  const auto lost = [](const char* place) {
+    auto arena = TestArena{.ode = std::string("overhead_loss_edge = 0.5\nspeed_m_per_s = 0.0\nstart_poses = ") + place}
+                     .make_running();
+    arena->advance_to(seconds(1));
+    for (int k = 0; k < 400; ++k) {
+      arena->robots().offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
+      arena->advance_to(seconds(1 + 0.055 * (k + 1)));
+    }
+    return static_cast<double>(arena->counters()["to_robots.lost.overhead"]) / 400;
+  };
+  CHECK(lost("[0, 0, 0]") == 0);
+  CHECK(std::abs(lost("[0.35, 0.35, 0]") - 0.245) < 0.07);  // half of it at 0.7 of the way
+  CHECK(std::abs(lost("[0.48, 0.48, 0]") - 0.461) < 0.08);
+}
+
+TEST_CASE("gaps of the stream") {
+  // In a gap no composite goes out; afterwards those that waited do, and none is lost. None without the key.
+  const auto sent_of_20 = [](const std::string& ode) {
+    auto arena = TestArena{.robots = 60, .side_m = 1, .ode = ode}.make();
+    std::vector<hal::ToRobot> all;
+    for (hal::RobotId id = 0; id < 60; ++id) all.push_back({id, 0, 1, 1});
+    arena->robots().offer(all);
+    arena->advance_to(seconds(1.1));
+    const std::uint64_t soon = arena->robots().airtime().sent;
+    arena->advance_to(seconds(20));
+    CHECK(arena->robots().airtime().sent == 60);
+    return soon;
+  };
+  CHECK(sent_of_20("") == 60);
+  CHECK(sent_of_20("usb_gap_s = 0.2\nusb_gap_every_s = 0.2") < 50);
 }
 
 }  // namespace arkmesh::sim_ode

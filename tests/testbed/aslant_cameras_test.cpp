@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "hal/config.hpp"
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
 
@@ -36,7 +37,7 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < emulator.cameras(); ++k)
     cameras.push_back(tests::true_calibration(emulator.camera(k).model(), 0.9, 0.5));
-  tracker::TableSettings settings;
+  tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = 20;
   tracker::TableTracker tracker(std::move(cameras), settings);
   tests::TrackingReferee referee;

@@ -17,6 +17,7 @@
 #include "hal/config.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/kilobot_row.hpp"
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/source.hpp"
@@ -69,9 +70,10 @@ CameraData camera_at(double x_m, double width_px = 900, double height_px = 900) 
 }
 
 Detection detection_at(const Calibration& camera, Point place, double offset_m = 0) {
-  const auto pixel = camera.to_pixel({place.x + offset_m, place.y}, board_height_m);
-  const double r_px = camera.scale(place, board_height_m)->largest * 0.0165;
-  const auto led = camera.to_pixel({place.x + offset_m, place.y + 0.014}, board_height_m + 0.002);
+  const auto pixel = camera.to_pixel({place.x + offset_m, place.y}, hal::kilobot::board_height_m);
+  const double r_px = camera.scale(place, hal::kilobot::board_height_m)->largest * hal::kilobot::body_radius_m;
+  const auto led = camera.to_pixel({place.x + offset_m, place.y + 0.014},
+                                   hal::kilobot::board_height_m + hal::kilobot::led_above_board_m);
   return {.x_px = pixel->x,
           .y_px = pixel->y,
           .r_px = r_px,
@@ -216,7 +218,7 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
   const auto truth = true_tracks();
   REQUIRE(truth.size() == 242);
   const auto clip = open_recording(pictures_folder + "bodyguard_clip.mp4");
-  TableTracker tracker{TableSettings{}};
+  TableTracker tracker{testbed::kilobot_tracking()};
   std::map<int, std::set<TrackNumber>> tracks_of;
   std::size_t missing = 0, strangers = 0, doubtful = 0, frames = 0;
   while (const auto picture = clip->next()) {
@@ -227,7 +229,8 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
       const Track* nearest = nullptr;
       double min_px = robot.r_px / 2;
       for (const Track& track : tracks) {
-        const auto at = tracker.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, board_height_m);
+        const auto at =
+            tracker.calibration(0)->to_pixel({track.in_arena.x_m, track.in_arena.y_m}, hal::kilobot::board_height_m);
         const double off_px = std::hypot(at->x - robot.x_px, at->y - robot.y_px);
         if (off_px < min_px) min_px = off_px, nearest = &track;
       }
@@ -251,12 +254,13 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
 TEST_CASE("robots at a seam are one, neighbours stay two") {
   // Proves that views that differ by a few millimetres are brought together, weighted, and that bodies that touch are
   // not.
+  const Body body = testbed::kilobot_body();
   const Calibration west(camera_at(-0.2)), east(camera_at(0.2));
   const Point a{0, 0}, b{0.034, 0};
   const std::vector<Detection> in_west = {detection_at(west, a), detection_at(west, b)};
   const std::vector<Detection> in_east = {detection_at(east, a, 0.004), detection_at(east, b, 0.004)};
-  const std::vector<std::vector<Seen>> views = {on_table(west, in_west, {}), on_table(east, in_east, {})};
-  const auto fused = fuse(views, {});
+  const std::vector<std::vector<Seen>> views = {on_table(west, in_west, body), on_table(east, in_east, body)};
+  const auto fused = fuse(views, body);
   REQUIRE(fused.size() == 2);
   CHECK(fused[0].x_m == doctest::Approx(0.002).epsilon(0.05));
   CHECK(fused[1].x_m == doctest::Approx(0.036).epsilon(0.05));
@@ -265,15 +269,15 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   REQUIRE(fused[0].led_heading_rad.has_value());
   CHECK(*fused[0].led_heading_rad == doctest::Approx(std::numbers::pi / 2).epsilon(0.01));
   // What one camera sees alone stays, and what its picture's edge hides is left out.
-  CHECK(fuse(std::vector<std::vector<Seen>>{views[0], {}}, {}).size() == 2);
+  CHECK(fuse(std::vector<std::vector<Seen>>{views[0], {}}, body).size() == 2);
   Detection edge = in_west[0];
   edge.x_px = 2;
-  CHECK(on_table(west, std::vector{edge}, {}).empty());
+  CHECK(on_table(west, std::vector{edge}, body).empty());
 }
 
 TEST_CASE("a picture of another size than the calibration's is refused and counted") {
   // Proves that a camera that was switched to another resolution gives no wrong places.
-  TableTracker tracker({Calibration(camera_at(0))}, {});
+  TableTracker tracker({Calibration(camera_at(0))}, testbed::kilobot_tracking());
   const cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(128));
   CHECK(tracker.look(hal::LabTime(0), std::span(&picture, 1)).empty());
   CHECK(tracker.counters()["camera.refused.size"] == 1);

@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/tracker/walking_swarm.hpp"
 
 using namespace arkmesh;
@@ -52,7 +53,8 @@ struct Score {
 };
 
 // Follows the swarm, naming tracks as an identifier would: at the beginning, and 2 s after a doubt or a birth.
-Score follow(WalkingSwarm& swarm, double seconds, double frame_s, const AssociatorSettings& settings = {}) {
+Score follow(WalkingSwarm& swarm, double seconds, double frame_s,
+             const AssociatorSettings& settings = testbed::kilobot_following()) {
   Associator associator(settings);
   Score score;
   std::map<TrackNumber, double> nameless_since;
@@ -65,10 +67,11 @@ Score follow(WalkingSwarm& swarm, double seconds, double frame_s, const Associat
           });
       const double off_m = apart_m(nearest->pose, track.in_arena);
       const auto id = static_cast<hal::RobotId>(nearest - swarm.robots.begin());
-      if (off_m > 0.0165 && track.age.count() == 0 && track.confidence > 0.8f && !track.doubtful) ++score.invented;
+      if (off_m > hal::kilobot::body_radius_m && track.age.count() == 0 && track.confidence > 0.8f && !track.doubtful)
+        ++score.invented;
       if (track.robot && !track.doubtful && apart_m(swarm.robots[*track.robot].pose, track.in_arena) > 0.02)
         ++score.wrong_id;
-      if (track.robot == id && off_m < 0.0165) {
+      if (track.robot == id && off_m < hal::kilobot::body_radius_m) {
         ++score.tracked;
         if (track.age.count() == 0) score.square_m += off_m * off_m;
         if (nearest->led && track.age.count() == 0) {
@@ -79,7 +82,7 @@ Score follow(WalkingSwarm& swarm, double seconds, double frame_s, const Associat
       }
       if (track.robot && !track.doubtful)
         nameless_since.erase(track.number);
-      else if (track.age.count() == 0 && off_m < 0.0165) {
+      else if (track.age.count() == 0 && off_m < hal::kilobot::body_radius_m) {
         const double since = nameless_since.try_emplace(track.number, now).first->second;
         if (now == 0 || now - since >= 2) {
           REQUIRE(associator.name(track.number, id));
@@ -155,7 +158,7 @@ TEST_CASE("a packed swarm under bad light is followed") {
 TEST_CASE("two robots exchanged by hand while covered are doubtful until they are named") {
   // Proves that a cover of one second is enough for nobody to act on either id, from soon after the cover until both
   // are named again.
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   double now = 0;
   const auto frames = [&](int n, const std::vector<Seen>& seen) {
     for (; n > 0; --n, now += 0.1) associator.update(at_s(now), seen);
@@ -184,7 +187,7 @@ TEST_CASE("two robots exchanged by hand while covered are doubtful until they ar
 
 TEST_CASE("one observation between two robots leaves both in doubt") {
   // Proves that a merged observation (two touching robots seen as one) is a guess that says so.
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   for (int i = 0; i < 10; ++i) associator.update(at_s(0.1 * i), std::vector{robot_at(0, 0), robot_at(0.026, 0)});
   REQUIRE(associator.tracks().size() == 2);
   associator.update(at_s(1.0), std::vector{robot_at(0.013, 0)});
@@ -196,7 +199,7 @@ TEST_CASE("one observation between two robots leaves both in doubt") {
 TEST_CASE("a robot out of sight fades, is no longer reported, and comes back in doubt or as a stranger") {
   // Proves that no pose is invented: age grows, confidence falls, after a second nothing is reported, after five the
   // track is gone.
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   double now = 0;
   for (; now < 0.95; now += 0.1) associator.update(at_s(now), std::vector{robot_at(0.1, 0.1)});
   const float before = associator.tracks()[0].confidence;
@@ -220,7 +223,7 @@ TEST_CASE("a robot out of sight fades, is no longer reported, and comes back in 
 
 TEST_CASE("a robot put elsewhere is a new track without a name") {
   // Proves that a jump across the table never carries an id along.
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   for (int i = 0; i < 10; ++i) associator.update(at_s(0.1 * i), std::vector{robot_at(0, 0)});
   REQUIRE(associator.name(0, 42));
   for (int i = 10; i < 40; ++i) associator.update(at_s(0.1 * i), std::vector{robot_at(0.4, 0.4)});
@@ -231,7 +234,7 @@ TEST_CASE("a robot put elsewhere is a new track without a name") {
 
 TEST_CASE("a weak observation must be repeated, and two bodies never overlap") {
   // Proves that a flicker is no robot and that a second circle on a robot is refused and counted.
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   Seen weak = robot_at(0.2, 0.2);
   weak.confidence = 0.55f;
   associator.update(at_s(0), std::vector{weak});
@@ -254,7 +257,7 @@ TEST_CASE("six hundred robots, all hidden at once for a second") {
                       .hidden_per_s = 0,
                       .false_per_frame = 0,
                       .seed = 9});
-  Associator associator;
+  Associator associator(testbed::kilobot_following());
   for (int i = 0; i < 5; ++i) associator.update(at_s(0.1 * i), swarm.look());
   associator.update(at_s(1.9), {});
   const auto tracks = associator.update(at_s(2.0), swarm.look());

@@ -12,6 +12,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
@@ -90,7 +91,7 @@ TEST_CASE("there and back is the same place, at every height") {
     const Calibration calibration(tilted(model, distortion));
     for (double x_px = 20; x_px < 1920; x_px += 190)
       for (double y_px = 15; y_px < 1080; y_px += 150)
-        for (const double z : {0.0, board_height_m}) {
+        for (const double z : {0.0, hal::kilobot::board_height_m}) {
           const auto place = calibration.to_arena({x_px, y_px}, z);
           REQUIRE(place.has_value());
           const auto pixel = calibration.to_pixel(*place, z);
@@ -352,7 +353,8 @@ TEST_CASE("a camera that sees no corner of the arena gets its place from marks")
   CHECK(placed.arena_width_m == 3);
   for (std::size_t i = 0; i < marks.size(); ++i) marks[i].in_pixels.x += i % 2 ? 0.5 : -0.5;
   const Calibration nearly(place_camera(truth.lens, marks, 3, 2));
-  const auto middle = nearly.to_arena(*camera.to_pixel({0, 0}, board_height_m), board_height_m);
+  const auto middle =
+      nearly.to_arena(*camera.to_pixel({0, 0}, hal::kilobot::board_height_m), hal::kilobot::board_height_m);
   CHECK(std::hypot(middle->x, middle->y) < 0.0008);
   CHECK(contains(refusal([&] { place_camera(truth.lens, std::span(marks).first(3), 3, 2); }), "four"));
   const std::vector<Mark> line = {{*camera.to_pixel({-0.3, 0}, 0), {-0.3, 0}},

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "testbed/kilobot_tracking.hpp"
 #include "tracker/motion.hpp"
 
 using namespace arkmesh;
@@ -15,6 +16,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr double frame_s = 0.1;
+const MotionSettings kilobot = testbed::kilobot_following().motion;
 
 // The truth: a Kilobot whose rear axle's middle drives at a speed and turns at a rate.
 struct Walker {
@@ -24,8 +26,8 @@ struct Walker {
   void walk(double speed_m_s, double turn_rad_s) {
     for (int i = 0; i < 20; ++i) {
       const double dt = frame_s / 20;
-      x_m += (speed_m_s * std::cos(heading_rad) - 0.0099 * turn_rad_s * std::sin(heading_rad)) * dt;
-      y_m += (speed_m_s * std::sin(heading_rad) + 0.0099 * turn_rad_s * std::cos(heading_rad)) * dt;
+      x_m += (speed_m_s * std::cos(heading_rad) - hal::kilobot::rear_axle_m * turn_rad_s * std::sin(heading_rad)) * dt;
+      y_m += (speed_m_s * std::sin(heading_rad) + hal::kilobot::rear_axle_m * turn_rad_s * std::cos(heading_rad)) * dt;
       heading_rad = wrapped(heading_rad + turn_rad_s * dt);
     }
   }
@@ -58,7 +60,7 @@ TEST_CASE("angles wrap into (-pi, pi]") {
 TEST_CASE("a robot that stands still without LED has no heading") {
   // Proves that nothing is made up from noise.
   Walker walker;
-  Motion motion(0, 0, 0.0005);
+  Motion motion(0, 0, 0.0005, kilobot);
   for (int i = 0; i < 600; ++i) frame(walker, motion, 0, 0);
   CHECK(motion.heading_sigma_rad() == doctest::Approx(std::numbers::pi));
   CHECK(std::hypot(motion.pose().x_m, motion.pose().y_m) < 0.0015);
@@ -68,7 +70,7 @@ TEST_CASE("a path tells the heading without LED") {
   // Proves that after a few centimetres straight on, in any direction, the heading is right and known to be.
   for (int direction = -170; direction <= 180; direction += 25) {
     Walker walker{.heading_rad = direction * degree};
-    Motion motion(0, 0, 0.0005);
+    Motion motion(0, 0, 0.0005, kilobot);
     for (int i = 0; i < 60; ++i) frame(walker, motion, 0.01, 0);
     CAPTURE(direction);
     CHECK(walker.off_degrees(motion) < 10);
@@ -81,7 +83,7 @@ TEST_CASE("turning on the spot is followed while the LED is dark") {
   // Proves that a full turn about a rear leg, seen only by the centre's small circle, ends with the right heading.
   for (const double rate : {0.6, -0.6}) {
     Walker walker;
-    Motion motion(0, 0, 0.0005);
+    Motion motion(0, 0, 0.0005, kilobot);
     motion.see_heading(0, 5 * degree);
     double worst = 0;
     for (int i = 0; i < 105; ++i) {
@@ -97,7 +99,7 @@ TEST_CASE("turning on the spot is followed while the LED is dark") {
 TEST_CASE("the LED gives the heading within its noise, turning or not") {
   // Proves an error well below that of a single look, and no lag in a turn.
   Walker walker;
-  Motion motion(0, 0, 0.0005);
+  Motion motion(0, 0, 0.0005, kilobot);
   double square = 0;
   int n = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -114,7 +116,7 @@ TEST_CASE("the LED gives the heading within its noise, turning or not") {
 TEST_CASE("one light of a neighbour does not turn a robot, three do") {
   // Proves that outliers are passed over, and that a robot turned by hand is believed soon.
   Walker walker;
-  Motion motion(0, 0, 0.0005);
+  Motion motion(0, 0, 0.0005, kilobot);
   for (int i = 0; i < 20; ++i) {
     frame(walker, motion, 0, 0);
     motion.see_heading(walker.noise(3 * degree), 3 * degree);
@@ -132,7 +134,7 @@ TEST_CASE("one light of a neighbour does not turn a robot, three do") {
 TEST_CASE("a heading that is the wrong way round is corrected by driving") {
   // Proves that a robot that seems to drive backwards is turned round.
   Walker walker;
-  Motion motion(0, 0, 0.0005);
+  Motion motion(0, 0, 0.0005, kilobot);
   motion.see_heading(std::numbers::pi, 5 * degree);
   for (int i = 0; i < 100; ++i) frame(walker, motion, 0.01, 0);
   CHECK(walker.off_degrees(motion) < 12);
@@ -140,7 +142,7 @@ TEST_CASE("a heading that is the wrong way round is corrected by driving") {
 
 TEST_CASE("the last heading fades while nothing is seen") {
   // Proves that uncertainty grows until nothing is claimed, and that the filter stays finite.
-  Motion motion(0, 0, 0.0005);
+  Motion motion(0, 0, 0.0005, kilobot);
   motion.see_heading(1, 3 * degree);
   double before = motion.heading_sigma_rad();
   for (int i = 0; i < 5; ++i) {

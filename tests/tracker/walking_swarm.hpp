@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/types.hpp"
 #include "tracker/seen.hpp"
 
@@ -24,7 +25,7 @@ struct SwarmSettings {
   double false_per_frame = 0.3;
   double led_on = 0.5;  // part of the time, in spells of some seconds
   double led_noise_rad = 0.09;
-  double led_offset_rad = 0.7679449;  // driving direction minus LED direction
+  double led_offset_rad = -hal::kilobot::led_bearing_rad;  // driving direction minus LED direction
   std::uint64_t seed = 1;
 };
 
@@ -98,11 +99,12 @@ class WalkingSwarm {
         robot.speed_m_s = what < 0.55 ? uniform(0.007, 0.013) : 0;
         robot.turn_rad_s = what < 0.55 ? noise(0.05) : what < 0.9 ? (chance(0.5) ? 1 : -1) * uniform(0.4, 0.8) : 0;
         // A robot turns about a rear leg: the axle's middle moves too.
-        if (what >= 0.55 && what < 0.9) robot.speed_m_s = std::abs(robot.turn_rad_s) * 0.0138;
+        if (what >= 0.55 && what < 0.9)
+          robot.speed_m_s = std::abs(robot.turn_rad_s) * hal::kilobot::rear_legs_apart_m / 2;
         robot.led = chance(settings_.led_on);
       }
       if (chance(settings_.hidden_per_s * seconds)) robot.hidden_until_s = now_s_ + settings_.hidden_s;
-      const double along = robot.speed_m_s * seconds, aside = robot.turn_rad_s * seconds * 0.0099;
+      const double along = robot.speed_m_s * seconds, aside = robot.turn_rad_s * seconds * hal::kilobot::rear_axle_m;
       hal::Pose& pose = robot.pose;
       pose.x_m += along * std::cos(pose.heading_rad) - aside * std::sin(pose.heading_rad);
       pose.y_m += along * std::sin(pose.heading_rad) + aside * std::cos(pose.heading_rad);
@@ -114,7 +116,7 @@ class WalkingSwarm {
   }
 
   void push_apart() {
-    constexpr double diameter_m = 0.033;
+    constexpr double diameter_m = 2 * hal::kilobot::body_radius_m;
     for (std::size_t i = 0; i < robots.size(); ++i)
       for (std::size_t j = i + 1; j < robots.size(); ++j) {
         hal::Pose &a = robots[i].pose, &b = robots[j].pose;

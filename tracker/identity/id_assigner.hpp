@@ -1,6 +1,6 @@
 // Gives robots ids of their own, whatever ids they have: lets them draw temporary ids by chance, reads these, has those
 // that were drawn twice drawn anew, tells each temporary id its new one, and reads everybody again. The robots run
-// sim_ode/kilolib/programs/assign_ids.c. Pure: time and pictures come in, broadcasts go out.
+// hal/platforms/kilobot/firmware/assign_ids.c. Pure: time and pictures come in, broadcasts go out.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // How robots spell their ids in light: digits in base 3, least significant first, then a check word. Red, green and
-// blue are the digits 0, 1 and 2: of all colours the three that a camera confuses least. sim_ode/kilolib/arkmesh_id.h
-// is the robots' side.
+// blue are the digits 0, 1 and 2: of all colours the three that a camera confuses least.
+// hal/platforms/kilobot/firmware/arkmesh_id.h is the robots' side.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Finds duties at which each robot turns and goes straight as it should, all robots at once: tells a robot to move,
-// looks at its path, changes a duty, looks again. The robots run sim_ode/kilolib/programs/calibrate_motors.c and have
-// ids of their own. Pure: pictures come in, messages go out.
+// looks at its path, changes a duty, looks again. The robots run hal/platforms/kilobot/firmware/calibrate_motors.c and
+// have ids of their own. Pure: pictures come in, messages go out.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,14 @@
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/motion_log.hpp"
 #include "tracker/identity/open_ground.hpp"
+#include "tracker/not_given.hpp"
 #include "tracker/question.hpp"
 
 namespace arkmesh::tracker {
 
 struct MotorSettings {
   double width_m = 1, height_m = 1;  // of the arena: nobody is sent into a wall
-  double body_radius_m = 0.0165;     // of a robot
+  double body_radius_m = not_given;  // of a robot
   int first_duty = 60;               // of every motor, to begin with
   int min_duty = 40, largest_duty = 110;
   double measure_m = 0.015;      // what ARK's limits are given in: its robot's radius

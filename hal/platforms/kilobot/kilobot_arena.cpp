@@ -23,6 +23,7 @@
 #include "hal/platforms/kilobot/pause_guard.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "hal/platforms/kilobot/terminal_stream.hpp"
+#include "hal/solids.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -289,6 +290,10 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   const ArenaConfig config = read_arena_config(arena, body_radius_m);
   ArenaSettings out = arena.section("kilobot").read(ArenaSettings{.info = ArenaInfo{model}, .has_port = has_port});
   if (!has_port) out.port.clear();
+  Solids solids = read_solids(arena);
+  if (!solids.objects.empty())
+    arena.refuse("objects", "cameras do not see objects; remove them, or use a simulated arena");
+  out.info.obstacles = std::move(solids.obstacles);
   out.info.name = lab;
   out.info.platform = "kilobot";
   out.info.width_m = config.width_m;

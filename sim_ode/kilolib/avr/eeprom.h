@@ -1,5 +1,5 @@
-/* 1 KB for each robot whose program includes this; erased bytes read 0xFF, the robot's id and calibration are where its
-   library keeps them. A reset of the robot erases what was written, unlike on the robot. */
+/* 1 KB for each robot whose program includes this, and the variables that it places there. They survive a reset of the
+   robot, as its id and calibration do, which are where its library keeps them. Erased bytes read 0xFF. */
 #ifndef ARKMESH_AVR_EEPROM_H
 #define ARKMESH_AVR_EEPROM_H
 #include <stddef.h>
@@ -8,37 +8,21 @@
 
 #include "kilolib.h"
 
-/* Variables placed there are ordinary ones, and recognised because their addresses are no EEPROM's. */
-#define EEMEM
+/* Variables placed there lie elsewhere, and are recognised because their addresses are no EEPROM's. */
+#define EEMEM __attribute__((section(".arkmesh_eeprom")))
 #define E2END 0x3FF
 #define eeprom_is_ready() 1
 #define eeprom_busy_wait() \
   do {                     \
   } while (0)
 
-static uint8_t arkmesh_eeprom[1024]; /* inverted, so that zero is erased */
+/* One for all files of a program. Inverted, so that zero is erased. */
+__attribute__((section(".arkmesh_eeprom"), visibility("hidden"), weak)) uint8_t arkmesh_eeprom[1024] = {0};
 
 static inline uint8_t eeprom_read_byte(const uint8_t* at) {
   const uintptr_t place = (uintptr_t)at;
   if (place >= sizeof arkmesh_eeprom) return *at;
-  if (arkmesh_eeprom[place]) return (uint8_t)~arkmesh_eeprom[place];
-  switch (place) {
-    case 0x05:
-      return kilo_turn_left;
-    case 0x09:
-      return kilo_turn_right;
-    case 0x0C:
-      return kilo_straight_left;
-    case 0x14:
-      return kilo_straight_right;
-    case 0xB0:
-      return (uint8_t)kilo_uid;
-    case 0xB1:
-      return (uint8_t)(kilo_uid >> 8);
-  }
-  if (place >= 0x20 && place <= 0x3B) return (uint8_t)(kilo_irlow[(place - 0x20) / 2] >> (place % 2 ? 0 : 8));
-  if (place >= 0x50 && place <= 0x6B) return (uint8_t)(kilo_irhigh[(place - 0x50) / 2] >> (place % 2 ? 0 : 8));
-  return 0xFF;
+  return (uint8_t)~arkmesh_eeprom[place];
 }
 static inline void eeprom_write_byte(uint8_t* at, uint8_t value) {
   const uintptr_t place = (uintptr_t)at;

@@ -164,7 +164,7 @@ TEST_CASE("dhtf controller: builds for the robot") {
     const std::string object = folder / "robot.o", size = folder / "size.txt";
     const std::string compile = fmt::format(
         "avr-gcc -mmcu=atmega328p -std=gnu99 -Os -funsigned-char -fpack-struct -fshort-enums -Wall -Wextra -Werror "
-        "-I{0}/sim_ode/kilolib -c {0}/{1} -o {2}",
+        "-I{0}/sim_ode/kilolib -I{0}/hal/platforms/kilobot/firmware -c {0}/{1} -o {2}",
         ARKMESH_SOURCE_DIR, file, object);
     REQUIRE(std::system(compile.c_str()) == 0);
     REQUIRE(std::system(fmt::format("avr-size {} > {}", object, size).c_str()) == 0);

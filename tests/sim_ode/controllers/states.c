@@ -1,4 +1,4 @@
-/* Red after setup, blue once loop has run for two seconds; motors always on. */
+/* Red after setup, blue once loop has run for two seconds; motors on in each loop. */
 #include <assert.h>
 #include <kilolib.h>
 
@@ -8,9 +8,9 @@ void setup() {
   setups++;
   assert(setups == 1);
   set_color(RGB(1, 0, 0));
-  set_motors(kilo_straight_left, kilo_straight_right);
 }
 void loop() {
+  set_motors(kilo_straight_left, kilo_straight_right);
   if (++loops >= 61) set_color(RGB(0, 0, 1));
 }
 int main() {

@@ -68,7 +68,9 @@ int open_files() {
 int mappings() {
   std::ifstream in("/proc/self/maps");
   int n = 0;
-  for (std::string line; std::getline(in, line);) n += line.find("program.so") != std::string::npos;
+  // fresh, or out of the cache
+  for (std::string line; std::getline(in, line);)
+    n += line.find("program.so") != std::string::npos || line.find("/arkmesh/controllers/") != std::string::npos;
   return n;
 }
 

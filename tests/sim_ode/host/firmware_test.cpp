@@ -4,6 +4,8 @@
 #include <doctest/doctest.h>
 
 #include <initializer_list>
+#include <utility>
+#include <vector>
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -11,18 +13,24 @@ namespace {
 using State = Firmware::State;
 using Outputs = Effects::Outputs;
 
+using Steps = std::vector<std::pair<Duties, std::int64_t>>;
+
 struct Robot {
   Firmware firmware;
   RobotValues values{.uid = 0b101, .duties = {71, 72, 61, 62}};
   BootLoader loader;
-  std::int64_t tick = 1;
 
   Effects hear(std::uint8_t type, std::initializer_list<int> data = {}) {
     Message command;
     command.type = type;
     std::size_t k = 0;
     for (int byte : data) command.data[k++] = static_cast<std::uint8_t>(byte);
-    return firmware.hear(command, tick, values, loader);
+    return firmware.hear(command, values, loader);
+  }
+  Steps steers(std::int64_t from_us = 0) {
+    Steps out;
+    firmware.steer(from_us, values, [&out](Duties duties, std::int64_t us) { out.push_back({duties, us}); });
+    return out;
   }
   static Robot in(State state) {
     Robot out;
@@ -46,7 +54,6 @@ TEST_CASE("firmware: commands that lead to a state") {
       Robot robot = Robot::in(from);
       const Effects effects = robot.hear(type);
       CHECK(robot.firmware.state() == to);
-      CHECK_FALSE(effects.duties);
       CHECK_FALSE(effects.save);
       if (type != type_run)
         CHECK(effects.outputs == Outputs::cut);
@@ -95,42 +102,68 @@ TEST_CASE("firmware: unknown commands") {
 TEST_CASE("firmware: reading an id") {
   // A robot turns left for a bit of its id that is 1, and stands for one that is 0 or beyond.
   Robot robot;
-  Effects effects = robot.hear(type_read_uid, {0});
+  const Effects effects = robot.hear(type_read_uid, {0});
   CHECK(robot.firmware.state() == State::moving);
   CHECK(effects.outputs == Outputs::connect);
-  CHECK(effects.duties == Effects::Duties{71, 0});
   CHECK(effects.colour == 0);
-  effects = robot.hear(type_read_uid, {1});
-  CHECK(effects.duties == Effects::Duties{0, 0});
-  CHECK_FALSE(effects.colour);
-  CHECK(robot.hear(type_read_uid, {2}).duties == Effects::Duties{71, 0});
-  CHECK(robot.hear(type_read_uid, {16}).duties == Effects::Duties{0, 0});
+  CHECK(robot.steers() == Steps{{{255, 0}, 0}, {{71, 0}, 15'000}});
+  CHECK(robot.hear(type_read_uid, {1}).outputs == Outputs::keep);
+  CHECK(robot.steers() == Steps{{{0, 0}, 0}});
+  CHECK_FALSE(robot.hear(type_read_uid, {2}).colour);
+  CHECK(robot.steers() == Steps{{{255, 0}, 0}, {{71, 0}, 15'000}});
+  robot.hear(type_read_uid, {16});
+  CHECK(robot.steers() == Steps{{{0, 0}, 0}});
 }
 
 TEST_CASE("firmware: calibration") {
-  // Values count at once and are kept when they are saved, which a robot does only while it moves.
+  // Values count at once and are kept when they are saved, which a robot does only while it moves; a value that it was
+  // told last is nothing new.
   Robot robot;
   CHECK(robot.hear(type_calibrate, {0}).save == false);
   CHECK(robot.firmware.state() == State::idle);
-  CHECK(robot.hear(type_calibrate, {1, 0x34, 0x12}).duties == Effects::Duties{0, 0});
-  CHECK(robot.hear(type_calibrate, {2, 0, 0, 80}).duties == Effects::Duties{80, 0});
-  CHECK(robot.hear(type_calibrate, {3, 0, 0, 0, 81}).duties == Effects::Duties{0, 81});
-  CHECK(robot.hear(type_calibrate, {4, 0, 0, 0, 0, 63, 64}).duties == Effects::Duties{63, 64});
+  CHECK(robot.hear(type_calibrate, {1, 0x34, 0x12}).outputs == Outputs::connect);
+  CHECK(robot.steers() == Steps{{{0, 0}, 0}});
+  robot.hear(type_calibrate, {2, 0, 0, 80});
+  CHECK(robot.steers() == Steps{{{255, 0}, 0}, {{80, 0}, 15'000}});
+  robot.hear(type_calibrate, {2, 0, 0, 80});
+  CHECK(robot.steers().empty());
+  robot.hear(type_calibrate, {3, 0, 0, 0, 81});
+  CHECK(robot.steers() == Steps{{{0, 255}, 0}, {{0, 81}, 15'000}});
+  robot.hear(type_calibrate, {4, 0, 0, 0, 0, 63, 64});
+  CHECK(robot.steers() == Steps{{{255, 255}, 0}, {{63, 64}, 15'000}});
   CHECK(robot.values.uid == 0x1234);
   CHECK(robot.values.duties == Calibration{80, 81, 63, 64});
-  CHECK(robot.hear(type_calibrate, {9}).duties == Effects::Duties{63, 64});  // no mode: moves on
+  CHECK(robot.hear(type_calibrate, {9}).outputs == Outputs::keep);
+  CHECK(robot.steers().empty());
   const Effects saved = robot.hear(type_calibrate, {0});
   CHECK(saved.save);
   CHECK(saved.outputs == Outputs::cut);
   CHECK(robot.firmware.state() == State::idle);
+  CHECK(robot.hear(type_calibrate, {4, 0, 0, 0, 0, 63, 64}).outputs == Outputs::connect);
+  CHECK(robot.steers().empty());
+}
+
+TEST_CASE("firmware: motors spin up") {
+  // Full power lasts 15 ms, past the end of a tick too, and ends with the state.
+  Robot robot;
+  robot.hear(type_calibrate, {2, 0, 0, 80});
+  CHECK(robot.steers(20'000) == Steps{{{255, 0}, 20'000}});
+  CHECK(robot.steers() == Steps{{{80, 0}, 20'000 + 15'000 - tick_us}});
+  CHECK(robot.steers().empty());
+  robot.hear(type_calibrate, {2, 0, 0, 81});
+  CHECK(robot.steers(20'000) == Steps{{{255, 0}, 20'000}});
+  robot.hear(type_wakeup);
+  robot.hear(type_calibrate, {2, 0, 0, 81});
+  CHECK(robot.steers().empty());
 }
 
 TEST_CASE("firmware: sleep") {
   // A command that was said while it slept is heard 8 s after it fell asleep or a multiple, once.
   Robot robot;
-  robot.tick = 100;
   robot.hear(type_sleep);
   CHECK(robot.firmware.sleeps());
+  robot.firmware.fall_asleep(100);
+  robot.firmware.fall_asleep(120);
   CHECK(robot.firmware.wake(344) == 0);  // nobody said anything
   robot.firmware.say_asleep(type_run);
   robot.firmware.say_asleep(type_wakeup);

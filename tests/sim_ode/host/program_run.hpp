@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -35,7 +36,12 @@ inline std::vector<hal::Pose> row(int robots, double spacing_m, double x_m = 0, 
 }
 
 struct SwarmProgram {
-  explicit SwarmProgram(const std::string& name) { options.program = program_file(name); }
+  // Robots are those of the preset that ARKMESH_TEST_PRESET names, for who wants to know what holds with them.
+  explicit SwarmProgram(const std::string& name) {
+    options.program = program_file(name);
+    if (const char* const preset = std::getenv("ARKMESH_TEST_PRESET"))
+      options.settings.push_back(std::string("ode.preset=") + preset);
+  }
   SwarmProgram(const std::string& name, std::vector<hal::Pose> places) : SwarmProgram(name) {
     options.robots = static_cast<int>(places.size());
     options.places = std::move(places);

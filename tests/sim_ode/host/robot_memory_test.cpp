@@ -9,15 +9,15 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-struct Variables {
+struct OneRobot {
   std::uint32_t count = 7;
   std::uint8_t rest[124] = {};
 };
-static_assert(sizeof(Variables) == 128);
+static_assert(sizeof(OneRobot) == 128);
 
 struct Place {
-  alignas(64) Variables now;
-  std::array<std::byte, sizeof(Variables)> first{};
+  alignas(64) OneRobot now;
+  std::array<std::byte, sizeof(OneRobot)> first{};
   Place() { std::memcpy(first.data(), &now, sizeof now); }
   RobotMemory memory(int robots) { return {reinterpret_cast<char*>(&now), first, robots}; }
 };

@@ -10,7 +10,7 @@ namespace arkmesh::sim_ode {
 namespace {
 
 // All that the library would have, as a robot's memory.
-struct alignas(64) Variables {
+struct alignas(64) TurnVariables {
   void (*setup)(void);
   void (*loop)(void);
   void (*rx)(void*, void*);
@@ -24,7 +24,7 @@ struct alignas(64) Variables {
   std::uint32_t setups, loops, received, asked, sent, wait_us;
 };
 
-Variables now;
+TurnVariables now;
 arkmesh_host simulator;
 Message message;
 
@@ -100,7 +100,7 @@ struct Robots {
     return memory.read(robot, &variable);
   }
 
-  std::array<std::byte, sizeof(Variables)> first{};
+  std::array<std::byte, sizeof(TurnVariables)> first{};
   DriveSettings settings;
   Motors motors;
   LedLights leds;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "tracker/camera_fit.hpp"
 
 namespace arkmesh::tests {
@@ -48,8 +49,8 @@ FittedCamera fit_by_hand(const emulator::Emulator& emulator, std::size_t number,
     const double across = static_cast<double>(k % (steps + 1)) / steps,
                  down = static_cast<double>(k / (steps + 1)) / steps;
     const tracker::Point pixel{across * (wide_px - 1), down * (high_px - 1)};
-    const auto is = truth.to_arena(pixel, tracker::board_height_m),
-               seems = fitted.calibration.to_arena(pixel, tracker::board_height_m);
+    const auto is = truth.to_arena(pixel, hal::kilobot::board_height_m),
+               seems = fitted.calibration.to_arena(pixel, hal::kilobot::board_height_m);
     if (!is || std::abs(is->x) > width_m / 2 || std::abs(is->y) > height_m / 2) continue;
     const double off_mm = seems ? 1000 * std::hypot(is->x - seems->x, is->y - seems->y) : 1e9;
     fitted.worst_mm = std::max(fitted.worst_mm, off_mm);

@@ -13,7 +13,7 @@ using tracker::IdAssigner;
 
 namespace {
 
-constexpr const char* program = "sim_ode/kilolib/programs/assign_ids.c";
+constexpr const char* program = "hal/platforms/kilobot/firmware/assign_ids.c";
 
 std::vector<hal::RobotId> numbers(hal::RobotId from, std::size_t n) {
   std::vector<hal::RobotId> out(n);

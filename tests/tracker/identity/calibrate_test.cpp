@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "tests/tracker/identity/table_swarm.hpp"
 #include "tracker/identity/motor_calibrator.hpp"
 
@@ -13,7 +14,7 @@ using tracker::MotorCalibrator;
 
 namespace {
 
-constexpr const char* calibrate_motors_c = "sim_ode/kilolib/programs/calibrate_motors.c";
+constexpr const char* calibrate_motors_c = "hal/platforms/kilobot/firmware/calibrate_motors.c";
 constexpr double degree = std::numbers::pi / 180;
 
 void run(TableSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
@@ -68,15 +69,17 @@ Motion measured(TableSwarm& swarm, std::uint16_t id, std::uint8_t kind, int left
 
 TEST_CASE("identity calibration: twelve unequal robots turn and go straight alike") {
   // Of motors that differ by a fifth, seen with a millimetre of noise, a tenth of the messages lost: each gets duties
-  // with which it, looked at by itself, turns 35 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a
-  // course that turns less than 4 degrees a second.
+  // with which it, looked at by itself, turns 32 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a
+  // course that turns less than 4 degrees a second. (The slowest path that passes as a turn, 10.5 mm/s, is 35 degrees a
+  // second on an arc of 17 mm.)
   TableSwarm swarm({.program = calibrate_motors_c,
                     .robots = 12,
                     .side_m = 1.5,
                     .ode = "overhead_loss = 0.1",
                     .position_noise_m = 0.0007});
   swarm.run();
-  MotorCalibrator calibrator({.width_m = 1.5, .height_m = 1.5}, numbers(12));
+  MotorCalibrator calibrator({.width_m = 1.5, .height_m = 1.5, .body_radius_m = hal::kilobot::body_radius_m},
+                             numbers(12));
   run(swarm, calibrator, 1800);
   MESSAGE("12 robots calibrated in ", swarm.seconds(), " s, ", calibrator.counters()["calibration.changed"],
           " changes, ", calibrator.counters()["calibration.repeated.contact"], " pictures with contacts");
@@ -94,9 +97,9 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
     const Motion left = measured(swarm, number, 1, duties.turn_left, duties.straight_right, 6);
     const Motion right = measured(swarm, number, 2, duties.turn_right, duties.straight_right, 6);
     const Motion ahead = measured(swarm, number, 4, duties.straight_left, duties.straight_right, 10);
-    CHECK(left.turn_rad_s / degree > 35);
+    CHECK(left.turn_rad_s / degree > 32);
     CHECK(left.turn_rad_s / degree < 47);
-    CHECK(right.turn_rad_s / degree < -35);
+    CHECK(right.turn_rad_s / degree < -32);
     CHECK(right.turn_rad_s / degree > -47);
     CHECK(ahead.speed_m_s > 0.0085);
     CHECK(ahead.speed_m_s < 0.015);
@@ -115,7 +118,9 @@ TEST_CASE("identity calibration: dead robots fail by themselves, one between the
   swarm.run();
   swarm.table().set_power(0, false);
   for (int robot : {2, 4}) swarm.table().set_power(robot, false);
-  MotorCalibrator calibrator({.width_m = 1.2, .height_m = 1.2, .max_per_robot_s = 300}, numbers(5));
+  MotorCalibrator calibrator(
+      {.width_m = 1.2, .height_m = 1.2, .body_radius_m = hal::kilobot::body_radius_m, .max_per_robot_s = 300},
+      numbers(5));
   run(swarm, calibrator, 1800);
   for (const auto& entry : calibrator.robots()) {
     const auto& [id, robot] = entry;

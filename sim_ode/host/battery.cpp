@@ -1,0 +1,40 @@
+#include "sim_ode/host/battery.hpp"
+
+#include <algorithm>
+
+#include "sim_ode/host/reception.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+constexpr double motor_duty = 70;  // for which battery_motor_ma is given
+
+}  // namespace
+
+void BatterySettings::fields(const hal::Section& ode) {
+  ode.field("battery_mah", battery_mah, {{0, 10'000}, "mAh", "of a full battery; 0: it never runs down"});
+  ode.field("battery_idle_ma", battery_idle_ma, {{0, 1000}, "mA", "of a robot that stands and is dark"});
+  ode.field("battery_motor_ma", battery_motor_ma, {{0, 1000}, "mA", "more for each motor at a duty of 70"});
+  ode.field("battery_led_ma", battery_led_ma, {{0, 1000}, "mA", "more for each step, 0 to 3, of each colour"});
+  ode.field("battery_empty_share", battery_empty_share,
+            {{0, 1}, "", "voltage of an empty battery, as a share of a full one's: motors slow by it"});
+}
+
+Batteries::Batteries(const BatterySettings& settings, const std::vector<RobotProfile>& profiles) : settings_(settings) {
+  for (const RobotProfile& robot : profiles) left_mas_.push_back(robot.charge * settings.battery_mah * 3600);
+}
+
+void Batteries::spend(int robot, int duties, int light) {
+  const double ma =
+      settings_.battery_idle_ma + settings_.battery_motor_ma * duties / motor_duty + settings_.battery_led_ma * light;
+  double& left = left_mas_[static_cast<std::size_t>(robot)];
+  left = std::max(0.0, left - ma * looks_every * tick_us * 1e-6);
+}
+
+double Batteries::voltage(int robot) const {
+  if (!run_down()) return 1;
+  const double charge = left_mas_[static_cast<std::size_t>(robot)] / (settings_.battery_mah * 3600);
+  return settings_.battery_empty_share + (1 - settings_.battery_empty_share) * charge;
+}
+
+}  // namespace arkmesh::sim_ode

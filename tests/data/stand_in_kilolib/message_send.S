@@ -1,0 +1,3 @@
+.global message_sent
+message_sent:
+  ret
