@@ -14,7 +14,7 @@ constexpr int least_rounds_with_objects = 60;
 // when a cluster is solved.
 constexpr int largest_here = 256;
 constexpr int max_rounds = 16;
-constexpr double solved_m = 3e-6;
+constexpr double solved_m = 4.5e-6;
 
 }  // namespace
 
@@ -26,6 +26,7 @@ ContactSolver::ContactSolver(const ContactSettings& settings, std::uint64_t seed
 
 void ContactSolver::clear() {
   bodies_.clear();
+  places_.clear();
   clusters_.clear();
   contacts_.clear();
   ordered_.clear();
@@ -35,7 +36,8 @@ void ContactSolver::clear() {
 
 int ContactSolver::add_body(int robot, double x_m, double y_m, double dx_m, double dy_m, double roll_m) {
   const int body = static_cast<int>(bodies_.size());
-  bodies_.push_back({dx_m, dy_m, roll_m, robot, 0, x_m, y_m});
+  bodies_.push_back({dx_m, dy_m, roll_m, robot, 0});
+  places_.push_back({x_m, y_m});
   const bool slides = robot < -1 && (dx_m != 0 || dy_m != 0 || roll_m != 0);
   clusters_.push_back({body, 0, 0, slides, robot < -1 ? Company::objects : Company::robots});
   if (slides) sliding_.push_back(body);
@@ -71,13 +73,13 @@ void ContactSolver::add_wall(int a, double normal_x, double normal_y, double gap
 }
 
 void ContactSolver::add_solid(int a, int b, double normal_x, double normal_y, double gap_m, bool closes, int source) {
-  const double share = b < 0 ? 1 : 0.5;
+  const float share = b < 0 ? 1 : 0.5F;
   if (b < 0) b = add_fixed();
   contacts_.push_back({a, b, normal_x, normal_y, gap_m, 0, 0, share, 0, source, true});
   join(a, b, closes, Company::obstacles);
 }
 
-void ContactSolver::add_object(int a, int b, double normal_x, double normal_y, double gap_m, OdeContacts::Point at) {
+void ContactSolver::add_object(int a, int b, double normal_x, double normal_y, double gap_m, ContactPoint at) {
   const int source = static_cast<int>(points_.size());
   points_.push_back(at);
   add_solid(a, b, normal_x, normal_y, gap_m, false, source);
@@ -136,9 +138,9 @@ void ContactSolver::solve(double step_s) {
   }
   const std::span<Contact> robots = all.subspan(end_of_[here], end_of_[by_ode] - end_of_[here]),
                            objects = all.subspan(end_of_[by_ode]);
-  if (!robots.empty()) ode_.solve(robots, {}, points_, bodies_, rounds_, step_s);
+  if (!robots.empty()) ode_.solve(robots, {}, points_, places_, bodies_, rounds_, step_s);
   if (!objects.empty() || !sliding_.empty())
-    ode_.solve(objects, sliding_, points_, bodies_, std::max(rounds_, least_rounds_with_objects), step_s);
+    ode_.solve(objects, sliding_, points_, places_, bodies_, std::max(rounds_, least_rounds_with_objects), step_s);
 }
 
 void ContactSolver::apply(const Contact& contact, double push_m, double rub_m) {
@@ -165,7 +167,8 @@ double ContactSolver::relax(Contact& contact) {
   const double push = std::max(0.0, contact.push_m + (closing - allowed) * contact.share);
   // sliding at the touching point; a disc's tangential compliance is 1 + r^2 / I = 3
   const double sliding = y * contact.normal_x - x * contact.normal_y + a.roll + b.roll;
-  const double most = friction_ * push, rub = std::clamp(contact.rub_m + sliding * (contact.share / 3), -most, most);
+  const double most = friction_ * push,
+               rub = std::clamp(contact.rub_m + sliding * (static_cast<double>(contact.share) / 3), -most, most);
   const double more_push = push - contact.push_m, more_rub = rub - contact.rub_m;
   contact.push_m = push;
   contact.rub_m = rub;

@@ -31,7 +31,7 @@ class ContactSolver {
   // A robot and an obstacle (b: -1) or an object.
   void add_solid(int a, int b, double normal_x, double normal_y, double gap_m, bool closes, int source);
   // An object and a wall or an obstacle (b: -1), or another object, which touch at a point.
-  void add_object(int a, int b, double normal_x, double normal_y, double gap_m, OdeContacts::Point at);
+  void add_object(int a, int b, double normal_x, double normal_y, double gap_m, ContactPoint at);
   // Bodies and contacts without anything that closes stay as they are.
   void solve(double step_s);
 
@@ -71,12 +71,13 @@ class ContactSolver {
   int rounds_;  // of ODE's
   double friction_;
   std::vector<ContactBody> bodies_;
-  std::vector<Cluster> clusters_;  // by body
+  std::vector<ContactPoint> places_;  // of the bodies' centres of mass, before the step
+  std::vector<Cluster> clusters_;     // by body
   std::vector<Contact> contacts_, ordered_;
-  std::size_t end_of_[ways] = {};           // in ordered_
-  std::vector<OdeContacts::Point> points_;  // of contacts of objects
-  std::vector<int> sliding_;                // objects on their way
-  int now_ = 0;                             // counts within solve_here
+  std::size_t end_of_[ways] = {};     // in ordered_
+  std::vector<ContactPoint> points_;  // of contacts of objects
+  std::vector<int> sliding_;          // objects on their way
+  int now_ = 0;                       // counts within solve_here
   OdeContacts ode_;
 };
 

@@ -27,7 +27,11 @@ struct ContactBody {
   double roll;   // its turn, as the path of a point at a robot's radius; counter-clockwise
   int robot;     // -1: a piece of wall or an obstacle, which nothing moves; -2, -3, ...: object 0, 1, ...
   int moved_at;  // the solver's
-  double x, y;   // of its centre of mass, before the step
+};
+
+// A place in the arena frame, metres.
+struct ContactPoint {
+  double x, y;
 };
 
 // Two bodies, or a body and something that never moves. The unit normal points from the first to the second.
@@ -36,10 +40,10 @@ struct Contact {
   double normal_x, normal_y;
   double gap_m;  // before the step; negative: how deep
   double push_m,
-      rub_m;  // taken from the motion along the normal and across it: the last step's before solve(), then this one's
-  double share;           // of a correction that each side takes: 1/2, or 1 where the second never moves
-  int seen_at;            // by solve()
-  int source;             // the caller's
+      rub_m;    // taken from the motion along the normal and across it: the last step's before solve(), then this one's
+  float share;  // of a correction that each side takes: 1/2, or 1 where the second never moves
+  int seen_at;  // by solve()
+  int source;   // the caller's
   bool of_solid = false;  // with an obstacle or an object, or between such
   bool fixed() const { return share == 1; }
 };

@@ -80,13 +80,13 @@ dBodyID OdeContacts::pooled(std::size_t i) {
   return pool_[i];
 }
 
-void OdeContacts::lend(int ours, const ContactBody& body, double step_s) {
+void OdeContacts::lend(int ours, const ContactBody& body, const ContactPoint& place, double step_s) {
   if (body.robot == -1 || loan_of_[index(ours)] >= 0) return;
   loan_of_[index(ours)] = static_cast<int>(loans_.size());
   const dBodyID lent = body.robot >= 0 ? pooled(robots_lent_++) : objects_[index(-2 - body.robot)].body;
   loans_.push_back({ours, lent});
   dBodyEnable(lent);
-  dBodySetPosition(lent, body.x, body.y, 0);
+  dBodySetPosition(lent, place.x, place.y, 0);
   dBodySetLinearVel(lent, body.dx / step_s, body.dy / step_s, 0);
   dBodySetAngularVel(lent, 0, 0, body.roll / (robot_radius_m * step_s));
   if (body.robot >= 0) return;
@@ -95,7 +95,7 @@ void OdeContacts::lend(int ours, const ContactBody& body, double step_s) {
   object.push_y = body.dy;
 }
 
-void OdeContacts::attach(const Contact& contact, const Point& point, std::span<const ContactBody> bodies,
+void OdeContacts::attach(const Contact& contact, const ContactPoint& point, std::span<const ContactBody> bodies,
                          double step_s) {
   const ContactBody &a = bodies[index(contact.a)], &b = bodies[index(contact.b)];
   dContact touch{};
@@ -122,8 +122,9 @@ void OdeContacts::attach(const Contact& contact, const Point& point, std::span<c
   object.push_y += std::max(0.0, closing) * contact.normal_y;
 }
 
-void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> sliding, std::span<const Point> points,
-                        std::vector<ContactBody>& bodies, int iterations, double step_s) {
+void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> sliding, std::span<const ContactPoint> points,
+                        std::span<const ContactPoint> places, std::vector<ContactBody>& bodies, int iterations,
+                        double step_s) {
   // only ratios count while there are no objects
   const double robot_kg = objects_.empty() ? 1 : robot_kg_s_ * step_s;
   if (robot_kg != pool_kg_) {
@@ -135,16 +136,17 @@ void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> slidin
   loans_.clear();
   loan_of_.assign(bodies.size(), -1);
   for (const Contact& contact : contacts)
-    for (const int ours : {contact.a, contact.b}) lend(ours, bodies[index(ours)], step_s);
-  for (const int ours : sliding) lend(ours, bodies[index(ours)], step_s);
+    for (const int ours : {contact.a, contact.b}) lend(ours, bodies[index(ours)], places[index(ours)], step_s);
+  for (const int ours : sliding) lend(ours, bodies[index(ours)], places[index(ours)], step_s);
   for (std::size_t k = robots_lent_; k < lent_before; ++k) dBodyDisable(pool_[k]);
 
   for (Contact& contact : contacts) {
     contact.push_m = contact.rub_m = 0;  // ODE's are not asked for
-    const ContactBody& a = bodies[index(contact.a)];
+    const ContactPoint& a = places[index(contact.a)];
     attach(contact,
-           a.robot >= 0 ? Point{a.x + robot_radius_m * contact.normal_x, a.y + robot_radius_m * contact.normal_y}
-                        : points[index(contact.source)],
+           bodies[index(contact.a)].robot >= 0
+               ? ContactPoint{a.x + robot_radius_m * contact.normal_x, a.y + robot_radius_m * contact.normal_y}
+               : points[index(contact.source)],
            bodies, step_s);
   }
   for (const Object& object : objects_) turn_friction(object);

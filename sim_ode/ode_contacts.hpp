@@ -31,14 +31,11 @@ class OdeContacts {
   OdeContacts(const OdeContacts&) = delete;
   OdeContacts& operator=(const OdeContacts&) = delete;
 
-  // Where two bodies touch; of contacts whose first body is an object. Arena frame, metres.
-  struct Point {
-    double x, y;
-  };
-  // Changes the motions of the bodies in contact, and of `sliding`, objects on their way that touch nothing. The points
-  // are found by Contact::source.
-  void solve(std::span<Contact> contacts, std::span<const int> sliding, std::span<const Point> points,
-             std::vector<ContactBody>& bodies, int iterations, double step_s);
+  // Changes the motions of the bodies in contact, and of `sliding`, objects on their way that touch nothing. `points`
+  // is where bodies touch, of contacts whose first body is an object, found by Contact::source; `places` the bodies'
+  // centres of mass.
+  void solve(std::span<Contact> contacts, std::span<const int> sliding, std::span<const ContactPoint> points,
+             std::span<const ContactPoint> places, std::vector<ContactBody>& bodies, int iterations, double step_s);
   std::uint64_t steps() const { return steps_; }
   // How far any body has come out of the plane in one step.
   double drift_m() const { return drift_m_; }
@@ -51,10 +48,10 @@ class OdeContacts {
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   dBodyID pooled(std::size_t i);
-  void lend(int ours, const ContactBody& body, double step_s);
+  void lend(int ours, const ContactBody& body, const ContactPoint& place, double step_s);
   void set_mass(dBodyID body, double mass_kg, double inertia_kg_m2);
   static void turn_friction(const Object& object);
-  void attach(const Contact& contact, const Point& point, std::span<const ContactBody> bodies, double step_s);
+  void attach(const Contact& contact, const ContactPoint& point, std::span<const ContactBody> bodies, double step_s);
 
   double friction_, robot_kg_s_;  // the mass of a robot for a step of 1 s
   std::uint64_t seed_;
