@@ -21,6 +21,35 @@ double turned(const hal::Pose& from, const hal::Pose& to) {
   return std::remainder(to.heading_rad - from.heading_rad, 2 * std::numbers::pi);
 }
 
+// Whatever the speeds, nobody passes through anybody or goes deeper than half a millimetre.
+void check_random_speeds(int arenas) {
+  hal::RandomStream chance(1, "speeds");
+  for (int k = 0; k < arenas; ++k) {
+    CAPTURE(k);
+    const double fastest = std::pow(10, chance.uniform(-2.5, 0)), turn = chance.uniform(0, 20);
+    std::vector<hal::Pose> start;
+    const int robots = 2 + k % 8;
+    for (int i = 0; i < robots; ++i)
+      start.push_back({-0.15 + 0.04 * i, chance.uniform(-0.01, 0.01), 6.28 * chance.uniform()});
+    ContactWorld world(0.4, 0.2, {.solver = k % 2 ? Solver::ode : Solver::fast}, 1, start);
+    double nearest = 1, outermost = 0;
+    for (int tick = 0; tick < 40; ++tick) {
+      for (int i = 0; i < robots; ++i)
+        if (chance.below(8) == 0)
+          world.set_velocity(i, {chance.uniform(-fastest, fastest), 0, chance.uniform(-turn, turn)});
+      world.tick();
+      for (int i = 0; i < robots; ++i) {
+        outermost = std::max(outermost, std::abs(world.pose(i, 1).y_m));
+        for (int j = 0; j < i; ++j) nearest = std::min(nearest, distance(world.pose(i, 1), world.pose(j, 1)));
+      }
+    }
+    CAPTURE(fastest);
+    CHECK(nearest > 2 * r - 0.0005);
+    CHECK(outermost < 0.1 - r + 0.0005);
+    CHECK(world.totals().deepest_m < 0.0005);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("straight, left, right") {
@@ -260,32 +289,11 @@ TEST_CASE("crowds do not overlap") {
 }
 
 TEST_CASE("contacts hold at every speed") {
-  // Whatever the speeds, nobody passes through anybody or goes deeper than half a millimetre.
-  hal::RandomStream chance(1, "speeds");
-  for (int k = 0; k < 200; ++k) {
-    CAPTURE(k);
-    const double fastest = std::pow(10, chance.uniform(-2.5, 0)), turn = chance.uniform(0, 20);
-    std::vector<hal::Pose> start;
-    const int robots = 2 + k % 8;
-    for (int i = 0; i < robots; ++i)
-      start.push_back({-0.15 + 0.04 * i, chance.uniform(-0.01, 0.01), 6.28 * chance.uniform()});
-    ContactWorld world(0.4, 0.2, {.solver = k % 2 ? Solver::ode : Solver::fast}, 1, start);
-    double nearest = 1, outermost = 0;
-    for (int tick = 0; tick < 40; ++tick) {
-      for (int i = 0; i < robots; ++i)
-        if (chance.below(8) == 0)
-          world.set_velocity(i, {chance.uniform(-fastest, fastest), 0, chance.uniform(-turn, turn)});
-      world.tick();
-      for (int i = 0; i < robots; ++i) {
-        outermost = std::max(outermost, std::abs(world.pose(i, 1).y_m));
-        for (int j = 0; j < i; ++j) nearest = std::min(nearest, distance(world.pose(i, 1), world.pose(j, 1)));
-      }
-    }
-    CAPTURE(fastest);
-    CHECK(nearest > 2 * r - 0.0005);
-    CHECK(outermost < 0.1 - r + 0.0005);
-    CHECK(world.totals().deepest_m < 0.0005);
-  }
+  check_random_speeds(100);
+}
+
+TEST_CASE("contacts hold at every speed, in a thousand arenas") {
+  check_random_speeds(1000);
 }
 
 TEST_CASE("one great jam") {

@@ -52,6 +52,47 @@ double pushed_m(int robots, double table_friction) {
   return went;
 }
 
+// At any speed, mass and friction that keys allow: robots, obstacles of all kinds and objects keep out of each other.
+void check_random_arenas(int arenas) {
+  hal::RandomStream chance(1, "solids");
+  double deepest = 0;
+  for (int k = 0; k < arenas; ++k) {
+    CAPTURE(k);
+    hal::Solids solids;
+    solids.obstacles.push_back({box(0.15, 0.01), {0.1, 0, chance.uniform(0, 3)}});
+    solids.obstacles.push_back({disc(0.03), {-0.1, 0.12, 0}});
+    solids.obstacles.push_back(
+        {{0, {{0, 0}, {0.1, 0}, {0.1, 0.02}, {0.02, 0.02}, {0.02, 0.1}, {0, 0.1}}}, {-0.22, -0.22, 0}});
+    solids.objects.push_back({"a",
+                              box(0.05, 0.03),
+                              {0, -0.12, chance.uniform(0, 3)},
+                              std::pow(10, chance.uniform(-3, 1)),
+                              chance.uniform(0, 1)});
+    solids.objects.push_back(
+        {"b", disc(0.02), {-0.05, 0.03, 0}, std::pow(10, chance.uniform(-3, 1)), chance.uniform(0, 1)});
+    std::vector<hal::Pose> start;
+    for (int i = 0; i < 6; ++i) start.push_back({-0.2 + 0.05 * i, 0.2, 6.28 * chance.uniform()});
+    for (int i = 0; i < 5; ++i) start.push_back({-0.1 + 0.05 * i, -0.2, 6.28 * chance.uniform()});
+    const double fastest = std::pow(10, chance.uniform(-2.5, -0.5)), turn = chance.uniform(0, 9);
+    ContactWorld world(
+        0.5, 0.5,
+        {.solver = k % 2 ? Solver::ode : Solver::fast, .friction = chance.uniform(0, 2), .speed_m_s = fastest}, 1,
+        start, solids);
+    for (int tick = 0; tick < 60; ++tick) {
+      for (int i = 0; i < world.robots(); ++i)
+        if (tick % 20 == 0) world.set_velocity(i, {chance.uniform(0, fastest), 0, chance.uniform(-turn, turn)});
+      world.tick();
+    }
+    CHECK(world.totals().deepest_m < 0.001);
+    deepest = std::max(deepest, world.totals().deepest_m);
+    // the middle of each robot is outside of everything
+    for (int i = 0; i < world.robots(); ++i)
+      CHECK(world.solids().clearance_m(world.x()[static_cast<std::size_t>(i)], world.y()[static_cast<std::size_t>(i)],
+                                       1) > robot_r - 0.001);
+  }
+  MESSAGE("deepest " << deepest * 1000 << " mm");
+}
+
 }  // namespace
 
 TEST_CASE("outlines") {
@@ -111,44 +152,11 @@ TEST_CASE("a box stays in the plane, in the arena and whole") {
 }
 
 TEST_CASE("nothing passes through anything") {
-  // At any speed, mass and friction that keys allow: robots, obstacles of all kinds and objects keep out of each other.
-  hal::RandomStream chance(1, "solids");
-  double deepest = 0;
-  for (int k = 0; k < 150; ++k) {
-    CAPTURE(k);
-    hal::Solids solids;
-    solids.obstacles.push_back({box(0.15, 0.01), {0.1, 0, chance.uniform(0, 3)}});
-    solids.obstacles.push_back({disc(0.03), {-0.1, 0.12, 0}});
-    solids.obstacles.push_back(
-        {{0, {{0, 0}, {0.1, 0}, {0.1, 0.02}, {0.02, 0.02}, {0.02, 0.1}, {0, 0.1}}}, {-0.22, -0.22, 0}});
-    solids.objects.push_back({"a",
-                              box(0.05, 0.03),
-                              {0, -0.12, chance.uniform(0, 3)},
-                              std::pow(10, chance.uniform(-3, 1)),
-                              chance.uniform(0, 1)});
-    solids.objects.push_back(
-        {"b", disc(0.02), {-0.05, 0.03, 0}, std::pow(10, chance.uniform(-3, 1)), chance.uniform(0, 1)});
-    std::vector<hal::Pose> start;
-    for (int i = 0; i < 6; ++i) start.push_back({-0.2 + 0.05 * i, 0.2, 6.28 * chance.uniform()});
-    for (int i = 0; i < 5; ++i) start.push_back({-0.1 + 0.05 * i, -0.2, 6.28 * chance.uniform()});
-    const double fastest = std::pow(10, chance.uniform(-2.5, -0.5)), turn = chance.uniform(0, 9);
-    ContactWorld world(
-        0.5, 0.5,
-        {.solver = k % 2 ? Solver::ode : Solver::fast, .friction = chance.uniform(0, 2), .speed_m_s = fastest}, 1,
-        start, solids);
-    for (int tick = 0; tick < 60; ++tick) {
-      for (int i = 0; i < world.robots(); ++i)
-        if (tick % 20 == 0) world.set_velocity(i, {chance.uniform(0, fastest), 0, chance.uniform(-turn, turn)});
-      world.tick();
-    }
-    CHECK(world.totals().deepest_m < 0.001);
-    deepest = std::max(deepest, world.totals().deepest_m);
-    // the middle of each robot is outside of everything
-    for (int i = 0; i < world.robots(); ++i)
-      CHECK(world.solids().clearance_m(world.x()[static_cast<std::size_t>(i)], world.y()[static_cast<std::size_t>(i)],
-                                       1) > robot_r - 0.001);
-  }
-  MESSAGE("deepest " << deepest * 1000 << " mm");
+  check_random_arenas(60);
+}
+
+TEST_CASE("nothing passes through anything, in a thousand arenas") {
+  check_random_arenas(1000);
 }
 
 TEST_CASE("an arena with obstacles and objects") {
