@@ -17,7 +17,7 @@ using hal::kilobot::body_radius_m;
 constexpr double tick_s = tick_us * 1e-6;
 // How near two robots may come to each other in one step. Beyond the larger one a tick is divided into steps: contacts
 // hold along their direction at a step's start, which so many millimetres turn by a few degrees at most.
-constexpr double least_reach_m = 0.0015, largest_reach_m = 0.003;
+constexpr double least_reach_m = 0.0015, largest_reach_m = 0.002;
 // Pairs are listed while nearer than a diameter plus this; the list then serves many steps.
 constexpr double skin_m = 0.02;
 constexpr std::uint64_t align_steps = 64;

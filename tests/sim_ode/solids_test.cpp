@@ -83,7 +83,7 @@ void check_random_arenas(int arenas) {
         if (tick % 20 == 0) world.set_velocity(i, {chance.uniform(0, fastest), 0, chance.uniform(-turn, turn)});
       world.tick();
     }
-    CHECK(world.totals().deepest_m < 0.001);
+    CHECK(world.totals().deepest_m < 0.0005);
     deepest = std::max(deepest, world.totals().deepest_m);
     // the middle of each robot is outside of everything
     for (int i = 0; i < world.robots(); ++i)
