@@ -29,6 +29,14 @@ static inline uint16_t cre_estimate(uint16_t estimate, uint8_t reading, uint8_t 
   return (uint16_t)((int32_t)estimate + change / CRE_ONE);
 }
 
+/* Both densities of a reading (the value of the lab's message) into the estimates, the north's first. */
+static inline void cre_take_densities(uint16_t estimates[2], uint16_t densities, uint8_t weight, uint8_t ignore_zero) {
+  const uint8_t readings[2] = {(uint8_t)(densities >> 5 & 31), (uint8_t)(densities & 31)};
+  uint8_t i;
+  for (i = 0; i < 2; ++i)
+    if (readings[i] != 0 || !ignore_zero) estimates[i] = cre_estimate(estimates[i], readings[i], weight);
+}
+
 /* share * v in CRE_DRAWS. estimates[0] is the north's. */
 static inline uint32_t cre_chance(uint8_t share, const uint16_t estimates[2], uint8_t region) {
   const uint16_t v = estimates[region - CRE_NORTH];

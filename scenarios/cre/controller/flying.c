@@ -31,15 +31,6 @@ static uint8_t opinion;
 static uint16_t estimates[2] = {CRE_UNKNOWN, CRE_UNKNOWN}; /* north, south */
 static uint32_t decides_at;
 
-static void take_reading(uint32_t now, uint8_t wall_told, uint16_t densities) {
-  const uint8_t readings[2] = {(uint8_t)(densities >> 5 & 31), (uint8_t)(densities & 31)};
-  uint8_t i;
-  hear_wall(now, wall_told);
-  for (i = 0; i < 2; ++i)
-    if (readings[i] != 0 || !(flags & CRE_IGNORE_ZERO))
-      estimates[i] = cre_estimate(estimates[i], readings[i], rules.weight);
-}
-
 /* Uniform below CRE_DRAWS: 21 bits, drawn again when they are more. */
 static uint32_t draw(void) {
   uint32_t bits;
@@ -96,7 +87,8 @@ static void take_messages(uint32_t now) {
       wall_told = heard_wall;
       densities = heard_densities;
     } while (seen_count != heard_count);
-    take_reading(now, wall_told, densities);
+    hear_wall(now, wall_told);
+    cre_take_densities(estimates, densities, rules.weight, flags & CRE_IGNORE_ZERO);
   }
   if (seen_rules != rules_count) {
     uint8_t told[CRE_RULE_FLAGS + 1], i;
