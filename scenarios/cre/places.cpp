@@ -23,14 +23,13 @@ std::vector<hal::Pose> places_on_grid(int side, double width_m, double height_m)
 Resources::Resources(std::vector<hal::Pose> places, int north, int south, hal::RandomStream& random)
     : places_(std::move(places)), active_(places_.size(), 0) {
   for (Region region : both_regions)
-    for (int i = 0; i < (region == Region::north ? north : south); ++i)
-      active_[draw_free(region, places_.size(), random)] = 1;
+    for (int i = 0; i < (region == Region::north ? north : south); ++i) active_[draw_free(region, random)] = 1;
 }
 
-std::size_t Resources::draw_free(Region region, std::size_t except, hal::RandomStream& random) const {
+std::size_t Resources::draw_free(Region region, hal::RandomStream& random) const {
   std::vector<std::size_t> free;
   for (std::size_t i = 0; i < places_.size(); ++i)
-    if (active_[i] == 0 && i != except && region_of(places_[i]) == region) free.push_back(i);
+    if (active_[i] == 0 && region_of(places_[i]) == region) free.push_back(i);
   return free[random.below(free.size())];
 }
 
@@ -38,7 +37,7 @@ bool Resources::harvest(const hal::Pose& in_ground, double radius_m, hal::Random
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (active_[i] == 0 || distance2(in_ground, places_[i]) >= radius_m * radius_m) continue;
     const Region region = region_of(places_[i]);
-    const std::size_t next = draw_free(region, i, random);
+    const std::size_t next = draw_free(region, random);  // not here: this place is still taken
     active_[i] = 0;
     active_[next] = 1;
     ++harvested_[index(region)];

@@ -40,8 +40,8 @@ class Resources {
   const std::vector<std::int64_t>& harvested() const { return harvested_; }
 
  private:
-  // A free place of the region other than `except`.
-  std::size_t draw_free(Region region, std::size_t except, hal::RandomStream& random) const;
+  // A free place of the region, drawn evenly.
+  std::size_t draw_free(Region region, hal::RandomStream& random) const;
 
   std::vector<hal::Pose> places_;
   std::vector<std::int64_t> active_, harvested_{0, 0};

@@ -174,6 +174,30 @@ TEST_CASE("cre flying: committed robots recruit and inhibit those that hear them
   CHECK(pair.seen(0).led == Led::red);        // and the south empty
 }
 
+TEST_CASE("cre flying: what a neighbour said is forgotten at a decision") {
+  // A robot is recruited by what it has heard since its last decision only.
+  CreRobots robots("flying", in_line(2, 0.05), 13, 1, "speed_m_per_s = 0.0\nturn_deg_per_s = 0.0\n");
+  cre::Settings settings = quick();
+  settings.abandon = 0.01;
+  robots.advance(200ms);
+  robots.tell_rules(settings);
+  robots.tell_densities(0, CRE_FULL, 0);
+  robots.tell_densities(1, 0, 0);
+  robots.advance(10s);
+  CHECK(robots.seen(0).led == Led::red);
+  CHECK(robots.seen(1).led == Led::off);
+  // Robot 0 falls silent; a while later robot 1 would follow whatever it hears.
+  robots.tell_densities(0, 0, 0);
+  CHECK(robots.until(0, Led::off, 5s) < 5s);
+  robots.advance(3s);
+  settings.commit = 0;
+  settings.recruit = 1;
+  robots.tell_rules(settings);
+  robots.tell_densities(1, CRE_FULL, CRE_FULL);
+  robots.advance(5s);
+  CHECK(robots.seen(1).led == Led::off);
+}
+
 TEST_CASE("cre flying: how often an opinion is sent") {
   // Twice a second while committed, not at all uncommitted, and once for each decision if the rules say so.
   const std::string standing = "speed_m_per_s = 0.0\nturn_deg_per_s = 0.0\n";
@@ -244,7 +268,7 @@ TEST_CASE("cre ground: a robot that hears turns to the region by its compass and
     }
     robots.advance(400ms);
     const double wanted = (north ? 1 : -1) * std::numbers::pi / 2;
-    std::vector<double> begun(n, -1), ended(n, -1), off(n, 0);
+    std::vector<double> begun(n, -1), ended(n, -1), off(n, 0), heading_then(n), turned_later(n);
     std::vector<bool> turned(n);
     for (int tenths = 0; tenths < 100; ++tenths) {
       for (hal::RobotId robot = 0; robot < n; ++robot) {
@@ -254,7 +278,12 @@ TEST_CASE("cre ground: a robot that hears turns to the region by its compass and
           begun[robot] = tenths * 0.1;
           off[robot] = heading_error(robots, robot, wanted);
         }
-        if (led == Led::off && begun[robot] >= 0 && ended[robot] < 0) ended[robot] = tenths * 0.1;
+        if (led == Led::off && begun[robot] >= 0 && ended[robot] < 0) {
+          ended[robot] = tenths * 0.1;
+          heading_then[robot] = robots.seen(robot).pose.heading_rad;
+        }
+        if (ended[robot] >= 0 && std::abs(tenths * 0.1 - ended[robot] - 1) < 0.05)
+          turned_later[robot] = heading_error(robots, robot, heading_then[robot]);
       }
       robots.advance(100ms);
     }
@@ -266,6 +295,8 @@ TEST_CASE("cre ground: a robot that hears turns to the region by its compass and
       CHECK(off[robot] < 20 * std::numbers::pi / 180);
     }
     CHECK(std::count(turned.begin(), turned.end(), true) >= n - 1);
+    // Then it goes on in that direction: a straight of its walk lasts 11 s in the mean.
+    CHECK(std::count_if(turned_later.begin(), turned_later.end(), [](double turn) { return turn < 0.1; }) >= n - 2);
   }
 }
 
