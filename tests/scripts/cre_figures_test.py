@@ -64,7 +64,8 @@ class CreFigures(unittest.TestCase):
     def test_pages_have_the_marks(self):
         """docs/cre-results.md has the places that both scripts write to."""
         text = (ROOT / "docs/cre-results.md").read_text()
-        for name in ("claims: written by scripts/figures/cre_claims --page", "sensitivity: written by scripts/figures/cre_sensitivity --page"):
+        for name in ("paper: written by scripts/figures/cre_claims --page", "original: written by scripts/figures/cre_claims --page",
+                     "sensitivity: written by scripts/figures/cre_sensitivity --page"):
             self.assertEqual((text.count(f"<!-- {name} -->\n"), text.count(f"<!-- {name}: end -->")), (1, 1))
 
 
