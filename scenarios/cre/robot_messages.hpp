@@ -13,8 +13,7 @@
 namespace arkmesh::scenarios::cre {
 
 // What a robot shows of itself. A ground robot that shows anything but `walking` does what it has heard.
-inline constexpr hal::Led walking = hal::Led::off, uncommitted = hal::Led::off, for_north = hal::Led::red,
-                          for_south = hal::Led::blue;
+inline constexpr hal::Led walking = hal::Led::off, for_north = hal::Led::red, for_south = hal::Led::blue;
 
 // The region that a flying robot shows itself committed to.
 std::optional<Region> opinion_of(hal::Led led);

@@ -104,7 +104,10 @@ static void loop(void) {
   const uint32_t now = ticks();
   take_messages(now);
   if (is_over(decides_at, now)) {
-    decides_at += decision_ticks;
+    /* Once, however long the robot was paused; its phase stays. */
+    do {
+      decides_at += decision_ticks;
+    } while (is_over(decides_at, now));
     decide();
   }
   if (!avoid_wall(now)) walk(now);

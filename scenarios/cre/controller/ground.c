@@ -12,7 +12,7 @@
 
 enum state { WALKING, TURNING, GOING };
 
-/* Written by on_message only; one count for each pair of slot and value. */
+/* Written by on_message only; the counts tell that something came. */
 static volatile uint8_t heard_wall, wall_count;
 static volatile uint8_t heard_region;
 static volatile uint16_t heard_heading;

@@ -61,6 +61,7 @@ class CreRobots {
     while (seen(robot).led != led && now_ - begun < most) advance(100ms);
     return now_ - begun;
   }
+  void command(hal::FleetCommand::Kind kind) { arena_->robots().command({.kind = kind}); }
   const hal::Observation& seen(hal::RobotId robot) const { return frame_.robots.at(robot); }
   const std::vector<hal::Observation>& all() const { return frame_.robots; }
   std::size_t showing(Led led) const {
@@ -246,6 +247,27 @@ TEST_CASE("cre flying: robots decide in phases of their own, or all together") {
     CHECK(known == 20);
     CHECK((together ? moments == 1 : moments > 10));
   }
+}
+
+TEST_CASE("cre flying: a robot that was paused does not make up for missed decisions") {
+  // After a pause of 200 s, which are 20 decisions, 20 robots that commit themselves in one decision of five have taken
+  // about one each, not all of them.
+  CreRobots robots("flying", in_line(20, 0.11), 14, 3);
+  cre::Settings settings = quick();
+  settings.commit = 0.2;
+  settings.decision = 10s;
+  robots.advance(200ms);
+  robots.tell_rules(settings);
+  robots.advance(500ms);
+  for (hal::RobotId robot = 0; robot < 20; ++robot) robots.tell_densities(robot, CRE_FULL, CRE_FULL);
+  robots.advance(1s);
+  robots.command(hal::FleetCommand::Kind::pause);
+  robots.advance(200s);
+  robots.command(hal::FleetCommand::Kind::run);
+  robots.advance(1s);
+  CHECK(20 - robots.showing(Led::off) < 12);
+  robots.advance(100s);
+  CHECK(20 - robots.showing(Led::off) > 14);
 }
 
 TEST_CASE("cre ground: a robot that hears turns to the region by its compass and goes straight") {
