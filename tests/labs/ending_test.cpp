@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/batch.hpp"
+#include "app/lab_files.hpp"
 #include "app/joint_run.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "hal/bus.hpp"

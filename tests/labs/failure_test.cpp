@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "app/batch.hpp"
+#include "app/lab_files.hpp"
 #include "app/joint_run.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/process.hpp"

@@ -1,0 +1,319 @@
+// `arkmesh batch` and `arkmesh rerun` as processes: killed, stopped, on a full disk, with runs that fail, and with bad
+// input. Runs are of eight robots for 40 s, so that a batch takes seconds.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/processes/temporary_directory.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string small_labs = "labs = [\"" ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml\"]\n";
+const std::string small = small_labs +
+                          "seeds = \"1..4\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n"
+                          "[sweep]\ngate.period_s = [1, 2]\nscenario.dhtf.types = [\"easy\", \"hard\"]\n";
+
+struct BatchBench {
+  tests::TemporaryDirectory folder;
+  int said = 0;
+
+  fs::path file(const std::string& text, const std::string& name = "small.toml") { return folder.write(name, text); }
+  tests::Process start(const std::vector<std::string>& words) {
+    return tests::Process(ARKMESH_PROGRAM, words, folder.path() / fmt::format("said-{}.txt", ++said));
+  }
+  // Exit code, and what was said.
+  std::pair<int, std::string> run(const std::vector<std::string>& words) {
+    tests::Process process = start(words);
+    const int code = process.wait(120s).value_or(-1);
+    return {code, process.output()};
+  }
+  std::pair<int, std::string> batch(const fs::path& file, const std::string& out, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"batch", file.string(), "--out", (folder.path() / out).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  }
+  std::string table(const std::string& out, const std::string& name = "runs.csv") const {
+    return tests::read_file(folder.path() / out / name);
+  }
+};
+
+// All tables of a batch as one text.
+std::string tables(const BatchBench& bench, const std::string& out) {
+  return bench.table(out) + bench.table(out, "summary.csv") + bench.table(out, "effects.csv");
+}
+
+// When each finished run's result was written, in nanoseconds.
+std::map<std::string, std::int64_t> results(const fs::path& batch) {
+  std::map<std::string, std::int64_t> out;
+  std::error_code error;
+  for (fs::directory_iterator run(batch / "runs", error), end; !error && run != end; run.increment(error)) {
+    const fs::path file = run->path() / "result.json";
+    const auto result = nlohmann::json::parse(tests::read_file(file), nullptr, false);
+    struct stat about {};
+    if (result.is_object() && result.value("state", "") == "finished" && ::stat(file.c_str(), &about) == 0)
+      out[run->path().filename()] = about.st_mtim.tv_sec * 1'000'000'000 + about.st_mtim.tv_nsec;
+  }
+  return out;
+}
+
+long rows(const std::string& table) {
+  return std::ranges::count(table, '\n') - 1;
+}
+
+}  // namespace
+
+TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a run alone its row") {
+  BatchBench bench;
+  const fs::path file = bench.file(small);
+  const auto [code, said] = bench.batch(file, "one", {"--jobs", "1"});
+  CAPTURE(said);
+  REQUIRE(code == 0);
+  CHECK(said.find("16 of 16 runs finished, 0 failed") != std::string::npos);
+  CHECK(rows(bench.table("one")) == 16);
+  CHECK(bench.table("one").find("run,setting,gate.period_s,scenario.dhtf.types,seed,state,why,final_hash,completed") == 0);
+  CHECK(bench.batch(file, "two", {"--jobs", "2"}).first == 0);
+  CHECK(tables(bench, "one") == tables(bench, "two"));
+  for (int run = 15; run >= 0; --run)
+    REQUIRE(bench.batch(file, "single", {"--index", std::to_string(run)}).first == 0);
+  CHECK(bench.table("single").empty());
+  CHECK(bench.batch(file, "single", {"--gather"}).first == 0);
+  CHECK(tables(bench, "one") == tables(bench, "single"));
+  CHECK(bench.batch(file, "single", {"--index", "3"}).second.find("has its result already") != std::string::npos);
+  // nothing is left to do, and nothing is done
+  const auto before = results(bench.folder.path() / "one");
+  CHECK(bench.batch(file, "one").first == 0);
+  CHECK(results(bench.folder.path() / "one") == before);
+}
+
+TEST_CASE("a batch that is killed at any moment goes on to the same tables, and no run is done twice") {
+  BatchBench bench;
+  const fs::path file = bench.file(small), out = bench.folder.path() / "killed";
+  REQUIRE(bench.batch(file, "whole", {"--jobs", "2"}).first == 0);
+  std::mt19937 random(17);
+  std::map<std::string, std::int64_t> seen;
+  bool half_written = false;
+  int kills = 0;
+  while (seen.size() < 16 && kills < 60) {
+    tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "2"});
+    // at least until there is one more, so that this ends; then some milliseconds, so that it is in the midst
+    tests::eventually(20s, [&] { return results(out).size() > seen.size() || !batch.running(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 150));
+    batch.kill();
+    ++kills;
+    const auto now = results(out);
+    for (const auto& [run, written] : seen) {
+      CAPTURE(run);
+      REQUIRE(now.contains(run));
+      CHECK(now.at(run) == written);  // as it was: neither lost nor done again
+    }
+    for (const auto& run : fs::directory_iterator(out / "runs"))
+      half_written = half_written || !now.contains(run.path().filename());
+    seen = now;
+  }
+  CAPTURE(kills);
+  CHECK(half_written);
+  CHECK(bench.batch(file, "killed").first == 0);
+  CHECK(tables(bench, "killed") == tables(bench, "whole"));
+}
+
+TEST_CASE("a batch that the operator stops ends with exit code 3, says what is left, and goes on") {
+  BatchBench bench;
+  const fs::path file = bench.file(small + "\n[choices.long.run]\nrun.patience = 1\n");
+  CHECK(bench.batch(file, "refused").first == 2);
+  const fs::path slow = bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n", "slow.toml");
+  tests::Process batch =
+      bench.start({"batch", slow.string(), "--out", (bench.folder.path() / "slow").string(), "--jobs", "1"});
+  REQUIRE(tests::eventually(60s, [&] { return fs::exists(bench.folder.path() / "slow/runs/00000/result.json"); }));
+  batch.signal(SIGTERM);
+  CHECK(batch.wait(60s) == 3);
+  const std::string said = batch.output();
+  CAPTURE(said);
+  CHECK(said.find("the same command goes on with them") != std::string::npos);
+  CHECK(bench.batch(slow, "slow").first == 0);
+  CHECK(rows(bench.table("slow")) == 4);
+}
+
+TEST_CASE("a run that fails is a row that says why, and the others go on") {
+  BatchBench bench;
+  const fs::path file =
+      bench.file(small_labs +
+                 "seeds = [1, 2]\n[set]\nrun.duration_s = 20\narena.robots = 8\n[choices.program.good]\n"
+                 "[choices.program.crashes]\narena.ode.controller = \"" ARKMESH_SOURCE_DIR
+                 "/tests/programs/crash_after_delay.c\"\n");
+  const auto [code, said] = bench.batch(file, "out");
+  CAPTURE(said);
+  CHECK(code == 1);
+  CHECK(said.find("2 of 4 runs finished, 2 failed") != std::string::npos);
+  CHECK(said.find("run 2 (seed 1) did not finish: ") != std::string::npos);
+  const std::string table = bench.table("out");
+  CAPTURE(table);
+  CHECK(rows(table) == 4);
+  CHECK(table.find("\n2,1,crashes,1,failed,") != std::string::npos);
+  CHECK(table.find("robot 2") != std::string::npos);
+  // failed runs are done again only on demand, and fail again
+  const auto result = [&] { return fs::last_write_time(bench.folder.path() / "out/runs/00002/result.json"); };
+  const auto first = result();
+  CHECK(bench.batch(file, "out").first == 1);
+  CHECK(result() == first);
+  CHECK(bench.batch(file, "out", {"--retry"}).first == 1);
+  CHECK(result() > first);
+  CHECK(bench.table("out") == table);
+}
+
+TEST_CASE("a run whose process is killed is a failed row, and the others go on") {
+  BatchBench bench;
+  const fs::path file =
+      bench.file(small_labs + "seeds = \"1..3\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n");
+  const fs::path out = bench.folder.path() / "out";
+  tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "1"});
+  int victim = 0;
+  REQUIRE(tests::eventually(60s, [&] {
+    const auto result = nlohmann::json::parse(tests::read_file(out / "runs/00001/result.json"), nullptr, false);
+    if (result.is_object() && result.value("state", "") == "running") victim = result.at("process").at("pid");
+    return victim > 0;
+  }));
+  ::kill(victim, SIGKILL);
+  CHECK(batch.wait(120s) == 1);
+  const std::string table = bench.table("out");
+  CAPTURE(table);
+  CHECK(rows(table) == 3);
+  CHECK(table.find("\n1,0,2,failed,its process was ended by signal 9 (Killed),") != std::string::npos);
+}
+
+TEST_CASE("a full disk stops a batch in plain words, and loses no finished run") {
+  BatchBench bench;
+  const std::string disk = (bench.folder.path() / "disk").string();
+  fs::create_directory(disk);
+  const fs::path file = bench.file(small + "[choices.a.b]\nrecorder.keep_free_mib = 0\n"),
+                 kept = bench.folder.path() / "kept";
+  // a file system of 4 MiB in a name space of our own; then one half of it is taken away, and given back
+  tests::Process shell(
+      "/bin/sh",
+      {"-c", fmt::format("exec unshare -m sh -c 'mount -t tmpfs -o size=8m none {0}; run() {{ {1} batch {2} --out {0}/out "
+                         "--jobs 1; echo code $?; }}; dd if=/dev/zero of={0}/ballast bs=64k count=83 2>/dev/null; run; "
+                         "ls {0}/out/runs | wc -l; df -k {0}; rm {0}/ballast; run; cp -r {0}/out {3}'",
+                         disk, ARKMESH_PROGRAM, file.string(), kept.string())},
+      bench.folder.path() / "shell.txt");
+  REQUIRE(shell.wait(120s) == 0);
+  const std::string said = shell.output();
+  CAPTURE(said);
+  const std::size_t full = said.find("the disk of "), first = said.find("code 1"), second = said.find("code 0");
+  CHECK(full < first);
+  CHECK(first < second);
+  CHECK(second != std::string::npos);
+  CHECK(said.find("runs are still to be done") < first);
+  // some were done before the disk was full, and none of them again
+  const std::size_t of = said.find(" of 16 runs finished, 0 failed");
+  REQUIRE(of != std::string::npos);
+  CHECK(std::stoi(said.substr(said.rfind('\n', of) + 1)) > 0);
+  REQUIRE(bench.batch(file, "whole").first == 0);
+  CHECK(tests::read_file(kept / "runs.csv") == bench.table("whole"));
+}
+
+TEST_CASE("a batch refuses in one sentence what cannot be run, before anything starts") {
+  BatchBench bench;
+  const auto refused = [&](const std::string& text, const std::string& with, std::vector<std::string> more = {}) {
+    const auto [code, said] = bench.batch(bench.file(text), "refused", std::move(more));
+    CAPTURE(text);
+    CAPTURE(said);
+    CHECK(code == 2);
+    CHECK(said.find(with) != std::string::npos);
+    CHECK(said.find("arkmesh: ") != std::string::npos);
+    CHECK(said.find('\n') == said.size() - 1);
+    CHECK_FALSE(fs::exists(bench.folder.path() / "refused"));
+  };
+  refused(small + "gate.perid_s = [1, 2]\n", "did you mean 'gate.period_s'?");
+  refused(small + "gate.perid_s = [1, 2]\n", "small.toml:8: gate.perid_s=1");
+  refused(small + "arena.ode.friction = [0.1, -1]\n", "arena.ode.friction=-1");
+  refused(small + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark here");
+  refused(small + "gate.slack = [0, 99]\n", "must be between 0 and 8");
+  refused(small_labs + "seeds = 1\n[sweep]\nrun.scenario = [\"dhtf\", \"chess\"]\n", "is none of: ");
+  refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
+  refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
+  refused(small, "the batch has the runs 0..15", {"--index", "16"});
+  refused(small, "--seeds 5..2", {"--seeds", "5..2"});
+  refused(small, "gives this key a value of its own", {"--set", "gate.period_s=4"});
+}
+
+TEST_CASE("a batch's folder is gone on with by the same experiment and version only") {
+  BatchBench bench;
+  const std::string text = small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 4\narena.robots = 2\n";
+  REQUIRE(bench.batch(bench.file(text), "out").first == 0);
+  const auto refused = [&](const std::string& changed, const std::string& with, std::vector<std::string> more = {}) {
+    const auto [code, said] = bench.batch(bench.file(changed), "out", std::move(more));
+    CAPTURE(said);
+    CHECK(code == 2);
+    CHECK(said.find(with) != std::string::npos);
+    CHECK(said.find("give another folder with --out") != std::string::npos);
+  };
+  refused(text + "gate.period_s = 1\n", "begun with other settings of all runs");
+  refused(text, "begun with other seeds", {"--seeds", "1..3"});
+  refused(text + "[sweep]\ngate.slack = [0, 1]\n", "begun with another grid");
+  refused(text + "# a word\n", "small.toml was changed since it was begun");
+  CHECK(bench.batch(bench.file(text), "out").first == 0);
+  const fs::path manifest = bench.folder.path() / "out/manifest.json";
+  nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
+  other["arkmesh"] = "0.0.1";
+  std::ofstream(manifest) << other;
+  refused(text, "it was begun with arkmesh 0.0.1");
+  fs::create_directory(bench.folder.path() / "full");
+  std::ofstream(bench.folder.path() / "full/thesis.tex") << "years";
+  const auto [code, said] = bench.batch(bench.file(text), "full");
+  CHECK(code == 2);
+  CHECK(said.find("is not the folder of a batch") != std::string::npos);
+}
+
+TEST_CASE("a run is repeated from its folder alone, also from a copy, and a difference is told") {
+  BatchBench bench;
+  const fs::path file = bench.file(small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n");
+  REQUIRE(bench.batch(file, "out").first == 0);
+  const fs::path out = bench.folder.path() / "out", copy = bench.folder.path() / "elsewhere/run";
+  const auto rerun = [&](const fs::path& what, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"rerun", what.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return bench.run(words);
+  };
+  const auto equal = rerun(out / "manifest.json", {"--index", "1"});
+  CAPTURE(equal.second);
+  CHECK(equal.first == 0);
+  CHECK(equal.second.find("equal: final hash ") != std::string::npos);
+  fs::create_directories(copy.parent_path());
+  fs::copy(out / "runs/00001", copy, fs::copy_options::recursive);
+  fs::remove_all(out / "runs/00001");
+  CHECK(rerun(copy).first == 0);
+  CHECK(rerun(copy / "result.json").first == 0);
+  CHECK(rerun(copy / "shark/config.toml").first == 0);
+  // another seed is another run
+  std::string config = tests::read_file(copy / "shark/config.toml");
+  const std::size_t seed = config.find("seed = 2");
+  REQUIRE(seed != std::string::npos);
+  config.replace(seed, 8, "seed = 3");
+  std::ofstream(copy / "shark/config.toml") << config;
+  const auto different = rerun(copy);
+  CAPTURE(different.second);
+  CHECK(different.first == 1);
+  CHECK(different.second.find("was changed since the run") != std::string::npos);
+  CHECK(different.second.find("different: final hash ") != std::string::npos);
+  CHECK(different.second.find("the first difference is in period ") != std::string::npos);
+  // what cannot be repeated
+  CHECK(rerun(out).second.find("say with --index") != std::string::npos);
+  CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
+  fs::remove(copy / "shark/config.toml");
+  CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
+  CHECK(rerun(file).second.find("is neither a run's folder") != std::string::npos);
+}
