@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "app/batch_manifest.hpp"
@@ -12,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::chrono::seconds quiet{1};                 // what takes no longer shows no progress
 constexpr std::uintmax_t room_for_a_run = 2 << 20;  // without a message log a run takes less than 0.2 MB
 
 fs::path default_directory(const fs::path& file) {
@@ -47,6 +49,7 @@ std::vector<CheckedLab> Batch::check(std::size_t setting) const {
 }
 
 void Batch::begin(BatchFolder::Use use, std::optional<std::size_t> run, hal::Progress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
   const bool begun = fs::exists(directory_ / "manifest.json");
   const std::size_t settings = plan().settings();
   std::vector<std::vector<CheckedLab>> checked;
@@ -54,7 +57,8 @@ void Batch::begin(BatchFolder::Use use, std::optional<std::size_t> run, hal::Pro
     checked.push_back(check(plan().setting_of(*run)));
   else
     for (std::size_t setting = 0; setting < settings; ++setting) {
-      progress.show(fmt::format("checking setting {} of {}", setting + 1, settings));
+      if (std::chrono::steady_clock::now() - begin > quiet)
+        progress.show(fmt::format("checking setting {} of {}", setting + 1, settings));
       checked.push_back(check(setting));
     }
   progress.done();

@@ -45,15 +45,15 @@ void list_runs(const app::BatchPlan& plan) {
 // Tables of what there is, and the experiment's figures when all runs have ended. Returns the exit code.
 int gather(const app::Batch& batch, const std::string& why_halted) {
   const app::BatchResults results(batch.plan(), batch.directory());
-  results.save();
   const std::size_t all = batch.plan().runs(), ended = results.rows().size(), finished = results.finished();
-  fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
-             batch.directory().string());
-  if (ended < all) {
+  // first of all: on a full disk there may be no tables
+  if (ended < all)
     fmt::print(stderr, "arkmesh: {}{} runs are still to be done; the same command goes on with them\n",
                why_halted.empty() ? "" : why_halted + "; ", all - ended);
-    return why_halted == "stopped" ? 3 : 1;
-  }
+  results.save();
+  fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
+             batch.directory().string());
+  if (ended < all) return why_halted == "stopped" ? 3 : 1;
   for (const app::BatchPlot& plot : batch.plan().plots) draw_batch(batch.directory(), plot);
   return finished == all ? 0 : 1;
 }

@@ -201,26 +201,35 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
   fs::create_directory(disk);
   const fs::path file = bench.file(small + "[choices.a.b]\nrecorder.keep_free_mib = 0\n"),
                  kept = bench.folder.path() / "kept";
-  // a file system of 4 MiB in a name space of our own; then one half of it is taken away, and given back
-  tests::Process shell(
-      "/bin/sh",
-      {"-c", fmt::format("exec unshare -m sh -c 'mount -t tmpfs -o size=8m none {0}; run() {{ {1} batch {2} --out {0}/out "
-                         "--jobs 1; echo code $?; }}; dd if=/dev/zero of={0}/ballast bs=64k count=83 2>/dev/null; run; "
-                         "ls {0}/out/runs | wc -l; df -k {0}; rm {0}/ballast; run; cp -r {0}/out {3}'",
-                         disk, ARKMESH_PROGRAM, file.string(), kept.string())},
-      bench.folder.path() / "shell.txt");
+  // A file system of 8 MiB in a name space of our own. Once it has room for some runs only, once it is filled to the
+  // last byte in the midst of a run; then there is room again.
+  const std::string script =
+      "mount -t tmpfs -o size=8m none {0}\n"
+      "run() {{ {1} batch {2} --out {0}/out --jobs 1; echo code $?; }}\n"
+      "dd if=/dev/zero of={0}/ballast bs=64k count=93 2>/dev/null; run; rm {0}/ballast\n"
+      "echo half way; before=$(ls {0}/out/runs | wc -l); run & \n"
+      "while [ $(ls {0}/out/runs | wc -l) -lt $((before + 2)) ]; do sleep 0.01; done\n"
+      "dd if=/dev/zero of={0}/ballast bs=4k 2>/dev/null; wait; rm {0}/ballast; echo room; run; cp -r {0}/out {3}\n";
+  const fs::path commands =
+      bench.folder.write("commands.sh", fmt::format(fmt::runtime(script), disk, ARKMESH_PROGRAM, file.string(), kept.string()));
+  tests::Process shell("/bin/sh", {"-c", "exec unshare -m sh " + commands.string()}, bench.folder.path() / "shell.txt");
   REQUIRE(shell.wait(120s) == 0);
   const std::string said = shell.output();
   CAPTURE(said);
-  const std::size_t full = said.find("the disk of "), first = said.find("code 1"), second = said.find("code 0");
-  CHECK(full < first);
-  CHECK(first < second);
-  CHECK(second != std::string::npos);
-  CHECK(said.find("runs are still to be done") < first);
-  // some were done before the disk was full, and none of them again
-  const std::size_t of = said.find(" of 16 runs finished, 0 failed");
-  REQUIRE(of != std::string::npos);
-  CHECK(std::stoi(said.substr(said.rfind('\n', of) + 1)) > 0);
+  const std::size_t half = said.find("half way"), room = said.find("room\n");
+  REQUIRE(half < room);
+  REQUIRE(room != std::string::npos);
+  for (const std::string& part : {said.substr(0, half), said.substr(half, room - half)}) {
+    CAPTURE(part);
+    CHECK(part.find("code 1") != std::string::npos);
+    CHECK(part.find("the disk of ") != std::string::npos);
+    CHECK(part.find("runs are still to be done; the same command goes on with them") != std::string::npos);
+  }
+  const std::size_t some = said.find(" of 16 runs finished, 0 failed");
+  REQUIRE(some < half);
+  CHECK(std::stoi(said.substr(said.rfind('\n', some) + 1)) > 0);
+  CHECK(said.find("16 of 16 runs finished, 0 failed", room) != std::string::npos);
+  CHECK(said.find("code 0", room) != std::string::npos);
   REQUIRE(bench.batch(file, "whole").first == 0);
   CHECK(tests::read_file(kept / "runs.csv") == bench.table("whole"));
 }
@@ -238,7 +247,7 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
     CHECK_FALSE(fs::exists(bench.folder.path() / "refused"));
   };
   refused(small + "gate.perid_s = [1, 2]\n", "did you mean 'gate.period_s'?");
-  refused(small + "gate.perid_s = [1, 2]\n", "small.toml:8: gate.perid_s=1");
+  refused(small + "gate.perid_s = [1, 2]\n", "small.toml:9: gate.perid_s=1");
   refused(small + "arena.ode.friction = [0.1, -1]\n", "arena.ode.friction=-1");
   refused(small + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark here");
   refused(small + "gate.slack = [0, 99]\n", "must be between 0 and 8");

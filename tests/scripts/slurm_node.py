@@ -80,6 +80,9 @@ class SlurmNode:
         self.stop()
 
     def start(self):
+        # Slurm resolves no address where a machine has none but 127.0.0.1, as in scripts/alone's network
+        if not self.run("ip", "-oneline", "address", "show", "scope", "global").stdout:
+            self.run("ip", "address", "add", "192.0.2.1/32", "dev", "lo")
         # munge trusts no folder that others may write
         os.chmod(self.folder, 0o755)
         for name in ("state", "spool"):
@@ -96,9 +99,9 @@ class SlurmNode:
         self.wait(lambda: "idle" in self.run("sinfo", "--noheader", "--format=%T", check=False).stdout, "the node")
 
     def spawn(self, name, *arguments):
-        said = open(self.folder / f"{name}.said", "wb")
-        self.processes.append(subprocess.Popen([shutil.which(name, path=search_path()), *map(str, arguments)], env=self.environment,
-                                               stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, start_new_session=True))
+        with open(self.folder / f"{name}.said", "wb") as said:
+            self.processes.append(subprocess.Popen([shutil.which(name, path=search_path()), *map(str, arguments)], env=self.environment,
+                                                   stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, start_new_session=True))
 
     def run(self, name, *arguments, check=True):
         return subprocess.run([name, *map(str, arguments)], env=self.environment, capture_output=True, text=True, timeout=30, check=check)

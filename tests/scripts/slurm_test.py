@@ -1,4 +1,5 @@
 """Batches through a real Slurm of one node: the same tables as without, in a job array that may be waited for twice."""
+import os
 import pathlib
 import re
 import signal
@@ -90,7 +91,7 @@ class WithoutSlurm(unittest.TestCase):
         with tempfile.TemporaryDirectory() as scratch:
             file = pathlib.Path(scratch) / "small.toml"
             file.write_text(EXPERIMENT)
-            done = subprocess.run([PROGRAM, "batch", file, "--out", pathlib.Path(scratch) / "out", "--slurm"], env={"PATH": "/nowhere"},
+            done = subprocess.run([PROGRAM, "batch", file, "--out", pathlib.Path(scratch) / "out", "--slurm", "--set", "arena.use=null"], env=os.environ | {"PATH": scratch},
                                   capture_output=True, text=True, timeout=120)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn("install slurm-client", done.stderr)
