@@ -13,12 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::chrono::seconds quiet{1};                 // what takes no longer shows no progress
+constexpr std::chrono::seconds quiet{1};            // what takes no longer shows no progress
 constexpr std::uintmax_t room_for_a_run = 2 << 20;  // without a message log a run takes less than 0.2 MB
 
 fs::path default_directory(const fs::path& file) {
-  return fs::path("runs") / fmt::format("{}-{}", fs::absolute(file).parent_path().filename().string(),
-                                        file.stem().string());
+  return fs::path("runs") /
+         fmt::format("{}-{}", fs::absolute(file).parent_path().filename().string(), file.stem().string());
 }
 
 // An override is written in the experiment file, and the sentence says where.

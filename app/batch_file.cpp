@@ -52,8 +52,8 @@ class PlanReader {
   // A further override of all runs, from the command line.
   void add(const std::string& set) {
     if (const auto owner = owners_.find(set.substr(0, set.find('='))); owner != owners_.end())
-      throw hal::ConfigError(
-          fmt::format("--set {}: the experiment gives this key a value of its own in each setting; change its file", set));
+      throw hal::ConfigError(fmt::format(
+          "--set {}: the experiment gives this key a value of its own in each setting; change its file", set));
     plan_.labs.sets.push_back(set);
   }
 
@@ -145,15 +145,16 @@ class PlanReader {
     if (plan_.plots.size() <= number) plan_.plots.resize(number + 1);
     BatchPlot& plot = plan_.plots[number];
     const std::string& part = entry.path[2];
-    (part == "column" ? plot.column : part == "over" ? plot.over : part == "by" ? plot.by : plot.kind) =
-        entry.value.text;
+    (part == "column" ? plot.column
+     : part == "over" ? plot.over
+     : part == "by"   ? plot.by
+                      : plot.kind) = entry.value.text;
   }
 
   // Two axes of the grid must not set one key.
   void claim(const ConfigEntry& entry, const std::string& key, const std::string& factor) {
     const auto [owner, is_new] = owners_.emplace(key, factor);
-    if (!is_new && owner->second != factor)
-      refuse(entry, fmt::format("{} is set by {} already", key, owner->second));
+    if (!is_new && owner->second != factor) refuse(entry, fmt::format("{} is set by {} already", key, owner->second));
   }
 
   Factor& factor_named(const std::string& name) {

@@ -96,10 +96,11 @@ std::string difference(const nlohmann::json& begun, const nlohmann::json& now) {
     return fmt::format("it was begun with {}, and this is {}", version_of(begun), version_of(now));
   const nlohmann::json none = nlohmann::json::object();
   // which part of the plan first, since that says more than that a file differs
-  for (const auto& [key, name] : std::map<std::string, std::string>{{"labs", "other labs"},
-                                                                    {"set", "other settings of all runs ([set], --set)"},
-                                                                    {"factors", "another grid ([choices], [sweep])"},
-                                                                    {"seeds", "other seeds"}})
+  for (const auto& [key, name] :
+       std::map<std::string, std::string>{{"labs", "other labs"},
+                                          {"set", "other settings of all runs ([set], --set)"},
+                                          {"factors", "another grid ([choices], [sweep])"},
+                                          {"seeds", "other seeds"}})
     if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was begun with {}", name);
   if (const std::string file = changed_input(begun.value("inputs", none), now.value("inputs", none)); !file.empty())
     return fmt::format("{} was changed since it was begun", file);

@@ -53,8 +53,7 @@ std::vector<std::string> range_values(const std::string& text) {
   std::vector<std::string> out;
   if (const auto a = number<std::int64_t>(first), b = number<std::int64_t>(last), s = number<std::int64_t>(step);
       a && b && s) {
-    const std::size_t steps =
-        steps_in(text, static_cast<double>(*a), static_cast<double>(*b), static_cast<double>(*s));
+    const std::size_t steps = steps_in(text, static_cast<double>(*a), static_cast<double>(*b), static_cast<double>(*s));
     for (std::size_t i = 0; i <= steps; ++i) out.push_back(std::to_string(*a + static_cast<std::int64_t>(i) * *s));
     return out;
   }

@@ -65,7 +65,8 @@ std::string BatchResults::runs() const {
   for (const BatchRow& row : rows_) {
     const std::size_t setting = plan_.setting_of(row.run);
     out += fmt::format("{},{}{},{},{},{},{}", row.run, setting, label_cells(setting), row.seed,
-                       is_finished(row) ? "finished" : "failed", is_finished(row) ? "" : csv_text(row.why), row.final_hash);
+                       is_finished(row) ? "finished" : "failed", is_finished(row) ? "" : csv_text(row.why),
+                       row.final_hash);
     for (const std::string& column : columns_) out += "," + cell(row, column);
     out += "\n";
   }
@@ -108,11 +109,11 @@ void BatchResults::add_effects(std::string& out, const std::string& column) cons
         const std::size_t to = from + (other - level) * stride;
         if (samples[from].empty() || samples[to].empty()) continue;
         const SampleDifference d = compare(samples[from], samples[to]);
-        out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(column),
-                           csv_text(plan_.factors[f].name), csv_text(plan_.factors[f].levels[level].label),
-                           csv_text(plan_.factors[f].levels[other].label), from, to, samples[from].size(),
-                           samples[to].size(), shown(d.difference), shown(d.low95), shown(d.high95), shown(d.hedges_g),
-                           shown(d.cliffs_delta));
+        out +=
+            fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(column), csv_text(plan_.factors[f].name),
+                        csv_text(plan_.factors[f].levels[level].label), csv_text(plan_.factors[f].levels[other].label),
+                        from, to, samples[from].size(), samples[to].size(), shown(d.difference), shown(d.low95),
+                        shown(d.high95), shown(d.hedges_g), shown(d.cliffs_delta));
       }
     }
   }

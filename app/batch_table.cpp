@@ -26,7 +26,8 @@ void take_numbers(const nlohmann::json& from, const std::string& prefix, std::ma
 bool is_measured(const std::string& column) {
   constexpr std::string_view units[] = {"s", "ms", "us", "m", "mm", "ppm", "rad", "deg"};
   const std::size_t end = column.find_last_of("._");
-  return end != std::string::npos && std::ranges::find(units, std::string_view(column).substr(end + 1)) != std::end(units);
+  return end != std::string::npos &&
+         std::ranges::find(units, std::string_view(column).substr(end + 1)) != std::end(units);
 }
 
 // What each lab counted, but nothing that depends on how long the run took.

@@ -1,5 +1,5 @@
-// The results of a batch as one table, from the result.json of each run: a row for each run that has ended, a column for
-// each number. Nothing of wall time is in it, so equal batches give equal tables.
+// The results of a batch as one table, from the result.json of each run: a row for each run that has ended, a column
+// for each number. Nothing of wall time is in it, so equal batches give equal tables.
 #pragma once
 
 #include <cstddef>

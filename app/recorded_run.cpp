@@ -66,12 +66,13 @@ void RecordedRun::find_labs() {
   // one lab's own result names it, and the others lie beside
   const bool is_lab = result_.contains("lab") && !fs::is_directory(folder_ / result_.value("lab", ""));
   for (const std::string& lab : labs) {
-    const fs::path folder = !is_lab                           ? folder_ / lab
-                            : lab == result_.value("lab", "") ? folder_
-                                                              : fs::absolute(folder_ / "").parent_path().parent_path() / lab;
+    const fs::path folder = !is_lab ? folder_ / lab
+                            : lab == result_.value("lab", "")
+                                ? folder_
+                                : fs::absolute(folder_ / "").parent_path().parent_path() / lab;
     if (!fs::is_regular_file(folder / "config.toml"))
-      throw hal::ConfigError(fmt::format(
-          "there is no {}; a run is repeated from the folders of all of its labs", (folder / "config.toml").string()));
+      throw hal::ConfigError(fmt::format("there is no {}; a run is repeated from the folders of all of its labs",
+                                         (folder / "config.toml").string()));
     lab_folders_.push_back(folder);
     config_files_.push_back((folder / "config.toml").string());
   }

@@ -25,7 +25,8 @@ class RecordedRun {
   std::uint64_t seed() const { return result_.value("seed", std::uint64_t{0}); }
   // In words, what is not as it was: this program, or files that the run was made from. Empty: nothing.
   std::vector<std::string> changes() const;
-  // Where a run in `folder` first differs, by the joint hash.csv: "period 17, lab shark"; empty when that does not tell.
+  // Where a run in `folder` first differs, by the joint hash.csv: "period 17, lab shark"; empty when that does not
+  // tell.
   std::string first_difference(const std::filesystem::path& folder) const;
 
  private:

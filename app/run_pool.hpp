@@ -38,8 +38,8 @@ class RunPool {
     std::string said;       // what the run printed
   };
   // Starts runs where there is room, none after a stop or on a full disk, and waits at most `wait` until one ends. A
-  // run that fails leaves a result.json that says why, also when its process was killed; but none when the disk is full,
-  // which is no fault of the run.
+  // run that fails leaves a result.json that says why, also when its process was killed; but none when the disk is
+  // full, which is no fault of the run.
   std::optional<Ended> next(hal::StopRequest& stop, std::chrono::milliseconds wait);
   // Nothing runs, and nothing is going to be started.
   bool done() const { return running_.empty() && (tasks_.empty() || halted()); }

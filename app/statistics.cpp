@@ -53,11 +53,8 @@ SampleSummary summarize(std::vector<double> sample) {
 
 SampleDifference compare(const std::vector<double>& first, const std::vector<double>& second) {
   const SampleSummary a = summarize(first), b = summarize(second);
-  SampleDifference out{.difference = b.mean - a.mean,
-                       .low95 = unknown,
-                       .high95 = unknown,
-                       .hedges_g = unknown,
-                       .cliffs_delta = 0};
+  SampleDifference out{
+      .difference = b.mean - a.mean, .low95 = unknown, .high95 = unknown, .hedges_g = unknown, .cliffs_delta = 0};
   std::vector<double> sorted_first = first;
   std::ranges::sort(sorted_first);
   out.cliffs_delta = delta(sorted_first, second);

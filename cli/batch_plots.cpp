@@ -12,8 +12,7 @@ namespace arkmesh::cli {
 
 void draw_batch(const std::filesystem::path& directory, const app::BatchPlot& plot) {
   const std::string script = sim_ode::script_of_arkmesh("plot_batch").string();
-  std::vector<std::string> command = {script,      directory.string(), "--column", plot.column, "--over",
-                                      plot.over};
+  std::vector<std::string> command = {script, directory.string(), "--column", plot.column, "--over", plot.over};
   if (!plot.by.empty()) command.insert(command.end(), {"--by", plot.by});
   if (!plot.kind.empty()) command.insert(command.end(), {"--kind", plot.kind});
   const sim_ode::Finished done = sim_ode::run_to_end(command);

@@ -31,13 +31,13 @@ void BatchProgress::ended(const app::RunPool::Ended& run, const app::RunTask& ta
 void BatchProgress::show(std::size_t running) {
   const std::size_t before = all_ - open_, done = before + ended_;
   const std::size_t filled = all_ == 0 ? bar_width : done * bar_width / all_;
-  std::string text = fmt::format("[{}{}] {}/{} runs", std::string(filled, '#'),
-                                 std::string(bar_width - filled, '.'), done, all_);
+  std::string text =
+      fmt::format("[{}{}] {}/{} runs", std::string(filled, '#'), std::string(bar_width - filled, '.'), done, all_);
   if (failed_ > 0) text += fmt::format(", {} failed", failed_);
   const double elapsed_s = std::chrono::duration<double>(Clock::now() - begun_).count();
   if (ended_ > 0 && ended_ < open_)
-    text += fmt::format(", {} left", duration(elapsed_s * static_cast<double>(open_ - ended_) /
-                                              static_cast<double>(ended_)));
+    text += fmt::format(", {} left",
+                        duration(elapsed_s * static_cast<double>(open_ - ended_) / static_cast<double>(ended_)));
   else if (running > 0)
     text += fmt::format(", {} running", running);
   line_.show(text);

@@ -48,12 +48,12 @@ class ScratchFolder {
 };
 
 int rerun(const RerunOptions& options) {
-  const app::RecordedRun recorded(
-      options.place, options.index < 0 ? std::nullopt : std::optional<std::size_t>(options.index));
+  const app::RecordedRun recorded(options.place,
+                                  options.index < 0 ? std::nullopt : std::optional<std::size_t>(options.index));
   hand_over_cameras(recorded.config_files(), {});
   for (const std::string& change : recorded.changes()) fmt::print(stderr, "arkmesh: {}\n", change);
-  const std::optional<ScratchFolder> scratch = options.out.empty() ? std::optional<ScratchFolder>(std::in_place)
-                                                                   : std::nullopt;
+  const std::optional<ScratchFolder> scratch =
+      options.out.empty() ? std::optional<ScratchFolder>(std::in_place) : std::nullopt;
   const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
   OperatorStop stop;
   app::JointRun run(recorded.configs(), directory);
@@ -75,7 +75,8 @@ int rerun(const RerunOptions& options) {
 void add_rerun_command(CLI::App& app) {
   auto options = std::make_shared<RerunOptions>();
   CLI::App* command = add_command(app, "rerun");
-  command->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
+  command
+      ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
       ->required()
       ->check(CLI::ExistingPath);
   command->add_option("--index", options->index, "Which run of the batch")->check(CLI::NonNegativeNumber);

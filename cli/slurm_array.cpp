@@ -75,9 +75,8 @@ std::string job_under_way(const fs::path& file) {
   return asked.status == 0 && asked.output.find_first_not_of(" \n") != std::string::npos ? job : std::string();
 }
 
-std::string submit(const app::Batch& batch, const app::Batch::Request& request,
-                   const std::vector<std::string>& options, const std::vector<std::size_t>& runs,
-                   const fs::path& folder) {
+std::string submit(const app::Batch& batch, const app::Batch::Request& request, const std::vector<std::string>& options,
+                   const std::vector<std::size_t>& runs, const fs::path& folder) {
   fs::create_directories(folder);
   app::replace_file(folder / "tasks.txt", task_lines(runs));
   app::replace_file(folder / "job.sh", job_script(batch, request, folder / "tasks.txt"));

@@ -24,7 +24,8 @@ namespace {
 struct ExperimentFile {
   tests::TemporaryDirectory folder;
 
-  app::BatchPlan plan(const std::string& text, const std::string& seeds = {}, const std::vector<std::string>& sets = {}) {
+  app::BatchPlan plan(const std::string& text, const std::string& seeds = {},
+                      const std::vector<std::string>& sets = {}) {
     return app::read_batch_file(write(text), seeds, sets).plan;
   }
   std::string error(const std::string& text, const std::vector<std::string>& sets = {}) {
@@ -77,11 +78,12 @@ TEST_CASE("batch: seeds are ranges and numbers, none of them twice") {
 
 TEST_CASE("batch: a plan is a grid in the order of the file, and its runs keep their numbers") {
   ExperimentFile file;
-  const app::BatchPlan plan = file.plan(begin +
-                                        "[set]\nrun.duration_s = 60\n"
-                                        "[sweep]\n\"gate.period_s\" = [2, 0.5]\n\"a:arena.robots\" = \"10..20 step 10\"\n"
-                                        "[choices.pair.wide]\narena.width_m = 2.0\narena.height_m = 2.0\n"
-                                        "[choices.pair.plain]\n");
+  const app::BatchPlan plan =
+      file.plan(begin +
+                "[set]\nrun.duration_s = 60\n"
+                "[sweep]\n\"gate.period_s\" = [2, 0.5]\n\"a:arena.robots\" = \"10..20 step 10\"\n"
+                "[choices.pair.wide]\narena.width_m = 2.0\narena.height_m = 2.0\n"
+                "[choices.pair.plain]\n");
   REQUIRE(plan.factors.size() == 3);
   CHECK(plan.factors[0].name == "gate.period_s");
   CHECK(plan.factors[1].name == "a:arena.robots");
@@ -107,8 +109,7 @@ TEST_CASE("batch: an experiment may include another one, and the command line ha
       file.plan("include = [\"below.toml\"]\n[set]\nrun.duration_s = 8\n", "7..8", {"gate.period_s=4"});
   CHECK(plan.seeds == std::vector<std::int64_t>{7, 8});
   CHECK(plan.labs.files.size() == 2);
-  CHECK(plan.labs.sets ==
-        std::vector<std::string>{"recorder.log=false", "run.duration_s=8", "gate.period_s=4"});
+  CHECK(plan.labs.sets == std::vector<std::string>{"recorder.log=false", "run.duration_s=8", "gate.period_s=4"});
   CHECK(plan.settings() == 2);
 }
 
@@ -165,7 +166,8 @@ TEST_CASE("batch: its table has a row for each run that has ended, and no wall t
   CHECK(results.finished() == 2);
   results.save();
   CHECK(tests::read_file(folder.path() / "runs.csv") ==
-        "run,setting,gate.slack,seed,state,why,final_hash,completed,first.ms,lapsed,a.between.b.received_bytes,a.x,duration_s,"
+        "run,setting,gate.slack,seed,state,why,final_hash,completed,first.ms,lapsed,a.between.b.received_bytes,a.x,"
+        "duration_s,"
         "periods\n"
         "0,0,0,1,finished,,11,7,4,0,5,2,18.5,9\n"
         "1,0,0,2,failed,\"why, \"\"so\"\"\",,,,,,,,\n"
@@ -195,8 +197,9 @@ TEST_CASE("batch: the summary tells of each setting, and the effects of settings
 TEST_CASE("batch: the seeds' table has a column for every count of any seed") {
   const tests::TemporaryFolder folder;
   write_result(folder.path(), 0, R"({"ended": "finished", "final_hash": "11", "counts": {"completed": 7}})");
-  write_result(folder.path(), 1,
-               R"({"ended": "a, \"b\"", "final_hash": "33", "counts": {"lapsed": 2, "asked": 1}, "wall": {"speed": 4}})");
+  write_result(
+      folder.path(), 1,
+      R"({"ended": "a, \"b\"", "final_hash": "33", "counts": {"lapsed": 2, "asked": 1}, "wall": {"speed": 4}})");
   std::vector<app::BatchRow> rows(2);
   for (std::size_t i = 0; i < 2; ++i) {
     rows[i].seed = static_cast<std::int64_t>(2 * i + 1);

@@ -85,11 +85,11 @@ TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a r
   REQUIRE(code == 0);
   CHECK(said.find("16 of 16 runs finished, 0 failed") != std::string::npos);
   CHECK(rows(bench.table("one")) == 16);
-  CHECK(bench.table("one").find("run,setting,gate.period_s,scenario.dhtf.types,seed,state,why,final_hash,completed") == 0);
+  CHECK(bench.table("one").find("run,setting,gate.period_s,scenario.dhtf.types,seed,state,why,final_hash,completed") ==
+        0);
   CHECK(bench.batch(file, "two", {"--jobs", "2"}).first == 0);
   CHECK(tables(bench, "one") == tables(bench, "two"));
-  for (int run = 15; run >= 0; --run)
-    REQUIRE(bench.batch(file, "single", {"--index", std::to_string(run)}).first == 0);
+  for (int run = 15; run >= 0; --run) REQUIRE(bench.batch(file, "single", {"--index", std::to_string(run)}).first == 0);
   CHECK(bench.table("single").empty());
   CHECK(bench.batch(file, "single", {"--gather"}).first == 0);
   CHECK(tables(bench, "one") == tables(bench, "single"));
@@ -135,7 +135,8 @@ TEST_CASE("a batch that the operator stops ends with exit code 3, says what is l
   BatchBench bench;
   const fs::path file = bench.file(small + "\n[choices.long.run]\nrun.patience = 1\n");
   CHECK(bench.batch(file, "refused").first == 2);
-  const fs::path slow = bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n", "slow.toml");
+  const fs::path slow =
+      bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n", "slow.toml");
   tests::Process batch =
       bench.start({"batch", slow.string(), "--out", (bench.folder.path() / "slow").string(), "--jobs", "1"});
   REQUIRE(tests::eventually(60s, [&] { return fs::exists(bench.folder.path() / "slow/runs/00000/result.json"); }));
@@ -177,8 +178,7 @@ TEST_CASE("a run that fails is a row that says why, and the others go on") {
 
 TEST_CASE("a run whose process is killed is a failed row, and the others go on") {
   BatchBench bench;
-  const fs::path file =
-      bench.file(small_labs + "seeds = \"1..3\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n");
+  const fs::path file = bench.file(small_labs + "seeds = \"1..3\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n");
   const fs::path out = bench.folder.path() / "out";
   tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "1"});
   int victim = 0;
@@ -210,8 +210,8 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
       "echo half way; before=$(ls {0}/out/runs | wc -l); run & \n"
       "while [ $(ls {0}/out/runs | wc -l) -lt $((before + 2)) ]; do sleep 0.01; done\n"
       "dd if=/dev/zero of={0}/ballast bs=4k 2>/dev/null; wait; rm {0}/ballast; echo room; run; cp -r {0}/out {3}\n";
-  const fs::path commands =
-      bench.folder.write("commands.sh", fmt::format(fmt::runtime(script), disk, ARKMESH_PROGRAM, file.string(), kept.string()));
+  const fs::path commands = bench.folder.write(
+      "commands.sh", fmt::format(fmt::runtime(script), disk, ARKMESH_PROGRAM, file.string(), kept.string()));
   tests::Process shell("/bin/sh", {"-c", "exec unshare -m sh " + commands.string()}, bench.folder.path() / "shell.txt");
   REQUIRE(shell.wait(120s) == 0);
   const std::string said = shell.output();
