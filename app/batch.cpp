@@ -53,8 +53,9 @@ void Batch::begin(BatchFolder::Use use, std::optional<std::size_t> run, hal::Pro
   const bool begun = fs::exists(directory_ / "manifest.json");
   const std::size_t settings = plan().settings();
   std::vector<std::vector<CheckedLab>> checked;
-  if (run && begun)
-    checked.push_back(check(plan().setting_of(*run)));
+  const bool is_part = run || use == BatchFolder::Use::looking;
+  if (is_part && begun)
+    checked.push_back(check(run ? plan().setting_of(*run) : 0));
   else
     for (std::size_t setting = 0; setting < settings; ++setting) {
       if (std::chrono::steady_clock::now() - begin > quiet)

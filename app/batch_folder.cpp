@@ -65,6 +65,9 @@ BatchFolder::BatchFolder(fs::path directory, const nlohmann::json& manifest, Use
   if (fs::is_directory(directory_, error) && !fs::exists(file, error) && !holds_nothing(directory_))
     throw hal::ConfigError(
         fmt::format("{} is not the folder of a batch; give another one with --out", directory_.string()));
+  if (use == Use::looking && !fs::exists(file, error))
+    throw hal::ConfigError(
+        fmt::format("{} holds no batch; give its folder with --out, or run it first", directory_.string()));
   take(use);
   if (fs::exists(file, error)) {
     std::ifstream in(file);

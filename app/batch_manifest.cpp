@@ -13,6 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The same from whatever folder a batch is gone on with.
+std::string whole_path(const fs::path& file) {
+  return fs::weakly_canonical(fs::absolute(file)).string();
+}
+
 std::string text_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -72,17 +77,17 @@ nlohmann::json make_manifest(const fs::path& file, const BatchFile& batch,
   nlohmann::json out = lab::program_facts();
   const BatchPlan& plan = batch.plan;
   out["experiment"] = {{"file", file.filename().string()}, {"text", text_of(file)}};
-  out["labs"] = plan.labs.files;
+  for (const std::string& lab : plan.labs.files) out["labs"].push_back(whole_path(lab));
   out["set"] = plan.labs.sets;
   out["factors"] = factors_of(plan);
   out["seeds"] = plan.seeds;
   out["runs"] = plan.runs();
   std::map<std::string, std::string> inputs;
-  for (const fs::path& one : batch.files) inputs[one.string()] = lab::file_hash(one);
+  for (const fs::path& one : batch.files) inputs[whole_path(one)] = lab::file_hash(one);
   for (const auto& setting : checked)
     for (const CheckedLab& lab : setting)
       for (const fs::path& one : lab.inputs)
-        if (const auto [entry, is_new] = inputs.try_emplace(one.lexically_normal().string()); is_new)
+        if (const auto [entry, is_new] = inputs.try_emplace(whole_path(one)); is_new)
           entry->second = lab::file_hash(one);
   out["inputs"] = inputs;
   for (const CheckedLab& lab : checked.front()) out["effective"][lab.name] = lab.effective;

@@ -72,8 +72,9 @@ int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, 
   return gather(batch, pool.why_halted());
 }
 
-int run_one(const app::Batch& batch, std::size_t run, OperatorStop& stop) {
-  if (batch.state_of(run) != app::RunState::missing) {
+int run_one(const app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) {
+  const app::RunState state = batch.state_of(run);
+  if (state == app::RunState::finished || (state == app::RunState::failed && !retry)) {
     fmt::print("run {} has its result already\n", run);
     return 0;
   }
@@ -111,11 +112,11 @@ int run(const BatchOptions& options) {
   ProgressLine line;
   const bool single = options.run >= 0;
   batch.begin(use_of(options), single ? std::optional<std::size_t>(options.run) : std::nullopt, line);
-  if (single) return run_one(batch, static_cast<std::size_t>(options.run), stop);
+  if (single) return run_one(batch, static_cast<std::size_t>(options.run), options.retry, stop);
   std::string why_halted;
   int code = 0;
   if (options.slurm)
-    why_halted = run_on_slurm(batch, options.request, options.slurm_options, options.retry, stop, line);
+    why_halted = run_on_slurm(batch, {options.request, options.slurm_options, options.retry}, stop, line);
   else if (!options.gather && options.plot.column.empty())
     code = run_all(options, batch, stop, line);
   if (options.slurm || options.gather) code = gather(batch, why_halted);
@@ -145,7 +146,7 @@ void add_batch_command(CLI::App& app) {
   command->add_flag("--gather", options->gather, "Write the tables of the runs that have ended, and start none")
       ->excludes(index)
       ->excludes(slurm);
-  command->add_flag("--retry", options->retry, "Do runs that failed once more")->excludes(index);
+  command->add_flag("--retry", options->retry, "Do runs that failed once more");
   command->add_flag("--list", options->list, "Say what the batch would run, and start nothing");
   auto* plot = command->add_option("--plot", options->plot.column, "Draw this column of the table, and start no run");
   auto* over = command->add_option("--over", options->plot.over, "Over this key or choice")->needs(plot);

@@ -48,13 +48,15 @@ std::string task_lines(const std::vector<std::size_t>& runs) {
   return out;
 }
 
-std::string job_script(const app::Batch& batch, const app::Batch::Request& request, const fs::path& tasks) {
+std::string job_script(const app::Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
+  const app::Batch::Request& request = wanted.batch;
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "arkmesh";
   std::string command =
       fmt::format("{} batch {} --out {}", quoted(program.string()), quoted(fs::absolute(request.file).string()),
                   quoted(fs::absolute(batch.directory()).string()));
   if (!request.seeds.empty()) command += " --seeds " + quoted(request.seeds);
   for (const std::string& set : request.sets) command += " --set " + quoted(set);
+  if (wanted.failed_too) command += " --retry";
   return fmt::format(
       "#!/bin/sh\n"
       "# The runs of one task of the array, one after another; a run that fails is a row of the table.\n"
@@ -75,11 +77,11 @@ std::string job_under_way(const fs::path& file) {
   return asked.status == 0 && asked.output.find_first_not_of(" \n") != std::string::npos ? job : std::string();
 }
 
-std::string submit(const app::Batch& batch, const app::Batch::Request& request, const std::vector<std::string>& options,
-                   const std::vector<std::size_t>& runs, const fs::path& folder) {
+std::string submit(const app::Batch& batch, const SlurmRequest& wanted, const std::vector<std::size_t>& runs,
+                   const fs::path& folder) {
   fs::create_directories(folder);
   app::replace_file(folder / "tasks.txt", task_lines(runs));
-  app::replace_file(folder / "job.sh", job_script(batch, request, folder / "tasks.txt"));
+  app::replace_file(folder / "job.sh", job_script(batch, wanted, folder / "tasks.txt"));
   std::vector<std::string> command = {
       "sbatch",
       "--parsable",
@@ -87,7 +89,7 @@ std::string submit(const app::Batch& batch, const app::Batch::Request& request, 
       fmt::format("--array=0-{}", std::min(runs.size(), max_tasks) - 1),
       "--output=" + (fs::absolute(folder) / "task-%a.txt").string(),
   };
-  command.insert(command.end(), options.begin(), options.end());
+  command.insert(command.end(), wanted.options.begin(), wanted.options.end());
   command.push_back((folder / "job.sh").string());
   const sim_ode::Finished said = sim_ode::run_to_end(command);
   if (said.status == 127 || (said.status == -1 && said.output.empty()))
@@ -102,22 +104,21 @@ std::string submit(const app::Batch& batch, const app::Batch::Request& request, 
 
 }  // namespace
 
-std::string run_on_slurm(const app::Batch& batch, const app::Batch::Request& request,
-                         const std::vector<std::string>& options, bool failed_too, hal::StopRequest& stop,
+std::string run_on_slurm(const app::Batch& batch, const SlurmRequest& wanted, hal::StopRequest& stop,
                          ProgressLine& line) {
   const fs::path folder = batch.directory() / "slurm";
   std::string job = job_under_way(folder / "job.txt");
-  const std::vector<std::size_t> open = batch.open_runs(failed_too);
+  const std::vector<std::size_t> open = batch.open_runs(wanted.failed_too);
   if (open.empty()) return {};
   const bool is_new = job.empty();
-  if (is_new) job = submit(batch, request, options, open, folder);
+  if (is_new) job = submit(batch, wanted, open, folder);
   line.say(fmt::format("job {} {}", job, is_new ? "is submitted" : "is under way"));
   BatchProgress progress(line, batch.plan().runs(), open.size());
   for (auto asked = std::chrono::steady_clock::now(); !stop.stopped(); std::this_thread::sleep_for(100ms)) {
     if (std::chrono::steady_clock::now() - asked < ask_every) continue;
     asked = std::chrono::steady_clock::now();
     const bool under_way = !job_under_way(folder / "job.txt").empty();
-    progress.ended_now(open.size() - batch.open_runs(failed_too).size());
+    progress.ended_now(open.size() - std::min(open.size(), batch.open_runs(false).size()));
     progress.show(under_way ? 1 : 0);
     if (under_way) continue;
     line.done();

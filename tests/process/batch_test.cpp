@@ -255,6 +255,8 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
   refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
   refused(small, "the batch has the runs 0..15", {"--index", "16"});
+  refused(small, "holds no batch", {"--gather"});
+  refused(small, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
   refused(small, "--seeds 5..2", {"--seeds", "5..2"});
   refused(small, "gives this key a value of its own", {"--set", "gate.period_s=4"});
 }
@@ -275,6 +277,12 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   refused(text + "[sweep]\ngate.slack = [0, 1]\n", "begun with another grid");
   refused(text + "# a word\n", "small.toml was changed since it was begun");
   CHECK(bench.batch(bench.file(text), "out").first == 0);
+  // from another folder, with relative names
+  tests::Process elsewhere("/bin/sh",
+                           {"-c", fmt::format("cd {} && {} batch small.toml --out out", bench.folder.path().string(),
+                                              ARKMESH_PROGRAM)},
+                           bench.folder.path() / "elsewhere.txt");
+  CHECK(elsewhere.wait(60s) == 0);
   const fs::path manifest = bench.folder.path() / "out/manifest.json";
   nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
   other["arkmesh"] = "0.0.1";

@@ -77,6 +77,11 @@ class Slurm(unittest.TestCase):
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertIn("0 of 6 runs finished, 6 failed", done.stdout)
         self.assertEqual(self.tables("out")[0].count(",failed,"), 6)
+        result = self.scratch / "out/runs/00005/result.json"
+        before = result.stat().st_mtime_ns
+        self.assertNotIn("submitted", self.batch(text, "out", "--slurm").stderr)
+        self.assertIn("submitted", self.batch(text, "out", "--slurm", "--retry").stderr)
+        self.assertGreater(result.stat().st_mtime_ns, before)
 
     def test_slurm_refuses_in_its_own_words(self):
         """An option that Slurm does not take is said; nothing was run."""
