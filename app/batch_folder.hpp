@@ -14,7 +14,8 @@ class BatchFolder {
  public:
   enum class Use : std::uint8_t { alone, single_runs, looking };
   // Makes the folder, or takes one that was begun with the same manifest. Throws ConfigError when it holds something
-  // else (to look at, nothing), was begun with another one, or is at work elsewhere; std::runtime_error when it cannot be written.
+  // else (to look at, nothing), was begun with another one, or is at work elsewhere; std::runtime_error when it cannot
+  // be written.
   BatchFolder(std::filesystem::path directory, const nlohmann::json& manifest, Use use);
   ~BatchFolder();
   BatchFolder(const BatchFolder&) = delete;

@@ -66,7 +66,8 @@ int refuse(const RunTask& task, const std::exception& error, int code) {
 class ChildStop final : public hal::StopRequest {
  public:
   ChildStop() {
-    for (const int each : {SIGINT, SIGTERM, SIGHUP}) std::signal(each, [](int) { wished = 1; });
+    for (const int each : {SIGINT, SIGTERM, SIGHUP})
+      if (std::signal(each, [](int) { wished = 1; }) == SIG_IGN) std::signal(each, SIG_IGN);  // nohup ignores SIGHUP
   }
   bool stopped() override { return wished != 0; }
 

@@ -1,13 +1,10 @@
-// `arkmesh batch` and `arkmesh rerun` as processes: killed, stopped, on a full disk, with runs that fail, and with bad
-// input. Runs are of eight robots for 40 s, so that a batch takes seconds.
+// `arkmesh batch` as processes: the same tables however it is run, killed and stopped; runs that fail; a full disk.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -15,42 +12,14 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/processes/temporary_directory.hpp"
+#include "tests/process/batch_bench.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
+using tests::BatchBench, tests::rows, tests::small_batch, tests::small_labs;
 namespace fs = std::filesystem;
 
 namespace {
-
-const std::string small_labs = "labs = [\"" ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml\"]\n";
-const std::string small = small_labs +
-                          "seeds = \"1..4\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n"
-                          "[sweep]\ngate.period_s = [1, 2]\nscenario.dhtf.types = [\"easy\", \"hard\"]\n";
-
-struct BatchBench {
-  tests::TemporaryDirectory folder;
-  int said = 0;
-
-  fs::path file(const std::string& text, const std::string& name = "small.toml") { return folder.write(name, text); }
-  tests::Process start(const std::vector<std::string>& words) {
-    return tests::Process(ARKMESH_PROGRAM, words, folder.path() / fmt::format("said-{}.txt", ++said));
-  }
-  // Exit code, and what was said.
-  std::pair<int, std::string> run(const std::vector<std::string>& words) {
-    tests::Process process = start(words);
-    const int code = process.wait(120s).value_or(-1);
-    return {code, process.output()};
-  }
-  std::pair<int, std::string> batch(const fs::path& file, const std::string& out, std::vector<std::string> more = {}) {
-    std::vector<std::string> words = {"batch", file.string(), "--out", (folder.path() / out).string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words);
-  }
-  std::string table(const std::string& out, const std::string& name = "runs.csv") const {
-    return tests::read_file(folder.path() / out / name);
-  }
-};
 
 // All tables of a batch as one text.
 std::string tables(const BatchBench& bench, const std::string& out) {
@@ -71,15 +40,11 @@ std::map<std::string, std::int64_t> results(const fs::path& batch) {
   return out;
 }
 
-long rows(const std::string& table) {
-  return std::ranges::count(table, '\n') - 1;
-}
-
 }  // namespace
 
 TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a run alone its row") {
   BatchBench bench;
-  const fs::path file = bench.file(small);
+  const fs::path file = bench.file(small_batch);
   const auto [code, said] = bench.batch(file, "one", {"--jobs", "1"});
   CAPTURE(said);
   REQUIRE(code == 0);
@@ -102,7 +67,7 @@ TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a r
 
 TEST_CASE("a batch that is killed at any moment goes on to the same tables, and no run is done twice") {
   BatchBench bench;
-  const fs::path file = bench.file(small), out = bench.folder.path() / "killed";
+  const fs::path file = bench.file(small_batch), out = bench.folder.path() / "killed";
   REQUIRE(bench.batch(file, "whole", {"--jobs", "2"}).first == 0);
   std::mt19937 random(17);
   std::map<std::string, std::int64_t> seen;
@@ -133,7 +98,7 @@ TEST_CASE("a batch that is killed at any moment goes on to the same tables, and 
 
 TEST_CASE("a batch that the operator stops ends with exit code 3, says what is left, and goes on") {
   BatchBench bench;
-  const fs::path file = bench.file(small + "\n[choices.long.run]\nrun.patience = 1\n");
+  const fs::path file = bench.file(small_batch + "\n[choices.long.run]\nrun.patience = 1\n");
   CHECK(bench.batch(file, "refused").first == 2);
   const fs::path slow =
       bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n", "slow.toml");
@@ -199,7 +164,7 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
   BatchBench bench;
   const std::string disk = (bench.folder.path() / "disk").string();
   fs::create_directory(disk);
-  const fs::path file = bench.file(small + "[choices.a.b]\nrecorder.keep_free_mib = 0\n"),
+  const fs::path file = bench.file(small_batch + "[choices.a.b]\nrecorder.keep_free_mib = 0\n"),
                  kept = bench.folder.path() / "kept";
   // A file system of 8 MiB in a name space of our own. Once it has room for some runs only, once it is filled to the
   // last byte in the midst of a run; then there is room again.
@@ -232,105 +197,4 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
   CHECK(said.find("code 0", room) != std::string::npos);
   REQUIRE(bench.batch(file, "whole").first == 0);
   CHECK(tests::read_file(kept / "runs.csv") == bench.table("whole"));
-}
-
-TEST_CASE("a batch refuses in one sentence what cannot be run, before anything starts") {
-  BatchBench bench;
-  const auto refused = [&](const std::string& text, const std::string& with, std::vector<std::string> more = {}) {
-    const auto [code, said] = bench.batch(bench.file(text), "refused", std::move(more));
-    CAPTURE(text);
-    CAPTURE(said);
-    CHECK(code == 2);
-    CHECK(said.find(with) != std::string::npos);
-    CHECK(said.find("arkmesh: ") != std::string::npos);
-    CHECK(said.find('\n') == said.size() - 1);
-    CHECK_FALSE(fs::exists(bench.folder.path() / "refused"));
-  };
-  refused(small + "gate.perid_s = [1, 2]\n", "did you mean 'gate.period_s'?");
-  refused(small + "gate.perid_s = [1, 2]\n", "small.toml:9: gate.perid_s=1");
-  refused(small + "arena.ode.friction = [0.1, -1]\n", "arena.ode.friction=-1");
-  refused(small + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark here");
-  refused(small + "gate.slack = [0, 99]\n", "must be between 0 and 8");
-  refused(small_labs + "seeds = 1\n[sweep]\nrun.scenario = [\"dhtf\", \"chess\"]\n", "is none of: ");
-  refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
-  refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
-  refused(small, "the batch has the runs 0..15", {"--index", "16"});
-  refused(small, "holds no batch", {"--gather"});
-  refused(small, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
-  refused(small, "--seeds 5..2", {"--seeds", "5..2"});
-  refused(small, "gives this key a value of its own", {"--set", "gate.period_s=4"});
-}
-
-TEST_CASE("a batch's folder is gone on with by the same experiment and version only") {
-  BatchBench bench;
-  const std::string text = small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 4\narena.robots = 2\n";
-  REQUIRE(bench.batch(bench.file(text), "out").first == 0);
-  const auto refused = [&](const std::string& changed, const std::string& with, std::vector<std::string> more = {}) {
-    const auto [code, said] = bench.batch(bench.file(changed), "out", std::move(more));
-    CAPTURE(said);
-    CHECK(code == 2);
-    CHECK(said.find(with) != std::string::npos);
-    CHECK(said.find("give another folder with --out") != std::string::npos);
-  };
-  refused(text + "gate.period_s = 1\n", "begun with other settings of all runs");
-  refused(text, "begun with other seeds", {"--seeds", "1..3"});
-  refused(text + "[sweep]\ngate.slack = [0, 1]\n", "begun with another grid");
-  refused(text + "# a word\n", "small.toml was changed since it was begun");
-  CHECK(bench.batch(bench.file(text), "out").first == 0);
-  // from another folder, with relative names
-  tests::Process elsewhere("/bin/sh",
-                           {"-c", fmt::format("cd {} && {} batch small.toml --out out", bench.folder.path().string(),
-                                              ARKMESH_PROGRAM)},
-                           bench.folder.path() / "elsewhere.txt");
-  CHECK(elsewhere.wait(60s) == 0);
-  const fs::path manifest = bench.folder.path() / "out/manifest.json";
-  nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
-  other["arkmesh"] = "0.0.1";
-  std::ofstream(manifest) << other;
-  refused(text, "it was begun with arkmesh 0.0.1");
-  fs::create_directory(bench.folder.path() / "full");
-  std::ofstream(bench.folder.path() / "full/thesis.tex") << "years";
-  const auto [code, said] = bench.batch(bench.file(text), "full");
-  CHECK(code == 2);
-  CHECK(said.find("is not the folder of a batch") != std::string::npos);
-}
-
-TEST_CASE("a run is repeated from its folder alone, also from a copy, and a difference is told") {
-  BatchBench bench;
-  const fs::path file = bench.file(small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n");
-  REQUIRE(bench.batch(file, "out").first == 0);
-  const fs::path out = bench.folder.path() / "out", copy = bench.folder.path() / "elsewhere/run";
-  const auto rerun = [&](const fs::path& what, std::vector<std::string> more = {}) {
-    std::vector<std::string> words = {"rerun", what.string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return bench.run(words);
-  };
-  const auto equal = rerun(out / "manifest.json", {"--index", "1"});
-  CAPTURE(equal.second);
-  CHECK(equal.first == 0);
-  CHECK(equal.second.find("equal: final hash ") != std::string::npos);
-  fs::create_directories(copy.parent_path());
-  fs::copy(out / "runs/00001", copy, fs::copy_options::recursive);
-  fs::remove_all(out / "runs/00001");
-  CHECK(rerun(copy).first == 0);
-  CHECK(rerun(copy / "result.json").first == 0);
-  CHECK(rerun(copy / "shark/config.toml").first == 0);
-  // another seed is another run
-  std::string config = tests::read_file(copy / "shark/config.toml");
-  const std::size_t seed = config.find("seed = 2");
-  REQUIRE(seed != std::string::npos);
-  config.replace(seed, 8, "seed = 3");
-  std::ofstream(copy / "shark/config.toml") << config;
-  const auto different = rerun(copy);
-  CAPTURE(different.second);
-  CHECK(different.first == 1);
-  CHECK(different.second.find("was changed since the run") != std::string::npos);
-  CHECK(different.second.find("different: final hash ") != std::string::npos);
-  CHECK(different.second.find("the first difference is in period ") != std::string::npos);
-  // what cannot be repeated
-  CHECK(rerun(out).second.find("say with --index") != std::string::npos);
-  CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
-  fs::remove(copy / "shark/config.toml");
-  CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
-  CHECK(rerun(file).second.find("is neither a run's folder") != std::string::npos);
 }
