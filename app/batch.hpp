@@ -1,55 +1,53 @@
-// Runs of the same labs for many seeds: each in a process of its own, some at a time, and one table of all.
+// A batch from its experiment file: what is to be run, what has been run, and where. `arkmesh batch` does the work with
+// a RunPool.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
+#include <deque>
 #include <filesystem>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
-#include "hal/stop_request.hpp"
+#include "app/batch_file.hpp"
+#include "app/batch_folder.hpp"
+#include "app/lab_check.hpp"
+#include "app/run_pool.hpp"
+#include "hal/progress.hpp"
 
 namespace arkmesh::app {
 
-// The files of labs that run together, and overrides: "key=value" for all of them, "shark:key=value" for lab shark.
-struct LabFiles {
-  std::vector<std::string> files, sets;
-};
-
-// Joins exactly the labs whose files are given, unless an override sets shared.labs. `seed` overrides run.seed; below
-// 0: that of the files. Throws ConfigError.
-std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed);
-
 class Batch {
  public:
-  // Seeds first..last, each into `directory`/seed-N, at most `jobs` at a time; what `directory` holds is moved aside
-  // with `force`. Throws ConfigError, so that a wrong configuration is said once, before anything starts.
-  Batch(LabFiles labs, std::int64_t first, std::int64_t last, int jobs, const std::filesystem::path& directory,
-        bool force);
-
-  struct Ended {
-    std::int64_t seed = 0;
-    bool good = false;
+  struct Request {
+    std::filesystem::path file, out;  // out: empty for runs/FOLDER-NAME of the file
+    std::string seeds;                // replaces the file's; empty: does not
+    std::vector<std::string> sets;    // further overrides of all runs
   };
-  // Starts runs where there is room, none after a stop, and waits until one ends. Nothing when all have ended.
-  std::optional<Ended> next(hal::StopRequest& stop);
-  // Writes seeds.csv: a row for each seed that has a result.
-  void save_table() const;
-  std::filesystem::path table() const { return directory_ / "seeds.csv"; }
+  // Reads the experiment file; nothing is written. Throws ConfigError.
+  explicit Batch(const Request& request);
+
+  // Makes the labs of every setting, so that what is wrong is said before anything starts, and opens the folder. With
+  // `run`, the number of a single one, only its setting, when the folder was begun. Throws ConfigError.
+  void begin(BatchFolder::Use use, std::optional<std::size_t> run, hal::Progress& progress);
+
+  const BatchPlan& plan() const { return file_.plan; }
+  const std::filesystem::path& directory() const { return directory_; }
+  RunTask task(std::size_t run) const;
+  RunState state_of(std::size_t run) const;
+  // Numbers of the runs that are to be done still; those that failed count with `failed_too`.
+  std::vector<std::size_t> open_runs(bool failed_too) const;
+  // What the disk must have left for a run to start, when so many run at a time.
+  std::uintmax_t free_bytes(std::size_t jobs) const;
 
  private:
-  void start(std::int64_t seed, hal::StopRequest& stop);
-  std::filesystem::path folder(std::int64_t seed) const;
+  std::vector<CheckedLab> check(std::size_t setting) const;
 
-  LabFiles labs_;
-  std::int64_t first_, last_, next_;
-  std::size_t jobs_;
-  std::filesystem::path directory_;
-  std::map<pid_t, std::int64_t> running_;
+  std::filesystem::path experiment_, directory_;
+  BatchFile file_;
+  std::uintmax_t keep_free_bytes_ = 0;
+  std::unique_ptr<BatchFolder> folder_;
 };
 
 }  // namespace arkmesh::app

@@ -82,6 +82,13 @@ void ConfiguredLab::open_run() {
   runner_->ask(&signatures_);
 }
 
+std::vector<std::filesystem::path> ConfiguredLab::inputs() const {
+  std::vector<std::filesystem::path> out;
+  for (const std::string& name : config_.files()) out.push_back(config_.file().parent_path() / name);
+  if (const std::filesystem::path program = controller_of(config_.root()); !program.empty()) out.push_back(program);
+  return out;
+}
+
 // Robots do not go on when a run ends by an exception.
 ConfiguredLab::~ConfiguredLab() {
   try {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/trusted_signatures.hpp"
 #include "gateway/config.hpp"
@@ -50,6 +51,9 @@ class ConfiguredLab {
   const hal::BusConfig& bus_config() const { return bus_config_; }
   // The file that it was read from.
   std::string file() const { return config_.file().string(); }
+  const lab::RecorderConfig& recorder() const { return recorder_config_; }
+  // The files that it was made from: configurations, and the program of simulated robots.
+  std::vector<std::filesystem::path> inputs() const;
   const lab::RunFolder& folder() const { return *folder_; }
   const nlohmann::json& facts() const { return facts_; }
   std::uint64_t run_id() const { return run_id_; }

@@ -58,7 +58,7 @@ void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::files
 
 }  // namespace
 
-JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory, bool force)
+JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory, Folder use)
     : directory_(directory), network_(1) {
   for (hal::Config& config : configs) {
     const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
@@ -72,7 +72,10 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     if (member->lab.config().labs.size() != labs_.size())
       throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->lab.name(),
                                          member->lab.config().labs.size(), labs_.size()));
-  lab::claim_run_folder(directory, force);
+  if (use == Folder::of_batch)
+    std::filesystem::create_directories(directory);
+  else
+    lab::claim_run_folder(directory, use == Folder::moved_aside);
   for (const auto& member : labs_) {
     member->lab.open_run();
     member->membership.emplace(member->lab, member->public_bus);

@@ -24,9 +24,12 @@ namespace arkmesh::app {
 
 class JointRun {
  public:
-  // Each lab records into `directory`/<lab>; what `directory` holds is moved aside with `force`. Throws ConfigError
-  // when the configurations do not make one shared world, or the directory is not empty.
-  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, bool force = false);
+  // What is done with a folder for the run that holds something: it is refused, or moved aside, or the caller has
+  // looked after it, as a batch does for its many folders.
+  enum class Folder : std::uint8_t { must_be_empty, moved_aside, of_batch };
+  // Each lab records into `directory`/<lab>. Throws ConfigError when the configurations do not make one shared world,
+  // or the directory is refused.
+  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, Folder use = Folder::must_be_empty);
   ~JointRun();
 
   // One step of every lab and of the network between them, or a part of it: a lab whose arena computes its own time

@@ -7,6 +7,8 @@ namespace {
 
 constexpr CommandRow rows[] = {
     {"run", "Run several labs in one process, as fast as they go", lab_program},
+    {"batch", "Run a grid of settings and seeds, with tables and figures; goes on where it was stopped", lab_program},
+    {"rerun", "Repeat a run from its folder alone, and say whether it gives the same", lab_program},
     {"lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others", lab_program},
     {"config", "List every key of a lab's file, or print a sample", ARKMESH_CAMERAS ? testbed_program : lab_program},
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},

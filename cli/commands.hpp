@@ -16,6 +16,8 @@ struct Finding;
 namespace arkmesh::cli {
 
 void add_run_command(CLI::App& app);
+void add_batch_command(CLI::App& app);
+void add_rerun_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
 void add_keys_command(CLI::App& app);

@@ -6,6 +6,8 @@ int main(int argc, char** argv) {
   using namespace arkmesh::cli;
   static constexpr OwnCommand own[] = {
     {"run", add_run_command},
+    {"batch", add_batch_command},
+    {"rerun", add_rerun_command},
     {"lab", add_lab_command},
 #if !ARKMESH_CAMERAS
     {"config", add_config_command},

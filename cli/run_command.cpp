@@ -9,8 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "app/batch.hpp"
+#include "app/batch_plan.hpp"
+#include "app/batch_results.hpp"
 #include "app/joint_run.hpp"
+#include "app/lab_check.hpp"
+#include "app/run_pool.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
@@ -19,6 +22,8 @@
 
 namespace arkmesh::cli {
 namespace {
+
+using namespace std::chrono_literals;
 
 struct RunOptions {
   app::LabFiles labs;
@@ -37,7 +42,9 @@ std::filesystem::path directory_of(const RunOptions& options) {
 }
 
 int run_once(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
-  app::JointRun run(app::read_labs(options.labs, options.seed), directory, options.force);
+  using Folder = app::JointRun::Folder;
+  app::JointRun run(app::read_labs(options.labs, options.seed), directory,
+                    options.force ? Folder::moved_aside : Folder::must_be_empty);
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
@@ -54,28 +61,44 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
   return 0;
 }
 
-std::pair<std::int64_t, std::int64_t> parse_seeds(const std::string& text) {
-  std::int64_t first = -1, last = -1;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%ld..%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(text.size()) ||
-      first < 0 || last < first)
-    throw hal::ConfigError(
-        fmt::format("--seeds {}: must be FIRST..LAST with 0 <= FIRST <= LAST, for example 1..20", text));
-  return {first, last};
+std::vector<std::int64_t> parse_seeds(const std::string& text) try {
+  return app::seeds_of({text});
+} catch (const std::invalid_argument& wrong) {
+  throw hal::ConfigError(fmt::format("--seeds {}: {}", text, wrong.what()));
+}
+
+// A row for each seed that has a result, in the order of seeds.
+void save_seeds(const std::vector<app::RunTask>& tasks, const std::filesystem::path& file) {
+  std::vector<app::BatchRow> rows;
+  for (const app::RunTask& task : tasks)
+    if (app::BatchRow row{.run = task.number, .seed = task.seed}; app::read_row(task.directory, row))
+      rows.push_back(std::move(row));
+  app::replace_file(file, app::seeds_table(rows));
 }
 
 int run_batch(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
-  const auto [first, last] = parse_seeds(options.seeds);
-  app::Batch batch(options.labs, first, last, options.jobs, directory, options.force);
-  int failed = 0;
-  std::int64_t done = 0;
-  while (const auto ended = batch.next(stop)) {
-    failed += ended->good ? 0 : 1;
-    fmt::print(stderr, "seed {} {}  ({}/{})\n", ended->seed, ended->good ? "done" : "failed", ++done, last - first + 1);
+  const std::vector<std::int64_t> seeds = parse_seeds(options.seeds);
+  app::check_labs(app::read_labs(options.labs, seeds.front()));
+  lab::claim_run_folder(directory, options.force);
+  std::vector<app::RunTask> tasks;
+  for (const std::int64_t seed : seeds)
+    tasks.push_back({.number = tasks.size(),
+                     .labs = options.labs,
+                     .seed = seed,
+                     .directory = directory / fmt::format("seed-{}", seed)});
+  app::RunPool pool({tasks.begin(), tasks.end()}, static_cast<std::size_t>(options.jobs), 0);
+  std::size_t failed = 0, done = 0;
+  while (!pool.done()) {
+    const auto ended = pool.next(stop, 200ms);
+    if (!ended) continue;
+    failed += ended->finished ? 0 : 1;
+    fmt::print(stderr, "{}seed {} {}  ({}/{})\n", ended->said, tasks[ended->number].seed,
+               ended->finished ? "done" : "failed", ++done, tasks.size());
   }
-  batch.save_table();
-  fmt::print("{} runs, {} failed; table in {}\n", last - first + 1, failed, batch.table().string());
-  return exit_code(stop.stopped() ? "stopped" : failed == 0 ? "finished" : "failed");
+  const std::filesystem::path table = directory / "seeds.csv";
+  save_seeds(tasks, table);
+  fmt::print("{} runs, {} failed; table in {}\n", tasks.size(), failed, table.string());
+  return exit_code(stop.stopped() ? "stopped" : failed == 0 && !pool.halted() ? "finished" : "failed");
 }
 
 int run(const RunOptions& options) {

@@ -16,6 +16,8 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
                           std::make_move_iterator(extra_scenarios.end()));
   static constexpr OwnCommand own[] = {
     {"run", add_run_command},
+    {"batch", add_batch_command},
+    {"rerun", add_rerun_command},
     {"lab", add_lab_command},
     {"gateway", add_gateway_command},
     {"keys", add_keys_command},

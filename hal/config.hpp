@@ -170,7 +170,7 @@ class Config {
   // `folder`, where it is to lie, is moved: files of arkmesh itself are written as "arkmesh:...", and others below the
   // current folder relative to `folder`, if that lies there too.
   std::string effective(const std::filesystem::path& folder = {}) const;
-  // The same below a table ("scenario" gives scenario.dhtf.cells, ...), key by key. Of a path of others its last part.
+  // The same below a table ("scenario": scenario.dhtf.cells, ...), "" for all; of a path of others its last part.
   std::map<std::string, std::string, std::less<>> in_force_below(std::string_view table) const;
 
  private:

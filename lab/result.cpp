@@ -29,8 +29,12 @@ std::string hash_text(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
 
-nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
-                         const std::filesystem::path& controller) {
+std::string file_hash(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return in ? hash_text(fingerprint({std::istreambuf_iterator<char>(in), {}})) : std::string();
+}
+
+nlohmann::json program_facts() {
   nlohmann::json j;
   j["arkmesh"] = ARKMESH_VERSION;
   j["versions"] = {{"commit", ARKMESH_COMMIT},
@@ -42,9 +46,14 @@ nlohmann::json run_facts(const RunConfig& config, const std::string& effective_c
 #if defined(__x86_64__)
   j["cpu"] = {{"fma", __builtin_cpu_supports("fma") != 0}, {"avx2", __builtin_cpu_supports("avx2") != 0}};
 #endif
+  return j;
+}
+
+nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
+                         const std::filesystem::path& controller) {
+  nlohmann::json j = program_facts();
   j["hashes"]["config.toml"] = hash_text(fingerprint(effective_config));
-  if (std::ifstream source(controller, std::ios::binary); source && !controller.empty())
-    j["hashes"][controller.filename().string()] = hash_text(fingerprint({std::istreambuf_iterator<char>(source), {}}));
+  if (const std::string hash = file_hash(controller); !hash.empty()) j["hashes"][controller.filename().string()] = hash;
   j["started"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   j["process"] = own_process();
   j["lab"] = config.lab;

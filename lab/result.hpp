@@ -24,6 +24,10 @@ struct Traffic {
   std::map<std::string, std::uint64_t, std::less<>> counters;  // of the link: sent, dropped, refused, ...
 };
 
+// Version of this program and of what it was built with.
+nlohmann::json program_facts();
+// FNV-1a (64 bits) of what a file says, as hash_text; empty when it cannot be read.
+std::string file_hash(const std::filesystem::path& file);
 // What is known of a run when it begins, and what its result is made with. `controller`: what simulated robots run;
 // empty when there is no such file.
 nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,

@@ -76,4 +76,12 @@ Finished run_to_end(const std::vector<std::string>& command, std::chrono::millis
   return out;
 }
 
+std::filesystem::path script_of_arkmesh(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path installed =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / name;
+  return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / name;
+}
+
 }  // namespace arkmesh::sim_ode

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,5 +17,8 @@ struct Finished {
 
 // Looks `command[0]` up in PATH. Standard input is empty. After `limit` it is killed with all that it started.
 Finished run_to_end(const std::vector<std::string>& command, std::chrono::milliseconds limit = std::chrono::minutes(1));
+
+// A script that comes with arkmesh: in share/arkmesh of an installed program, or among the sources.
+std::filesystem::path script_of_arkmesh(const std::string& name);
 
 }  // namespace arkmesh::sim_ode

@@ -10,16 +10,6 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-namespace fs = std::filesystem;
-
-// Beside an installed program, or among the sources.
-fs::path drawing_script() {
-  std::error_code ignored;
-  const fs::path installed =
-      fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" / "arkmesh" / "draw_swarm";
-  return fs::exists(installed, ignored) ? installed : fs::path(ARKMESH_SOURCE_DIR) / "scripts" / "draw_swarm";
-}
-
 // As the script's --solid wants it, behind the name: pose, then radius or corners.
 std::string described(const hal::Shape& shape, const hal::Pose& pose) {
   std::string out = fmt::format("{},{},{}:", pose.x_m, pose.y_m, pose.heading_rad);
@@ -31,9 +21,9 @@ std::string described(const hal::Shape& shape, const hal::Pose& pose) {
 
 }  // namespace
 
-void draw_swarm(const SwarmDrawing& drawing, const std::optional<fs::path>& poses) {
+void draw_swarm(const SwarmDrawing& drawing, const std::optional<std::filesystem::path>& poses) {
   if (drawing.png.empty() && drawing.video.empty()) return;
-  const fs::path script = drawing_script();
+  const std::filesystem::path script = script_of_arkmesh("draw_swarm");
   std::vector<std::string> command = {script.string(), "--arena",
                                       fmt::format("{}x{}", drawing.width_m, drawing.height_m)};
   command.push_back(poses ? poses->string() : "--try");

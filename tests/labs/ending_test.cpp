@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "app/batch.hpp"
 #include "app/joint_run.hpp"
+#include "app/lab_files.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "hal/bus.hpp"
 #include "hal/event_log.hpp"

@@ -1,0 +1,22 @@
+// manifest.json of a batch: which program ran what, from which files, and all that its runs can be repeated from. A
+// folder that was begun with another manifest is not gone on with.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "app/batch_file.hpp"
+#include "app/lab_check.hpp"
+
+namespace arkmesh::app {
+
+// `checked`: the labs of each setting, in their order. For comparison alone, some settings are enough.
+nlohmann::json make_manifest(const std::filesystem::path& file, const BatchFile& batch,
+                             const std::vector<std::vector<CheckedLab>>& checked);
+
+// What keeps a batch from going on in a folder that was begun with manifest `begun`, in one sentence that names it;
+// empty when nothing does. Looks at the files that it was begun with.
+std::string difference(const nlohmann::json& begun, const nlohmann::json& now);
+
+}  // namespace arkmesh::app

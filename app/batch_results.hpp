@@ -1,0 +1,42 @@
+// The tables of a batch: runs.csv, summary.csv and effects.csv, docs/formats.md.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "app/batch_plan.hpp"
+#include "app/batch_table.hpp"
+
+namespace arkmesh::app {
+
+class BatchResults {
+ public:
+  // Reads the results of the runs in a batch's folder.
+  BatchResults(const BatchPlan& plan, const std::filesystem::path& directory);
+
+  // A row for each run that has ended.
+  const std::vector<BatchRow>& rows() const { return rows_; }
+  std::size_t finished() const;
+  // Writes the three tables. Throws std::runtime_error when the disk is full.
+  void save() const;
+
+ private:
+  std::string runs() const;
+  std::string summary() const;
+  std::string effects() const;
+  // Finite numbers of a column, of the finished runs of each setting.
+  std::vector<std::vector<double>> by_setting(const std::string& column) const;
+  std::string label_cells(std::size_t setting) const;
+  std::string factor_names() const;
+  void add_effects(std::string& out, const std::string& column) const;
+
+  const BatchPlan& plan_;
+  std::filesystem::path directory_;
+  std::vector<BatchRow> rows_;
+  std::vector<std::string> columns_, told_;  // told_: those that the summary tells of
+};
+
+// seeds.csv, the table of `arkmesh run --seeds`: a row for each seed that has a result, and counts alone.
+std::string seeds_table(const std::vector<BatchRow>& rows);
+
+}  // namespace arkmesh::app

@@ -1,0 +1,35 @@
+#include "app/lab_files.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace arkmesh::app {
+
+std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
+  // "shark:key=value" is for lab shark alone
+  std::vector<std::string> overrides, own, names;
+  for (const std::string& set : labs.sets) (set.find(':') < set.find('=') ? own : overrides).push_back(set);
+  if (seed >= 0) overrides.push_back(fmt::format("run.seed={}", seed));
+  for (const std::string& file : labs.files)
+    names.push_back(
+        hal::Config::from_file(file, overrides).root().section("lab").get("name", std::string(), {.required = true}));
+  for (const std::string& set : own)
+    if (const std::string lab = set.substr(0, set.find(':')); std::ranges::find(names, lab) == names.end())
+      throw hal::ConfigError(
+          fmt::format("--set {}: there is no lab {} here; the labs are {}", set, lab, fmt::join(names, ", ")));
+  if (std::none_of(overrides.begin(), overrides.end(),
+                   [](const std::string& s) { return s.starts_with("shared.labs="); }))
+    overrides.push_back(fmt::format("shared.labs=[\"{}\"]", fmt::join(names, "\",\"")));
+  std::vector<hal::Config> configs;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::vector<std::string> all = overrides;
+    for (const std::string& set : own)
+      if (set.starts_with(names[i] + ":")) all.push_back(set);
+    configs.push_back(hal::Config::from_file(labs.files[i], all));
+  }
+  return configs;
+}
+
+}  // namespace arkmesh::app

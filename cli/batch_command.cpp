@@ -1,0 +1,165 @@
+// `arkmesh batch`: a grid of settings and seeds, run on all cores, or one run at a time where a cluster asks for it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "app/batch.hpp"
+#include "app/batch_results.hpp"
+#include "cli/batch_plots.hpp"
+#include "cli/batch_progress.hpp"
+#include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
+#include "cli/progress_line.hpp"
+#include "cli/slurm_array.hpp"
+#include "lab/result_file.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct BatchOptions {
+  app::Batch::Request request;
+  app::BatchPlot plot;
+  std::vector<std::string> slurm_options;
+  std::int64_t run = -1;
+  int jobs = 0;
+  bool gather = false, retry = false, slurm = false, list = false;
+};
+
+std::size_t jobs_of(const BatchOptions& options) {
+  return options.jobs > 0 ? static_cast<std::size_t>(options.jobs) : std::max(1U, std::thread::hardware_concurrency());
+}
+
+void list_runs(const app::BatchPlan& plan) {
+  for (std::size_t setting = 0; setting < plan.settings(); ++setting)
+    fmt::print("runs {}..{}: {}\n", setting * plan.seeds.size(), (setting + 1) * plan.seeds.size() - 1,
+               plan.factors.empty() ? "the labs as they are" : plan.name_of(setting));
+  fmt::print("{} settings x {} seeds = {} runs\n", plan.settings(), plan.seeds.size(), plan.runs());
+}
+
+// Tables of what there is, and the experiment's figures when all runs have ended. Returns the exit code.
+int gather(const app::Batch& batch, const std::string& why_halted) {
+  const app::BatchResults results(batch.plan(), batch.directory());
+  const std::size_t all = batch.plan().runs(), ended = results.rows().size(), finished = results.finished();
+  // first of all: on a full disk there may be no tables
+  if (ended < all)
+    fmt::print(stderr, "arkmesh: {}{} runs are still to be done; the same command goes on with them\n",
+               why_halted.empty() ? "" : why_halted + "; ", all - ended);
+  results.save();
+  fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
+             batch.directory().string());
+  if (ended < all) return why_halted == "stopped" ? 3 : 1;
+  for (const app::BatchPlot& plot : batch.plan().plots) draw_batch(batch.directory(), plot);
+  return finished == all ? 0 : 1;
+}
+
+int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, ProgressLine& line) {
+  const std::vector<std::size_t> open = batch.open_runs(options.retry);
+  std::deque<app::RunTask> tasks;
+  for (const std::size_t run : open) tasks.push_back(batch.task(run));
+  BatchProgress progress(line, batch.plan().runs(), open.size());
+  app::RunPool pool(std::move(tasks), jobs_of(options), batch.free_bytes(jobs_of(options)));
+  while (!pool.done()) {
+    if (const auto ended = pool.next(stop, 200ms)) progress.ended(*ended, batch.task(ended->number));
+    progress.show(pool.running());
+  }
+  line.done();
+  return gather(batch, pool.why_halted());
+}
+
+int run_one(const app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) {
+  const app::RunState state = batch.state_of(run);
+  if (state == app::RunState::finished || (state == app::RunState::failed && !retry)) {
+    fmt::print("run {} has its result already\n", run);
+    return 0;
+  }
+  const app::RunTask task = batch.task(run);
+  if (const std::string other = lab::running_in(task.directory); !other.empty())
+    throw hal::ConfigError(fmt::format("run {}: {} is the folder of {}", run, task.directory.string(), other));
+  return app::run_task(task, stop);
+}
+
+void hand_over(const app::BatchPlan& plan) {
+  std::vector<std::string> sets = plan.labs.sets;
+  hand_over_cameras(plan.labs.files, sets);
+  for (const app::Factor& factor : plan.factors)
+    for (const app::Factor::Level& level : factor.levels) {
+      std::vector<std::string> all = sets;
+      all.insert(all.end(), level.sets.begin(), level.sets.end());
+      hand_over_cameras(plan.labs.files, all);
+    }
+}
+
+app::BatchFolder::Use use_of(const BatchOptions& options) {
+  using Use = app::BatchFolder::Use;
+  if (options.gather || !options.plot.column.empty()) return Use::looking;
+  return options.slurm || options.run >= 0 ? Use::single_runs : Use::alone;
+}
+
+int run(const BatchOptions& options) {
+  app::Batch batch(options.request);
+  hand_over(batch.plan());
+  if (options.list) return list_runs(batch.plan()), 0;
+  if (options.run >= static_cast<std::int64_t>(batch.plan().runs()))
+    throw hal::ConfigError(
+        fmt::format("--index {}: the batch has the runs 0..{}", options.run, batch.plan().runs() - 1));
+  OperatorStop stop;
+  ProgressLine line;
+  const bool single = options.run >= 0;
+  batch.begin(use_of(options), single ? std::optional<std::size_t>(options.run) : std::nullopt, line);
+  if (single) return run_one(batch, static_cast<std::size_t>(options.run), options.retry, stop);
+  std::string why_halted;
+  int code = 0;
+  if (options.slurm)
+    why_halted = run_on_slurm(batch, {options.request, options.slurm_options, options.retry}, stop, line);
+  else if (!options.gather && options.plot.column.empty())
+    code = run_all(options, batch, stop, line);
+  if (options.slurm || options.gather) code = gather(batch, why_halted);
+  if (!options.plot.column.empty()) draw_batch(batch.directory(), options.plot);
+  return code;
+}
+
+}  // namespace
+
+void add_batch_command(CLI::App& app) {
+  auto options = std::make_shared<BatchOptions>();
+  CLI::App* command = add_command(app, "batch");
+  command->add_option("file", options->request.file, "The experiment file")->required()->check(CLI::ExistingFile);
+  command->add_option("--jobs", options->jobs, "How many runs at a time (default: one for each core)")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--out", options->request.out, "Folder of the batch (default runs/FOLDER-NAME of the file)");
+  command->add_option("--seeds", options->request.seeds, "Seeds in place of the file's: FIRST..LAST");
+  command->add_option("--set", options->request.sets, "Override a key of every lab, or of one, in all runs")
+      ->allow_extra_args(false);
+  auto* index = command->add_option("--index", options->run, "Do this run only, and write no table")
+                    ->check(CLI::NonNegativeNumber);
+  auto* slurm = command->add_flag("--slurm", options->slurm, "Do the runs as a job array of Slurm, and wait for it")
+                    ->excludes(index);
+  command->add_option("--slurm-option", options->slurm_options, "Passed to sbatch: --slurm-option=--partition=long")
+      ->needs(slurm)
+      ->allow_extra_args(false);
+  command->add_flag("--gather", options->gather, "Write the tables of the runs that have ended, and start none")
+      ->excludes(index)
+      ->excludes(slurm);
+  command->add_flag("--retry", options->retry, "Do runs that failed once more");
+  command->add_flag("--list", options->list, "Say what the batch would run, and start nothing");
+  auto* plot = command->add_option("--plot", options->plot.column, "Draw this column of the table, and start no run");
+  auto* over = command->add_option("--over", options->plot.over, "Over this key or choice")->needs(plot);
+  plot->needs(over)->excludes(index)->excludes(slurm);
+  command->add_option("--by", options->plot.by, "A line or a group of boxes for each value of this one")->needs(plot);
+  command->add_option("--kind", options->plot.kind, "box or line; default: what suits the key")->needs(plot);
+  command->footer(
+      "Examples:\n  arkmesh batch experiments/dhtf/batch.toml\n  arkmesh batch study.toml --seeds 1..5 --out runs/try\n"
+      "  arkmesh batch study.toml --plot completed --over gate.period_s\n"
+      "The same command again goes on where a batch was stopped or killed.");
+  command->callback([options] {
+    if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
+  });
+}
+
+}  // namespace arkmesh::cli

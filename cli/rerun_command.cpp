@@ -1,0 +1,93 @@
+// `arkmesh rerun`: a run once more, from its folder alone.
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "app/joint_run.hpp"
+#include "app/recorded_run.hpp"
+#include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/program.hpp"
+#include "cli/progress_line.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RerunOptions {
+  std::string place, out;
+  std::int64_t index = -1;
+};
+
+// A folder for a run that nobody keeps.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "arkmesh-rerun-XXXXXX").string();
+    if (!::mkdtemp(name.data()))
+      throw std::runtime_error(fmt::format("{}: cannot be made; give a folder with --out", name));
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+int rerun(const RerunOptions& options) {
+  const app::RecordedRun recorded(options.place,
+                                  options.index < 0 ? std::nullopt : std::optional<std::size_t>(options.index));
+  hand_over_cameras(recorded.config_files(), {});
+  for (const std::string& change : recorded.changes()) fmt::print(stderr, "arkmesh: {}\n", change);
+  const std::optional<ScratchFolder> scratch =
+      options.out.empty() ? std::optional<ScratchFolder>(std::in_place) : std::nullopt;
+  const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
+  OperatorStop stop;
+  app::JointRun run(recorded.configs(), directory);
+  ProgressLine progress(run.names());
+  const nlohmann::json result = run.run(stop, &progress);
+  if (stop.stopped()) return exit_code("stopped");
+  const std::string now = result.at("final_hash").get<std::string>();
+  const bool is_equal = now == recorded.final_hash();
+  fmt::print("{}: final hash {}", is_equal ? "equal" : "different", now);
+  if (!is_equal) fmt::print(", and it was {}", recorded.final_hash());
+  if (const std::string first = recorded.first_difference(directory); !is_equal && !first.empty())
+    fmt::print("; the first difference is in {}", first);
+  fmt::print("\n");
+  return is_equal ? 0 : 1;
+}
+
+}  // namespace
+
+void add_rerun_command(CLI::App& app) {
+  auto options = std::make_shared<RerunOptions>();
+  CLI::App* command = add_command(app, "rerun");
+  command
+      ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
+      ->required()
+      ->check(CLI::ExistingPath);
+  command->add_option("--index", options->index, "Which run of the batch")->check(CLI::NonNegativeNumber);
+  command->add_option("--out", options->out, "Keep the new run in this folder, empty or new");
+  command->footer(
+      "Examples:\n  arkmesh rerun runs/20240101-120000-roark-shark\n"
+      "  arkmesh rerun runs/dhtf-batch/manifest.json --index 17\n"
+      "Exit code 0: the same final hash; 1: another one.");
+  command->callback([options] {
+    if (const int code = rerun(*options); code != 0) throw CLI::RuntimeError(code);
+  });
+}
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,117 @@
+// What `arkmesh batch` and `arkmesh rerun` refuse, and a run that is repeated from its folder.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/process/batch_bench.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using tests::BatchBench, tests::small_batch, tests::small_labs;
+namespace fs = std::filesystem;
+
+TEST_CASE("a batch refuses in one sentence what cannot be run, before anything starts") {
+  BatchBench bench;
+  const auto refused = [&](const std::string& text, const std::string& with, std::vector<std::string> more = {}) {
+    const auto [code, said] = bench.batch(bench.file(text), "refused", std::move(more));
+    CAPTURE(text);
+    CAPTURE(said);
+    CHECK(code == 2);
+    CHECK(said.find(with) != std::string::npos);
+    CHECK(said.find("arkmesh: ") != std::string::npos);
+    CHECK(said.find('\n') == said.size() - 1);
+    CHECK_FALSE(fs::exists(bench.folder.path() / "refused"));
+  };
+  refused(small_batch + "gate.perid_s = [1, 2]\n", "did you mean 'gate.period_s'?");
+  refused(small_batch + "gate.perid_s = [1, 2]\n", "small.toml:9: gate.perid_s=1");
+  refused(small_batch + "arena.ode.friction = [0.1, -1]\n", "arena.ode.friction=-1");
+  refused(small_batch + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark here");
+  refused(small_batch + "gate.slack = [0, 99]\n", "must be between 0 and 8");
+  refused(small_labs + "seeds = 1\n[sweep]\nrun.scenario = [\"dhtf\", \"chess\"]\n", "is none of: ");
+  refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
+  refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
+  refused(small_batch, "the batch has the runs 0..15", {"--index", "16"});
+  refused(small_batch, "holds no batch", {"--gather"});
+  refused(small_batch, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
+  refused(small_batch, "--seeds 5..2", {"--seeds", "5..2"});
+  refused(small_batch, "gives this key a value of its own", {"--set", "gate.period_s=4"});
+}
+
+TEST_CASE("a batch's folder is gone on with by the same experiment and version only") {
+  BatchBench bench;
+  const std::string text = small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 4\narena.robots = 2\n";
+  REQUIRE(bench.batch(bench.file(text), "out").first == 0);
+  const auto refused = [&](const std::string& changed, const std::string& with, std::vector<std::string> more = {}) {
+    const auto [code, said] = bench.batch(bench.file(changed), "out", std::move(more));
+    CAPTURE(said);
+    CHECK(code == 2);
+    CHECK(said.find(with) != std::string::npos);
+    CHECK(said.find("give another folder with --out") != std::string::npos);
+  };
+  refused(text + "gate.period_s = 1\n", "begun with other settings of all runs");
+  refused(text, "begun with other seeds", {"--seeds", "1..3"});
+  refused(text + "[sweep]\ngate.slack = [0, 1]\n", "begun with another grid");
+  refused(text + "# a word\n", "small.toml was changed since it was begun");
+  CHECK(bench.batch(bench.file(text), "out").first == 0);
+  // from another folder, with relative names
+  tests::Process elsewhere(
+      "/bin/sh",
+      {"-c", fmt::format("cd {} && {} batch small.toml --out out", bench.folder.path().string(), ARKMESH_PROGRAM)},
+      bench.folder.path() / "elsewhere.txt");
+  CHECK(elsewhere.wait(60s) == 0);
+  const fs::path manifest = bench.folder.path() / "out/manifest.json";
+  nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
+  other["arkmesh"] = "0.0.1";
+  std::ofstream(manifest) << other;
+  refused(text, "it was begun with arkmesh 0.0.1");
+  fs::create_directory(bench.folder.path() / "full");
+  std::ofstream(bench.folder.path() / "full/thesis.tex") << "years";
+  const auto [code, said] = bench.batch(bench.file(text), "full");
+  CHECK(code == 2);
+  CHECK(said.find("is not the folder of a batch") != std::string::npos);
+}
+
+TEST_CASE("a run is repeated from its folder alone, also from a copy, and a difference is told") {
+  BatchBench bench;
+  const fs::path file = bench.file(small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n");
+  REQUIRE(bench.batch(file, "out").first == 0);
+  const fs::path out = bench.folder.path() / "out", copy = bench.folder.path() / "elsewhere/run";
+  const auto rerun = [&](const fs::path& what, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"rerun", what.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return bench.run(words);
+  };
+  const auto equal = rerun(out / "manifest.json", {"--index", "1"});
+  CAPTURE(equal.second);
+  CHECK(equal.first == 0);
+  CHECK(equal.second.find("equal: final hash ") != std::string::npos);
+  fs::create_directories(copy.parent_path());
+  fs::copy(out / "runs/00001", copy, fs::copy_options::recursive);
+  fs::remove_all(out / "runs/00001");
+  CHECK(rerun(copy).first == 0);
+  CHECK(rerun(copy / "result.json").first == 0);
+  CHECK(rerun(copy / "shark/config.toml").first == 0);
+  // another seed is another run
+  std::string config = tests::read_file(copy / "shark/config.toml");
+  const std::size_t seed = config.find("seed = 2");
+  REQUIRE(seed != std::string::npos);
+  config.replace(seed, 8, "seed = 3");
+  std::ofstream(copy / "shark/config.toml") << config;
+  const auto different = rerun(copy);
+  CAPTURE(different.second);
+  CHECK(different.first == 1);
+  CHECK(different.second.find("was changed since the run") != std::string::npos);
+  CHECK(different.second.find("different: final hash ") != std::string::npos);
+  CHECK(different.second.find("the first difference is in period ") != std::string::npos);
+  // what cannot be repeated
+  CHECK(rerun(out).second.find("say with --index") != std::string::npos);
+  CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
+  fs::remove(copy / "shark/config.toml");
+  CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
+  CHECK(rerun(file).second.find("is neither a run's folder") != std::string::npos);
+}

@@ -1,0 +1,145 @@
+"""The figures and the page that are made from batches: on small tables as a batch writes them, and statistics against published values."""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts/figures"))
+import published  # noqa: E402
+import samples  # noqa: E402
+
+HEAD = ["run", "setting"]
+TAIL = ["seed", "state", "why", "final_hash"]
+
+
+def make_batch(folder, factors, rows):
+    """A batch's folder with its table; `rows` are pairs of labels and numbers by column."""
+    folder.mkdir(parents=True)
+    columns = sorted({name for _, numbers in rows for name in numbers})
+    with open(folder / "runs.csv", "w", newline="") as table:
+        writer = csv.writer(table)
+        writer.writerow([*HEAD, *factors, *TAIL, *columns])
+        for run, (labels, numbers) in enumerate(rows):
+            writer.writerow([run, 0, *labels, run + 1, "finished", "", "abc", *(numbers.get(name, "") for name in columns)])
+        writer.writerow([len(rows), 0, *(["?"] * len(factors)), 9, "failed", "why", "", *[""] * len(columns)])
+    (folder / "manifest.json").write_text(json.dumps({"arkmesh": "0.1.0", "versions": {"commit": "0123456789abcdef"}, "seeds": [1, 2, 3],
+                                                      "experiment": {"file": "batch.toml"}}))
+
+
+def dhtf_rows(scale):
+    """Runs with the published counts, times `scale`."""
+    return [((pair, mix), {"completed": round(scale * n)}) for (pair, mix), counts in published.DHTF_RUNS.items() for n in counts]
+
+
+class Figures(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.scratch = pathlib.Path(scratch.name)
+
+    def run_script(self, name, *arguments):
+        return subprocess.run([ROOT / "scripts" / name, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+    def page(self):
+        done = self.run_script("figures/experiments", "--runs", self.scratch / "runs", "--out", self.scratch / "docs/page.md")
+        page = self.scratch / "docs/page.md"
+        return done, page.read_text() if page.is_file() else ""
+
+    def test_statistics_have_published_values(self):
+        """Student's t from tables; Wilson's interval of 81 of 263 (Newcombe 1998); 3 of 10 against one half."""
+        for degrees, t in ((1, 12.706), (4, 2.776), (9, 2.262), (30, 2.042), (1000, 1.962)):
+            self.assertAlmostEqual(samples.t95(degrees), t, delta=0.001)
+        p, low, high = samples.share_interval(81, 263)
+        self.assertEqual([round(x, 4) for x in (p, low, high)], [0.308, 0.2553, 0.3662])
+        self.assertAlmostEqual(samples.binomial_test(3, 10, 0.5), 0.34375)
+        self.assertAlmostEqual(samples.binomial_test(63, 100, 0.5), 0.0120, delta=0.0001)
+        d, low, high = samples.difference([1, 2, 3], [21, 22, 23])
+        self.assertEqual([round(x, 3) for x in (d, low, high)], [20, 17.733, 22.267])
+
+    def test_plots(self):
+        """Boxes over a choice, lines over a number, and sentences for what cannot be drawn."""
+        make_batch(self.scratch / "b", ["pair", "gate.period_s"], [((pair, x), {"completed": len(pair) + float(x) + i})
+                                                                   for pair in ("Ro", "Sh") for x in ("0.1", "2", "10") for i in range(3)])
+        for options in (["--over", "pair", "--by", "gate.period_s"], ["--over", "gate.period_s"], ["--over", "gate.period_s", "--kind", "box"]):
+            out = self.scratch / "plot.png"
+            done = self.run_script("plot_batch", self.scratch / "b", "--column", "completed", *options, "--out", out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(out.read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+            out.unlink()
+        for options, words in ((["--column", "complete", "--over", "pair"], "no column complete; there are completed"),
+                               (["--column", "completed", "--over", "pair", "--kind", "line"], "needs numbers"),
+                               (["--column", "why", "--over", "pair"], "no finished run with a number")):
+            done = self.run_script("plot_batch", self.scratch / "b", *options)
+            self.assertEqual((done.returncode, words in done.stderr, done.stderr.count("\n")), (1, True, 1), done.stderr)
+        self.assertIn("holds no runs.csv", self.run_script("plot_batch", self.scratch, "--column", "a", "--over", "b").stderr)
+
+    def test_page_agrees_with_the_published_counts(self):
+        """Our table made of the published software's own counts differs by nothing."""
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["pair", "mix"], dhtf_rows(1.0))
+        done, page = self.page()
+        self.assertEqual(done.returncode, 0, done.stderr + page)
+        self.assertEqual(page.count("| +0 % |"), 9)
+        self.assertEqual(page.count("| agrees |"), 9)
+
+    def test_page_names_what_does_not_agree(self):
+        """A third more than published is said in the table and on top; with the paper's own claims the order is judged."""
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["pair", "mix"], dhtf_rows(1.34))
+        make_batch(self.scratch / "runs/dhtf-batch", ["pair", "mix"], dhtf_rows(1.0))
+        done, page = self.page()
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("**What does not agree:** DHTF beside the published software, Sh-Ro, all easy: +34 %", page)
+        self.assertIn("**does not agree**", page)
+        self.assertIn("| Ro-Ro: all easy > mixed | +71.9 |", page)
+        self.assertTrue((self.scratch / "docs/experiments/dhtf.png").is_file())
+
+    def test_page_of_cre(self):
+        """Runs as the paper has them agree; without consensus they do not."""
+        def run(kind, i):
+            slow = kind == "symmetric"
+            south = not slow or i % 2
+            return (kind,), {"consensus.south": int(south), "consensus.north": int(not south), "consensus.ms": 1000 * (500 if slow else 60) + i,
+                             "ground.followed_ms": 1000 * (700 if slow else 200) + i, "ground.south_ppm": 950_000 if south else 50_000,
+                             "ground.middle_peak_ppm": 450_000}
+
+        make_batch(self.scratch / "runs/cre-batch", ["resources"], [run(kind, i) for kind in ("asymmetric", "symmetric") for i in range(40)])
+        done, page = self.page()
+        self.assertEqual(done.returncode, 0, page)
+        self.assertIn("| 40 of 40 |", page)
+        self.assertIn("20 of 40 south", page)
+        self.assertIn("| 500 s, 60 s |", page)
+        for row in ("asymmetric", "symmetric"):
+            self.assertIn({"asymmetric": "10/35", "symmetric": "35/35"}[row], page)
+        table = self.scratch / "runs/cre-batch/runs.csv"
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        for row in rows[:10]:
+            row["consensus.south"], row["consensus.ms"] = "0", ""
+        with open(table, "w", newline="") as out:
+            writer = csv.DictWriter(out, rows[0].keys())
+            writer.writeheader()
+            writer.writerows(rows)
+        done, page = self.page()
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("30 of 40", page.split("\n")[4])
+
+    def test_page_of_causes(self):
+        """What changes the mean for certain is named, the largest first."""
+        rows = [((cause, mix), {"completed": base + step + i % 3}) for cause, step in (("as it is", 0), ("ice", 60), ("glue", -20))
+                for mix, base in (("all easy", 150), ("mixed", 80), ("all hard", 40)) for i in range(6)]
+        make_batch(self.scratch / "runs/dhtf-causes", ["cause", "mix"], rows)
+        done, page = self.page()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(page.index("ice (all hard: +146 %)"), page.index("glue (all hard: -49 %)"))
+
+    def test_nothing_to_tell(self):
+        """Without batches it says which there could be."""
+        (self.scratch / "runs").mkdir()
+        done, _ = self.page()
+        self.assertEqual((done.returncode, "run the batches first" in done.stderr), (1, True))
+
+
+if __name__ == "__main__":
+    unittest.main()
