@@ -76,11 +76,28 @@ class Scripts(unittest.TestCase):
         self.assertEqual((refused.returncode, "holds no whole period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))
 
     def test_plot_of_another_scenario(self):
-        """Without sites and tasks the robots are drawn alone."""
+        """Without sites and tasks the robots are drawn alone; with the overlay that a scenario shows, and with the swarms of CRE over time."""
         for lab in run_folder.LABS:
             (self.run_dir / lab / "config.toml").unlink()
             (self.run_dir / lab / "completed.csv").unlink()
-        self.assertEqual(script("plot", self.run_dir).returncode, 0)
+
+        def picture():
+            drawn = script("plot", self.run_dir)
+            self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+            return (self.run_dir / "picture.png").read_bytes()
+
+        alone = picture()
+        circles = [run_folder.new("overlay_circle_t", x_m=0.1, y_m=-0.1, radius_m=0.1, colour=colour, dashed=colour == 1, text="N 10")
+                   for colour in (0, 1, 4)]
+        overlay = run_folder.new("overlay_t", stamp_us=8_000_000, n_circles=3, circles=circles)
+        self.log.write_bytes(self.log.read_bytes() + run_folder.event(11, 1e9 + 8, "overlay", overlay.encode()))
+        with_overlay = picture()
+        self.assertNotEqual(with_overlay, alone)
+        header = "period,time_s,uncommitted,north,south,ground,ground_south\n"
+        (self.run_dir / "shark/swarms.csv").write_text(header + "0,0.0,20,0,0,80,40\n1,2.0,10,2,8,80,50\n2,4.0,9,1,1")
+        self.assertNotEqual(picture(), with_overlay)
+        (self.run_dir / "shark/swarms.csv").write_text(header)
+        picture()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,158 @@
+#include "scenarios/cre/cre.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "scenarios/wall_sensor.hpp"
+
+namespace arkmesh::scenarios::cre {
+namespace {
+
+constexpr hal::LabTime averaged{60'000'000};  // of the means that a result states
+
+}  // namespace
+
+Cre::Cre(Settings settings)
+    : settings_(std::move(settings)), figures_(settings_.consensus, averaged), messages_(settings_.repeat) {}
+
+void Cre::begin(lab::Lab& lab) {
+  const auto places = static_cast<std::size_t>(settings_.grid) * static_cast<std::size_t>(settings_.grid);
+  constexpr std::int64_t far_um = 1'000'000'000, many = 1'000'000'000;
+  // The ground lab's alone, though any lab may declare them: others are not read.
+  lab.declare({.name = "ground_um", .length = 2, .low = 1, .high = far_um, .initial_only = true});
+  lab.declare({.name = "active", .length = places, .low = 0, .high = 1});
+  lab.declare({.name = "harvested", .length = 2, .low = 0, .high = many});
+  if (!is_ground(lab)) return;
+  const double width_m = lab.arena().width_m, height_m = lab.arena().height_m;
+  lab.publish("ground_um", {std::llround(width_m * 1e6), std::llround(height_m * 1e6)});
+  resources_.emplace(places_on_grid(settings_.grid, width_m, height_m), settings_.resources_north,
+                     settings_.resources_south, lab.random("resources"));
+  lab.publish("active", resources_->active());
+  lab.publish("harvested", resources_->harvested());
+}
+
+hal::Pose Cre::in_ground(const lab::Lab& lab, const hal::Pose& in_shared) const {
+  return lab.projection(settings_.roles.ground).to_arena(in_shared);
+}
+
+std::uint8_t Cre::wall_near(const lab::Lab& lab, const hal::Pose& in_arena) const {
+  return wall_of(blocked_sectors(in_arena, lab.arena().width_m, lab.arena().height_m, settings_.wall_zone_m));
+}
+
+void Cre::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+  if (places_.empty()) return;
+  if (lab.now() >= rules_at_) {
+    lab.command(rules_of(settings_));
+    rules_at_ = lab.now() + settings_.rules_repeat;
+  }
+  is_ground(lab) ? ground_poses(lab, frame) : flying_poses(lab, frame);
+}
+
+// Harvests, and tells robots of walls and of what they hear.
+void Cre::ground_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+  bool harvested = false;
+  for (const hal::Observation& seen : frame.robots) {
+    harvested |= resources_->harvest(seen.pose, settings_.resource_radius_m, lab.random("respawn"));
+    if (const auto wall = messages_.wall(lab.now(), seen.robot, wall_near(lab, seen.pose))) lab.say(*wall);
+    const Speaker* speaker = nearest_speaker(speakers_, seen.pose, settings_.hear_radius_m);
+    if (const auto heard = messages_.heard(lab.now(), seen.robot, seen.pose, seen.led, speaker)) lab.say(*heard);
+  }
+  if (!harvested) return;
+  lab.publish("active", resources_->active());
+  lab.publish("harvested", resources_->harvested());
+}
+
+// Readings of all robots in one frame.
+void Cre::flying_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+  if (lab.now() < reading_at_) return;
+  reading_at_ = lab.now() + settings_.sense;
+  const double radius_m =
+      settings_.sense_radius_m * lab.projection().scale / lab.projection(settings_.roles.ground).scale;
+  for (const hal::Observation& seen : frame.robots) {
+    const hal::Pose at = in_ground(lab, lab.projection().to_shared(seen.pose));
+    lab.say(reading(seen.robot, look(at, radius_m, places_, active_), wall_near(lab, seen.pose)));
+  }
+}
+
+// Where the places are, once the ground lab's first state is there.
+void Cre::place(lab::Lab& lab) {
+  const auto& size_um = lab.initial_field(settings_.roles.ground, "ground_um");
+  if (size_um.size() != 2) {
+    lab.counts().add("places.missing");
+    return;
+  }
+  width_m_ = static_cast<double>(size_um[0]) * 1e-6;
+  height_m_ = static_cast<double>(size_um[1]) * 1e-6;
+  places_ = places_on_grid(settings_.grid, width_m_, height_m_);
+}
+
+// Which flying robots can be heard from now on: those that are committed. A lab that is cut off is not heard.
+void Cre::listen(lab::Lab& lab) {
+  speakers_.clear();
+  const lab::LabState& flying = lab.state(settings_.roles.flying);
+  if (flying.period <= std::exchange(listened_, flying.period)) return;
+  for (const lab::SharedRobot& robot : flying.robots)
+    if (const auto region = opinion_of(robot.led)) speakers_.push_back({in_ground(lab, robot.in_shared), *region});
+}
+
+// What all labs have merged, as a row and as the result.
+void Cre::record(lab::Lab& lab) {
+  Swarms now{.time = lab.now()};
+  for (const lab::SharedRobot& robot : lab.state(settings_.roles.flying).robots) {
+    const auto region = opinion_of(robot.led);
+    ++(region ? now.committed[index(*region)] : now.uncommitted);
+  }
+  for (const lab::SharedRobot& robot : lab.state(settings_.roles.ground).robots)
+    now.add_ground(in_ground(lab, robot.in_shared), height_m_);
+  std::vector<std::int64_t> harvested = lab.field(settings_.roles.ground, "harvested");
+  harvested.resize(2);
+  lab.row("swarms", swarms_header(), swarms_row(now, lab.period(), harvested));
+  figures_.add(now);
+  figures_.tell(lab.counts());
+  lab.counts().set("harvested.north", static_cast<std::uint64_t>(harvested[0]));
+  lab.counts().set("harvested.south", static_cast<std::uint64_t>(harvested[1]));
+}
+
+// Regions as large dashed circles with their numbers, and the resources, red in the north and blue in the south.
+void Cre::draw(lab::Lab& lab) const {
+  const hal::Projection& ground = lab.projection(settings_.roles.ground);
+  const double scale = ground.scale / lab.projection().scale;
+  const auto circle = [&](const hal::Pose& centre, double radius_m, Region region, bool dashed, std::string text) {
+    const hal::Pose at = lab.projection().to_arena(ground.to_shared(centre));
+    lab.draw({.x_m = at.x_m,
+              .y_m = at.y_m,
+              .radius_m = radius_m * scale,
+              .colour = region == Region::north ? for_north : for_south,
+              .dashed = dashed,
+              .text = std::move(text)});
+  };
+  const auto region_circle = [&](Region region, const char* name, int resources) {
+    const double y_m = (region == Region::north ? 1 : -1) * height_m_ / 4;
+    circle({.x_m = 0, .y_m = y_m}, height_m_ / 4, region, true, fmt::format("{} {}", name, resources));
+  };
+  region_circle(Region::north, "N", settings_.resources_north);
+  region_circle(Region::south, "S", settings_.resources_south);
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    if (active_[i] == 1) circle(places_[i], settings_.resource_radius_m, region_of(places_[i]), false, "");
+}
+
+void Cre::on_period(lab::Lab& lab) {
+  if (places_.empty()) place(lab);
+  if (places_.empty()) return;
+  const auto& active = lab.field(settings_.roles.ground, "active");
+  if (active.size() == places_.size())
+    active_ = active;
+  else
+    active_.resize(places_.size());
+  if (is_ground(lab)) listen(lab);
+  record(lab);
+  draw(lab);
+}
+
+bool Cre::finished(const lab::Lab&) const {
+  return false;
+}
+
+}  // namespace arkmesh::scenarios::cre

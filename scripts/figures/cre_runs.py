@@ -1,0 +1,95 @@
+"""Runs of CRE over many seeds, and what they say: for the scripts beside it."""
+import csv
+import math
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LABS = [ROOT / "experiments/cre/meadow.toml", ROOT / "experiments/cre/sky.toml"]
+
+# The paper's two experiments: active resources in the north and in the south, and how long a run lasts here.
+EXPERIMENTS = {
+    "asymmetric": {"scenario.cre.resources_north": 10, "scenario.cre.resources_south": 35, "run.duration_s": 900},
+    "symmetric": {"scenario.cre.resources_north": 35, "scenario.cre.resources_south": 35, "run.duration_s": 1800},
+}
+
+
+def options_of(parser):
+    """The options that all scripts have."""
+    parser.add_argument("--arkmesh", default=ROOT / "build/release/arkmesh")
+    parser.add_argument("--seeds", default="1001..1100", help="FIRST..LAST (default 1001..1100)")
+    parser.add_argument("--jobs", default=2, type=int, help="runs at a time (default 2)")
+    parser.add_argument("--set", action="append", default=[], help="a further override for all labs")
+
+
+def run(options, experiment, sets=(), folder=None):
+    """A row for each seed: names and whole numbers of result.json's counts, and, if `folder` is given, `swarms`: the rows of swarms.csv."""
+    with tempfile.TemporaryDirectory(prefix="cre_runs.") as scratch:
+        out = Path(folder or scratch)
+        command = [options.arkmesh, "run", *LABS, "--seeds", options.seeds, "--jobs", options.jobs, "--out", out]
+        settings = [f"{key}={value}" for key, value in EXPERIMENTS[experiment].items()]
+        for setting in ["recorder.log=false", *settings, *options.set, *sets]:
+            command += ["--set", setting]
+        done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+        if done.returncode != 0:
+            sys.exit(f"{experiment}, {' '.join(sets) or 'as it is'}: a run failed\n{done.stderr[-2000:]}{done.stdout[-2000:]}")
+        rows = []
+        with open(out / "seeds.csv") as table:
+            for row in csv.DictReader(table):
+                rows.append({name: int(value) for name, value in row.items() if name not in ("ended", "final_hash")})
+                if folder:
+                    with open(out / f"seed-{row['seed']}" / "meadow/swarms.csv") as swarms:
+                        rows[-1]["swarms"] = [{name: float(value) for name, value in each.items()} for each in csv.DictReader(swarms)]
+        return rows
+
+
+def quantile(values, q):
+    """The smallest value that at least a share q of all do not exceed; nan of nothing."""
+    ordered = sorted(values)
+    return ordered[max(0, math.ceil(q * len(ordered)) - 1)] if ordered else math.nan
+
+
+def summary(rows):
+    """What a set of runs says. Times in seconds, shares 0..1."""
+    agreed = [row for row in rows if row.get("consensus.ms", 0) > 0]
+    times = [row["consensus.ms"] / 1e3 for row in agreed]
+    followed = [row for row in agreed if row.get("ground.followed_ms", 0) > 0]
+    late = [row["ground.middle_peak_ppm"] / 1e6 for row in agreed if row["consensus.ms"] > 120_000]
+    with_winner = [row["ground.south_ppm"] / 1e6 if row["consensus.south"] else 1 - row["ground.south_ppm"] / 1e6 for row in agreed]
+    return {
+        "runs": len(rows),
+        "south": sum(row["consensus.south"] for row in rows),
+        "north": sum(row["consensus.north"] for row in rows),
+        "times": times,
+        "by": lambda seconds: sum(t <= seconds for t in times) / len(rows),
+        "held": sum(row["consensus.held"] for row in agreed) / max(1, sum(row["consensus.periods"] for row in agreed)),
+        "behind": [(row["ground.followed_ms"] - row["consensus.ms"]) / 1e3 for row in followed],
+        "followed": len(followed),
+        "ground_south": [row["ground.south_ppm"] / 1e6 for row in rows],
+        "ground_with_winner": with_winner,
+        "last_minute": [max(row["flying.north_ppm"], row["flying.south_ppm"]) / 1e6 for row in rows],
+        "middle_late": late,
+    }
+
+
+def two_sided(successes, runs):
+    """Probability of a split at least as uneven, when both sides are equally likely: the exact binomial test."""
+    tail = sum(math.comb(runs, k) for k in range(min(successes, runs - successes) + 1)) / 2**runs
+    return min(1.0, 2 * tail)
+
+
+def interval(successes, runs):
+    """Wilson's interval of 95 % for a share."""
+    z, share = statistics.NormalDist().inv_cdf(0.975), successes / runs
+    centre, spread = share + z * z / (2 * runs), z * math.sqrt(share * (1 - share) / runs + z * z / (4 * runs * runs))
+    return (centre - spread) / (1 + z * z / runs), (centre + spread) / (1 + z * z / runs)
+
+
+def write_between(page, name, text):
+    """Replaces what stands in a document between <!-- NAME --> and <!-- NAME: end -->."""
+    before, rest = page.read_text().split(f"<!-- {name} -->\n")
+    after = rest.split(f"<!-- {name}: end -->")[1]
+    page.write_text(f"{before}<!-- {name} -->\n{text}<!-- {name}: end -->{after}")
