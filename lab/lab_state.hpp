@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct LabState {
   std::vector<SharedRobot> robots;  // ascending id
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, std::string, std::less<>> settings;  // state 0 only
+  // Robots and fields are those of an earlier boundary (gate.exchange); none: of this one.
+  std::optional<std::uint32_t> made_at;
+  bool carried = true;  // false: in a message that leaves them out, because its receiver knows them
 };
 
 }  // namespace arkmesh::lab

@@ -9,7 +9,8 @@ void OwnState::add(const hal::PoseFrame& frame) {
   hash_.add(frame_);
 }
 
-LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
+// Robots and fields as they are.
+LabState OwnState::payload_now(std::uint32_t period, const LabData& lab) const {
   LabState own;
   own.period = period;
   const hal::Projection& projection = lab.projections.at(lab.name);
@@ -24,17 +25,34 @@ LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
     const auto it = lab.fields.find(rule.name);
     if (it == lab.fields.end() || (rule.initial_only && period > 0)) continue;
     own.fields.emplace(rule.name, it->second);
-    // The owner's choices never enter the hash.
-    if (!rule.initial_only)
-      for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
   }
   // What nobody declared is there to be refused.
   for (const auto& [name, values] : lab.fields)
     if (std::ranges::find(lab.rules, name, &FieldRule::name) == lab.rules.end()) own.fields.emplace(name, values);
+  return own;
+}
+
+LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
+  LabState own = payload_now(period, lab);
+  // The owner's choices never enter the hash. Everything else does at every boundary, told anew or not.
+  for (const FieldRule& rule : lab.rules) {
+    if (rule.initial_only || rule.bookkeeping) continue;
+    if (const auto it = own.fields.find(rule.name); it != own.fields.end())
+      for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
+  }
   for (const auto& [purpose, stream] : lab.streams) hash_.add(stream.count());
   if (period == 0) own.settings = settings_;
   own.hash = hash_.value();
+  payload_.settle(own, lab.rules);
+  next_ = period + 1;
   return own;
+}
+
+std::optional<LabState> OwnState::event(const LabData& lab) {
+  if (next_ == 0 || !payload_.by_events()) return {};
+  LabState now = payload_now(next_, lab);
+  if (!payload_.tell_early(now, lab.rules)) return {};
+  return now;
 }
 
 }  // namespace arkmesh::lab

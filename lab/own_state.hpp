@@ -3,19 +3,25 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "hal/types.hpp"
 #include "lab/behaviour_hash.hpp"
 #include "lab/lab_data.hpp"
 #include "lab/lab_state.hpp"
+#include "lab/payload.hpp"
 
 namespace arkmesh::lab {
 
 class OwnState {
  public:
   // `settings`: what all labs must have alike; part of state 0.
-  explicit OwnState(std::map<std::string, std::string, std::less<>> settings) : settings_(std::move(settings)) {}
+  // `exchange`: when robots and fields are told anew; `is_owner`: of the shared things.
+  explicit OwnState(std::map<std::string, std::string, std::less<>> settings, const Exchange& exchange = {},
+                    bool is_owner = true)
+      : settings_(std::move(settings)), payload_(exchange, is_owner) {}
 
   // The newest frame: its robots are those of the next state.
   void add(const hal::PoseFrame& frame);
@@ -24,11 +30,18 @@ class OwnState {
   // State `period`. Call once per boundary, in order. Declared fields and random streams of `lab` become part of the
   // hash.
   LabState at_boundary(std::uint32_t period, const LabData& lab);
+  // Exchange by events, between boundaries: what is so now, as of the next one, when that is an event after what peers
+  // were told last; none when it is not. Touches no hash.
+  std::optional<LabState> event(const LabData& lab);
   // Of all frames and boundaries so far.
   std::uint64_t hash() const { return hash_.value(); }
 
  private:
+  LabState payload_now(std::uint32_t period, const LabData& lab) const;
+
   std::map<std::string, std::string, std::less<>> settings_;
+  OwnPayload payload_;
+  std::uint32_t next_ = 0;  // period
   hal::PoseFrame frame_;
   BehaviourHash hash_;
 };

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -30,6 +31,8 @@ std::optional<PeerExchange::Now> limit_of(const RunConfig& config, bool can_wait
 
 PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
     : lab_(config.lab),
+      owner_(config.owner),
+      exchange_(config.exchange),
       period_length_(config.period),
       max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
@@ -38,10 +41,13 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .slack = config.slack,
              .last_period = config.last_period,
              .run_id = run_id,
-             .can_wait = can_wait}),
+             .can_wait = can_wait,
+             .exchange = config.exchange,
+             .until_confirmed = config.exchange.mode == Exchange::Mode::mixed && config.lab != config.owner}),
       monitor_(config.lab, gate_.peers()),
       patience_(config, gate_, monitor_),
-      news_(config.lab, limit_of(config, can_wait)) {
+      news_(config.lab, limit_of(config, can_wait)),
+      events_(config.exchange.confirmed_within(config.slack)) {
   subscriptions_.push_back(bus_.subscribe(
       "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
   subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
@@ -58,6 +64,7 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
     patience_.note_refused(origin, fmt::format("its message is ill-formed ({})", why), now_);
     return counters_.add(fmt::format("world.refused.{}", why));
   }
+  tally_.heard(origin, message, bytes.size());
   const std::uint64_t before = gate_.run_id(origin);
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
@@ -83,9 +90,32 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
 }
 
 void PeerExchange::publish(LabState own) {
+  const bool is_event = exchange_.by_events(lab_ == owner_) && own.period > 0 && !own.made_at && !gate_.peers().empty();
+  if (exchange_.mode == Exchange::Mode::event) events_.shown(gate_.acknowledged());
+  events_.published(own.period, is_event);
   gate_.publish(std::move(own));
   patience_.note_published(now_);
   publish_world();
+}
+
+void PeerExchange::publish_early(LabState event) {
+  gate_.publish_early(std::move(event));
+  tally_.told_early();
+  publish_world();
+}
+
+// By event: peers have received it. Mixed: the owner has merged it and says so.
+void PeerExchange::note_confirmed(const std::vector<MergedState>& merged) {
+  if (exchange_.mode == Exchange::Mode::event) events_.shown(gate_.acknowledged());
+  if (exchange_.mode != Exchange::Mode::mixed || lab_ == owner_) return;
+  const auto owner = std::ranges::find(merged, owner_, &MergedState::lab);
+  const auto own = std::ranges::find(merged, lab_, &MergedState::lab) - merged.begin();
+  if (owner == merged.end()) return;
+  const auto applied = owner->state->fields.find(applied_rule(merged.size()).name);
+  if (applied == owner->state->fields.end() || applied->second.size() != merged.size()) return;
+  const std::int64_t shown = applied->second[static_cast<std::size_t>(own)];
+  events_.shown(shown);
+  gate_.confirm(shown);
 }
 
 std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
@@ -94,6 +124,8 @@ std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
   patience_.note_passed(k, now_);
   auto merged = gate_.merge(k);
   news_.note(merged, now_);
+  if (k > 0) tally_.applied(merged, lab_);
+  note_confirmed(merged);
   return merged;
 }
 
@@ -119,9 +151,11 @@ bool PeerExchange::may_begin_next_period() const {
 }
 
 void PeerExchange::publish_world() {
-  const world_t message = to_message(gate_.message());
-  if (const auto bytes = static_cast<std::size_t>(message.getEncodedSize());
-      bytes > max_message_bytes_ && !gate_.peers().empty() && failure_.empty())
+  const WorldMessage world = gate_.message();
+  const world_t message = to_message(world);
+  const auto bytes = static_cast<std::size_t>(message.getEncodedSize());
+  tally_.sent(world, bytes);
+  if (bytes > max_message_bytes_ && !gate_.peers().empty() && failure_.empty())
     failure_ = fmt::format(
         "the message of {} to its peers has {} bytes at period {}, and gateway.max_message_bytes = {}: raise that in "
         "all labs, or take fewer robots",
@@ -157,10 +191,16 @@ std::map<std::string, std::uint64_t> PeerExchange::hash_by_lab(std::uint64_t own
   return hashes;
 }
 
+nlohmann::json PeerExchange::exchange_figures() const {
+  return tally_.json(exchange_, events_);
+}
+
 hal::Counters PeerExchange::counters() const {
   hal::Counters all = counters_;
   all.merge(gate_.counters());
   all.merge(monitor_.counters());
+  if (events_.unconfirmed() > 0) all.set("exchange.unconfirmed", events_.unconfirmed());
+  if (events_.resent() > 0) all.set("exchange.resent", events_.resent());
   return all;
 }
 

@@ -13,6 +13,8 @@
 
 #include "hal/bus.hpp"
 #include "hal/counters.hpp"
+#include "lab/confirmations.hpp"
+#include "lab/exchange_tally.hpp"
 #include "lab/lingering.hpp"
 #include "lab/merged_state.hpp"
 #include "lab/peer_monitor.hpp"
@@ -42,6 +44,8 @@ class PeerExchange {
 
   // Publishes the own state of the next boundary.
   void publish(LabState own);
+  // Free mode: what became so before the next boundary (OwnState::event).
+  void publish_early(LabState event);
   // As PeriodGate::merge; from now on the lab has passed boundary `k`.
   std::vector<MergedState> merge(std::uint32_t k);
   // Free mode, arena that can wait: not ahead of the real-time arenas; without a state of any of them for two periods,
@@ -69,11 +73,16 @@ class PeerExchange {
   std::map<std::string, std::uint64_t> hash_by_lab(std::uint64_t own) const;
   // Everything refused, late or missing.
   hal::Counters counters() const;
+  // As "exchange" of result.json.
+  nlohmann::json exchange_figures() const;
 
  private:
+  // The own events have come through as far as others say.
+  void note_confirmed(const std::vector<MergedState>& merged);
   void hear_world(std::string_view origin, std::span<const std::byte> bytes);
 
-  const std::string lab_;
+  const std::string lab_, owner_;
+  const Exchange exchange_;
   const std::chrono::microseconds period_length_;
   const std::size_t max_message_bytes_;
   hal::Bus& bus_;
@@ -82,6 +91,8 @@ class PeerExchange {
   PeerPatience patience_;
   PeerNews news_;
   Lingering lingering_;
+  Confirmations events_;
+  ExchangeTally tally_;
   bool silent_ = false;       // no news of the peers, at the last look
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last

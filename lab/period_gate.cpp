@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "lab/payload.hpp"
+
 namespace arkmesh::lab {
 
 // Of one peer in one run of this lab. Each is remembered.
@@ -31,6 +33,7 @@ void PeriodGate::publish(LabState own) {
   published_ = own.period;
   if (own.period == 0) initial_ = own;
   own_.emplace(own.period, std::move(own));
+  event_.reset();
   if (own_.size() > std::max<std::size_t>(options_.window, options_.slack + 1)) own_.erase(own_.begin());
   decide_mode();
 }
@@ -52,6 +55,8 @@ WorldMessage PeriodGate::message() const {
   if (published_ >= 0 && !initial_known && first->first != 0 && options_.window > 1 && mode_ == Mode::free)
     m.window.push_back(initial_);
   for (; first != own_.end(); ++first) m.window.push_back(first->second);
+  leave_out_known(m.window);
+  m.event = event_;
   return m;
 }
 
@@ -76,7 +81,8 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
   // The first message that arrives may hold state 0 and later ones at once.
   const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;
   if (!initial && !message.window.empty() && message.window.front().period == 0) initial = &message.window.front();
-  std::int64_t last = -1;
+  std::int64_t last = -1, payload = -1;
+  if (!peer.states.empty()) payload = payload_period(peer.states.rbegin()->second);
   for (const LabState& state : message.window) {
     const std::int64_t period = state.period;
     if (period <= last) return because("order", fmt::format("its state {} follows state {}", period, last));
@@ -88,9 +94,11 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
     if ((period == 0) == state.settings.empty())
       return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
-      if (known->second.hash != state.hash || known->second.robots.size() != state.robots.size())
+      if (known->second.hash != state.hash || (state.carried && known->second.robots.size() != state.robots.size()))
         return because("changed", fmt::format("its state {} is not what it was", period));
-    } else if (period > peer.received && rules_) {
+    } else if (period > peer.received) {
+      if (auto refused = payload_refusal(state, payload)) return refused;
+      if (!rules_ || !state.carried) continue;
       if (!initial) return because("before_initial", fmt::format("its state {} came without its state 0", period));
       if (auto refused = rules_->refusal(message.lab, state, *initial)) {
         refused->sentence.insert(0, fmt::format("state {}: ", period));
@@ -98,7 +106,7 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
       }
     }
   }
-  return {};
+  return event_refusal(peer, message);
 }
 
 bool PeriodGate::find_difference(std::string_view peer, const LabState& initial) {
@@ -154,6 +162,7 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   peer.can_wait = message.can_wait;
   peer.acknowledged = std::max(peer.acknowledged, ack->second.received);
   for (const LabState& state : message.window) accept(peer, state);
+  if (message.event) accept_event(peer, *message.event);
   if (message.done && !message.window.empty() &&
       peer.received >= static_cast<std::int64_t>(message.window.back().period))
     peer.done = true;
@@ -191,7 +200,10 @@ void PeriodGate::accept(Peer& peer, const LabState& state) {
   if (mode_ != Mode::free && period != peer.received + 1) return counters_.add("world.gap");
   peer.received = period;
   if (period == 0) peer.initial = state;
-  peer.states.emplace(state.period, state);
+  LabState whole = state;
+  if (!state.carried)
+    repeat_payload(whole, peer.states.rbegin()->second, rules_ ? rules_->fields() : std::vector<FieldRule>{});
+  peer.states.emplace(state.period, std::move(whole));
   while (peer.states.size() > kept()) peer.states.erase(peer.states.begin());
 }
 
@@ -217,7 +229,8 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
   std::vector<MergedState> merged;
   for (const std::string& lab : options_.labs) {
     if (lab == options_.lab) {
-      merged.push_back({lab, &own_.find(wanted(k))->second, k - want, k == 0 ? &initial_ : nullptr});
+      const LabState& own = own_.find(wanted(k))->second;
+      merged.push_back({lab, &own, k - want, k == 0 ? &initial_ : nullptr, k - std::int64_t{payload_period(own)}});
       continue;
     }
     Peer& peer = peers_.find(lab)->second;
@@ -233,7 +246,10 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
     if (period < theirs && k > 0) counters_.add("gate.late." + lab);
     if (period > peer.applied + 1)
       counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
-    merged.push_back({lab, &newest->second, k + peer.ahead - period, peer.applied < 0 ? &peer.initial : nullptr});
+    const std::int64_t now = k + peer.ahead;
+    merged.push_back({lab, &newest->second, now - period, peer.applied < 0 ? &peer.initial : nullptr,
+                      now - std::int64_t{payload_period(newest->second)}});
+    if (apply_event(peer, theirs, merged.back())) counters_.add("gate.early." + lab);
     peer.applied = std::max(peer.applied, period);
   }
   return merged;

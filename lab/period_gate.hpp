@@ -4,6 +4,7 @@
 // before k - slack.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "lab/exchange.hpp"
 #include "lab/lab_state.hpp"
 #include "lab/merged_state.hpp"
 #include "lab/state_rules.hpp"
@@ -32,6 +34,9 @@ class PeriodGate {
     std::uint64_t run_id = 1;       // of this lab and run, never 0
     bool can_wait = true;
     std::uint32_t window = 0;  // own states per message; 0 means window_of(slack)
+    Exchange exchange = {};
+    // A payload stays in messages until confirm() has told of it, and not only until all peers have received it.
+    bool until_confirmed = false;
   };
 
   explicit PeriodGate(Options options);
@@ -45,6 +50,10 @@ class PeriodGate {
   // The own state of the next period: 0, 1, 2, ... Never changed afterwards.
   void publish(LabState own);
   std::int64_t published() const { return published_; }  // -1 before state 0
+  // Free mode: what became so before the next boundary; a state of that. Part of messages until it is published.
+  void publish_early(LabState event);
+  // Payloads made at boundaries to this one need no further telling.
+  void confirm(std::int64_t period) { confirmed_ = std::max(confirmed_, period); }
   // Boundary `period` becomes the last one.
   void finish_at(std::uint32_t period) { options_.last_period = period; }
   std::uint32_t last_period() const { return options_.last_period; }
@@ -79,6 +88,8 @@ class PeriodGate {
   bool received_from_all(std::uint32_t period) const;
   // Every peer has told that it has received our state `period`.
   bool acknowledged_by_all(std::uint32_t period) const;
+  // The newest own period that every peer has told to have; INT64_MAX without peers.
+  std::int64_t acknowledged() const;
 
   // --- about one peer ---
   // Its state for our period `period` has been received (strict: and all before).
@@ -106,7 +117,9 @@ class PeriodGate {
     std::int64_t applied = -1;       // period merged last
     std::int64_t ahead = 0;          // by how many periods, since one of us began in mid-run of the other
     std::map<std::uint32_t, LabState> states;
-    LabState initial;  // state 0, once received >= 0
+    LabState initial;                 // state 0, once received >= 0
+    std::optional<EarlyEvent> event;  // the newest
+    LabState with_event;              // the state in force, with the event's robots and fields
   };
   std::optional<Refusal> begin_anew(Peer& peer, const WorldMessage& message);
   static bool has(const Peer& peer, std::int64_t period) {
@@ -115,6 +128,11 @@ class PeriodGate {
   Heard refuse(const Refusal& refusal);
   Heard refuse(std::string_view why) { return refuse({why, std::string(why)}); }
   std::optional<Refusal> refusal(const Peer& peer, const WorldMessage& message) const;
+  static std::optional<Refusal> payload_refusal(const LabState& state, std::int64_t& known);
+  std::optional<Refusal> event_refusal(const Peer& peer, const WorldMessage& message) const;
+  void leave_out_known(std::vector<LabState>& window) const;
+  static bool apply_event(Peer& peer, std::int64_t until, MergedState& merged);
+  void accept_event(Peer& peer, const EarlyEvent& event);
   bool find_difference(std::string_view peer, const LabState& initial);
   void accept(Peer& peer, const LabState& state);
   void decide_mode();
@@ -125,9 +143,10 @@ class PeriodGate {
   std::optional<StateRules> rules_;
   std::vector<std::string> peer_names_;
   Mode mode_ = Mode::undecided;
-  std::int64_t published_ = -1;
+  std::int64_t published_ = -1, confirmed_ = -1;
   LabState initial_;                       // own state 0
   std::map<std::uint32_t, LabState> own_;  // newest window
+  std::optional<EarlyEvent> event_;        // of the next period
   std::map<std::string, Peer, std::less<>> peers_;
   std::string difference_, newest_refusal_;
   hal::Counters counters_;

@@ -76,6 +76,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["duration_s"] = lab_s;
   j["final_hash"] = hash_text(run.final_hash());
   for (const auto& [lab, hash] : run.hash_by_lab()) j["hash_by_lab"][lab] = hash_text(hash);
+  j["exchange"] = run.exchange_figures();
   j["counts"] = nlohmann::json::object();
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
   j["drops"] = nlohmann::json::object();
@@ -115,11 +116,9 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
       joint["ended"] = name + ": " + lab.at("ended").get<std::string>();
     }
     for (const auto& [what, n] : lab.at("drops").items()) joint["drops"][name + "." + what] = n;
-    joint["by_lab"][name] = {{"counts", lab.at("counts")},
-                             {"counters", lab.at("counters")},
-                             {"wall", lab.at("wall")},
-                             {"peers", lab.at("peers")},
-                             {"between_labs", lab.at("between_labs")}};
+    joint["by_lab"][name] = {{"counts", lab.at("counts")},     {"counters", lab.at("counters")},
+                             {"exchange", lab.at("exchange")}, {"wall", lab.at("wall")},
+                             {"peers", lab.at("peers")},       {"between_labs", lab.at("between_labs")}};
   }
   return joint;
 }

@@ -8,6 +8,12 @@
 #include "hal/messages.hpp"
 
 namespace arkmesh::lab {
+namespace {
+
+constexpr std::string_view shared_gate_keys[] = {"gate.period_s", "gate.slack", "gate.exchange", "gate.up_period_s",
+                                                 "gate.down_period_s"};
+
+}  // namespace
 
 void RunConfig::fields(const hal::Section& root) {
   root.section("lab").field("name", lab, {.help = "1 to 15 of a-z 0-9 _ -", .sample = "\"lab\"", .required = true});
@@ -21,6 +27,7 @@ void RunConfig::fields(const hal::Section& root) {
   hal::Experiment{scenario}.fields(shared);  // it matters to gateways only
   shared.field("projection", projections);
   gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "time between two exchanges"});
+  exchange.fields(gate);
   gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "how old the states are that are applied"});
   enum class Mode { automatic, strict } mode = require_strict ? Mode::strict : Mode::automatic;
   gate.field("mode", mode,
@@ -43,6 +50,8 @@ void RunConfig::check(const hal::Section& root) {
                 fmt::format("must be a whole number of periods (gate.period_s = {})", period.count() * 1e-6));
   last_period = static_cast<std::uint32_t>(duration / period);
 
+  exchange.check(root.section("gate"), period);
+
   if (labs.empty()) labs = {lab};
   std::ranges::sort(labs);
   for (const std::string& name : labs)
@@ -63,7 +72,10 @@ std::map<std::string, std::string, std::less<>> shared_settings(const hal::Confi
   std::map<std::string, std::string, std::less<>> settings;
   for (const char* table : {"run", "shared", "scenario"}) settings.merge(config.in_force_below(table));
   for (auto& [key, value] : config.in_force_below("gate"))
-    if (key == "gate.period_s" || key == "gate.slack") settings.emplace(key, value);
+    if (std::ranges::find(shared_gate_keys, key) != std::end(shared_gate_keys)) settings.emplace(key, value);
+  // By its name, so that labs with other periods are told of that one.
+  for (const char* key : {"gate.up_period_s", "gate.down_period_s"})
+    if (settings[key] == settings["gate.period_s"]) settings[key] = "gate.period_s";
   return settings;
 }
 

@@ -12,6 +12,7 @@
 #include "hal/config.hpp"
 #include "hal/projection.hpp"
 #include "hal/types.hpp"
+#include "lab/exchange.hpp"
 #include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {
@@ -26,6 +27,7 @@ struct RunConfig {
   std::string owner;                                                // default: the first lab
   std::map<std::string, hal::Projection, std::less<>> projections;  // one for each lab, also those that take no part
   hal::LabTime period{2'000'000};                                   // gate.period_s
+  Exchange exchange;                                                // gate.exchange, .up_period_s, .down_period_s
   std::uint32_t slack = 0;
   bool require_strict = false;  // gate.mode = "strict"
   std::chrono::microseconds patience{600'000'000};
@@ -40,7 +42,7 @@ struct RunConfig {
 };
 
 // Everything that all labs must have alike, as state 0 carries it: run.*, shared.*, gate.period_s, gate.slack,
-// scenario.*. Call it after the scenario was made, so that its keys are in force.
+// gate.exchange and its periods, scenario.*. Call it after the scenario was made, so that its keys are in force.
 std::map<std::string, std::string, std::less<>> shared_settings(const hal::Config& config);
 
 }  // namespace arkmesh::lab

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "lab/shared_view.hpp"
@@ -29,7 +30,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       port_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info().can_wait, run_id, private_bus),
-      own_(std::move(settings)),
+      own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
       data_(make_lab_data(config_, arena.info())) {}
 
 // ---------------------------------------------------------------- one step
@@ -86,6 +87,7 @@ Runner::Step Runner::start() {
     port_.publish_info();
     lab_.declare(arena_rule());
     lab_.publish(arena_rule().name, arena_values(arena_.info()));
+    if (config_.exchange.mode == Exchange::Mode::mixed) lab_.declare(applied_rule(config_.labs.size()));
     scenario_.begin(lab_);
     data_.declaring = false;
     peers_.gate().set_rules({config_.owner, data_.rules, config_.projections});
@@ -124,6 +126,7 @@ bool Runner::advance_to(hal::LabTime t) {
       scenario_.on_heard(lab_, snapshot.heard);
     }
     deliver();
+    tell_events();
     bus_.drain();
   }
   if (arena_.info().frame_period * next_frame_ <= t) ++next_frame_;
@@ -135,6 +138,15 @@ void Runner::deliver() {
   port_.say(data_.to_robots, data_.commands, data_.now, own_.frame().number);
   write_rows(data_, recorder_);
   forget_sent(data_);
+}
+
+// Where nobody waits for a boundary, what changes is told at once. Where labs wait, nobody may apply it before, so that
+// it would only cost bytes.
+void Runner::tell_events() {
+  if (phase_ != Phase::running || peers_.gate().mode() != PeriodGate::Mode::free) return;
+  if (data_.now >= config_.period * (data_.period + 1)) return;  // the boundary itself tells it
+  if (auto event = own_.event(data_); event && !peers_.gate().own_refusal(*event))
+    peers_.publish_early(std::move(*event));
 }
 
 // ---------------------------------------------------------------- boundaries
@@ -157,6 +169,8 @@ void Runner::merge_period() {
     return fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
   const auto merged = peers_.merge(k);
   tell_merged(data_, k, merged);
+  if (config_.exchange.mode == Exchange::Mode::mixed && config_.lab == config_.owner)
+    lab_.publish(applied_rule(merged.size()).name, payload_periods(merged));
   scenario_.on_period(lab_);
   if (k == 0) {
     lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
@@ -278,6 +292,10 @@ Runner::Step Runner::linger() {
   if (!peers_.may_leave(boundary_)) return Step::waiting;
   phase_ = Phase::ended;
   return Step::ended;
+}
+
+nlohmann::json Runner::exchange_figures() const {
+  return peers_.exchange_figures();
 }
 
 hal::Counters Runner::drops() const {

@@ -85,6 +85,8 @@ class Runner {
   std::uint64_t final_hash() const { return joint_hash(hash_by_lab()); }
   // Every counter of this lab.
   hal::Counters drops() const;
+  // What the exchange with peers cost, and how fresh it was: "exchange" of result.json.
+  nlohmann::json exchange_figures() const;
   // Counts that bus's, too, as `public_bus.*`; null: no longer.
   void count(const hal::Bus* public_bus) { public_bus_ = public_bus; }
 
@@ -96,6 +98,7 @@ class Runner {
   Step next_event();
   bool advance_to(hal::LabTime t);
   void deliver();
+  void tell_events();
   void close_period();
   void merge_period();
   void look_for_lost_peers();

@@ -15,11 +15,11 @@ void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedS
   view.shift_y_m = projection.shift_y_m;
   view.turn_rad = projection.turn_rad;
   view.scale = projection.scale;
-  for (const auto& [name, state, age_periods, initial] : merged) {
+  for (const auto& [name, state, age_periods, initial, payload_age_periods] : merged) {
     lab_view_t& v = view.labs.emplace_back();
     v.lab = name;
     v.period = static_cast<std::int32_t>(state->period);
-    v.age_periods = static_cast<std::int32_t>(age_periods);
+    v.age_periods = static_cast<std::int32_t>(payload_age_periods);
     v.robots = to_messages(state->robots);
     v.n_robots = static_cast<std::int32_t>(v.robots.size());
     v.fields = to_messages(state->fields);

@@ -20,6 +20,11 @@ FieldRule arena_rule() {
   return {.name = std::string(arena_field), .length = 4, .low = 0, .high = 1'000'000'000, .initial_only = true};
 }
 
+FieldRule applied_rule(std::size_t labs) {
+  return {
+      .name = "lab.applied", .length = labs, .low = 0, .high = 1'000'000'000, .owner_only = true, .bookkeeping = true};
+}
+
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena) {
   return {to_micro(arena.width_m), to_micro(arena.height_m), static_cast<std::int64_t>(arena.robots.size()),
           std::max(arena.max_robot, arena.robots.empty() ? 0 : arena.robots.back())};

@@ -23,12 +23,17 @@ struct FieldRule {
   std::int64_t high = 0;
   bool owner_only = false;    // only the owner of the shared things may publish it
   bool initial_only = false;  // part of state 0 only
+  bool bookkeeping = false;   // tells nothing of robots and sites: neither part of the hash nor an event
 };
 
 // The field of state 0 that tells others of a lab's arena and bounds what its robots can claim:
 // [width_um, height_um, robots, largest id].
 FieldRule arena_rule();
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena);
+
+// The owner's, where exchange is mixed: per lab in the order of names, the boundary at which the payload was made that
+// the owner merged last. A lab sees by it that its events came through.
+FieldRule applied_rule(std::size_t labs);
 
 // Why a state cannot be true.
 struct Refusal {
@@ -44,6 +49,7 @@ class StateRules {
 
   // Why `state` of `lab` cannot be true, given its state 0; none when it can.
   std::optional<Refusal> refusal(std::string_view lab, const LabState& state, const LabState& initial) const;
+  const std::vector<FieldRule>& fields() const { return fields_; }
 
  private:
   std::optional<Refusal> field_refusal(std::string_view lab, const LabState& state) const;

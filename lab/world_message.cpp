@@ -1,10 +1,57 @@
 #include "lab/world_message.hpp"
 
+#include <utility>
+
 #include "hal/bus.hpp"
 #include "lab/behaviour_hash.hpp"
 #include "lab/message_check.hpp"
 
 namespace arkmesh::lab {
+namespace {
+
+// Fields of ours beside a scenario's; none of them is there where every state has a payload of its own.
+// [boundary at which robots and fields were made, 1 when they are here or 0 when they are left out]
+constexpr const char* payload_field = "lab.payload";
+// [number of the event within its period]
+constexpr const char* event_field = "lab.event";
+
+using Fields = std::map<std::string, std::vector<std::int64_t>, std::less<>>;
+
+Fields with_marks(const LabState& state) {
+  Fields fields = state.fields;
+  fields.emplace(payload_field, std::vector<std::int64_t>{static_cast<std::int64_t>(*state.made_at), state.carried});
+  return fields;
+}
+
+// Takes it out of the fields. False: it cannot be true.
+bool take_payload_mark(LabState& state) {
+  const auto mark = state.fields.find(payload_field);
+  if (mark == state.fields.end()) return true;
+  const std::vector<std::int64_t> values = std::move(mark->second);
+  state.fields.erase(mark);
+  if (values.size() != 2 || values[0] < 0 || values[0] > static_cast<std::int64_t>(state.period)) return false;
+  state.made_at = static_cast<std::uint32_t>(values[0]);
+  state.carried = values[1] == 1;
+  return state.carried || (values[1] == 0 && state.robots.empty() && state.fields.empty());
+}
+
+// The event at the end of a window, if there is one, becomes one. False: it cannot be true.
+bool take_event(WorldMessage& message) {
+  for (std::size_t i = 0; i < message.window.size(); ++i) {
+    LabState& state = message.window[i];
+    const auto mark = state.fields.find(event_field);
+    if (mark == state.fields.end()) continue;
+    const std::vector<std::int64_t> values = std::move(mark->second);
+    if (i + 1 < message.window.size() || values.size() != 1 || values[0] < 1 || values[0] > INT32_MAX) return false;
+    state.fields.erase(mark);
+    message.event = EarlyEvent{static_cast<std::uint32_t>(values[0]), std::move(state)};
+    message.window.pop_back();
+    return message.event->state.carried && !message.event->state.made_at;
+  }
+  return true;
+}
+
+}  // namespace
 
 std::vector<shared_robot_t> to_messages(const std::vector<SharedRobot>& robots) {
   std::vector<shared_robot_t> out(robots.size());
@@ -36,7 +83,7 @@ lab_state_t to_message(const LabState& state) {
   m.behaviour = static_cast<std::int64_t>(state.hash);
   m.robots = to_messages(state.robots);
   m.n_robots = static_cast<std::int32_t>(m.robots.size());
-  m.fields = to_messages(state.fields);
+  m.fields = to_messages(state.made_at ? with_marks(state) : state.fields);
   m.n_fields = static_cast<std::int32_t>(m.fields.size());
   for (const auto& [key, value] : state.settings) {
     m.settings.emplace_back();
@@ -83,7 +130,9 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
     out.window.push_back(from_message(s));
     if (out.window.back().fields.size() != s.fields.size() || out.window.back().settings.size() != s.settings.size())
       return "duplicate";
+    if (!take_payload_mark(out.window.back())) return "payload";
   }
+  if (!take_event(out)) return "event";
   message = std::move(out);
   return {};
 }
@@ -102,6 +151,11 @@ world_t to_message(const WorldMessage& message) {
   }
   m.n_acks = static_cast<std::int32_t>(m.acks.size());
   for (const LabState& s : message.window) m.window.push_back(to_message(s));
+  if (message.event) {
+    LabState event = message.event->state;
+    event.fields.emplace(event_field, std::vector<std::int64_t>{message.event->number});
+    m.window.push_back(to_message(event));
+  }
   m.n_states = static_cast<std::int32_t>(m.window.size());
   return m;
 }
@@ -111,13 +165,17 @@ std::size_t longest_message(const RunConfig& run, const LabState& initial, bool 
   for (const std::string& peer : run.labs)
     if (peer != run.lab) message.acks[peer];
   // State 0 stays in it where labs do not wait for each other.
-  const std::size_t later = window_of(run.slack) - (can_wait ? 1 : 0);
+  std::size_t later = window_of(run.slack) - (can_wait ? 1 : 0);
   const auto empty = static_cast<std::size_t>(to_message(message).getEncodedSize());
   const auto bytes = [](const LabState& state) {
     return static_cast<std::size_t>(to_message(state)._getEncodedSizeNoHash());
   };
   LabState next = initial;
   next.settings.clear();
+  if (!run.exchange.plain()) {  // their marks, and an event
+    next.made_at = 0;
+    ++later;
+  }
   return empty + bytes(initial) + later * bytes(next);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,6 +29,13 @@ struct Ack {
   std::int64_t received = -1;  // highest period received without gap; -1 none
 };
 
+// What became so before a boundary, where exchange goes by events and nobody waits: a state of the period to come,
+// without settings, and its number within that period.
+struct EarlyEvent {
+  std::uint32_t number = 0;
+  LabState state;
+};
+
 struct WorldMessage {
   std::string lab;
   std::uint64_t run_id = 0;
@@ -35,6 +43,7 @@ struct WorldMessage {
   bool done = false;
   std::map<std::string, Ack, std::less<>> acks;
   std::vector<LabState> window;  // ascending period
+  std::optional<EarlyEvent> event;
 };
 
 lab_state_t to_message(const LabState& state);

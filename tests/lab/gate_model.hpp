@@ -2,6 +2,7 @@
 // mean equal merge sequences. The network between them loses, repeats and reorders as a random stream says.
 #pragma once
 
+#include <doctest/doctest.h>
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "hal/random.hpp"
+#include "lab/payload.hpp"
 #include "lab/period_gate.hpp"
 
 namespace arkmesh::tests {
@@ -25,6 +27,8 @@ struct GateModelOptions {
   double loss = 0.5;
   std::int64_t moved_site = 0;  // a lab's own choice that changes its behaviour
   bool leftovers = true;        // messages of an earlier run are under way at the start
+  lab::Exchange exchange = {};  // lab0 is the owner
+  bool seldom = false;          // a lab's number is another one at every third boundary or so, not at each
 };
 
 class GateModel {
@@ -38,7 +42,10 @@ class GateModel {
                                                              .slack = options_.slack,
                                                              .last_period = options_.periods,
                                                              .run_id = 100u + static_cast<unsigned>(i),
-                                                             .window = options_.window}),
+                                                             .window = options_.window,
+                                                             .exchange = options_.exchange,
+                                                             .until_confirmed = holds(i)}),
+                                            lab::OwnPayload(options_.exchange, i == 0),
                                             hal::mix64(options_.world_seed + static_cast<unsigned>(i))));
       publish(*labs_.back());
     }
@@ -84,11 +91,17 @@ class GateModel {
   lab::PeriodGate& gate(std::size_t i) { return labs_[i]->gate; }
   bool restarted_heard() const { return restarted_; }
 
+  // States with robots and fields, of all that were sent.
+  std::uint64_t payloads() const { return payloads_; }
+
  private:
   struct Lab {
-    Lab(lab::PeriodGate g, std::uint64_t v) : gate(std::move(g)), value(v) {}
+    Lab(lab::PeriodGate g, lab::OwnPayload p, std::uint64_t v)
+        : gate(std::move(g)), payload(std::move(p)), value(v), number(v) {}
     lab::PeriodGate gate;
-    std::uint64_t value;
+    lab::OwnPayload payload;
+    std::uint64_t value, number;
+    std::vector<std::int64_t> applied;  // as the owner tells it
     std::int64_t merged = -1;
   };
 
@@ -96,15 +109,38 @@ class GateModel {
     lab::LabState own;
     own.period = static_cast<std::uint32_t>(lab.gate.published() + 1);
     own.hash = lab.value;
-    own.fields["number"] = {static_cast<std::int64_t>(lab.value >> 1)};
+    if (!options_.seldom || lab.value % 3 == 0) lab.number = lab.value;
+    own.fields["number"] = {static_cast<std::int64_t>(lab.number >> 1)};
+    if (is_owner_that_shows(lab)) own.fields["lab.applied"] = lab.applied;
     if (own.period == 0) own.settings["gate.slack"] = fmt::format("{}", options_.slack);
+    lab.payload.settle(own, rules());
     lab.gate.publish(std::move(own));
     send(lab.gate.message());
+  }
+  bool is_mixed() const { return options_.exchange.mode == lab::Exchange::Mode::mixed; }
+  bool holds(int i) const { return is_mixed() && i > 0; }
+  bool is_owner_that_shows(const Lab& lab) const {
+    return is_mixed() && &lab == labs_.front().get() && !lab.applied.empty();
+  }
+  std::vector<lab::FieldRule> rules() const {
+    return {{.name = "number", .length = 1}, lab::applied_rule(static_cast<std::size_t>(options_.labs))};
+  }
+  // What the owner's snapshot shows of this lab, and what the owner will show.
+  void confirm(Lab& lab, const std::vector<lab::MergedState>& merged) {
+    lab.applied.clear();
+    for (std::size_t i = 0; i < merged.size(); ++i) {
+      lab.applied.push_back(lab::payload_period(*merged[i].state));
+      if (labs_[i].get() != &lab || i == 0) continue;
+      const auto shown = merged[0].state->fields.find("lab.applied");
+      if (shown != merged[0].state->fields.end()) lab.gate.confirm(shown->second.at(i));
+    }
   }
   bool advance(Lab& lab) {
     const auto k = static_cast<std::uint32_t>(lab.gate.published());
     if (lab.merged == static_cast<std::int64_t>(k) || !lab.gate.may_merge(k)) return false;
-    for (const lab::MergedState& each : lab.gate.merge(k))
+    const std::vector<lab::MergedState> merged = lab.gate.merge(k);
+    if (is_mixed()) confirm(lab, merged);
+    for (const lab::MergedState& each : merged)
       lab.value = hal::mix64(lab.value ^ static_cast<std::uint64_t>(each.state->fields.at("number").at(0)) ^
                              each.state->period);
     if (k == 5) lab.value += static_cast<std::uint64_t>(options_.moved_site);
@@ -112,7 +148,19 @@ class GateModel {
     if (k < options_.periods) publish(lab);
     return true;
   }
-  void send(const lab::WorldMessage& message) {
+  // As it arrives: what the wire cannot hold is lost here.
+  lab::WorldMessage over_the_wire(const lab::WorldMessage& message) const {
+    if (options_.exchange.plain()) return message;
+    const world_t out = lab::to_message(message);
+    std::vector<std::byte> bytes(static_cast<std::size_t>(out.getEncodedSize()));
+    out.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    lab::WorldMessage arrived;
+    REQUIRE(lab::decode_world(bytes, arrived) == "");
+    return arrived;
+  }
+  void send(const lab::WorldMessage& sent) {
+    const lab::WorldMessage message = over_the_wire(sent);
+    for (const lab::LabState& state : message.window) payloads_ += state.carried ? 1 : 0;
     for (auto& lab : labs_) {
       if (message.lab == lab->gate.message().lab || chance_.uniform() < options_.loss) continue;
       under_way_.push_back({lab.get(), message});
@@ -137,6 +185,7 @@ class GateModel {
   std::vector<std::unique_ptr<Lab>> labs_;
   std::vector<UnderWay> under_way_;
   bool restarted_ = false;
+  std::uint64_t payloads_ = 0;
 };
 
 }  // namespace arkmesh::tests

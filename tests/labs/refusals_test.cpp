@@ -44,9 +44,13 @@ TEST_CASE("labs with different settings never start, and both say which key diff
         Case{"run.duration_s=40", "run.duration_s is 20"},
         Case{"shared.projection.roark.scale=3.0", "shared.projection.roark.scale is 2.0 in shark and 3.0 in roark"},
         Case{"scenario.dhtf.respawn_s=50", "scenario.dhtf.respawn_s is"},
+        Case{"gate.exchange=event", "gate.exchange is \"time\" in shark and \"event\" in roark"},
+        Case{"gate.up_period_s=4", "gate.up_period_s is gate.period_s in shark and 4.0 in roark"},
+        Case{"gate.down_period_s=4", "gate.down_period_s is gate.period_s in shark and 4.0 in roark"},
         Case{"gate.period_s=1.0", "gate.period_s is 2.0 in shark and 1.0 in roark"}}) {
-    CAPTURE(c.change);
+    CAPTURE(std::string(c.change));
     const Outcome outcome = run_different(c.change);
+    CAPTURE(outcome.reason);
     CHECK_FALSE(outcome.finished);
     CHECK(outcome.reason.find(c.expected) != std::string::npos);
     // Both labs say so, each naming itself first.
