@@ -88,6 +88,16 @@ TEST_CASE("cre: roles, not names, decide who does what") {
   CHECK(renamed.counts[0].at("ground.south_ppm") > 600'000);
 }
 
+TEST_CASE("cre: with the LEDs blanked nobody agrees and nobody follows") {
+  // A scenario knows opinions by LEDs only; what ground robots harvest it knows by their poses.
+  const CreOutcome blank = run_cre({"run.seed=1001", "run.duration_s=240", "arena.blank_leds=true"});
+  REQUIRE(blank.finished);
+  CHECK(blank.counts[0].at("consensus.south") + blank.counts[0].at("consensus.north") == 0);
+  CHECK(blank.counts[0].at("flying.south_ppm") + blank.counts[0].at("flying.north_ppm") == 0);
+  CHECK(blank.counts[0].at("ground.south_ppm") < 700'000);
+  CHECK(blank.counts[0].at("harvested.south") > 10);
+}
+
 TEST_CASE("cre: the original's choices are a preset") {
   // It runs, with its own exchange period, and its robots do not give up by themselves: once all are committed they
   // stay.
