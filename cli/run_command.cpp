@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,9 +64,11 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
 }
 
 std::vector<std::int64_t> parse_seeds(const std::string& text) try {
+  if (text.find("..") == std::string::npos) throw std::invalid_argument("no range");
   return app::seeds_of({text});
-} catch (const std::invalid_argument& wrong) {
-  throw hal::ConfigError(fmt::format("--seeds {}: {}", text, wrong.what()));
+} catch (const std::invalid_argument&) {
+  throw hal::ConfigError(
+      fmt::format("--seeds {}: must be FIRST..LAST with 0 <= FIRST <= LAST, for example 1..20", text));
 }
 
 // A row for each seed that has a result, in the order of seeds.

@@ -39,8 +39,10 @@ def difference(first, second):
 
 def excess(ours, theirs):
     """By how much the mean of `ours` exceeds that of `theirs`, in per cent, with low and high of its 95 % interval: both means vary, and the
-    logarithm of their ratio is taken as normal, with Welch's degrees of freedom."""
+    logarithm of their ratio is taken as normal, with Welch's degrees of freedom. Of nothing at all there is no upper limit to tell: NaN."""
     a, b = statistics.mean(ours), statistics.mean(theirs)
+    if a == 0:
+        return -100.0, -100.0, math.nan
     va, vb = statistics.variance(ours) / len(ours) / a**2, statistics.variance(theirs) / len(theirs) / b**2
     half = t95((va + vb) ** 2 / (va**2 / (len(ours) - 1) + vb**2 / (len(theirs) - 1))) * math.sqrt(va + vb)
     return tuple(100 * (a / b * math.exp(x) - 1) for x in (0, -half, half))

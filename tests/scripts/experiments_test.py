@@ -5,6 +5,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import tomllib
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -57,6 +58,9 @@ class Figures(unittest.TestCase):
         self.assertEqual([round(x, 4) for x in (p, low, high)], [0.308, 0.2553, 0.3662])
         self.assertAlmostEqual(samples.binomial_test(3, 10, 0.5), 0.34375)
         self.assertAlmostEqual(samples.binomial_test(63, 100, 0.5), 0.0120, delta=0.0001)
+        self.assertEqual(samples.excess([0, 0], [5, 6])[:2], (-100, -100))
+        more, low, high = samples.excess([9, 10, 11], [9, 10, 11])
+        self.assertEqual((more, low < 0 < high), (0, True))
         d, low, high = samples.difference([1, 2, 3], [21, 22, 23])
         self.assertEqual([round(x, 3) for x in (d, low, high)], [20, 17.733, 22.267])
 
@@ -133,6 +137,39 @@ class Figures(unittest.TestCase):
         done, page = self.page()
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertLess(page.index("ice (all hard: +146 %)"), page.index("glue (all hard: -49 %)"))
+
+    def short(self, file, seconds):
+        """An experiment that includes a shipped one, with two seeds and short runs."""
+        text, choices = f'include = ["{file}"]\nseeds = "1..2"\n[set]\nrun.duration_s = {seconds}\n', ""
+        shipped = tomllib.loads(file.read_text())
+        for name in shipped.get("include", []):
+            shipped.setdefault("choices", {}).update(tomllib.loads((file.parent / name).read_text())["choices"])
+        for name, options in shipped["choices"].items():
+            for option, keys in options.items():
+                if "duration_s" in keys.get("run", {}):
+                    choices += f'[choices.{name}."{option}"]\nrun.duration_s = {seconds}\n'
+        short = self.scratch / "short.toml"
+        short.write_text(text + choices)
+        return short
+
+    def test_shipped_experiments_run_in_short_and_give_the_page(self):
+        """Every batch file of experiments/, two seeds of 30 s each: no run fails, and the page has a section for each."""
+        files = [file for file in sorted((ROOT / "experiments").glob("*/*.toml")) if "seeds" in tomllib.loads(file.read_text()) or
+                 file.name.startswith("batch")]
+        self.assertGreaterEqual(len(files), 3)
+        for file in files:
+            if not (file.parent / tomllib.loads((file.parent / "batch.toml").read_text())["labs"][0]).is_file():
+                continue
+            with self.subTest(file.name):
+                out = self.scratch / "runs" / f"{file.parent.name}-{file.stem}"
+                done = subprocess.run([ROOT / "build/release/arkmesh", "batch", self.short(file, 30), "--out", out], capture_output=True,
+                                      text=True, timeout=600)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                self.assertIn(" 0 failed", done.stdout)
+        done, page = self.page()
+        self.assertNotIn("Traceback", done.stderr)
+        for title in ("## DHTF as the paper describes it", "## DHTF beside the published software", "### What the difference depends on"):
+            self.assertIn(title, page)
 
     def test_nothing_to_tell(self):
         """Without batches it says which there could be."""
