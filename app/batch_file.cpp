@@ -179,6 +179,16 @@ void check_size(const fs::path& file, const BatchPlan& plan) {
                                        file.string(), runs, max_batch_runs));
 }
 
+// Which columns there are is known when runs have ended; the keys that they are drawn over are known now.
+void check_plot(const fs::path& file, const BatchPlan& plan, const BatchPlot& plot) {
+  if (plot.column.empty() || plot.over.empty())
+    throw hal::ConfigError(fmt::format("{}: a [[plot]] needs column and over", file.string()));
+  for (const std::string& key : {plot.over, plot.by})
+    if (!key.empty() && std::ranges::find(plan.factors, key, &Factor::name) == plan.factors.end())
+      throw hal::ConfigError(
+          fmt::format("{}: a [[plot]] is drawn over {}, which is neither swept nor a choice", file.string(), key));
+}
+
 }  // namespace
 
 BatchFile read_batch_file(const fs::path& file, const std::string& seeds, const std::vector<std::string>& sets) {
@@ -198,9 +208,7 @@ BatchFile read_batch_file(const fs::path& file, const std::string& seeds, const 
         fmt::format("{}: names no labs; write labs = [\"shark.toml\", \"roark.toml\"]", file.string()));
   if (out.plan.seeds.empty())
     throw hal::ConfigError(fmt::format("{}: names no seeds; write seeds = \"1..20\"", file.string()));
-  for (const BatchPlot& plot : out.plan.plots)
-    if (plot.column.empty() || plot.over.empty())
-      throw hal::ConfigError(fmt::format("{}: a [[plot]] needs column and over", file.string()));
+  for (const BatchPlot& plot : out.plan.plots) check_plot(file, out.plan, plot);
   for (const std::string& set : sets) reader.add(set);
   check_size(file, out.plan);
   return out;

@@ -142,6 +142,7 @@ TEST_CASE("batch: impossible experiments are refused in one sentence that names 
   refused(begin + "[choices]\nx = 3\n", "a choice is a table");
   refused(begin + "[choices.x]\ny = 3\n", "must be a table of the keys");
   refused(begin + "[[plot]]\ncolumn = \"completed\"\n", "needs column and over");
+  refused(begin + "[[plot]]\ncolumn = \"completed\"\nover = \"mix\"\n", "neither swept nor a choice");
   refused(begin + "[[plot]]\ncolour = \"red\"\n", "no such part of a plot");
   refused(begin + "[sweep]\nx = \"1..1000\"\ny = \"1..1000\"\n", "at most 1000000");
   refused(begin + "[sweep\n", "not valid TOML");

@@ -129,6 +129,14 @@ class Figures(unittest.TestCase):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("30 of 40", page.split("\n")[4])
 
+    def test_page_of_cre_without_any_consensus(self):
+        """No run has a time of consensus, so the table has no such column: the claims do not agree."""
+        numbers = {"consensus.south": 0, "consensus.north": 0, "ground.south_ppm": 500_000, "ground.middle_peak_ppm": 300_000}
+        make_batch(self.scratch / "runs/cre-batch", ["resources"], [((kind,), numbers) for kind in ("asymmetric", "symmetric") for _ in range(5)])
+        done, page = self.page()
+        self.assertEqual((done.returncode, done.stderr), (1, ""))
+        self.assertEqual(page.count("| 0 of 5 |"), 3)
+
     def test_page_of_causes(self):
         """What changes the mean for certain is named, the largest first."""
         rows = [((cause, mix), {"completed": base + step + i % 3}) for cause, step in (("as it is", 0), ("ice", 60), ("glue", -20))
