@@ -20,6 +20,11 @@ EMULATOR = ROOT / "experiments/emulator/roark.toml"
 EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
 
 
+# With --hybrid one swarm is simulated and the other stands on an emulated testbed, in one process and as fast as it can be computed.
+HYBRIDS = {"dhtf": ["experiments/dhtf/shark.toml", "experiments/dhtf/roark_emulated.toml"],
+           "cre": ["experiments/cre/meadow.toml", "experiments/cre/sky_emulated.toml"]}
+
+
 class Progress:
     """How far every lab is: in place on a terminal, else a line every five seconds."""
 
@@ -48,8 +53,11 @@ def number(n):
 def summary(joint, out):
     """The one-screen result."""
     walls = {lab: own["wall"] for lab, own in joint["by_lab"].items()}
-    lines = [f"DHTF, seed {joint['seed']}: {joint['duration_s']:g} simulated seconds, {joint['periods']} periods, gate {joint['gate']}", ""]
-    lines += [f"completed tasks      {joint['counts'].get('completed', 0)}"]
+    lines = [f"{joint['scenario'].upper()}, seed {joint['seed']}: {joint['duration_s']:g} simulated seconds, {joint['periods']} periods, gate {joint['gate']}", ""]
+    if joint["scenario"] == "dhtf":
+        lines += [f"completed tasks      {joint['counts'].get('completed', 0)}"]
+    else:
+        lines += [f"{name:<20} {n}" for name, n in joint["counts"].items()]
     lines += [f"speed                {joint['wall']['speed']:.0f} simulated seconds per wall second"]
     for lab, wall in walls.items():
         per = wall["per_period_ms"]
@@ -92,10 +100,47 @@ def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
             process.wait()
 
 
-def run(arguments, files=LABS, program=PROGRAM):
-    out = arguments.out or pathlib.Path("runs") / datetime.datetime.now().strftime("%Y-%m-%d-%H%M%S")
+def show(joint, out):
+    """Draws the run, and prints what it gave."""
+    drawn = subprocess.run([ROOT / "scripts/plot", out], capture_output=True, text=True)
+    if drawn.returncode != 0:
+        raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
+    print("\n" + summary(joint, out))
+    for video in sorted(out.glob("*/arena-*.mp4")):
+        print(f"annotated video      {video}")
+
+
+def run_hybrid(arguments, program=PROGRAM):
+    """A simulated lab and one on an emulated testbed, in one process."""
+    out = free_folder(arguments.out)
+    files = [ROOT / file for file in HYBRIDS[arguments.hybrid]]
+    simulated, emulated = (file.stem.removesuffix("_emulated") for file in files)
+    print(f"demo: {simulated} is simulated; the robots of {emulated} stand on an emulated testbed, with camera and overhead controller; "
+          f"recording to {out}", flush=True)
+    command = [program, "run", *files, "--seed", arguments.seed, "--out", out, "--set", f"run.duration_s={arguments.seconds}",
+               "--set", "arena.kilobot.video=true", "--set", "arena.kilobot.window=false"]
+    process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, preexec_fn=end_with_parent)
+    try:
+        code = process.wait()
+    except BaseException:
+        process.terminate()
+        process.wait()
+        raise
+    if code != 0:
+        raise Failed(f"The labs have not finished (exit code {code}); see above.")
+    show(json.loads((out / "result.json").read_text()), out)
+
+
+def free_folder(asked):
+    """Where the run goes: what was asked for, or a folder of its own; empty or not there yet."""
+    out = asked or pathlib.Path("runs") / datetime.datetime.now().strftime("%Y-%m-%d-%H%M%S")
     if out.exists() and any(out.iterdir()):
         raise Failed(f"{out} is not empty; give another folder with --out.")
+    return out
+
+
+def run(arguments, files=LABS, program=PROGRAM):
+    out = free_folder(arguments.out)
     out.mkdir(parents=True, exist_ok=True)
     overrides = [f"run.duration_s={arguments.seconds}", f"run.seed={arguments.seed}"]
     with contextlib.ExitStack() as ending:
@@ -119,28 +164,25 @@ def run(arguments, files=LABS, program=PROGRAM):
     joint = join_results(labs.results())
     (out / "result.json").write_text(json.dumps(joint, indent=2) + "\n")
     join_hashes(out, sorted(labs.files))
-    drawn = subprocess.run([ROOT / "scripts/plot", out], capture_output=True, text=True)
-    if drawn.returncode != 0:
-        raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
-    print("\n" + summary(joint, out))
-    for video in sorted(out.glob("*/arena-*.mp4")):
-        print(f"annotated video      {video}")
+    show(joint, out)
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/demo")
-    parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated 120")
+    parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated or --hybrid 120")
     parser.add_argument("--emulated", action="store_true", help="roark is an emulated testbed, seen by a camera, in real time")
     parser.add_argument("--remote", action="store_true", help="each lab in a network of its own, joined over TLS; needs root")
+    parser.add_argument("--hybrid", nargs="?", const="dhtf", choices=list(HYBRIDS),
+                        help="one swarm simulated, the other on an emulated testbed, as fast as it can be computed (default dhtf)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    if arguments.remote and arguments.emulated:
-        parser.error("--remote and --emulated are two demos")
-    arguments.seconds = arguments.seconds or (120 if arguments.emulated else 1800)
+    if sum(map(bool, (arguments.remote, arguments.emulated, arguments.hybrid))) > 1:
+        parser.error("--remote, --emulated and --hybrid are different demos")
+    arguments.seconds = arguments.seconds or (120 if arguments.emulated or arguments.hybrid else 1800)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
     try:
-        run(arguments)
+        run_hybrid(arguments) if arguments.hybrid else run(arguments)
     except Failed as failure:
         sys.exit(f"demo: {failure}")
     except KeyboardInterrupt:
