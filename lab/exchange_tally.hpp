@@ -1,5 +1,5 @@
 // What the exchange between labs cost and how fresh it was, for result.json: messages, bytes, payloads and events by
-// direction, and how old the robots and fields were that boundaries applied. Nothing of it reaches a lab's behaviour.
+// direction, and how old that was which boundaries applied. Nothing of it reaches a lab's behaviour.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ class ExchangeTally {
   void heard(std::string_view peer, const WorldMessage& message, std::size_t bytes) {
     peers_[std::string(peer)].way.add(message, bytes);
   }
-  // Applied at a boundary after the first; `own` is skipped.
+  // Applied at a boundary after the first, with the ages that count; `own` is skipped.
   void applied(const std::vector<MergedState>& merged, std::string_view own);
   void told_early() { ++early_; }
 
