@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -42,6 +43,17 @@ void list_runs(const app::BatchPlan& plan) {
   fmt::print("{} settings x {} seeds = {} runs\n", plan.settings(), plan.seeds.size(), plan.runs());
 }
 
+// Runs and tables are what counts: a figure may be about something that no run reached.
+void draw_plots(const app::Batch& batch) {
+  for (const app::BatchPlot& plot : batch.plan().plots) {
+    try {
+      draw_batch(batch.directory(), plot);
+    } catch (const std::runtime_error& why) {
+      fmt::print(stderr, "arkmesh: no figure of {}: {}\n", plot.column, why.what());
+    }
+  }
+}
+
 // Tables of what there is, and the experiment's figures when all runs have ended. Returns the exit code.
 int gather(const app::Batch& batch, const std::string& why_halted) {
   const app::BatchResults results(batch.plan(), batch.directory());
@@ -54,7 +66,7 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
   fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
              batch.directory().string());
   if (ended < all) return why_halted == "stopped" ? 3 : 1;
-  for (const app::BatchPlot& plot : batch.plan().plots) draw_batch(batch.directory(), plot);
+  draw_plots(batch);
   return finished == all ? 0 : 1;
 }
 
