@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 TEST_CASE("a batch refuses in one sentence what cannot be run, before anything starts") {
   BatchBench bench;
   const auto refused = [&](const std::string& text, const std::string& with, std::vector<std::string> more = {}) {
-    const auto [code, said] = bench.batch(bench.file(text), "refused", std::move(more));
+    const auto [code, words] = bench.batch(bench.file(text), "refused", std::move(more));
+    const std::string said = words;
     CAPTURE(text);
     CAPTURE(said);
     CHECK(code == 2);
@@ -47,7 +48,8 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   const std::string text = small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 4\narena.robots = 2\n";
   REQUIRE(bench.batch(bench.file(text), "out").first == 0);
   const auto refused = [&](const std::string& changed, const std::string& with, std::vector<std::string> more = {}) {
-    const auto [code, said] = bench.batch(bench.file(changed), "out", std::move(more));
+    const auto [code, words] = bench.batch(bench.file(changed), "out", std::move(more));
+    const std::string said = words;
     CAPTURE(said);
     CHECK(code == 2);
     CHECK(said.find(with) != std::string::npos);

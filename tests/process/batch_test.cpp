@@ -45,7 +45,8 @@ std::map<std::string, std::int64_t> results(const fs::path& batch) {
 TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a run alone its row") {
   BatchBench bench;
   const fs::path file = bench.file(small_batch);
-  const auto [code, said] = bench.batch(file, "one", {"--jobs", "1"});
+  const auto [code, words] = bench.batch(file, "one", {"--jobs", "1"});
+  const std::string said = words;
   CAPTURE(said);
   REQUIRE(code == 0);
   CHECK(said.find("16 of 16 runs finished, 0 failed") != std::string::npos);
@@ -81,7 +82,8 @@ TEST_CASE("a batch that is killed at any moment goes on to the same tables, and 
     batch.kill();
     ++kills;
     const auto now = results(out);
-    for (const auto& [run, written] : seen) {
+    for (const auto& [number, written] : seen) {
+      const auto run = number;
       CAPTURE(run);
       REQUIRE(now.contains(run));
       CHECK(now.at(run) == written);  // as it was: neither lost nor done again
@@ -121,7 +123,8 @@ TEST_CASE("a run that fails is a row that says why, and the others go on") {
                  "seeds = [1, 2]\n[set]\nrun.duration_s = 20\narena.robots = 8\n[choices.program.good]\n"
                  "[choices.program.crashes]\narena.ode.controller = \"" ARKMESH_SOURCE_DIR
                  "/tests/programs/crash_after_delay.c\"\n");
-  const auto [code, said] = bench.batch(file, "out");
+  const auto [code, words] = bench.batch(file, "out");
+  const std::string said = words;
   CAPTURE(said);
   CHECK(code == 1);
   CHECK(said.find("2 of 4 runs finished, 2 failed") != std::string::npos);

@@ -88,7 +88,8 @@ std::int64_t sum(const std::vector<std::int64_t>& values, std::size_t from, std:
 
 TEST_CASE("cre: resources belong to the ground lab, whatever it is called") {
   // Only the lab with role ground publishes resources; both labs know them, and each region has its number.
-  for (const auto& [ground, flying] : {std::pair{"meadow", "sky"}, {"sky", "meadow"}, {"zoo", "a"}, {"a", "zoo"}}) {
+  for (const auto& roles : {std::pair{"meadow", "sky"}, {"sky", "meadow"}, {"zoo", "a"}, {"a", "zoo"}}) {
+    const char *const ground = roles.first, *const flying = roles.second;
     CreWorld world(ground, flying);
     CAPTURE(ground);
     CHECK(world.ground().lab.state(flying).fields.count("active") == 0);
