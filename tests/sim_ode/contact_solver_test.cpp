@@ -108,7 +108,7 @@ TEST_CASE("pushed robots share the pusher's motion, whatever the last step's pus
 }
 
 TEST_CASE("nobody is pushed through a wall") {
-  // Four in a row against a wall: all the motion is taken away, but for the ten micrometres for each contact that count
+  // Four in a row against a wall: all the motion is taken away, but for the micrometres for each contact that count
   // as solved.
   for (const Solver kind : both)
     for (double warm_m : {0.0, 0.0001})
