@@ -29,7 +29,7 @@ struct Settings {
   double wall_zone_m = 0.068;      // walls nearer than this are told to a robot; metres of its arena
   hal::LabTime repeat{1'000'000};  // how often a ground robot is told the same again
   // What robots do; sent to them.
-  double commit = 0.2;                // h
+  double commit = 0.052;              // h
   double recruit = 0.8;               // k, of cross-inhibition, too
   double abandon = 0.01;              // a
   double weight = 0.1;                // w, of each reading

@@ -7,6 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from samples import finished_runs
+
 ROOT = Path(__file__).resolve().parents[2]
 LABS = [ROOT / "experiments/cre/meadow.toml", ROOT / "experiments/cre/sky.toml"]
 
@@ -41,9 +43,27 @@ def run(options, experiment, sets=(), folder=None):
             for row in csv.DictReader(table):
                 rows.append({name: int(value) for name, value in row.items() if name not in ("ended", "final_hash")})
                 if folder:
-                    with open(out / f"seed-{row['seed']}" / "meadow/swarms.csv") as swarms:
-                        rows[-1]["swarms"] = [{name: float(value) for name, value in each.items()} for each in csv.DictReader(swarms)]
+                    rows[-1]["swarms"] = read_swarms(out / f"seed-{row['seed']}" / "meadow/swarms.csv")
         return rows
+
+
+def of_batch(folder, experiment, swarms=False):
+    """The rows of a batch of experiments/cre in which resources lie as in this experiment, as run() gives them."""
+    rows = []
+    for row in finished_runs(Path(folder)):
+        if row["resources"] != experiment:
+            continue
+        rows.append({name: int(value) for name, value in row.items() if value.isdigit()})
+        for name in ("consensus.ms", "ground.followed_ms"):  # empty where there was none
+            rows[-1].setdefault(name, 0)
+        if swarms:
+            rows[-1]["swarms"] = read_swarms(Path(folder) / f"runs/{int(row['run']):05}/meadow/swarms.csv")
+    return rows
+
+
+def read_swarms(file):
+    with open(file) as table:
+        return [{name: float(value) for name, value in each.items()} for each in csv.DictReader(table)]
 
 
 def quantile(values, q):
@@ -73,19 +93,6 @@ def summary(rows):
         "last_minute": [max(row["flying.north_ppm"], row["flying.south_ppm"]) / 1e6 for row in rows],
         "middle_late": late,
     }
-
-
-def two_sided(successes, runs):
-    """Probability of a split at least as uneven, when both sides are equally likely: the exact binomial test."""
-    tail = sum(math.comb(runs, k) for k in range(min(successes, runs - successes) + 1)) / 2**runs
-    return min(1.0, 2 * tail)
-
-
-def interval(successes, runs):
-    """Wilson's interval of 95 % for a share."""
-    z, share = statistics.NormalDist().inv_cdf(0.975), successes / runs
-    centre, spread = share + z * z / (2 * runs), z * math.sqrt(share * (1 - share) / runs + z * z / (4 * runs * runs))
-    return (centre - spread) / (1 + z * z / runs), (centre + spread) / (1 + z * z / runs)
 
 
 def write_between(page, name, text):

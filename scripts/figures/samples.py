@@ -61,6 +61,21 @@ def binomial_test(hits, n, share):
     return min(1.0, sum(w for w in weights if w <= weights[hits] * (1 + 1e-9)))
 
 
+def rank_test(first, second):
+    """Two-sided p that both samples come from one distribution: Mann and Whitney's test (Ann. Math. Stat. 18, 1947), normal, corrected for ties."""
+    n, m = len(first), len(second)
+    everything = sorted((*first, *second))
+    places = {}
+    for place, value in enumerate(everything, 1):
+        places.setdefault(value, []).append(place)
+    u = sum(statistics.mean(places[value]) for value in first) - n * (n + 1) / 2
+    ties = sum(len(p) ** 3 - len(p) for p in places.values())
+    variance = n * m / 12 * (n + m + 1 - ties / ((n + m) * (n + m - 1)))
+    if variance == 0:
+        return 1.0
+    return 2 * statistics.NormalDist().cdf(-max(0.0, abs(u - n * m / 2) - 0.5) / math.sqrt(variance))
+
+
 def finished_runs(folder):
     """Rows of a batch's table, of the runs that finished; a sentence as SystemExit when there are none."""
     file = folder / "runs.csv"

@@ -43,16 +43,6 @@ class CreFigures(unittest.TestCase):
         self.assertEqual([cre_runs.quantile(range(1, 11), q) for q in (0.1, 0.5, 0.9, 1)], [1, 5, 9, 10])
         self.assertEqual(cre_runs.quantile([7], 0.5), 7)
 
-    def test_split(self):
-        """63 of 100 has p = 0.012 if both sides are equally likely; even splits have 1; Wilson's interval is the published one."""
-        self.assertAlmostEqual(cre_runs.two_sided(63, 100), 0.0120, places=4)
-        self.assertEqual(cre_runs.two_sided(63, 100), cre_runs.two_sided(37, 100))
-        self.assertEqual(cre_runs.two_sided(5, 10), 1)
-        low, high = cre_runs.interval(63, 100)
-        self.assertAlmostEqual(low, 0.5322, places=4)
-        self.assertAlmostEqual(high, 0.7182, places=4)
-        self.assertAlmostEqual(cre_runs.interval(100, 100)[0], 0.9630, places=4)
-
     def test_page(self):
         """Only what stands between the marks is written anew."""
         with tempfile.TemporaryDirectory() as folder:

@@ -58,6 +58,12 @@ class Figures(unittest.TestCase):
         self.assertEqual([round(x, 4) for x in (p, low, high)], [0.308, 0.2553, 0.3662])
         self.assertAlmostEqual(samples.binomial_test(3, 10, 0.5), 0.34375)
         self.assertAlmostEqual(samples.binomial_test(63, 100, 0.5), 0.0120, delta=0.0001)
+        self.assertEqual([round(x, 4) for x in samples.share_interval(63, 100)[1:]], [0.5322, 0.7182])
+        # Siegel's example of learning rats (U = 9), and one with ties.
+        self.assertEqual(samples.rank_test([1, 2, 3], [1, 2, 3]), 1)
+        self.assertEqual(samples.rank_test([2, 2], [2, 2, 2]), 1)
+        self.assertAlmostEqual(samples.rank_test([1, 1, 2, 2], [2, 3, 3, 4, 5]), 0.0327, delta=0.0001)
+        self.assertAlmostEqual(samples.rank_test([78, 64, 75, 45, 82], [110, 70, 53, 51]), 0.9025, delta=0.0001)
         self.assertEqual(samples.excess([0, 0], [5, 6])[:2], (-100, -100))
         more, low, high = samples.excess([9, 10, 11], [9, 10, 11])
         self.assertEqual((more, low < 0 < high), (0, True))
