@@ -52,7 +52,7 @@ struct Bus::State {
   struct Node {
     State* bus = nullptr;                        // null when the bus is gone
     lcm_subscription_t* subscription = nullptr;  // in memory
-    std::shared_ptr<GRegex> pattern;             // on a network
+    std::shared_ptr<GRegex> pattern;             // what it hears, anchored
     bool cancelled = false;
     Handler handler;
   };
@@ -73,7 +73,7 @@ struct Bus::State {
   bool in_memory = false;
   std::vector<std::uint32_t> hear;                                          // network only: hosts, in network order
   std::unique_ptr<MulticastReceiver> receiver;                              // network only, once somebody listens
-  std::map<std::string, std::shared_ptr<const Route>, std::less<>> routes;  // network only; of the names heard so far
+  std::map<std::string, std::shared_ptr<const Route>, std::less<>> routes;  // of the names heard or published so far
   int waiting = 0;                                                          // memq only: published and not yet handled
   bool dispatching = false;
   bool delivered = false;  // a handler ran for the message in hand
@@ -194,8 +194,8 @@ Bus::Bus(const std::string& url, const std::vector<std::string>& hear) : state_(
   if (!state_->lcm)
     throw std::runtime_error(fmt::format(
         "bus {}: LCM cannot open it; check address and port, for example udpm://239.255.76.67:7701?ttl=0", url));
-  // LCM drops memq messages that nobody subscribed to. With this one, every message published is a message to handle,
-  // so that drain() needs no system call to learn whether one waits.
+  // LCM drops memq messages that nobody subscribed to. With this one, every message given to it is a message to handle,
+  // so that drain() needs no system call to learn whether one waits. publish() drops them, without LCM's locks.
   if (state_->in_memory)
     lcm_subscribe(
         state_->lcm, ".*", [](const lcm_recv_buf_t*, const char*, void*) {}, nullptr);
@@ -216,16 +216,20 @@ std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pat
   auto node = std::make_shared<State::Node>();
   node->bus = state_.get();
   node->handler = std::move(handler);
+  node->pattern = regex;
+  state_->routes.clear();
   if (state_->in_memory) {
     node->subscription = lcm_subscribe(state_->lcm, pattern.c_str(), &State::on_message, node.get());
     lcm_subscription_set_queue_capacity(node->subscription, 0);  // 0: no limit
   } else {
     if (!state_->listen(url_)) throw_no_route(url_);
-    node->pattern = regex;
-    state_->routes.clear();
   }
   state_->nodes.push_back(node);
   return std::make_unique<State::Handle>(std::move(node));
+}
+
+bool Bus::is_heard(const std::string& channel) const {
+  return !state_->in_memory || !state_->route_of(channel)->empty();
 }
 
 void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) {
@@ -233,6 +237,7 @@ void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) 
     counters_.add("refused.channel_name");
     return;
   }
+  if (!is_heard(channel)) return;
   if (lcm_publish(state_->lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
     counters_.add("refused.send_failed");
   else if (state_->in_memory)

@@ -37,11 +37,13 @@ class Bus {
   // the receiving socket of a network bus, which throws std::runtime_error when the bus does not hear itself.
   [[nodiscard]] std::unique_ptr<Subscription> subscribe(const std::string& channel_pattern, Handler handler);
 
+  // In memory only those who have subscribed before get it.
   void publish(const std::string& channel, std::span<const std::byte> bytes);
 
   template <class Message>
   requires requires(const Message& message) { message.getEncodedSize(); }
   void publish(const std::string& channel, const Message& message) {
+    if (!is_heard(channel)) return;
     scratch_.resize(static_cast<std::size_t>(message.getEncodedSize()));
     message.encode(scratch_.data(), 0, static_cast<int>(scratch_.size()));
     publish(channel, std::span<const std::byte>(scratch_));
@@ -60,6 +62,7 @@ class Bus {
   Counters counters() const;
 
  private:
+  bool is_heard(const std::string& channel) const;  // false where nobody can hear it, so that it need not be made
   struct State;
   std::unique_ptr<State> state_;
   std::string url_;

@@ -16,6 +16,7 @@ namespace arkmesh::sim_ode {
 
 volatile int FaultGuard::in_program = 0;
 volatile std::uint32_t FaultGuard::progress = 0;
+volatile int FaultGuard::watches = 0;
 
 namespace {
 
@@ -33,6 +34,16 @@ void* volatile fault_instruction = nullptr;
 char fault_words[200];
 volatile std::uint32_t last_progress = 0;
 volatile int equal_readings = 0;
+timer_t timer;  // runs periodically while `ticking`; the guard in use made it
+volatile int ticking = 0;
+
+// A signal's handler may call it.
+void tick_each(long nanoseconds) {
+  ticking = nanoseconds > 0;
+  itimerspec every{};
+  every.it_interval.tv_nsec = every.it_value.tv_nsec = nanoseconds;
+  timer_settime(timer, 0, &every, nullptr);
+}
 
 void* instruction_of(void* context) {
 #if defined(__x86_64__)
@@ -51,7 +62,6 @@ struct FaultGuard::State {
   stack_t old_stack{};
   std::array<struct sigaction, crash_signals.size()> old_crash{};
   struct sigaction old_timer {};
-  timer_t timer{};
 };
 
 struct FaultSignals {
@@ -79,6 +89,7 @@ struct FaultSignals {
   }
 
   static void tick(int, siginfo_t*, void* context) {
+    if (FaultGuard::watches == 0) return tick_each(0);
     if (!FaultGuard::in_program) return;
     if (FaultGuard::progress != last_progress) {
       last_progress = FaultGuard::progress;
@@ -119,21 +130,20 @@ FaultGuard::FaultGuard() : state_(std::make_unique<State>()) {
   event.sigev_notify = SIGEV_THREAD_ID;
   event.sigev_signo = timer_signal;
   event._sigev_un._tid = static_cast<pid_t>(syscall(SYS_gettid));
-  if (timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &state_->timer) != 0)
+  if (timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer) != 0)
     throw std::runtime_error("the system gives no timer to watch robots' programs with");
 }
 
 FaultGuard::~FaultGuard() {
-  timer_delete(state_->timer);
+  timer_delete(timer);
+  ticking = 0;
   sigaction(timer_signal, &state_->old_timer, nullptr);
   for (std::size_t k = 0; k < crash_signals.size(); ++k) sigaction(crash_signals[k], &state_->old_crash[k], nullptr);
   sigaltstack(&state_->old_stack, nullptr);
 }
 
-void FaultGuard::arm(bool on) {
-  itimerspec every{};
-  if (on) every.it_interval.tv_nsec = every.it_value.tv_nsec = timer_ns;
-  timer_settime(state_->timer, 0, &every, nullptr);
+void FaultGuard::start_ticking() {
+  if (!ticking) tick_each(timer_ns);
 }
 
 Fault FaultGuard::run(void (*work)(void*), void* context) {
