@@ -29,9 +29,10 @@ std::vector<hal::ArenaRow>& arena_rows();
 const hal::ArenaRow& chosen_arena(const hal::Section& arena);
 
 // The arena of a lab's run. An arena with cameras draws what it hears on `bus` over their pictures, serves them on
-// `loop` and keeps videos in `directory`; bus and loop outlive the arena. Refuses what nobody has read of the
-// configuration. Throws ConfigError.
+// `loop`, shows them on `pictures` and keeps videos in `directory`; bus, loop and board outlive the arena. Refuses what
+// nobody has read of the configuration. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
-                                       hal::EventLoop& loop, const std::filesystem::path& directory);
+                                       hal::EventLoop& loop, hal::PictureBoard& pictures,
+                                       const std::filesystem::path& directory);
 
 }  // namespace arkmesh::app

@@ -8,6 +8,7 @@
 #include "hal/solids.hpp"
 #include "lab/run_config.hpp"
 #include "lab/run_folder.hpp"
+#include "view/view_config.hpp"
 
 namespace arkmesh::app {
 
@@ -28,6 +29,7 @@ std::vector<hal::KeyRow> all_keys() {
     if (row.keys) add(row.keys(), row.name == ArenaUse().use);
   add(hal::keys_of<gateway::GatewayConfig>("gateway"));
   add(hal::keys_of<lab::RecorderConfig>("recorder"));
+  add(hal::keys_of<view::ViewConfig>("view"));
   for (const CatalogueEntry& entry : catalogue())
     if (entry.keys) add(entry.keys(), &entry == &catalogue().front());
   return rows;

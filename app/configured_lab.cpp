@@ -51,29 +51,48 @@ std::uint64_t random_run_id() {
 
 }  // namespace
 
-ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop)
+ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop, OwnParts* own)
     : loop_(loop),
       config_(std::move(config)),
       directory_(std::move(directory)),
       run_config_(config_.root().read<lab::RunConfig>()),
       run_id_(random_run_id()),
-      signatures_(config_.root().section("gateway").get("keys", std::filesystem::path())),
+      keys_(config_.root().section("gateway").get("keys", std::filesystem::path())),
+      signatures_(keys_),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_config_ = root.section("bus").read<hal::BusConfig>();
+  view_config_ = root.section("view").read<view::ViewConfig>();
   gateway_config_ = gateway::read_gateway_config(root.section("gateway"), run_config_.lab, run_config_.labs);
   run_config_.max_message_bytes =
       std::min<std::size_t>(run_config_.max_message_bytes, gateway_config_.max_message_bytes);
   recorder_config_ = root.section("recorder").read<lab::RecorderConfig>();
+  make_parts(own);
+}
+
+void ConfiguredLab::make_parts(OwnParts* own) {
+  const hal::Section root = config_.root();
   const CatalogueEntry& scenario = chosen_scenario(root, run_config_);
+  own_parts_ = own != nullptr;
+  if (own) {
+    OwnParts::Made made = own->make(config_, run_config_, loop_);
+    config_.refuse_unknown();
+    arena_ = std::move(made.arena);
+    scenario_ = std::move(made.scenario);
+    return;
+  }
   scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
-  arena_ = make_arena(config_, run_config_, private_bus_, loop, directory_);
+  arena_ = make_arena(config_, run_config_, private_bus_, loop_, pictures_, directory_);
   check_robot_limits(root, run_config_, scenario, arena_->info(), lab::shared_settings(config_));
+}
+
+std::filesystem::path ConfiguredLab::controller() const {
+  return own_parts_ ? std::filesystem::path() : controller_of(config_.root());
 }
 
 void ConfiguredLab::open_run() {
   const std::string effective = config_.effective(directory_);
-  facts_ = lab::run_facts(run_config_, effective, controller_of(config_.root()));
+  facts_ = lab::run_facts(run_config_, effective, controller());
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
@@ -85,7 +104,7 @@ void ConfiguredLab::open_run() {
 std::vector<std::filesystem::path> ConfiguredLab::inputs() const {
   std::vector<std::filesystem::path> out;
   for (const std::string& name : config_.files()) out.push_back(config_.file().parent_path() / name);
-  if (const std::filesystem::path program = controller_of(config_.root()); !program.empty()) out.push_back(program);
+  if (const std::filesystem::path program = controller(); !program.empty()) out.push_back(program);
   return out;
 }
 

@@ -7,22 +7,26 @@
 #include <string>
 #include <vector>
 
+#include "app/own_parts.hpp"
 #include "app/trusted_signatures.hpp"
 #include "gateway/config.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/config.hpp"
 #include "hal/event_loop.hpp"
+#include "hal/picture_board.hpp"
 #include "hal/tap.hpp"
 #include "lab/run_folder.hpp"
 #include "lab/runner.hpp"
+#include "view/view_config.hpp"
 
 namespace arkmesh::app {
 
 class ConfiguredLab {
  public:
   // Reads every key, refuses unknown ones, and makes all but the run: nothing is written. `directory` is for the run;
-  // `loop` serves what the arena shows, and outlives the lab. Throws ConfigError.
-  ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop);
+  // `loop` serves what the arena shows, and outlives the lab. `own`: null for an arena and a scenario of the tables,
+  // else it brings both. Throws ConfigError.
+  ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop, OwnParts* own = nullptr);
   ~ConfiguredLab();
   // Once, before anything else: opens the run folder and makes the runner. Throws as RunFolder does.
   void open_run();
@@ -58,19 +62,32 @@ class ConfiguredLab {
   const nlohmann::json& facts() const { return facts_; }
   std::uint64_t run_id() const { return run_id_; }
   hal::Bus& bus() { return private_bus_; }
+  hal::PictureBoard& pictures() { return pictures_; }
+  const view::ViewConfig& view() const { return view_config_; }
+  // gateway.keys
+  const std::filesystem::path& keys() const { return keys_; }
+  bool has_run() const { return runner_ != nullptr; }  // open_run() was called
 
  private:
+  void make_parts(OwnParts* own);
+  // What simulated robots run, also those of an emulated testbed; empty when there are none.
+  std::filesystem::path controller() const;
+
   hal::EventLoop& loop_;
   hal::Config config_;
   std::filesystem::path directory_;
   lab::RunConfig run_config_;
   gateway::GatewayConfig gateway_config_;
   hal::BusConfig bus_config_;
+  view::ViewConfig view_config_;
   lab::RecorderConfig recorder_config_;
   nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;
+  std::filesystem::path keys_;
   TrustedSignatures signatures_;
   hal::Bus private_bus_;
+  hal::PictureBoard pictures_;
+  bool own_parts_ = false;
   std::unique_ptr<hal::Arena> arena_;
   std::unique_ptr<lab::Scenario> scenario_;
   std::unique_ptr<lab::RunFolder> folder_;

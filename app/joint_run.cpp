@@ -22,6 +22,7 @@ constexpr std::chrono::microseconds step_time{1000};
 constexpr std::chrono::milliseconds wait_at_most{20};  // for arenas that keep real time, in one step
 constexpr std::uint64_t deadlock_steps = 10'000;       // repetition and dead-peer rules have long had their say by then
 constexpr std::uint64_t show_steps = 64;
+constexpr std::chrono::milliseconds serve_viewers_each{2};
 constexpr std::uint64_t serve_steps = 256;  // an arena that shows something is waited for, and is served then
 
 std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) {
@@ -58,20 +59,28 @@ void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::files
 
 }  // namespace
 
-JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory, Folder use)
+JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path& directory, Folder use,
+                   const std::map<std::string, OwnParts*, std::less<>>& own, bool page)
     : directory_(directory), network_(1) {
   for (hal::Config& config : configs) {
     const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
     const std::string file = config.file().string();
     if (std::any_of(labs_.begin(), labs_.end(), [&](const auto& m) { return m->lab.name() == name; }))
       throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
-    auto member = std::make_unique<Member>(std::move(config), directory / name, loop_);
+    const auto parts = own.find(name);
+    auto member = std::make_unique<Member>(std::move(config), directory / name, loop_,
+                                           parts == own.end() ? nullptr : parts->second);
     labs_.push_back(std::move(member));
   }
   for (const auto& member : labs_)
     if (member->lab.config().labs.size() != labs_.size())
       throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->lab.name(),
                                          member->lab.config().labs.size(), labs_.size()));
+  if (page) {
+    std::vector<ConfiguredLab*> all;
+    for (const auto& member : labs_) all.push_back(&member->lab);
+    page_ = LiveView::make(loop_, all, directory.string());
+  }
   if (use == Folder::of_batch)
     std::filesystem::create_directories(directory);
   else
@@ -80,6 +89,7 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     member->lab.open_run();
     member->membership.emplace(member->lab, member->public_bus);
   }
+  if (page_) page_->count();
   nlohmann::json running = labs_.front()->lab.facts();
   running.erase("lab");
   lab::save_running(directory / "result.json", std::move(running));
@@ -138,7 +148,7 @@ bool JointRun::step() {
   turn_ = 0;
   ++steps_;
   network_.step();
-  if (steps_ % serve_steps == 0) time_.serve();
+  if (steps_ % serve_steps == 0 || viewers_wait()) time_.serve();
   const bool real_time = wake_ != TimePoint::max();
   if (real_time && !advanced_) wait_for_arenas();
   // While a link is down waiting is right, however long.
@@ -146,6 +156,14 @@ bool JointRun::step() {
   if (idle_steps_ > deadlock_steps)
     for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
   return going_;
+}
+
+bool JointRun::viewers_wait() {
+  if (!page_) return false;
+  const TimePoint now = time_.now();
+  if (now - served_ < serve_viewers_each) return false;
+  served_ = now;
+  return true;
 }
 
 // Arenas that keep real time: what is waited for them passes for all labs, which tell each other how they are.
@@ -184,7 +202,9 @@ nlohmann::json JointRun::run(hal::StopRequest& stop, hal::Progress* progress) {
                      first.awaits_arena() ? first.state_text() : "running");
   }
   if (progress) progress->done();
-  return save(std::chrono::duration<double>(Clock::now() - begun).count());
+  const double wall_s = std::chrono::duration<double>(Clock::now() - begun).count();
+  if (page_) page_->finish(time_);
+  return save(wall_s);
 }
 
 nlohmann::json JointRun::save(double wall_s) const {

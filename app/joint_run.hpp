@@ -6,6 +6,8 @@
 #include <boost/asio/io_context.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +15,7 @@
 #include <vector>
 
 #include "app/configured_lab.hpp"
+#include "app/live_view.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/loopback.hpp"
 #include "hal/bus.hpp"
@@ -28,8 +31,10 @@ class JointRun {
   // looked after it, as a batch does for its many folders.
   enum class Folder : std::uint8_t { must_be_empty, moved_aside, of_batch };
   // Each lab records into `directory`/<lab>. Throws ConfigError when the configurations do not make one shared world,
-  // or the directory is refused.
-  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, Folder use = Folder::must_be_empty);
+  // or the directory is refused. `own`: by name, labs with parts of their own (ConfiguredLab). `page`: with a page for
+  // browsers, unless the first lab's [view] wants none.
+  JointRun(std::vector<hal::Config> labs, const std::filesystem::path& directory, Folder use = Folder::must_be_empty,
+           const std::map<std::string, OwnParts*, std::less<>>& own = {}, bool page = false);
   ~JointRun();
 
   // One step of every lab and of the network between them, or a part of it: a lab whose arena computes its own time
@@ -49,6 +54,8 @@ class JointRun {
   void start_gateway(const std::string& lab);
   std::uint64_t steps() const { return steps_; }
   bool finished() const;
+  // Null when there is none.
+  const LiveView* page() const { return page_.get(); }
   // The labs' names as one: "roark+shark".
   std::string names() const;
   // Steps to the end, then writes each lab's result.json and, joined, hash.csv and result.json. Returns the joint
@@ -57,8 +64,8 @@ class JointRun {
 
  private:
   struct Member {
-    Member(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop)
-        : lab(std::move(config), directory, loop) {}
+    Member(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop, OwnParts* own)
+        : lab(std::move(config), directory, loop, own) {}
     hal::Bus public_bus{"memq://"};
     ConfiguredLab lab;
     std::optional<ConfiguredLab::Membership> membership;
@@ -66,6 +73,7 @@ class JointRun {
   };
   Member& member(const std::string& name);
   void wait_for_arenas();
+  bool viewers_wait();
   bool links_up() const;
   nlohmann::json save(double wall_s) const;
 
@@ -74,6 +82,8 @@ class JointRun {
   hal::LoopTime time_{loop_};
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;
+  std::unique_ptr<LiveView> page_;
+  hal::TimePoint served_{};  // when viewers were, last
   std::uint64_t steps_ = 0, idle_steps_ = 0, boots_ = 0;
   std::chrono::microseconds waited_{0};    // for arenas that keep real time
   hal::TimePoint wake_{};                  // when the first of these goes on, of the current step

@@ -23,8 +23,9 @@ lab::Runner::Now since_boot(hal::TimePoint moment) {
 
 }  // namespace
 
-LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory, bool force)
-    : lab_(std::move(config), directory, loop_),
+LabProcess::LabProcess(hal::Config config, const std::filesystem::path& directory, bool force, OwnParts* own, bool page)
+    : lab_(std::move(config), directory, loop_, own),
+      page_(page ? LiveView::make(loop_, {&lab_}, directory.string()) : nullptr),
       public_bus_(lab_.bus_config().url, lab_.bus_config().hear),
       heard_(loop_, public_bus_.descriptor(), [this] { public_bus_.drain(); }),
       traffic_(lab_.bus()) {
@@ -32,6 +33,7 @@ LabProcess::LabProcess(hal::Config config, const std::filesystem::path& director
   lab::claim_run_folder(directory, force);
   lab_.open_run();
   membership_.emplace(lab_, public_bus_);
+  if (page_) page_->count();
 }
 
 void LabProcess::refuse_neighbours() {
@@ -91,6 +93,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   time_.serve();
   save_result();
   end_arena();
+  if (page_) page_->finish(time_);
 }
 
 void LabProcess::save_result() const {

@@ -5,9 +5,11 @@
 
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "app/configured_lab.hpp"
+#include "app/live_view.hpp"
 #include "app/traffic_monitor.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
@@ -21,14 +23,17 @@ namespace arkmesh::app {
 
 class LabProcess {
  public:
-  // Makes the lab, joins its LCM bus, and then opens `directory` for its run; what that holds is moved aside with
-  // `force`. Throws ConfigError, also when another lab process is on that LCM port or the folder is not empty, and
-  // std::runtime_error when there is no such bus.
-  LabProcess(hal::Config config, const std::filesystem::path& directory, bool force);
+  // Makes the lab and, with `page`, its page for browsers, joins its LCM bus, and then opens `directory` for its run;
+  // what that holds is moved aside with `force`. Throws ConfigError, also when another lab process is on that LCM port
+  // or the folder is not empty, and std::runtime_error when there is no such bus. `own` as of ConfiguredLab.
+  LabProcess(hal::Config config, const std::filesystem::path& directory, bool force, OwnParts* own = nullptr,
+             bool page = false);
 
   // Runs the lab to its end and writes result.json.
   void run(hal::StopRequest& stop, hal::Progress& progress);
   const ConfiguredLab& lab() const { return lab_; }
+  // Null when it has no page.
+  const LiveView* page() const { return page_.get(); }
 
  private:
   using TimePoint = hal::TimePoint;
@@ -42,6 +47,7 @@ class LabProcess {
   hal::EventLoop loop_;
   hal::LoopTime time_{loop_};
   ConfiguredLab lab_;
+  std::unique_ptr<LiveView> page_;
   hal::Bus public_bus_;
   hal::Readable heard_;
   std::optional<ConfiguredLab::Membership> membership_;

@@ -15,8 +15,9 @@ struct CommandRow {
 
 inline constexpr std::string_view light_program = "arkmesh";
 inline constexpr std::string_view gateway_program = "arkmesh-gateway";
-inline constexpr std::string_view lab_program = "arkmesh-lab";          // simulated arenas
-inline constexpr std::string_view testbed_program = "arkmesh-testbed";  // cameras, and all that arkmesh-lab does
+inline constexpr std::string_view lab_program = "arkmesh-lab";              // simulated arenas
+inline constexpr std::string_view recording_program = "arkmesh-recording";  // recorded runs
+inline constexpr std::string_view testbed_program = "arkmesh-testbed";      // cameras, and all that arkmesh-lab does
 
 // In the order in which --help lists them.
 std::span<const CommandRow> command_table();

@@ -19,6 +19,7 @@ void add_run_command(CLI::App& app);
 void add_batch_command(CLI::App& app);
 void add_rerun_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
+void add_view_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
@@ -33,6 +34,8 @@ void add_disarm_command(CLI::App& app);
 void add_config_command(CLI::App& app);
 // `examine_testbed`: what is to be said of the hardware that [arena] names; null in a program without cameras.
 void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
+void add_export_command(CLI::App& app);
+void add_plot_command(CLI::App& app);
 void add_controller_command(CLI::App& app);
 void add_controller_run_command(CLI::App& controller);
 void add_emulator_command(CLI::App& app);

@@ -11,6 +11,7 @@
 #include "app/lab_process.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "lab/result.hpp"
@@ -22,7 +23,7 @@ namespace {
 struct LabOptions {
   std::string file, out;
   std::vector<std::string> sets;
-  bool force = false;
+  bool force = false, open = false;
 };
 
 int run(const LabOptions& options) {
@@ -31,7 +32,8 @@ int run(const LabOptions& options) {
   const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
   const std::filesystem::path directory =
       options.out.empty() ? lab::default_run_directory(name) : std::filesystem::path(options.out);
-  app::LabProcess process(std::move(config), directory, options.force);
+  app::LabProcess process(std::move(config), directory, options.force, nullptr, true);
+  if (process.page()) show_page(process.page()->url(), directory, options.open);
   ProgressLine progress(name);
   process.run(stop, progress);
 
@@ -53,6 +55,7 @@ void add_lab_command(CLI::App& app) {
   command->add_option("file", options->file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LAB)");
   command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
+  command->add_flag("--open", options->open, "Open the lab's page in a browser");
   command->add_option("--set", options->sets, "Override a key: --set run.seed=7")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
     {"batch", add_batch_command},
     {"rerun", add_rerun_command},
     {"lab", add_lab_command},
+    {"view", add_view_command},
 #if !ARKMESH_CAMERAS
     {"config", add_config_command},
 #endif

@@ -18,6 +18,7 @@
 #include "app/run_pool.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "lab/run_folder.hpp"
@@ -32,7 +33,7 @@ struct RunOptions {
   std::string seeds, out;
   std::int64_t seed = -1;
   int jobs = 1;
-  bool force = false;
+  bool force = false, open = false;
 };
 
 std::filesystem::path directory_of(const RunOptions& options) {
@@ -46,7 +47,8 @@ std::filesystem::path directory_of(const RunOptions& options) {
 int run_once(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
   using Folder = app::JointRun::Folder;
   app::JointRun run(app::read_labs(options.labs, options.seed), directory,
-                    options.force ? Folder::moved_aside : Folder::must_be_empty);
+                    options.force ? Folder::moved_aside : Folder::must_be_empty, {}, true);
+  if (run.page()) show_page(run.page()->url(), directory, options.open);
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
@@ -127,6 +129,7 @@ void add_run_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LABS)");
   command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
+  command->add_flag("--open", options->open, "Open the page of the labs in a browser; a batch has none");
   command
       ->add_option("--set", options->labs.sets,
                    "Override a key of every lab, or of one: --set gate.slack=1, --set shark:arena.robots=30")

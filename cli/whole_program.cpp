@@ -19,6 +19,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"batch", add_batch_command},
     {"rerun", add_rerun_command},
     {"lab", add_lab_command},
+    {"view", add_view_command},
     {"gateway", add_gateway_command},
     {"keys", add_keys_command},
     {"explain", add_explain_command},

@@ -38,4 +38,13 @@ class Counters {
   std::map<std::string, std::uint64_t, std::less<>> totals_;
 };
 
+// Who has such totals.
+class Counting {
+ public:
+  virtual Counters counters() const = 0;
+
+ protected:
+  ~Counting() = default;
+};
+
 }  // namespace arkmesh::hal

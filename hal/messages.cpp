@@ -206,27 +206,6 @@ bool read_solids(const arena_info_t& message, ArenaInfo& info) {
   return true;
 }
 
-overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp) {
-  overlay_t out;
-  out.stamp_us = stamp.count();
-  for (const OverlayCircle& circle : circles) {
-    overlay_circle_t& m = out.circles.emplace_back();
-    m.x_m = circle.x_m, m.y_m = circle.y_m, m.radius_m = circle.radius_m;
-    m.colour = static_cast<std::uint8_t>(circle.colour);
-    m.dashed = circle.dashed;
-    m.text = circle.text;
-  }
-  out.n_circles = static_cast<std::int32_t>(out.circles.size());
-  return out;
-}
-
-std::vector<OverlayCircle> from_message(const overlay_t& message) {
-  std::vector<OverlayCircle> out;
-  for (const overlay_circle_t& m : message.circles)
-    out.push_back({m.x_m, m.y_m, m.radius_m, static_cast<Led>(m.colour & 7), m.dashed != 0, m.text});
-  return out;
-}
-
 std::vector<counter_t> to_message(const Counters& counters) {
   std::vector<counter_t> out;
   out.reserve(counters.all().size());

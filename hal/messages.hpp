@@ -1,4 +1,5 @@
-// Lab values <-> LCM messages, and the channel names of a lab. The only place where the two meet.
+// Lab values <-> LCM messages, and the channel names of a lab. The only place where the two meet, but for what
+// scenarios draw (drawing_message).
 #pragma once
 
 #include <optional>
@@ -10,7 +11,6 @@
 #include "arkmesh/counter_t.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/from_robots_t.hpp"
-#include "arkmesh/overlay_t.hpp"
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
 #include "hal/arena.hpp"
@@ -42,8 +42,6 @@ std::optional<FleetCommand> from_message(const fleet_command_t& message);
 arena_info_t to_message(const ArenaInfo& info);
 // Adds the message's obstacles and objects; false when it contradicts itself.
 bool read_solids(const arena_info_t& message, ArenaInfo& info);
-overlay_t to_message(std::span<const OverlayCircle> circles, LabTime stamp);
-std::vector<OverlayCircle> from_message(const overlay_t& message);
 std::vector<counter_t> to_message(const Counters& counters);
 
 }  // namespace arkmesh::hal

@@ -80,15 +80,6 @@ struct ToRobot {
   std::uint16_t value = 0;
 };
 
-// A circle of the virtual environment as people may see it drawn in the arena. Robots see nothing of it.
-struct OverlayCircle {
-  double x_m = 0, y_m = 0;  // arena frame
-  double radius_m = 0;
-  Led colour = Led::off;  // off is drawn grey
-  bool dashed = false;    // there, but not in force
-  std::string text;       // a few characters beside it
-};
-
 struct FromRobot {
   RobotId robot = 0;
   std::uint8_t kind = 0;

@@ -25,6 +25,12 @@ bool is_for_lab(int command) {
   return command >= operator_command_t::disarm && command <= operator_command_t::stop;
 }
 
+std::optional<Refusal> unknown(int command, fleet_command_t message) {
+  message.command = static_cast<std::uint8_t>(command);
+  if (is_for_lab(command) || hal::from_message(message)) return {};
+  return Refusal{"unknown", "it is no command that this version knows"};
+}
+
 }  // namespace
 
 CommandRights::CommandRights(const RunConfig& config, std::uint64_t run_id)
@@ -43,9 +49,21 @@ std::optional<Refusal> CommandRights::refusal(const std::string& peer, const ope
   if (auto refusal = unfit(giver, message, now)) return refusal;
   if (!peer.empty())
     if (auto refusal = unsigned_by(peer, message, now)) return refusal;
+  if (auto refusal = admit(peer, command, now)) return refusal;
+  giver.newest = message.number;
+  return {};
+}
+
+std::optional<Refusal> CommandRights::refusal_here(int command, Now now) {
+  if (auto refusal = unknown(command, {})) return refusal;
+  return admit("", command, now);
+}
+
+// What all others have let pass.
+std::optional<Refusal> CommandRights::admit(const std::string& peer, int command, Now now) {
   if (command == operator_command_t::arm && givers_.size() == 1)
     return Refusal{"no_peers", "there is nobody to arm it for: safety.commands_from names no lab"};
-  giver.newest = message.number;
+  Giver& giver = givers_.find(peer)->second;
   giver.last = now;
   ++giver.admitted;
   // Who stops or pauses robots here may be about to reach among them.
@@ -79,9 +97,7 @@ std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_c
   if (message.number > giver.newest + number_window) return Refusal{"number", "its number is too large"};
   if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
     return Refusal{"too_old", "it comes more than 30 s after it was given"};
-  if (!is_for_lab(message.command.command) && !hal::from_message(message.command))
-    return Refusal{"unknown", "it is no command that this version knows"};
-  return {};
+  return unknown(message.command.command, message.command);
 }
 
 // Without a key that fits, the file is read again: it is made at first need, and may be made anew.

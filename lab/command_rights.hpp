@@ -28,6 +28,8 @@ class CommandRights {
   // Why the lab does not do it. Nothing: it does, and never again by the same message. `peer`: the lab whose operator
   // gave it; empty: this one's.
   std::optional<Refusal> refusal(const std::string& peer, const operator_command_t& message, Now now);
+  // Of a command that the own operator gives in this process, which knows who they are: nothing is to be proved.
+  std::optional<Refusal> refusal_here(int command, Now now);
   // Whether other labs' operators are obeyed. Not before the own operator has said so.
   bool armed() const { return armed_; }
   void disarm() { armed_ = false; }
@@ -43,6 +45,7 @@ class CommandRights {
   };
   std::optional<Refusal> forbidden(const std::string& peer, const operator_command_t& message, Now now) const;
   std::optional<Refusal> unfit(const Giver& giver, const operator_command_t& message, Now now) const;
+  std::optional<Refusal> admit(const std::string& peer, int command, Now now);
   std::optional<Refusal> unproved(const operator_command_t& message, Now now);
   std::optional<Refusal> unsigned_by(const std::string& peer, const operator_command_t& message, Now now);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/drawing.hpp"
 #include "hal/projection.hpp"
 #include "hal/random.hpp"
 #include "hal/types.hpp"
@@ -69,8 +70,14 @@ class Lab {
   void row(std::string_view table, std::string_view header, std::string_view values) {
     data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
   }
-  // Something virtual to draw in the arena until the next boundary; called in on_period.
-  void draw(hal::OverlayCircle circle) { data_.overlay.push_back(std::move(circle)); }
+  // Something virtual that people see in this arena until the next boundary; called in on_period. Robots see nothing of
+  // it, and no result depends on it. A shape that cannot be drawn is left out and counted, as
+  // "overlay.refused.<reason>" (hal::Drawing).
+  void draw(hal::Circle shape) { drawn(data_.drawing.add(std::move(shape))); }
+  void draw(hal::Polygon shape) { drawn(data_.drawing.add(std::move(shape))); }
+  void draw(hal::Line shape) { drawn(data_.drawing.add(std::move(shape))); }
+  void draw(hal::Text shape) { drawn(data_.drawing.add(std::move(shape))); }
+  void draw(hal::Raster shape) { drawn(data_.drawing.add(std::move(shape))); }
   // A total of the result (result.json "counts") and of the status message.
   hal::Counters& counts() { return data_.counts; }
   const hal::Counters& counts() const { return data_.counts; }
@@ -78,6 +85,9 @@ class Lab {
  private:
   using States = std::map<std::string, LabState, std::less<>>;
   const LabState& merged(const States& states, std::string_view lab) const;
+  void drawn(std::string_view refused) {
+    if (!refused.empty()) data_.counts.add("overlay.refused." + std::string(refused));
+  }
 
   LabData& data_;
 };

@@ -17,7 +17,8 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena) {
 void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedState>& merged) {
   data.period = period;
   data.now = data.period_length * period;
-  data.overlay.clear();
+  data.drawn_before = !data.drawing.empty();
+  data.drawing.clear();
   for (const MergedState& each : merged) {
     if (each.initial) data.initial_states.insert_or_assign(each.lab, *each.initial);
     data.states.insert_or_assign(each.lab, *each.state);

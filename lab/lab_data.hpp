@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/drawing.hpp"
 #include "hal/projection.hpp"
 #include "hal/random.hpp"
 #include "hal/recorder.hpp"
@@ -47,7 +48,8 @@ struct LabData {
   std::map<std::string, hal::RandomStream, std::less<>> streams;
   std::vector<hal::ToRobot> to_robots;
   std::vector<hal::FleetCommand> commands;
-  std::vector<hal::OverlayCircle> overlay;
+  hal::Drawing drawing;       // since the last boundary
+  bool drawn_before = false;  // at the boundary before that
   std::vector<Row> rows;
   hal::Counters counts;
 };

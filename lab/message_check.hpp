@@ -1,5 +1,5 @@
-// Walks the bytes of a message that came from outside and checks every count in it, nested ones too, against the bytes
-// that are left. LCM's generated decoders trust counts, so nothing from outside is decoded before this has passed.
+// Checks the bytes of a message that came from another lab, from an operator or from the gateway, before it is decoded
+// (hal/message_walker).
 #pragma once
 
 #include <cstddef>

@@ -16,7 +16,12 @@ namespace arkmesh::lab {
 
 OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
                            const hal::Clock& clock)
-    : lab_(config.lab), recorder_(recorder), clock_(clock), rights_(config, run_id), audit_(recorder, clock) {}
+    : lab_(config.lab),
+      run_id_(run_id),
+      recorder_(recorder),
+      clock_(clock),
+      rights_(config, run_id),
+      audit_(recorder, clock) {}
 
 void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> bytes, Now now) {
   const auto slash = channel.rfind('/');
@@ -28,6 +33,33 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
   if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);
+  admit(peer, channel, message, bytes);
+}
+
+std::string OperatorDesk::obey(std::uint8_t command, Now now) {
+  std::optional<Refusal> refusal;
+  if (closed_)
+    refusal = {"ended", "the run has ended"};
+  else
+    refusal = rights_.refusal_here(command, now);
+  if (refusal) {
+    refuse({}, command, *refusal);
+    return refusal->sentence;
+  }
+  operator_command_t message{};
+  message.lab = lab_;
+  message.run_id = static_cast<std::int64_t>(run_id_);
+  message.clock_us = now.count();
+  message.command.command = command;
+  // Nobody but this process vouches for it: no number, and a proof of zeros.
+  const std::vector<std::uint8_t> bytes = proved_bytes(message);
+  admit({}, operator_channel, message, std::as_bytes(std::span(bytes)));
+  return {};
+}
+
+void OperatorDesk::admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
+                         std::span<const std::byte> bytes) {
+  const int command = message.command.command;
   audit_.admitted(peer, command);
   recorder_.record(clock_.now(), channel, bytes);
   if (command == operator_command_t::stop)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <set>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "arkmesh/fleet_command_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
 #include "hal/clock.hpp"
 #include "hal/counters.hpp"
 #include "hal/recorder.hpp"
@@ -32,6 +34,9 @@ class OperatorDesk {
   // A message of the public bus, which anybody on this machine may have sent: on operator_channel of the own operator,
   // behind "<lab>/" of another lab's.
   void hear(std::string_view channel, std::span<const std::byte> bytes, Now now);
+  // What the own operator says in this process, which knows who they are: a fleet_command_t::command, or one of
+  // operator_command_t. Returns why it is refused, in one sentence; nothing when it is not.
+  std::string obey(std::uint8_t command, Now now);
   // What was admitted for the robots since the last call.
   std::vector<fleet_command_t> take();
   // The run is to end.
@@ -44,9 +49,12 @@ class OperatorDesk {
   hal::Counters counters() const;
 
  private:
+  void admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
+             std::span<const std::byte> bytes);
   void refuse(const std::string& peer, int command, const Refusal& refusal);
 
   const std::string lab_;
+  const std::uint64_t run_id_;
   hal::Recorder& recorder_;
   const hal::Clock& clock_;
   CommandRights rights_;

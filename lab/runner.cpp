@@ -86,6 +86,7 @@ Runner::Step Runner::start() {
   if (!std::exchange(begun_, true)) {
     port_.publish_info();
     lab_.declare(arena_rule());
+    lab_.declare(unknown_rule());
     lab_.publish(arena_rule().name, arena_values(arena_.info()));
     if (config_.exchange.mode == Exchange::Mode::mixed) lab_.declare(applied_rule(config_.labs.size()));
     scenario_.begin(lab_);
@@ -305,6 +306,7 @@ hal::Counters Runner::drops() const {
   all.merge(recorder_.counters());
   all.merge(bus_.counters(), "bus.");
   if (public_bus_) all.merge(public_bus_->counters(), "public_bus.");
+  if (page_) all.merge(page_->counters());
   return all;
 }
 

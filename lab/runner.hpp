@@ -53,6 +53,8 @@ class Runner {
   void hear_command(std::string_view channel, std::span<const std::byte> bytes) {
     operators_.hear(channel, bytes, now_);
   }
+  // What the lab's own operator says in this process, at its page. As OperatorDesk::obey.
+  std::string obey(std::uint8_t command) { return operators_.obey(command, now_); }
   // Who knows the signatures of other labs' operators, and outlives the runner.
   void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
   bool armed() const { return operators_.armed(); }
@@ -89,6 +91,8 @@ class Runner {
   nlohmann::json exchange_figures() const;
   // Counts that bus's, too, as `public_bus.*`; null: no longer.
   void count(const hal::Bus* public_bus) { public_bus_ = public_bus; }
+  // Counts what is counted at the lab's page, too; null: no longer.
+  void count_page(const hal::Counting* page) { page_ = page; }
 
  private:
   enum class Phase { starting, at_boundary, running, completing, lingering, failing, ended };
@@ -116,6 +120,7 @@ class Runner {
   Scenario& scenario_;
   hal::Bus& bus_;
   const hal::Bus* public_bus_ = nullptr;
+  const hal::Counting* page_ = nullptr;
   hal::Recorder& recorder_;
   const std::uint64_t run_id_;
   std::unique_ptr<hal::Bus::Subscription>

@@ -1,6 +1,7 @@
 #include "lab/shared_view.hpp"
 
 #include "arkmesh/shared_view_t.hpp"
+#include "hal/drawing_message.hpp"
 #include "hal/messages.hpp"
 #include "lab/world_message.hpp"
 
@@ -27,7 +28,9 @@ void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedS
   }
   view.n_labs = static_cast<std::int32_t>(view.labs.size());
   bus.publish(hal::channel::shared, view);
-  if (!lab.overlay.empty()) bus.publish(hal::channel::overlay, hal::to_message(lab.overlay, lab.now));
+  // An empty one takes away what was shown.
+  if (!lab.drawing.empty() || lab.drawn_before)
+    bus.publish(hal::channel::overlay, hal::to_message(lab.drawing, lab.now));
 }
 
 }  // namespace arkmesh::lab

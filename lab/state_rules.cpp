@@ -20,6 +20,20 @@ FieldRule arena_rule() {
   return {.name = std::string(arena_field), .length = 4, .low = 0, .high = 1'000'000'000, .initial_only = true};
 }
 
+FieldRule unknown_rule() {
+  return {.name = "lab.unknown",
+          .length = static_cast<std::size_t>(Unknown::periods) + 1,
+          .low = 0,
+          .high = 1,
+          .initial_only = true};
+}
+
+std::vector<std::int64_t> unknown_values(std::initializer_list<Unknown> unknown) {
+  std::vector<std::int64_t> values(unknown_rule().length, 0);
+  for (const Unknown one : unknown) values[static_cast<std::size_t>(one)] = 1;
+  return values;
+}
+
 FieldRule applied_rule(std::size_t labs) {
   return {
       .name = "lab.applied", .length = labs, .low = 0, .high = 1'000'000'000, .owner_only = true, .bookkeeping = true};

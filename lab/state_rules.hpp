@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -30,6 +31,12 @@ struct FieldRule {
 // [width_um, height_um, robots, largest id].
 FieldRule arena_rule();
 std::vector<std::int64_t> arena_values(const hal::ArenaInfo& arena);
+
+// The field of state 0 of a lab that does not know all of what a state tells: a 1 for each thing that its states do not
+// tell, in the order of Unknown. A lab without it knows everything.
+enum class Unknown : std::uint8_t { poses, headings, ids, counts, settings, periods };
+FieldRule unknown_rule();
+std::vector<std::int64_t> unknown_values(std::initializer_list<Unknown> unknown);
 
 // The owner's, where exchange is mixed: per lab in the order of names, the boundary at which the payload was made that
 // the owner merged last. A lab sees by it that its events came through.

@@ -26,6 +26,8 @@ PASSING = [
     (re.compile(r"^\[\d{4}-\d\d-\d\d [\d:.]+\]", re.M), "[TIME]"),
     (re.compile(r"(simulated|built) in [\d.]+ s"), r"\1 in N s"),
     (re.compile(r"\(\d+x\)"), "(Nx)"),
+    (re.compile(r"^see it at http\S+\n", re.M), ""),  # the page of a run, at whichever port and with a token
+    (re.compile(r"^.*TCP port \d+ is taken; the page is at \d+\n", re.M), ""),
     (re.compile(r"http://127\.0\.0\.1:\d+"), "http://127.0.0.1:PORT"),
 ]
 

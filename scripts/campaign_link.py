@@ -43,7 +43,7 @@ class LinkCell(LinkFaults, Cell):
     def __init__(self, kind, phase, fault, out, program, hash_text, divide=1):
         super().__init__("simulated", "running", "", out, program, hash_text)
         self.kind, self.phase, self.fault, self.divide, self.about = kind, phase, fault, divide, LINK_FAULTS[fault]
-        self.pace, self.patience_s = Pace(2.0, 4000.0 if divide == 1 else 1600.0, 50), 300
+        self.pace, self.patience_s = Pace(2.0, 4000.0, 50), 300
         self.peaks, self.views, self.others = {}, {}, []
         self.clock = out / "clock_jump.txt"
         whole = next((float(number) for number in re.findall(r"(\d+) s$", fault)), 0)

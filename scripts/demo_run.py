@@ -46,6 +46,19 @@ class Progress:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
+class Pages:
+    """Where the labs are to be seen, once each has said so."""
+
+    def __init__(self, labs):
+        self.labs, self.left = labs, set(labs.files)
+
+    def show(self):
+        for lab in sorted(self.left):
+            if found := re.search(r"see it at (\S+)\n", self.labs.said("lab", lab).read_text(errors="replace")):
+                print(f"demo: see {lab} at {found[1]}", flush=True)
+                self.left.discard(lab)
+
+
 def number(n):
     return f"{n:,}".replace(",", " ")
 
@@ -118,7 +131,7 @@ def run_hybrid(arguments, program=PROGRAM):
     print(f"demo: {simulated} is simulated; the robots of {emulated} stand on an emulated testbed, with camera and overhead controller; "
           f"recording to {out}", flush=True)
     command = [program, "run", *files, "--seed", arguments.seed, "--out", out, "--set", f"run.duration_s={arguments.seconds}",
-               "--set", "arena.kilobot.video=true", "--set", "arena.kilobot.window=false"]
+               "--set", "arena.kilobot.video=true", "--set", "arena.kilobot.window=false", *(["--open"] if getattr(arguments, "open", False) else [])]
     process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, preexec_fn=end_with_parent)
     try:
         code = process.wait()
@@ -150,15 +163,15 @@ def run(arguments, files=LABS, program=PROGRAM):
         if arguments.remote:
             names = [file.stem for file in files]
             own, enter = join_by_tls(names, out / "keys", program), ending.enter_context(joined_networks(names))
-        labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter))
+        labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter, lab_words=["--open"] if getattr(arguments, "open", False) else []))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
         if enter:
             print("demo: each lab is in a network of its own; a cable joins them, and their gateways speak TLS over it", flush=True)
         if arguments.emulated:
             print("demo: roark's robots stand on an emulated testbed; they are asked who they are, and then play in real time", flush=True)
-        progress = Progress(labs)
+        progress, pages = Progress(labs), Pages(labs)
         try:
-            labs.wait(patience_s=max(600, 2 * arguments.seconds), each=progress.show)
+            labs.wait(patience_s=max(600, 2 * arguments.seconds), each=lambda: (pages.show(), progress.show()))
         finally:
             progress.done()
     joint = join_results(labs.results())
@@ -174,6 +187,7 @@ def main():
     parser.add_argument("--remote", action="store_true", help="each lab in a network of its own, joined over TLS; needs root")
     parser.add_argument("--hybrid", nargs="?", const="dhtf", choices=list(HYBRIDS),
                         help="one swarm simulated, the other on an emulated testbed, as fast as it can be computed (default dhtf)")
+    parser.add_argument("--open", action="store_true", help="open the labs' pages in a browser")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()

@@ -29,7 +29,7 @@ def end_with_parent():
 class LabProcesses:
     """`with LabProcesses(files, out) as labs:` starts everything; leaving the block ends what still runs."""
 
-    def __init__(self, files, out, overrides=(), own_overrides=None, program=PROGRAM, enter=None):
+    def __init__(self, files, out, overrides=(), own_overrides=None, program=PROGRAM, enter=None, lab_words=()):
         self.files = {tomllib.loads(pathlib.Path(f).read_text())["lab"]["name"]: pathlib.Path(f) for f in files}
         self.out = pathlib.Path(out)
         # `overrides` ("key=value") go to every lab, own_overrides[lab] to that lab only.
@@ -37,6 +37,7 @@ class LabProcesses:
                           for lab in self.files}
         self.program = program
         self.enter = enter or {}  # words before a lab's commands, by lab
+        self.lab_words = list(lab_words)  # more options of `arkmesh lab`
         self.processes = {}  # (what, lab) -> Popen
 
     def __enter__(self):
@@ -62,7 +63,7 @@ class LabProcesses:
         """Starts a process, with `more` words of the command line; a lab records into `out`, by default a folder of its name."""
         command = [*self.enter.get(lab, []), self.program, what, self.files[lab], *self.overrides[lab], *more]
         if what == "lab":
-            command += ["--out", out or self.out / lab]
+            command += ["--out", out or self.out / lab, *self.lab_words]
         with open(self.said(what, lab), "ab") as said:
             try:
                 self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,

@@ -15,7 +15,10 @@ import struct
 import sys
 
 SYNC = 0xEDA1DA01
-TYPES_DIR = pathlib.Path(__file__).resolve().parent.parent / "build/release/lcmtypes/python"
+HERE = pathlib.Path(__file__).resolve().parent
+# As installed, as the caller says, or as scripts/build makes them.
+TYPES_DIR = next((folder for folder in (pathlib.Path(os.environ.get("ARKMESH_LCM_TYPES", "")), HERE / "lcmtypes") if folder.joinpath("arkmesh").is_dir()),
+                 HERE.parent / "build/release/lcmtypes/python")
 
 
 def events(path):
@@ -57,7 +60,7 @@ def new(type_name, **values):
     message = cls()
     for name, value in values.items():
         setattr(message, name, value)
-        if isinstance(value, list) and hasattr(message, "n_" + name):
+        if isinstance(value, (list, bytes)) and hasattr(message, "n_" + name):
             setattr(message, "n_" + name, len(value))
     return message
 

@@ -8,10 +8,13 @@
 #include <utility>
 
 #include "arkmesh/shared_view_t.hpp"
+#include "hal/drawing_message.hpp"
 #include "hal/messages.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/projection.hpp"
+#include "testbed/straight_pictures.hpp"
 #include "tracker/annotate.hpp"
+#include "tracker/overlay_painter.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -43,28 +46,24 @@ ArenaView::ArenaView(const KilobotSettings& settings, hal::Bus& bus, hal::EventL
     again_.emplace(loop, look_for_it_every, [this] { show_again(); });
     spdlog::info("the testbed is to be seen at http://127.0.0.1:{}/", server_->port());
   }
-  subscriptions_.push_back(
-      bus.subscribe(hal::channel::overlay, [this](std::string_view, std::span<const std::byte> bytes) {
-        if (overlay_t message; hal::decode(bytes, message)) overlay_ = hal::from_message(message);
-      }));
+  subscriptions_.push_back(bus.subscribe(
+      hal::channel::overlay,
+      [this](std::string_view, std::span<const std::byte> bytes) { hal::read_overlay(bytes, overlay_, refused_); }));
   subscriptions_.push_back(bus.subscribe(
       hal::channel::shared, [this](std::string_view, std::span<const std::byte> bytes) { hear_shared(bytes); }));
 }
 
 // Robots of other labs as they would stand here.
 void ArenaView::hear_shared(std::span<const std::byte> bytes) {
-  shared_view_t view;
+  shared_view_t view{};
   if (!hal::decode(bytes, view)) return;
   const hal::Projection projection{view.shift_x_m, view.shift_y_m, view.turn_rad, view.scale};
   ghosts_.clear();
   for (const lab_view_t& lab : view.labs) {
     if (lab.lab == lab_) continue;
     for (const shared_robot_t& robot : lab.robots) {
-      const hal::Pose at = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6});
-      ghosts_.push_back({.x_m = at.x_m,
-                         .y_m = at.y_m,
-                         .radius_m = hal::kilobot::body_radius_m / 2,
-                         .colour = static_cast<hal::Led>(robot.led & 7)});
+      ghosts_.push_back({.pose = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6}),
+                         .led = static_cast<hal::Led>(robot.led & 7)});
     }
   }
 }
@@ -72,6 +71,7 @@ void ArenaView::hear_shared(std::span<const std::byte> bytes) {
 void ArenaView::look(const testbed::Look& look) {
   if (server_)
     for (const auto& [name, total] : server_->counters().all()) look.counters.set(name, total);
+  for (const auto& [name, total] : refused_.all()) look.counters.set(name, total);
   tracker_ = &look.tracker;
   for (std::size_t k = 0; k < look.pictures.size(); ++k) {
     const cv::Mat& picture = look.pictures[k];
@@ -95,7 +95,7 @@ cv::Mat ArenaView::draw(const cv::Mat& picture, std::size_t camera, const tracke
   if (const tracker::Calibration* seen_by = tracker.calibration(camera)) {
     tracker::draw_border(drawn, *seen_by);
     tracker::draw_overlay(drawn, *seen_by, overlay_);
-    tracker::draw_overlay(drawn, *seen_by, ghosts_);
+    tracker::draw_ghosts(drawn, *seen_by, ghosts_, hal::kilobot::body_radius_m / 2);
     tracker::draw_tracks(drawn, *seen_by, tracker.tracks(), kilobot_body());
   }
   return drawn;
@@ -148,7 +148,11 @@ Observer make_window(const hal::Section& kilobot, const KilobotSettings& setting
   if (!request.bus) return {};
   try {
     const auto window = std::make_shared<ArenaView>(settings, *request.bus, *request.loop, request.directory);
-    return [window](const Look& look) { window->look(look); };
+    const auto pages = request.pictures ? std::make_shared<StraightPictures>(*request.pictures) : nullptr;
+    return [window, pages](const Look& look) {
+      window->look(look);
+      if (pages) pages->look(look);
+    };
   } catch (const std::runtime_error& wrong) {
     kilobot.refuse("window_port", wrong.what());
   }

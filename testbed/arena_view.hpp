@@ -13,6 +13,8 @@
 
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
+#include "hal/counters.hpp"
+#include "hal/drawing.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "hal/on_loop.hpp"
@@ -57,8 +59,9 @@ class ArenaView {
   };
   std::map<std::size_t, Last> last_;                // of each camera
   const tracker::TableTracker* tracker_ = nullptr;  // of who calls look() and owns this
-  std::vector<hal::OverlayCircle> overlay_,
-      ghosts_;  // the scenario's; robots of other labs, where they are in this arena
+  hal::Drawing overlay_;                            // the scenario's
+  std::vector<hal::Observation> ghosts_;            // robots of other labs, where they are in this arena
+  hal::Counters refused_;                           // of what came for overlay_
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
   std::optional<hal::Repeating> again_;
 };

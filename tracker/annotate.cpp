@@ -10,45 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "tracker/brush.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
 constexpr double known_heading_rad = 1.0;  // an arrow is drawn when the heading is surer than that
-constexpr int shift = 4;                   // lines to a sixteenth of a pixel
-constexpr double max_px = 1e5;             // beyond it nothing is drawn
-
 cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
   const int bits = static_cast<int>(led);
   return led == hal::Led::off ? off : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
-}
-
-std::optional<cv::Point> fine(const std::optional<Point>& at) {
-  if (!at || !(std::abs(at->x) < max_px && std::abs(at->y) < max_px)) return {};
-  return cv::Point(static_cast<int>(std::lround(at->x * (1 << shift))),
-                   static_cast<int>(std::lround(at->y * (1 << shift))));
-}
-
-// A circle of the arena as the camera sees it.
-std::vector<cv::Point> ring(const Calibration& camera, Point centre, double radius_m, double height_m) {
-  std::vector<cv::Point> points;
-  constexpr int steps = 48;
-  for (int i = 0; i < steps; ++i) {
-    const double angle = 2 * std::numbers::pi * i / steps;
-    const auto at =
-        fine(camera.to_pixel({centre.x + radius_m * std::cos(angle), centre.y + radius_m * std::sin(angle)}, height_m));
-    if (!at) return {};
-    points.push_back(*at);
-  }
-  return points;
-}
-
-// White on black, so that it can be read on every table.
-void write(cv::Mat& picture, const std::string& text, Point at, double size_px, const cv::Scalar& colour) {
-  const double scale = std::clamp(size_px / 40.0, 0.3, 1.2);
-  const int thick = std::max(1, static_cast<int>(2 * scale));
-  const cv::Point where(static_cast<int>(at.x), static_cast<int>(at.y));
-  cv::putText(picture, text, where, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar::all(0), thick + 2, cv::LINE_AA);
-  cv::putText(picture, text, where, cv::FONT_HERSHEY_SIMPLEX, scale, colour, thick, cv::LINE_AA);
 }
 
 }  // namespace
@@ -65,13 +35,13 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
     const cv::Scalar colour = colour_of(track.led, cv::Scalar(0, 140, 255));
     const bool seen = track.age.count() == 0;
     const int thick = seen ? std::max(1, static_cast<int>(r_px / 10)) : 1;
-    cv::polylines(picture, circle, true, colour, thick, cv::LINE_AA, shift);
+    cv::polylines(picture, circle, true, colour, thick, cv::LINE_AA, fine_shift);
     if (track.heading_sigma_rad < known_heading_rad) {
       const double heading = track.in_arena.heading_rad, length_m = 0.75 * body.diameter_m;
       const auto tip = fine(camera.to_pixel(
           {centre.x + length_m * std::cos(heading), centre.y + length_m * std::sin(heading)}, body.board_m));
       if (const auto from = fine(middle); tip && from)
-        cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, shift);
+        cv::line(picture, *from, *tip, colour, thick, cv::LINE_AA, fine_shift);
     }
     const std::string name =
         track.robot ? fmt::format("{}{}", *track.robot, track.doubtful ? "?" : "") : fmt::format("#{}", track.number);
@@ -80,18 +50,12 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
   }
 }
 
-void draw_overlay(cv::Mat& picture, const Calibration& camera, std::span<const hal::OverlayCircle> circles) {
-  for (const hal::OverlayCircle& circle : circles) {
-    const std::vector<cv::Point> outline = ring(camera, {circle.x_m, circle.y_m}, circle.radius_m, 0);
-    if (outline.empty()) continue;
-    const cv::Scalar colour = colour_of(circle.colour, cv::Scalar::all(150));
-    const std::size_t step = circle.dashed ? 2 : 1;
-    for (std::size_t i = 0; i < outline.size(); i += step)
-      cv::line(picture, outline[i], outline[(i + 1) % outline.size()], colour, 2, cv::LINE_AA, shift);
-    const auto scale = camera.scale({circle.x_m, circle.y_m}, 0);
-    const auto middle = camera.to_pixel({circle.x_m, circle.y_m}, 0);
-    if (middle && scale && !circle.text.empty())
-      write(picture, circle.text, *middle, scale->largest * circle.radius_m / 2, colour);
+void draw_ghosts(cv::Mat& picture, const Calibration& camera, std::span<const hal::Observation> robots,
+                 double radius_m) {
+  for (const hal::Observation& robot : robots) {
+    const std::vector<cv::Point> circle = ring(camera, {robot.pose.x_m, robot.pose.y_m}, radius_m, 0);
+    if (!circle.empty())
+      cv::polylines(picture, circle, true, colour_of(robot.led, cv::Scalar::all(150)), 2, cv::LINE_AA, fine_shift);
   }
 }
 
@@ -104,7 +68,7 @@ void draw_border(cv::Mat& picture, const Calibration& camera) {
     const Point from = corners[i / steps % 4], to = corners[(i / steps + 1) % 4];
     const double along = i % steps / static_cast<double>(steps);
     const auto at = fine(camera.to_pixel({from.x + (to.x - from.x) * along, from.y + (to.y - from.y) * along}, 0));
-    if (at && before) cv::line(picture, *before, *at, cv::Scalar(200, 200, 0), 1, cv::LINE_AA, shift);
+    if (at && before) cv::line(picture, *before, *at, cv::Scalar(200, 200, 0), 1, cv::LINE_AA, fine_shift);
     before = at;
   }
 }

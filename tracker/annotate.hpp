@@ -1,5 +1,5 @@
-// Draws what is known over a camera's picture: robots' circles, names, headings and LEDs, and the virtual environment
-// on the table.
+// Draws what is known over a camera's picture: robots' circles, names, headings and LEDs, and the arena's border. What
+// scenarios draw is overlay_painter's.
 #pragma once
 
 #include <span>
@@ -20,7 +20,9 @@ namespace arkmesh::tracker {
 // is out of sight; its arrow is the driving direction, left out when that is not known. The text is the robot's id,
 // with a question mark while it is doubtful, or #number of a track that nobody has named.
 void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Track> tracks, const Body& body);
-void draw_overlay(cv::Mat& picture, const Calibration& camera, std::span<const hal::OverlayCircle> circles);
+// Robots of other labs, where they are in this arena: circles of their LEDs' colours.
+void draw_ghosts(cv::Mat& picture, const Calibration& camera, std::span<const hal::Observation> robots,
+                 double radius_m);
 // The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is
 // another's.
 void draw_border(cv::Mat& picture, const Calibration& camera);

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <utility>
 
+#include "scenarios/cre/fields.hpp"
 #include "scenarios/wall_sensor.hpp"
 
 namespace arkmesh::scenarios::cre {
 namespace {
 
 constexpr hal::LabTime averaged{60'000'000};  // of the means that a result states
+constexpr std::size_t most_drawn = 1000;      // places; of more than that those with a resource are drawn alone
 
 }  // namespace
 
@@ -18,12 +20,7 @@ Cre::Cre(Settings settings)
     : settings_(std::move(settings)), figures_(settings_.consensus, averaged), messages_(settings_.repeat) {}
 
 void Cre::begin(lab::Lab& lab) {
-  const auto places = static_cast<std::size_t>(settings_.grid) * static_cast<std::size_t>(settings_.grid);
-  constexpr std::int64_t far_um = 1'000'000'000, many = 1'000'000'000;
-  // The ground lab's alone, though any lab may declare them: others are not read.
-  lab.declare({.name = "ground_um", .length = 2, .low = 1, .high = far_um, .initial_only = true});
-  lab.declare({.name = "active", .length = places, .low = 0, .high = 1});
-  lab.declare({.name = "harvested", .length = 2, .low = 0, .high = many});
+  declare_fields(lab, settings_);
   if (!is_ground(lab)) return;
   const double width_m = lab.arena().width_m, height_m = lab.arena().height_m;
   lab.publish("ground_um", {std::llround(width_m * 1e6), std::llround(height_m * 1e6)});
@@ -115,27 +112,34 @@ void Cre::record(lab::Lab& lab) {
   lab.counts().set("harvested.south", static_cast<std::uint64_t>(harvested[1]));
 }
 
-// Regions as large dashed circles with their numbers, and the resources, red in the north and blue in the south.
+// Both regions with their numbers of resources, the border between them, and all places: filled where a resource is.
 void Cre::draw(lab::Lab& lab) const {
   const hal::Projection& ground = lab.projection(settings_.roles.ground);
-  const double scale = ground.scale / lab.projection().scale;
-  const auto circle = [&](const hal::Pose& centre, double radius_m, Region region, bool dashed, std::string text) {
-    const hal::Pose at = lab.projection().to_arena(ground.to_shared(centre));
-    lab.draw({.x_m = at.x_m,
-              .y_m = at.y_m,
-              .radius_m = radius_m * scale,
-              .colour = region == Region::north ? for_north : for_south,
-              .dashed = dashed,
-              .text = std::move(text)});
+  const auto here = [&](double x_m, double y_m) {
+    const hal::Pose at = lab.projection().to_arena(ground.to_shared({.x_m = x_m, .y_m = y_m}));
+    return hal::Point{at.x_m, at.y_m};
   };
-  const auto region_circle = [&](Region region, const char* name, int resources) {
-    const double y_m = (region == Region::north ? 1 : -1) * height_m_ / 4;
-    circle({.x_m = 0, .y_m = y_m}, height_m_ / 4, region, true, fmt::format("{} {}", name, resources));
+  const double east_m = width_m_ / 2, north_m = height_m_ / 2;
+  const auto draw_region = [&](double edge_m, const char* name, int resources, int others) {
+    lab.draw(hal::Polygon{.corners = {here(-east_m, 0), here(east_m, 0), here(east_m, edge_m), here(-east_m, edge_m)},
+                          .colour = resources < others ? hal::Colour::region_poor : hal::Colour::region_rich,
+                          .filled = true,
+                          .label = fmt::format("{}: {} resources", name, resources)});
   };
-  region_circle(Region::north, "N", settings_.resources_north);
-  region_circle(Region::south, "S", settings_.resources_south);
-  for (std::size_t i = 0; i < places_.size(); ++i)
-    if (active_[i] == 1) circle(places_[i], settings_.resource_radius_m, region_of(places_[i]), false, "");
+  draw_region(north_m, "north", settings_.resources_north, settings_.resources_south);
+  draw_region(-north_m, "south", settings_.resources_south, settings_.resources_north);
+  lab.draw(hal::Line{.points = {here(-east_m, 0), here(east_m, 0)}, .colour = hal::Colour::note, .dashed = true});
+  const double radius_m = settings_.resource_radius_m * ground.scale / lab.projection().scale;
+  const bool idle_too = places_.size() <= most_drawn;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const bool active = active_[i] == 1;
+    if (!active && !idle_too) continue;
+    lab.draw(hal::Circle{.at = here(places_[i].x_m, places_[i].y_m),
+                         .radius_m = radius_m,
+                         .colour = active ? hal::Colour::resource : hal::Colour::site_idle,
+                         .filled = active,
+                         .dashed = !active});
+  }
 }
 
 void Cre::on_period(lab::Lab& lab) {

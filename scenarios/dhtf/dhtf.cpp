@@ -4,17 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
+#include "hal/fixed_math.hpp"
+#include "scenarios/dhtf/fields.hpp"
 #include "scenarios/dhtf/sites.hpp"
 #include "scenarios/wall_sensor.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 namespace {
-
-std::string hard_field(const std::string& lab) {
-  return "site_hard." + lab;
-}
 
 std::string completed_header(const lab::Lab& lab) {
   std::string header = "period,time_s,site,cell,active_since_s";
@@ -35,22 +34,7 @@ Dhtf::Dhtf(Settings settings)
       messages_(settings_.repeat) {}
 
 void Dhtf::begin(lab::Lab& lab) {
-  const auto sites = static_cast<std::size_t>(settings_.sites);
-  constexpr std::int64_t far_um = 1'000'000'000, many = 1'000'000'000;
-  // Decided once, by the owner.
-  lab.declare({.name = "site_cell", .length = sites, .low = 0, .high = 15, .owner_only = true, .initial_only = true});
-  for (const char* axis : {"site_x_um", "site_y_um"})
-    lab.declare(
-        {.name = axis, .length = sites, .low = -far_um, .high = far_um, .owner_only = true, .initial_only = true});
-  for (const std::string& each : lab.labs())
-    lab.declare(
-        {.name = hard_field(each), .length = sites, .low = 0, .high = 1, .owner_only = true, .initial_only = true});
-  // Decided at every boundary, by the owner.
-  lab.declare({.name = "active", .length = sites, .low = 0, .high = 1, .owner_only = true});
-  lab.declare({.name = "executed", .length = sites, .low = 0, .high = many, .owner_only = true});
-  lab.declare({.name = "executed_by", .length = sites * lab.labs().size(), .low = 0, .high = many, .owner_only = true});
-  // Every lab's own.
-  lab.declare({.name = "team", .length = sites, .low = 0, .high = many});
+  declare_fields(lab, settings_);
   lab.publish("team", team_);
   lab.counts().set("completed", 0);
   if (lab.is_owner()) decide_sites(lab);
@@ -161,30 +145,68 @@ void Dhtf::take_snapshot(lab::Lab& lab) {
     site.executed = executed[i];
     total += executed[i];
     if (!site.active && active[i] == 1) site.active_since = lab.now();
+    if (site.active && active[i] != 1) site.idle_since = lab.now();
     site.active = active[i] == 1;
   }
   lab.counts().set("completed", static_cast<std::uint64_t>(total));
 }
 
-// Every site as a circle with the teams that all labs merged; red where the own team's task is hard, blue where it is
-// easy.
+// Robots of that lab that a task at this site asks for.
+std::int64_t Dhtf::needed_at(const Site& site, const lab::Lab& lab, std::size_t of) const {
+  return settings_.requirements.find(lab.labs()[of])->second[site.hard[of] ? 1 : 0];
+}
+
+// A dot for each robot that a lab's team needs, below the site: filled for each robot that is there. The own lab's ring
+// is the inner one.
+void Dhtf::draw_team(lab::Lab& lab, const Site& site, int ring, const std::string& of, std::int64_t team,
+                     std::int64_t needed) const {
+  constexpr std::int64_t most = 12;  // more cannot be counted at a glance; the label has the numbers
+  constexpr double widest_rad = 0.5;
+  if (needed > most) return;
+  const double radius_m = settings_.site_radius_m / lab.projection().scale;
+  const hal::Pose centre = lab.projection().to_arena(site.in_shared);
+  const double step_rad =
+      std::min(widest_rad, std::numbers::pi / static_cast<double>(std::max<std::int64_t>(needed, 1)));
+  for (std::int64_t i = 0; i < needed; ++i) {
+    const double angle =
+        -std::numbers::pi / 2 + (static_cast<double>(i) - 0.5 * static_cast<double>(needed - 1)) * step_rad;
+    const double from_centre_m = radius_m * (1.2 + 0.3 * ring);
+    lab.draw(hal::Circle{.at = {centre.x_m + from_centre_m * hal::fixed::cos(angle),
+                                centre.y_m + from_centre_m * hal::fixed::sin(angle)},
+                         .radius_m = 0.1 * radius_m,
+                         .colour = of == lab.name() ? hal::Colour::own : hal::Colour::other,
+                         .filled = i < team});
+  }
+}
+
+// Every site with the teams that all labs merged, as `there/needed` in lab order, or with the time until it is back.
 void Dhtf::draw_sites(lab::Lab& lab) const {
-  const auto own =
-      static_cast<std::size_t>(std::find(lab.labs().begin(), lab.labs().end(), lab.name()) - lab.labs().begin());
+  const std::vector<std::string>& labs = lab.labs();
+  const auto own = static_cast<std::size_t>(std::find(labs.begin(), labs.end(), lab.name()) - labs.begin());
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const Site& site = sites_[i];
-    std::string teams;
-    for (const std::string& each : lab.labs()) {
-      const auto& team = lab.field(each, "team");
-      teams += fmt::format("{}{}", teams.empty() ? "" : "+", i < team.size() ? team[i] : 0);
-    }
     const hal::Pose centre = lab.projection().to_arena(site.in_shared);
-    lab.draw({.x_m = centre.x_m,
-              .y_m = centre.y_m,
-              .radius_m = settings_.site_radius_m / lab.projection().scale,
-              .colour = site.hard[own] ? hal::Led::red : hal::Led::blue,
-              .dashed = !site.active,
-              .text = teams});
+    hal::Circle circle{.at = {centre.x_m, centre.y_m}, .radius_m = settings_.site_radius_m / lab.projection().scale};
+    if (!site.active) {
+      const hal::LabTime left = std::max(hal::LabTime{0}, site.idle_since + settings_.respawn - lab.now());
+      circle.colour = hal::Colour::site_idle;
+      circle.dashed = true;
+      circle.label = fmt::format("back in {:.0f} s", std::ceil(seconds(left)));
+      lab.draw(std::move(circle));
+      continue;
+    }
+    std::string teams;
+    int ring = 0;
+    for (std::size_t l = 0; l < labs.size(); ++l) {
+      const auto& field = lab.field(labs[l], "team");
+      const std::int64_t team = i < field.size() ? field[i] : 0, needed = needed_at(site, lab, l);
+      teams += fmt::format("{}{}/{}", teams.empty() ? "" : " + ", team, needed);
+      draw_team(lab, site, l == own ? 0 : ++ring, labs[l], team, needed);
+    }
+    circle.colour = site.hard[own] ? hal::Colour::site_hard : hal::Colour::site_active;
+    circle.filled = true;
+    circle.label = fmt::format("{} {}", site.hard[own] ? "hard" : "easy", teams);
+    lab.draw(std::move(circle));
   }
 }
 

@@ -31,7 +31,7 @@ class Dhtf final : public lab::Scenario {
     std::vector<std::int64_t> hard;  // per lab, in lab order
     int timeout_s = 0;
     bool active = true;  // in force
-    hal::LabTime active_since{0};
+    hal::LabTime active_since{0}, idle_since{0};
     std::int64_t executed = 0;  // in force
   };
 
@@ -39,6 +39,9 @@ class Dhtf final : public lab::Scenario {
   void place_sites(lab::Lab& lab);
   void take_snapshot(lab::Lab& lab);
   void draw_sites(lab::Lab& lab) const;
+  void draw_team(lab::Lab& lab, const Site& site, int ring, const std::string& of, std::int64_t team,
+                 std::int64_t needed) const;
+  std::int64_t needed_at(const Site& site, const lab::Lab& lab, std::size_t of) const;
   const Site* site_at(const hal::Pose& in_shared) const;
 
   Settings settings_;

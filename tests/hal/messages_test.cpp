@@ -133,21 +133,6 @@ TEST_CASE("arena and counters become messages") {
   CHECK(list[1].value == 3);
 }
 
-TEST_CASE("overlays become messages and come back") {
-  // Every field of a circle survives the way over the bus.
-  const std::vector<OverlayCircle> circles{{0.1, -0.2, 0.05, Led::red, true, "2+1"}, {}};
-  const auto back = from_message(to_message(circles, LabTime{7}));
-  REQUIRE(back.size() == 2);
-  CHECK(back[0].x_m == 0.1);
-  CHECK(back[0].y_m == -0.2);
-  CHECK(back[0].radius_m == 0.05);
-  CHECK(back[0].colour == Led::red);
-  CHECK(back[0].dashed);
-  CHECK(back[0].text == "2+1");
-  CHECK(!back[1].dashed);
-  CHECK(to_message(circles, LabTime{7}).stamp_us == 7);
-}
-
 TEST_CASE("lab names are short and plain") {
   // 1 to 15 of a-z 0-9 _ -, so that lab/channel fits into LCM's 63 bytes.
   for (const char* good : {"a", "shark", "lab-2_b", "abcdefghijklmno"}) CHECK_MESSAGE(is_lab_name(good), good);

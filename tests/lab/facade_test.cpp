@@ -1,10 +1,16 @@
 // What a scenario may ask of its lab, and what it is answered when it asks too early or for what there is not.
 #include <doctest/doctest.h>
 
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "hal/bus.hpp"
+#include "hal/drawing_message.hpp"
+#include "hal/messages.hpp"
 #include "lab/lab.hpp"
+#include "lab/shared_view.hpp"
 
 using namespace arkmesh;
 
@@ -95,4 +101,38 @@ TEST_CASE("a random stream is named lab/purpose and stays where it is") {
   for (int i = 0; i < 100; ++i) asked.lab.random(std::to_string(i));
   CHECK(&asked.lab.random("sites") == &stream);
   CHECK(stream.count() == 1);
+}
+
+TEST_CASE("what a scenario draws is shown until the next boundary, and what cannot be drawn is counted") {
+  // Five kinds of shapes; a boundary takes them away, and viewers are told so once.
+  Asked asked;
+  hal::Bus bus("memq://");
+  std::vector<std::int64_t> shapes;
+  const auto subscription =
+      bus.subscribe(hal::channel::overlay, [&](std::string_view, std::span<const std::byte> bytes) {
+        hal::Drawing drawing;
+        hal::Counters refused;
+        REQUIRE(hal::read_overlay(bytes, drawing, refused));
+        shapes.push_back(static_cast<std::int64_t>(drawing.size()));
+      });
+  const auto boundary = [&](std::uint32_t period, bool draws) {
+    asked.merge(period);
+    if (draws) {
+      asked.lab.draw(hal::Circle{.at = {0.1, 0.2}, .radius_m = 0.1});
+      asked.lab.draw(hal::Polygon{.corners = {{0, 0}, {1, 0}, {0, 1}}});
+      asked.lab.draw(hal::Line{.points = {{0, 0}, {1, 0}}});
+      asked.lab.draw(hal::Text{.at = {0, 0}, .text = "here"});
+      asked.lab.draw(hal::Raster{.cell_m = 0.1, .columns = 1, .cells = {7}});
+      asked.lab.draw(hal::Circle{.radius_m = -1});
+      asked.lab.draw(hal::Text{.text = "two\nlines"});
+    }
+    lab::publish_shared(bus, asked.data, {});
+    bus.drain();
+  };
+  boundary(0, false);
+  CHECK(shapes.empty());
+  for (std::uint32_t period = 1; period < 5; ++period) boundary(period, period < 3);
+  CHECK(shapes == std::vector<std::int64_t>{5, 5, 0});
+  CHECK(asked.lab.counts()["overlay.refused.number"] == 2);
+  CHECK(asked.lab.counts()["overlay.refused.label"] == 2);
 }

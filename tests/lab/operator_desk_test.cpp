@@ -93,6 +93,31 @@ TEST_CASE("a command counts once, for this run of this lab, and by the user's ke
   CHECK(bench.refused("ended") == 1);
 }
 
+TEST_CASE("what the own operator says in the lab's process needs no proof, and is judged and kept like the rest") {
+  DeskBench bench;
+  ByteSignatures signatures;
+  bench.desk.ask(&signatures);
+  CHECK(bench.desk.obey(pause_robots, bench.now += 1ms).empty());
+  CHECK(bench.taken() == std::vector<int>{pause_robots});
+  CHECK(bench.desk.obey(operator_command_t::arm, bench.now += 1ms).empty());
+  CHECK(bench.desk.armed());
+  CHECK(bench.desk.obey(pause_robots, bench.now += 1ms).empty());
+  CHECK_FALSE(bench.desk.armed());  // as whenever the own operator pauses
+  CHECK(bench.desk.obey(200, bench.now += 1ms).find("no command that this version knows") != std::string::npos);
+  CHECK(bench.refused("unknown") == 1);
+  bench.hear(command_for_a(bench.key, run, 1));  // numbers of those with a proof go on
+  CHECK(bench.taken() == std::vector<int>{pause_robots, run});
+  CHECK(bench.desk.obey(operator_command_t::stop, bench.now += 1ms).empty());
+  CHECK(bench.desk.end_asked());
+  bench.desk.close();
+  CHECK(bench.desk.obey(run, bench.now += 1ms) == "the run has ended");
+  bench.recorder.flush();
+  hal::EventLogReader log(bench.folder.path() / "run/log.lcm");
+  int events = 0;
+  while (log.next()) ++events;
+  CHECK(events == 5);
+}
+
 TEST_CASE("every bit of a command is proved") {
   DeskBench bench;
   const std::vector<std::byte> good = encoded(command_for_a(bench.key, pause_robots, 1));

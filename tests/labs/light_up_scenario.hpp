@@ -46,11 +46,24 @@ class LightUp final : public lab::Scenario {
     for (const std::string& each : lab.labs())
       if (const auto& lit_there = lab.field(each, "lit"); !lit_there.empty())
         lab.counts().add("lit_periods", static_cast<std::uint64_t>(lit_there[0]));
+    draw(lab);
   }
 
   bool finished(const lab::Lab&) const override { return false; }
 
  private:
+  // For people: within these circles robots of this lab light up.
+  void draw(lab::Lab& lab) const {
+    if (lab.is_owner()) return;
+    for (const lab::SharedRobot& other : lab.state(lab.owner()).robots) {
+      const hal::Pose at = lab.projection().to_arena(other.in_shared);
+      lab.draw(hal::Circle{.at = {at.x_m, at.y_m},
+                           .radius_m = reach_m_ / lab.projection().scale,
+                           .colour = hal::Colour::other,
+                           .dashed = true});
+    }
+  }
+
   struct Told {
     bool near = false;
     hal::LabTime when{0};

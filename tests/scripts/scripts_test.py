@@ -87,9 +87,9 @@ class Scripts(unittest.TestCase):
             return (self.run_dir / "picture.png").read_bytes()
 
         alone = picture()
-        circles = [run_folder.new("overlay_circle_t", x_m=0.1, y_m=-0.1, radius_m=0.1, colour=colour, dashed=colour == 1, text="N 10")
-                   for colour in (0, 1, 4)]
-        overlay = run_folder.new("overlay_t", stamp_us=8_000_000, n_circles=3, circles=circles)
+        circles = [run_folder.new("overlay_circle_t", x_m=0.1, y_m=-0.1, radius_m=0.1, colour=colour, dashed=colour == "site_idle", label="10")
+                   for colour in ("site_idle", "site_hard", "own")]
+        overlay = run_folder.new("overlay_t", stamp_us=8_000_000, circles=circles)
         self.log.write_bytes(self.log.read_bytes() + run_folder.event(11, 1e9 + 8, "overlay", overlay.encode()))
         with_overlay = picture()
         self.assertNotEqual(with_overlay, alone)

@@ -274,22 +274,43 @@ TEST_CASE("cre: rows, counts and overlays are those of the merged states") {
     CHECK(lab.lab.counts()["consensus.ms"] == 2000);
     CHECK(lab.lab.counts()["consensus.south"] == 1);
     CHECK(lab.lab.counts()["ground.middle_peak_ppm"] == 300'000);
-    // Two regions, 45 resources.
-    REQUIRE(lab.overlay().size() == 47);
-    CHECK(lab.overlay()[0].text == "N 10");
-    CHECK(lab.overlay()[1].text == "S 35");
-    CHECK(lab.overlay()[1].dashed);
+    // Two regions, the border, 100 places of which 45 hold a resource.
+    const hal::Drawing& drawing = lab.drawing();
+    REQUIRE(drawing.polygons().size() == 2);
+    CHECK(drawing.polygons()[0].label == "north: 10 resources");
+    CHECK(drawing.polygons()[0].colour == hal::Colour::region_poor);
+    CHECK(drawing.polygons()[1].label == "south: 35 resources");
+    CHECK(drawing.polygons()[1].colour == hal::Colour::region_rich);
+    REQUIRE(drawing.lines().size() == 1);
+    REQUIRE(drawing.circles().size() == 100);
+    int filled = 0;
+    for (const hal::Circle& place : drawing.circles()) {
+      filled += place.filled;
+      CHECK(place.filled == (place.colour == hal::Colour::resource));
+      CHECK(place.dashed == !place.filled);
+    }
+    CHECK(filled == 45);
+    CHECK(lab.lab.counts()["overlay.refused.too_many"] == 0);
   }
   CHECK(world.ground().lab.counts().all() == world.flying().lab.counts().all());
   // The first resource is drawn at its place: on the ground as it is, in the flying arena at a quarter of the size.
   std::size_t first = 0;
   while (world.active()[first] == 0) ++first;
-  const hal::OverlayCircle& on_ground = world.ground().overlay()[2];
-  const hal::OverlayCircle& in_air = world.flying().overlay()[2];
-  CHECK(on_ground.x_m == doctest::Approx(world.places()[first].x_m));
-  CHECK(on_ground.y_m == doctest::Approx(world.places()[first].y_m));
+  const hal::Circle& on_ground = world.ground().drawing().circles()[first];
+  const hal::Circle& in_air = world.flying().drawing().circles()[first];
+  CHECK(on_ground.at.x_m == doctest::Approx(world.places()[first].x_m));
+  CHECK(on_ground.at.y_m == doctest::Approx(world.places()[first].y_m));
   CHECK(on_ground.radius_m == doctest::Approx(0.02));
-  CHECK(on_ground.colour == Led::red);
-  CHECK(in_air.x_m == doctest::Approx(world.above(world.places()[first]).x_m));
+  CHECK(in_air.at.x_m == doctest::Approx(world.above(world.places()[first]).x_m));
   CHECK(in_air.radius_m == doctest::Approx(0.005));
+  // The regions are the halves of the ground arena, and the border lies between them.
+  const double side_m = 2;
+  const hal::Polygon& north = world.ground().drawing().polygons()[0];
+  REQUIRE(north.corners.size() == 4);
+  for (const hal::Point& corner : north.corners) {
+    CHECK(std::abs(corner.x_m) == doctest::Approx(side_m / 2));
+    CHECK((std::abs(corner.y_m) < 1e-9 || corner.y_m == doctest::Approx(side_m / 2)));
+  }
+  for (const hal::Point& end : world.flying().drawing().lines()[0].points)
+    CHECK(std::hypot(end.x_m, end.y_m) == doctest::Approx(side_m / 8));
 }

@@ -1,6 +1,7 @@
 // DHTF as a whole, in labs without arenas: what is published, merged, counted and told.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <set>
 
 #include "scenarios/dhtf/controller/dhtf_messages.h"
@@ -133,25 +134,74 @@ TEST_CASE("dhtf: rows of completed tasks") {
   }
 }
 
-TEST_CASE("dhtf: an overlay for people") {
-  // Each lab draws every site where it lies in its own arena, with the teams of all labs in name order.
+TEST_CASE("dhtf: what people see of a site") {
+  // Each lab draws every site where it lies in its own arena: its kind, and of each lab who is there and who is needed,
+  // as numbers in name order and as dots, the own lab's nearest to the site.
   WorldDouble world({roark, shark}, "shark");
   const dhtf::Settings s = settings();
   begin(world, s);
-  world["shark"].frame(at_site(world, "shark", 4, 2, dwelling));
+  world["shark"].frame(at_site(world, "shark", 4, 1, dwelling));
   world.boundary();
   for (const char* name : {"roark", "shark"}) {
-    const std::vector<hal::OverlayCircle> circles = world[name].overlay();
+    const hal::Drawing& drawing = world[name].drawing();
     const hal::Projection& projection = world[name].lab.projection();
-    REQUIRE(circles.size() == static_cast<std::size_t>(s.sites));
+    std::vector<hal::Circle> sites, dots;
+    for (const hal::Circle& circle : drawing.circles())
+      (circle.colour == hal::Colour::own || circle.colour == hal::Colour::other ? dots : sites).push_back(circle);
+    REQUIRE(sites.size() == static_cast<std::size_t>(s.sites));
     const hal::Pose expected = projection.to_arena(site_in_shared(world, 4));
-    CHECK(circles[4].x_m == doctest::Approx(expected.x_m));
-    CHECK(circles[4].y_m == doctest::Approx(expected.y_m));
-    CHECK(circles[4].radius_m * projection.scale == doctest::Approx(s.site_radius_m));
-    CHECK(circles[4].colour == Led::blue);
-    CHECK(circles[4].text == "0+2");
-    CHECK(circles[3].text == "0+0");
+    CHECK(sites[4].at.x_m == doctest::Approx(expected.x_m));
+    CHECK(sites[4].at.y_m == doctest::Approx(expected.y_m));
+    CHECK(sites[4].radius_m * projection.scale == doctest::Approx(s.site_radius_m));
+    CHECK(sites[4].colour == hal::Colour::site_active);
+    CHECK(sites[4].filled);
+    CHECK_FALSE(sites[4].dashed);
+    CHECK(sites[4].label == "easy 0/1 + 1/2");
+    CHECK(sites[3].label == "easy 0/1 + 0/2");
+    // Three robots are needed at each of the sites; one is there.
+    CHECK(dots.size() == 3 * sites.size());
+    int there = 0;
+    double own_m = 0, other_m = 0;
+    for (const hal::Circle& dot : dots) {
+      const double from_site_m = std::hypot(dot.at.x_m - expected.x_m, dot.at.y_m - expected.y_m);
+      there += dot.filled;
+      if (dot.filled) {
+        CHECK((dot.colour == hal::Colour::own) == (std::string(name) == "shark"));
+        CHECK(from_site_m < 2 * sites[4].radius_m);
+      }
+      if (from_site_m < 2 * sites[4].radius_m) (dot.colour == hal::Colour::own ? own_m : other_m) = from_site_m;
+    }
+    CHECK(there == 1);
+    CHECK(own_m > sites[4].radius_m);
+    CHECK(other_m > own_m);
   }
+}
+
+TEST_CASE("dhtf: people see hard sites as such, and how long an idle one is away") {
+  // The countdown begins with the time that the site is inactive, and ends when it is back.
+  dhtf::Settings hard = settings();
+  hard.types = dhtf::Types::hard;
+  WorldDouble world({roark, shark}, "shark");
+  begin(world, hard);
+  CHECK(world["roark"].drawing().circles().back().colour == hal::Colour::site_hard);
+
+  WorldDouble easy({roark, shark}, "shark");
+  begin(easy, settings());
+  easy["shark"].frame(at_site(easy, "shark", 7, 2, dwelling));
+  easy["roark"].frame(at_site(easy, "roark", 7, 1, dwelling));
+  std::vector<std::string> labels;
+  for (int k = 0; k < 40; ++k) {
+    easy.boundary();
+    const hal::Circle& site = easy["roark"].drawing().circles().back();
+    if (site.colour != hal::Colour::site_idle) continue;
+    CHECK(site.dashed);
+    CHECK_FALSE(site.filled);
+    labels.push_back(site.label);
+    for (const char* name : {"roark", "shark"}) easy[name].frame(at_site(easy, name, 7, 0, dwelling));
+  }
+  REQUIRE(labels.size() == 20);
+  CHECK(labels.front() == "back in 40 s");
+  CHECK(labels.back() == "back in 2 s");
 }
 
 TEST_CASE("dhtf: respawn") {

@@ -42,7 +42,7 @@ struct LabDouble {
   }
 
   const std::vector<Row>& rows() const { return data.rows; }
-  const std::vector<hal::OverlayCircle>& overlay() const { return data.overlay; }
+  const hal::Drawing& drawing() const { return data.drawing; }
 
   void take_said() {
     said.insert(said.end(), data.to_robots.begin(), data.to_robots.end());
@@ -73,7 +73,7 @@ struct LabDouble {
     data.now = period * data.period_length;
     if (period == 0) data.initial_states = states;
     data.states = states;
-    data.overlay.clear();
+    data.drawing.clear();
     scenario->on_period(lab);
     take_said();
   }

@@ -1,0 +1,226 @@
+#include "app/live_view.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "app/status_news.hpp"
+#include "app/view_identity.hpp"
+#include "arkmesh/fleet_command_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
+#include "hal/fault_port.hpp"
+#include "hal/messages.hpp"
+
+namespace arkmesh::app {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+constexpr auto last_words_within = 300ms;
+constexpr std::size_t max_fault_bytes = 300;
+
+struct CommandName {
+  std::string_view name;
+  std::uint8_t command;
+};
+constexpr CommandName command_names[] = {{"stop", operator_command_t::stop},
+                                         {"pause", fleet_command_t::pause},
+                                         {"resume", fleet_command_t::run},
+                                         {"arm", operator_command_t::arm},
+                                         {"disarm", operator_command_t::disarm}};
+
+std::vector<std::string> certified(const view::ViewConfig& config) {
+  std::vector<std::string> hosts = config.hosts;
+  hosts.push_back(config.address);
+  return hosts;
+}
+
+// A finite number, or nothing.
+std::optional<double> number_in(const json& what, const char* name) {
+  const auto found = what.find(name);
+  if (found == what.end() || !found->is_number()) return {};
+  return found->get<double>();
+}
+
+const json& object_in(const json& what, const char* name) {
+  const auto found = what.find(name);
+  if (found == what.end() || !found->is_object()) throw std::runtime_error(fmt::format("'{}' must be an object", name));
+  return *found;
+}
+
+}  // namespace
+
+// Of one lab: its bus, its pictures, and lines of its event log, from its status once a second.
+class LiveView::Eye final : public hal::PictureWatcher {
+ public:
+  Eye(view::Server& server, int number, ConfiguredLab& lab)
+      : server_(server), number_(number), lab_(lab), heard_(lab.bus().subscribe(".*", [this](auto channel, auto bytes) {
+          server_.show(number_, now_us(), channel, bytes);
+          if (channel != hal::channel::status) return;
+          for (const std::string& line : news_.read(bytes)) tell(line);
+        })) {
+    lab_.pictures().attach(this);
+  }
+  ~Eye() override { lab_.pictures().attach(nullptr); }
+  Eye(const Eye&) = delete;
+
+  bool wants_pictures() const override { return server_.viewers() > 0; }
+  void set_frame(const hal::PictureFrame& frame) override {
+    server_.set_camera(number_, {{"name", frame.camera},
+                                 {"width_px", frame.width_px},
+                                 {"height_px", frame.height_px},
+                                 {"arena_to_px", frame.arena_to_px}});
+  }
+  void show_picture(const std::string& camera, hal::LabTime at, std::span<const std::byte> jpeg) override {
+    server_.show_picture(number_, at.count(), camera, jpeg);
+  }
+  void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
+
+ private:
+  std::int64_t now_us() const { return lab_.arena().clock().now().count(); }
+
+  view::Server& server_;
+  const int number_;
+  ConfiguredLab& lab_;
+  StatusNews news_;
+  std::unique_ptr<hal::Bus::Subscription> heard_;
+};
+
+std::unique_ptr<LiveView> LiveView::make(hal::EventLoop& loop, const std::vector<ConfiguredLab*>& labs,
+                                         std::string run) {
+  const ConfiguredLab& first = *labs.front();
+  const view::ViewConfig& config = first.view();
+  if (!config.use) return nullptr;
+  view::ServerOptions options{.address = config.address,
+                              .port = config.port,
+                              .hosts = config.hosts,
+                              .per_s = config.per_s,
+                              .max_viewers = config.viewers};
+  if (!view::is_loopback(config.address))
+    options.identity = view_identity(first.keys(), first.name(), certified(config));
+  try {
+    return std::unique_ptr<LiveView>(new LiveView(loop, config, std::move(options), labs, std::move(run)));
+  } catch (const std::runtime_error& error) {
+    spdlog::warn("there is no page for browsers: {}", error.what());
+    return nullptr;
+  }
+}
+
+LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
+                   const std::vector<ConfiguredLab*>& labs, std::string run)
+    : labs_(labs), run_(std::move(run)), control_(config.control), server_(loop, std::move(options), *this) {
+  if (server_.port() != config.port)
+    spdlog::info("TCP port {} is taken; the page is at {}", config.port, server_.port());
+  for (std::size_t i = 0; i < labs_.size(); ++i)
+    eyes_.push_back(std::make_unique<Eye>(server_, static_cast<int>(i), *labs_[i]));
+}
+
+LiveView::~LiveView() {
+  if (labs_.front()->has_run()) labs_.front()->runner().count_page(nullptr);
+}
+
+void LiveView::count() {
+  labs_.front()->runner().count_page(this);
+}
+
+std::string LiveView::url() const {
+  return control_ ? server_.url_with_token() : server_.url();
+}
+
+void LiveView::finish(hal::LoopTime& time) {
+  server_.sample();
+  for (const auto until = time.now() + last_words_within; server_.sending() && time.now() < until;)
+    time.wait_for_anything(until);
+}
+
+json LiveView::about() {
+  json names = json::array(), emulators = json::array();
+  for (ConfiguredLab* const lab : labs_) {
+    names.push_back(lab->name());
+    emulators.push_back(dynamic_cast<hal::FaultPort*>(&lab->arena()) != nullptr);
+  }
+  return {{"mode", "live"}, {"labs", names}, {"control", control_}, {"run", run_}, {"emulator", emulators}};
+}
+
+void LiveView::request(const json&, view::Answer& answer) {
+  answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
+}
+
+void LiveView::command(const json& what, view::Answer& answer) {
+  if (!control_) return answer.refuse("This lab takes no commands from its page: view.control is false.");
+  if (!what.contains("command")) {
+    const std::string said = to_emulator(what);
+    if (said.starts_with("error: ")) return answer.refuse(said.substr(7));
+    answer.done({{"text", said}});
+    return;
+  }
+  const json& command = object_in(what, "command");
+  const auto name = command.find("name");
+  for (const auto& row : command_names) {
+    if (name == command.end() || !name->is_string() || name->get_ref<const std::string&>() != row.name) continue;
+    if (const std::string why = obey(command, row.command); !why.empty()) return answer.refuse(why);
+    answer.done();
+    return;
+  }
+  answer.refuse("There is no such command; there are stop, pause, resume, arm and disarm.");
+}
+
+ConfiguredLab& LiveView::lab_of(const json& what) const {
+  const auto number = what.find("lab");
+  if (number == what.end() && labs_.size() == 1) return *labs_.front();
+  if (number == what.end() || !number->is_number_unsigned() || *number >= labs_.size())
+    throw std::runtime_error("There is no such lab; 'lab' is its number in the list of labs, from 0.");
+  return *labs_[number->get<std::size_t>()];
+}
+
+// Without a lab it is for all. Returns why it was refused.
+std::string LiveView::obey(const json& what, std::uint8_t command) {
+  std::string refused;
+  for (std::size_t i = 0; i < labs_.size(); ++i) {
+    if (what.contains("lab") && &lab_of(what) != labs_[i]) continue;
+    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().obey(command) : "the lab has not begun yet";
+    eyes_[i]->tell(
+        fmt::format("at the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
+    if (!why.empty()) refused += (refused.empty() ? "" : "; ") + labs_[i]->name() + ": " + why;
+  }
+  return refused;
+}
+
+std::string LiveView::to_emulator(const json& what) {
+  const bool moves = what.contains("move");
+  const json& wish = object_in(what, moves ? "move" : "fault");
+  ConfiguredLab& lab = lab_of(wish);
+  auto* const port = dynamic_cast<hal::FaultPort*>(&lab.arena());
+  if (!port) return fmt::format("error: {} has no emulated testbed in this process", lab.name());
+  std::string said, done;
+  if (moves) {
+    const auto robot = number_in(wish, "robot"), x_m = number_in(wish, "x_m"), y_m = number_in(wish, "y_m");
+    if (!robot || !x_m || !y_m || *robot < 0 || *robot > 4e9)
+      return "error: 'move' needs the numbers 'robot', 'x_m' and 'y_m'";
+    said = port->put(static_cast<hal::RobotId>(*robot), *x_m, *y_m, number_in(wish, "heading_rad"));
+    done = fmt::format("robot {} put to {:.3f} {:.3f}", *robot, *x_m, *y_m);
+  } else {
+    const auto line = wish.find("line");
+    if (line == wish.end() || !line->is_string() || line->get_ref<const std::string&>().size() > max_fault_bytes)
+      return "error: 'fault' needs a 'line' as on the emulator's control port";
+    done = line->get<std::string>();
+    if (wish.contains("robot")) {
+      const auto robot = number_in(wish, "robot");
+      if (!robot || *robot < 0 || *robot > 4e9) return "error: 'robot' must be a robot's number";
+      said = port->fault_of(static_cast<hal::RobotId>(*robot), done);
+      done = fmt::format("robot {} {}", *robot, done);
+    } else {
+      said = port->fault(done);
+    }
+  }
+  for (std::size_t i = 0; i < labs_.size(); ++i)
+    if (labs_[i] == &lab) eyes_[i]->tell(fmt::format("at the emulator: {}: {}", done, said));
+  return said;
+}
+
+}  // namespace arkmesh::app

@@ -1,0 +1,53 @@
+// The page of labs that run in this process: passes what is on their private buses to browsers, and what browsers
+// command to the labs. Whoever has shown the page's token counts as the labs' own operator.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/configured_lab.hpp"
+#include "hal/event_loop.hpp"
+#include "hal/loop_time.hpp"
+#include "view/server.hpp"
+
+namespace arkmesh::app {
+
+class LiveView final : public view::Desk, public hal::Counting {
+ public:
+  // The first lab's [view] counts; null when it wants no page, or when no port is free, which is said in the log. Loop
+  // and labs outlive the page. Throws ConfigError when the address needs a key that is not there.
+  static std::unique_ptr<LiveView> make(hal::EventLoop& loop, const std::vector<ConfiguredLab*>& labs, std::string run);
+  ~LiveView() override;
+
+  // With the token of control, unless nobody may control.
+  std::string url() const;
+  // Gives viewers what has come last, within a third of a second: before the labs go.
+  void finish(hal::LoopTime& time);
+  // From now on they count among the first lab's, whose run is open.
+  void count();
+  hal::Counters counters() const override { return server_.counters(); }
+
+  nlohmann::json about() override;
+  void command(const nlohmann::json& what, view::Answer& answer) override;
+  void request(const nlohmann::json& what, view::Answer& answer) override;
+
+ private:
+  // What of a lab is watched.
+  class Eye;
+  LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
+           const std::vector<ConfiguredLab*>& labs, std::string run);
+  std::string obey(const nlohmann::json& what, std::uint8_t command);
+  std::string to_emulator(const nlohmann::json& what);
+  ConfiguredLab& lab_of(const nlohmann::json& what) const;
+
+  std::vector<ConfiguredLab*> labs_;
+  std::string run_;
+  bool control_;
+  view::Server server_;
+  std::vector<std::unique_ptr<Eye>> eyes_;
+};
+
+}  // namespace arkmesh::app

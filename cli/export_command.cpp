@@ -1,0 +1,98 @@
+// `arkmesh export`: a recorded run for other programs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/drawing_script.hpp"
+#include "cli/program.hpp"
+#include "hal/config.hpp"
+#include "recording/export/exports.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A kind of export: an option of the command, and what it writes into RUN/export unless --out says otherwise.
+struct ExportKind {
+  const char* option;
+  const char* name;
+  const char* help;
+  recording::Exported (*write)(const recording::Run& run, const fs::path& to);
+};
+
+// The page's own modules draw it, in a browser without a screen: scripts/film.
+recording::Exported export_film(const recording::Run& run, const fs::path& to) {
+  if (to.has_parent_path()) fs::create_directories(to.parent_path());
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path() / "arkmesh";
+  const std::string said =
+      run_drawing_script("film", {run.folder().string(), "--out", to.string(), "--program", program.string()});
+  return {said.substr(std::min(said.size(), to.string().size() + 2)), {}};  // "FILE: 150 pictures, 6.0 s"
+}
+
+constexpr ExportKind export_kinds[] = {
+    {"--csv", "csv", "A folder of CSV files: a table for each channel and each list in its messages",
+     recording::export_csv},
+    {"--hdf5", "run.h5", "An HDF5 file of the same tables, for Python, R and MATLAB", recording::export_hdf5},
+    {"--mcap", "run.mcap", "An MCAP file for Foxglove: messages, and the arena drawn", recording::export_mcap},
+    {"--mp4", "film.mp4",
+     "A film of the arenas as the page draws them, 20 times as fast as life; scripts/film has more", export_film},
+};
+
+struct ExportOptions {
+  std::string run, out;
+  bool wanted[std::size(export_kinds)] = {};
+  bool force = false;
+};
+
+void export_one(const recording::Run& run, const ExportKind& kind, const ExportOptions& options) {
+  const fs::path to = options.out.empty() ? run.folder() / "export" / kind.name : fs::path(options.out);
+  std::error_code error;
+  const bool is_there = fs::exists(to, error) && !(fs::is_directory(to, error) && fs::is_empty(to, error));
+  if (is_there && !options.force)
+    throw hal::ConfigError(
+        fmt::format("{} is there already; give another place with --out, or --force to write it anew", to.string()));
+  const recording::Exported done = kind.write(run, to);
+  for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
+  fmt::print("wrote {}: {}\n", to.string(), done.summary);
+}
+
+void export_run(const ExportOptions& options) {
+  std::vector<const ExportKind*> kinds;
+  for (std::size_t i = 0; i < std::size(export_kinds); ++i)
+    if (options.wanted[i]) kinds.push_back(&export_kinds[i]);
+  if (kinds.empty()) throw hal::ConfigError("nothing to write: give one or more of --csv, --hdf5, --mcap and --mp4");
+  if (kinds.size() > 1 && !options.out.empty())
+    throw hal::ConfigError("--out names one file, so give one kind of export with it");
+  const recording::Run run(options.run);
+  for (const ExportKind* kind : kinds) export_one(run, *kind, options);
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app) {
+  CLI::App* command = add_command(app, "export");
+  const auto options = std::make_shared<ExportOptions>();
+  command->add_option("run", options->run, "The folder of a run, or of one of its labs")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  for (std::size_t i = 0; i < std::size(export_kinds); ++i)
+    command->add_flag(export_kinds[i].option, options->wanted[i], export_kinds[i].help);
+  command->add_option("--out", options->out, "Where to write; else it is export/ in the run's folder");
+  command->add_flag("--force", options->force, "Write anew what is there");
+  command->footer(
+      "Examples:\n  arkmesh export runs/demo --hdf5\n  arkmesh export runs/demo/shark --csv --out /tmp/shark\n"
+      "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4\n"
+      "Tables are explained in docs/reading-results.md; times are lab time, and units stand at the end of names: x_m, "
+      "age_us.");
+  command->callback([options] { export_run(*options); });
+}
+
+}  // namespace arkmesh::cli

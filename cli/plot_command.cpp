@@ -1,0 +1,63 @@
+// `arkmesh plot`: pictures of recorded runs. Drawing is Python's (scripts/plot, scripts/plot_curves), which come with
+// the program.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/drawing_script.hpp"
+#include "cli/program.hpp"
+#include "hal/config.hpp"
+#include "recording/run.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+struct PlotOptions {
+  std::vector<std::string> folders, by, series;
+  std::string out, at;
+  bool curves = false;
+};
+
+void plot(const PlotOptions& options) {
+  // one run has a picture of its end; several, and batches, have curves
+  const bool curves = options.curves || options.folders.size() > 1 || !options.by.empty() || !options.series.empty() ||
+                      !recording::runs_of_batch(options.folders.front()).empty();
+  if (curves && !options.at.empty())
+    throw hal::ConfigError("--at is for the picture of one run; curves are drawn over the whole time");
+  std::vector<std::string> words = options.folders;
+  for (const std::string& key : options.by) words.insert(words.end(), {"--by", key});
+  for (const std::string& name : options.series) words.insert(words.end(), {"--series", name});
+  if (!options.at.empty()) words.insert(words.end(), {"--at", options.at});
+  if (!options.out.empty()) words.insert(words.end(), {"--out", options.out});
+  fmt::print("{}\n", run_drawing_script(curves ? "plot_curves" : "plot", words));
+}
+
+}  // namespace
+
+void add_plot_command(CLI::App& app) {
+  CLI::App* command = add_command(app, "plot");
+  const auto options = std::make_shared<PlotOptions>();
+  command
+      ->add_option("folders", options->folders,
+                   "The folder of a run: its arenas at one moment. Several runs, or a batch: curves over time")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("--at", options->at, "Lab time in seconds of the picture; else the last whole period");
+  command->add_flag("--curves", options->curves, "Draw curves of a single run, too");
+  command->add_option("--by", options->by, "Of a batch: a curve for each value of this factor")
+      ->allow_extra_args(false);
+  command->add_option("--series", options->series, "Which curves: completed, swarms.north, ...")
+      ->allow_extra_args(false);
+  command->add_option("--out", options->out, "The PNG to write; else picture.png or curves.png in the first folder");
+  command->footer(
+      "Examples:\n  arkmesh plot runs/demo --at 600\n  arkmesh plot runs/monday runs/tuesday --out both.png\n"
+      "  arkmesh plot runs/dhtf-batch --by pair --series completed\n"
+      "Curves of several runs are means with their 95 % intervals.");
+  command->callback([options] { plot(*options); });
+}
+
+}  // namespace arkmesh::cli

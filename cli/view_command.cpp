@@ -1,0 +1,126 @@
+// `arkmesh view`: the page of a lab that runs, on another machine of the lab, or of recorded runs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/bus_view.hpp"
+#include "app/view_identity.hpp"
+#include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/page_opener.hpp"
+#include "cli/program.hpp"
+#include "hal/config.hpp"
+#include "hal/loop_time.hpp"
+#include "recording/view/recorded_view.hpp"
+#include "view/view_config.hpp"
+
+namespace arkmesh::cli {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct ViewOptions {
+  std::vector<std::string> what, sets;
+  std::uint16_t port = view::ViewConfig().port;
+  std::string address = view::ViewConfig().address;
+  bool open = false;
+};
+
+struct BusOfLab {
+  hal::BusConfig bus;
+  std::string lab;
+  std::filesystem::path keys;
+};
+
+BusOfLab bus_of(const ViewOptions& options) {
+  const std::string& what = options.what.front();
+  if (what.find("://") != std::string::npos) return {.bus = {.url = what}};
+  const hal::Section root = hal::Config::from_file(what, options.sets).root();
+  return {.bus = root.section("bus").read<hal::BusConfig>(),
+          .lab = root.section("lab").get("name", std::string(), {.required = true}),
+          .keys = root.section("gateway").get("keys", std::filesystem::path())};
+}
+
+int view_lab(const ViewOptions& options) {
+  OperatorStop stop;
+  const BusOfLab of = bus_of(options);
+  view::ServerOptions server{.address = options.address, .port = options.port};
+  if (!view::is_loopback(options.address)) server.identity = app::view_identity(of.keys, of.lab, {options.address});
+  hal::EventLoop loop;
+  hal::LoopTime time(loop);
+  app::BusView page(loop, of.bus, of.lab, std::move(server));
+  if (page.port() != options.port)
+    fmt::print(stderr, "TCP port {} is taken; the page is at {}\n", options.port, page.port());
+  show_page(page.url(), {}, options.open);
+  while (!stop.stopped()) time.wait_for_anything(time.now() + 200ms);
+  return 0;
+}
+
+int view_runs(const ViewOptions& options) {
+  OperatorStop stop;
+  if (!view::is_loopback(options.address))
+    throw hal::ConfigError(
+        "recorded runs are shown on this machine only; ssh -L 8800:127.0.0.1:8800 brings the page to another one");
+  hal::EventLoop loop;
+  hal::LoopTime time(loop);
+  const std::vector<std::filesystem::path> folders(options.what.begin(), options.what.end());
+  recording::RecordedView page(loop, folders, {.address = options.address, .port = options.port});
+  for (const std::string& note : page.notes()) fmt::print(stderr, "arkmesh: {}\n", note);
+  if (page.port() != options.port)
+    fmt::print(stderr, "TCP port {} is taken; the page is at {}\n", options.port, page.port());
+  show_page(page.url(), {}, options.open);
+  while (!stop.stopped()) time.wait_for_anything(time.now() + 200ms);
+  return 0;
+}
+
+int view_anything(const ViewOptions& options) {
+  const bool has_folder =
+      std::ranges::any_of(options.what, [](const std::string& what) { return std::filesystem::is_directory(what); });
+  if (has_folder) return view_runs(options);
+  if (options.what.size() > 1)
+    throw hal::ConfigError("one lab is shown at a time; two folders of recorded runs are compared");
+  return view_lab(options);
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app) {
+  auto options = std::make_shared<ViewOptions>();
+  CLI::App* command = add_command(app, "view");
+  command
+      ->add_option(
+          "what", options->what,
+          "A lab's configuration file, or the URL of its public bus; or the folder of a recorded run or batch, or "
+          "of two runs to compare")
+      ->required()
+      ->expected(1, 2);
+  command->add_option("--port", options->port, "TCP port of the page; when it is taken, the next free one")
+      ->capture_default_str();
+  command
+      ->add_option("--address", options->address,
+                   "IP address to serve it on; beyond loopback over TLS, with the lab's key")
+      ->capture_default_str();
+  command->add_flag("--open", options->open, "Open the page in a browser");
+  command->add_option("--set", options->sets, "Override a key of the file: --set bus.hear=[\"192.0.2.7\"]")
+      ->allow_extra_args(false);
+  command->footer(
+      "Examples:\n  arkmesh view experiments/dhtf/shark.toml --open\n"
+      "  arkmesh view runs/demo --open\n"
+      "  arkmesh view runs/monday runs/tuesday\n"
+      "  arkmesh view 'udpm://239.255.76.67:7667?ttl=0'\n"
+      "The lab itself prints the address of a page at which it can also be commanded.");
+  command->callback([options] {
+    if (const int code = view_anything(*options); code != 0) throw CLI::RuntimeError(code);
+  });
+}
+
+}  // namespace arkmesh::cli

@@ -1,0 +1,143 @@
+#include "recording/export/exports.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "recording/export/csv.hpp"
+#include "recording/export/hdf5.hpp"
+#include "recording/export/json.hpp"
+#include "recording/export/mcap.hpp"
+#include "recording/export/names.hpp"
+#include "recording/export/run_tables.hpp"
+#include "recording/export/scene.hpp"
+
+namespace arkmesh::recording {
+namespace {
+
+std::string rows_and_tables(std::size_t tables, std::uint64_t rows) {
+  return fmt::format("{} tables with {} rows", tables, rows);
+}
+
+std::optional<std::string> text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return {};
+  std::ostringstream out;
+  out << in.rdbuf();
+  return std::move(out).str();
+}
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+// The messages of one lab, in the order of their times.
+struct Stream {
+  struct Channel {
+    const Type* type = nullptr;
+    std::uint16_t id = 0;
+    std::uint32_t messages = 0;
+    std::uint64_t refused = 0;
+  };
+  const RecordedLab* lab = nullptr;
+  std::size_t next = 0;
+  std::vector<Channel> channels;
+  std::string group;
+  std::optional<Scene> scene;
+  std::optional<std::uint16_t> scene_channel;
+  std::uint32_t scenes = 0;
+
+  bool is_at_end() const { return next == lab->log->entries().size(); }
+  std::int64_t t_us() const { return lab->log->entries()[next].t_us; }
+};
+
+}  // namespace
+
+Exported export_csv(const Run& run, const std::filesystem::path& folder) {
+  CsvTables tables(folder);
+  Exported out{{}, run.notes()};
+  append(out.notes, write_tables(run, tables));
+  tables.finish();
+  out.summary = rows_and_tables(tables.tables(), tables.rows());
+  return out;
+}
+
+Exported export_hdf5(const Run& run, const std::filesystem::path& file) {
+  TextLengths lengths;
+  write_tables(run, lengths, Which::with_texts);
+  Hdf5Tables tables(file, lengths);
+  Exported out{{}, run.notes()};
+  append(out.notes, write_tables(run, tables));
+  for (const RecordedLab& lab : run.labs())
+    for (const char* name : {"config.toml", "result.json"})
+      if (const auto text = text_of(lab.folder / name)) tables.text(safe_name(lab.name), name, *text);
+  tables.finish();
+  out.summary = rows_and_tables(tables.tables(), tables.rows());
+  return out;
+}
+
+Exported export_mcap(const Run& run, const std::filesystem::path& file) {
+  McapFile mcap(file);
+  Exported out{{}, run.notes()};
+  std::map<const Type*, std::uint16_t> schemas;
+  std::optional<std::uint16_t> scenes;
+  std::vector<Stream> streams;
+  for (const RecordedLab& lab : run.labs()) {
+    Stream stream;
+    stream.lab = &lab;
+    stream.channels.resize(lab.log->channels().size());
+    stream.group = safe_name(lab.name);
+    stream.scene.emplace(lab.name);
+    streams.push_back(std::move(stream));
+  }
+  // labs share lab time, so that they stand side by side
+  const std::int64_t start_us = run.labs().front().log->start_utime();
+  std::string json;
+  while (true) {
+    Stream* stream = nullptr;
+    for (Stream& each : streams)
+      if (!each.is_at_end() && (!stream || each.t_us() < stream->t_us())) stream = &each;
+    if (!stream) break;
+    const Log& log = *stream->lab->log;
+    const Log::Entry& entry = log.entries()[stream->next++];
+    Stream::Channel& channel = stream->channels[entry.channel];
+    const auto message = log.read(entry);
+    const Type* const type = type_of(message, types());
+    if (!type || (channel.type && type != channel.type) || !check(*type, message).empty()) {
+      ++channel.refused;
+      continue;
+    }
+    if (!channel.type) {
+      channel.type = type;
+      auto schema = schemas.find(type);
+      if (schema == schemas.end())
+        schema = schemas.emplace(type, mcap.add_schema("arkmesh." + type->name, json_schema(*type))).first;
+      channel.id = mcap.add_channel(schema->second,
+                                    fmt::format("/{}/{}", stream->group, safe_path(log.channels()[entry.channel])));
+    }
+    const auto time_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, start_us + entry.t_us)) * 1000;
+    json.clear();
+    append_json(json, *type, message);
+    mcap.add_message(channel.id, channel.messages++, time_ns, json);
+    const std::string scene = stream->scene->update(log.channels()[entry.channel], entry.t_us, time_ns, *type, message);
+    if (scene.empty()) continue;
+    if (!scenes) scenes = mcap.add_schema("foxglove.SceneUpdate", scene_schema());
+    if (!stream->scene_channel)
+      stream->scene_channel = mcap.add_channel(*scenes, fmt::format("/{}/scene", stream->group));
+    mcap.add_message(*stream->scene_channel, stream->scenes++, time_ns, scene);
+  }
+  mcap.finish();
+  for (const Stream& stream : streams)
+    for (std::size_t i = 0; i < stream.channels.size(); ++i)
+      if (stream.channels[i].type && stream.channels[i].refused > 0)  // else it is in the run's own notes
+        out.notes.push_back(fmt::format(
+            "{}: {} messages on {} are damaged or of a type that this version does not know, and are left out",
+            stream.lab->name, stream.channels[i].refused, stream.lab->log->channels()[i]));
+  out.summary = fmt::format("{} channels with {} messages", mcap.channels(), mcap.messages());
+  return out;
+}
+
+}  // namespace arkmesh::recording

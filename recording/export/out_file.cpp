@@ -1,0 +1,53 @@
+#include "recording/export/out_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace arkmesh::recording {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file, int error) {
+  throw std::runtime_error(
+      fmt::format("{} cannot be written: {}; choose another place with --out", file.string(), std::strerror(error)));
+}
+
+}  // namespace
+
+OutFile::OutFile(const std::filesystem::path& file) : file_(file), part_(file.string() + ".part") {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) fail(file_, errno);
+}
+
+OutFile::~OutFile() {
+  if (descriptor_ < 0) return;
+  ::close(descriptor_);
+  ::unlink(part_.c_str());
+}
+
+void OutFile::write_out() {
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file_, errno);
+    done += static_cast<std::size_t>(n);
+  }
+  written_ += buffer_.size();
+  buffer_.clear();
+}
+
+void OutFile::finish() {
+  write_out();
+  if (::rename(part_.c_str(), file_.c_str()) != 0) fail(file_, errno);
+  ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+}  // namespace arkmesh::recording

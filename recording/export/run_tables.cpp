@@ -1,0 +1,132 @@
+#include "recording/export/run_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "recording/csv_table.hpp"
+#include "recording/export/message_tables.hpp"
+#include "recording/export/names.hpp"
+
+namespace arkmesh::recording {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Names as files and datasets can bear them, each once: those in a log may be anything.
+class Names {
+ public:
+  std::string of(std::string_view name) {
+    std::string out = safe_path(name);
+    for (int number = 2; !taken_.insert(out).second; ++number) out = fmt::format("{}_{}", safe_path(name), number);
+    return out;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+bool has_texts(const Type& type) {
+  return std::ranges::any_of(type.fields, [](const Field& field) {
+    return field.kind == Kind::text || (field.kind == Kind::byte && !field.sizes.empty()) ||
+           (field.type && has_texts(*field.type));
+  });
+}
+
+void write_messages(const RecordedLab& lab, const std::string& group, TableSink& sink, Names& names, Which which,
+                    Notes& notes) {
+  const Log& log = *lab.log;
+  // A channel's tables begin with its first message that is ours; messages of another type than that are counted.
+  struct Channel {
+    std::string name;
+    const Type* type = nullptr;
+    std::unique_ptr<MessageTables> tables;
+    std::map<std::string, std::uint64_t, std::less<>> refused;
+  };
+  std::vector<Channel> channels(log.channels().size());
+  for (std::size_t i = 0; i < channels.size(); ++i) channels[i].name = names.of(log.channels()[i]);
+  for (const Log::Entry& entry : log.entries()) {
+    Channel& channel = channels[entry.channel];
+    if (which == Which::with_texts && channel.type && !has_texts(*channel.type)) continue;
+    const auto message = log.read(entry);
+    const Type* const type = type_of(message, types());
+    if (!channel.type && type) {
+      channel.type = type;
+      if (which == Which::all || has_texts(*type))
+        channel.tables = std::make_unique<MessageTables>(sink, group, channel.name, *type);
+    }
+    const std::string_view why =
+        !type || type != channel.type ? "are of a type that this version does not know" : check(*type, message);
+    if (why.empty() && channel.tables)
+      channel.tables->add(entry.t_us, message);
+    else if (!why.empty())
+      ++channel.refused[why == "are of a type that this version does not know" ? std::string(why)
+                                                                               : fmt::format("are damaged ({})", why)];
+  }
+  // channels of which nothing is known are in the run's own notes
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (channels[i].type)
+      for (const auto& [why, count] : channels[i].refused)
+        notes.push_back(
+            fmt::format("{}: {} messages on {} {}, and are left out", lab.name, count, log.channels()[i], why));
+}
+
+// The tables of a folder, but for those of an export.
+void write_csv_tables(const fs::path& folder, const std::string& group, TableSink& sink, Names& names, Which which,
+                      Notes& notes) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".csv" && entry.is_regular_file(error)) files.push_back(entry.path());
+  std::ranges::sort(files);
+  for (const fs::path& file : files) {
+    const CsvTable table = read_csv_table(file);
+    if (table.columns.empty()) continue;
+    if (table.dropped > 0)
+      notes.push_back(
+          fmt::format("{}: {} rows are cut or do not fit its header, and are left out", file.string(), table.dropped));
+    std::vector<Column> columns;
+    bool any_text = false;
+    for (const CsvTable::Column& column : table.columns) {
+      const auto kind = column.kind == CsvTable::integer ? Kind::int64
+                        : column.kind == CsvTable::real  ? Kind::float64
+                                                         : Kind::text;
+      columns.push_back({column.name, unit_of(column.name), "", kind});
+      any_text = any_text || kind == Kind::text;
+    }
+    if (which == Which::with_texts && !any_text) continue;
+    RowSink& rows =
+        sink.table(group, names.of("tables/" + file.stem().string()), "a table that the lab wrote", columns);
+    std::vector<Value> row(columns.size());
+    for (std::size_t i = 0; i < table.rows; ++i) {
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        const std::string& text = table.columns[c].texts[i];
+        row[c].kind = columns[c].kind;
+        row[c].text = text;
+        if (columns[c].kind == Kind::int64) std::from_chars(text.data(), text.data() + text.size(), row[c].integer);
+        if (columns[c].kind == Kind::float64) row[c].real = table.number(c, i);
+      }
+      rows.row(row);
+    }
+  }
+}
+
+}  // namespace
+
+Notes write_tables(const Run& run, TableSink& sink, Which which) {
+  Notes notes;
+  Names labs;
+  for (const RecordedLab& lab : run.labs()) {
+    const std::string group = labs.of(safe_name(lab.name));
+    Names names;
+    write_messages(lab, group, sink, names, which, notes);
+    write_csv_tables(lab.folder, group, sink, names, which, notes);
+  }
+  return notes;
+}
+
+}  // namespace arkmesh::recording

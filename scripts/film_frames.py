@@ -1,0 +1,97 @@
+"""A recorded run as pictures of the page, each of a moment of lab time: for films and documents."""
+import base64
+import contextlib
+import pathlib
+import re
+import subprocess
+import time
+
+from chromium import browser
+from lab_processes import PROGRAM, Failed, end_with_parent
+
+READY = "return Boolean(window.arkmesh?.world.labs.length && arkmesh.player.length_us)"
+STEP = "const done = arguments[arguments.length - 1]; {}.then(() => done(null), (error) => done(String(error)))"
+
+
+def address_of(said):
+    """The address of the page in what a program says, line by line; others that it may tell are of live pictures."""
+    lines = []
+    for line in said:
+        lines.append(line)
+        if found := re.search(r"see it at (http://\S+)", line):
+            return found[1]
+    raise Failed(f"no address of a page was told, only: {''.join(lines).strip()}")
+
+
+@contextlib.contextmanager
+def served(runs, program=PROGRAM):
+    """The address of the page that shows these run folders."""
+    process = subprocess.Popen([program, "view", *map(str, runs)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=end_with_parent)
+    try:
+        yield address_of(process.stdout)
+    finally:
+        process.terminate()
+        process.wait(10)
+        process.stdout.close()
+
+
+class Page:
+    """The page in a browser, moved from moment to moment."""
+
+    def __init__(self, driver, url, bare):
+        self.driver = driver
+        address, _, fragment = url.partition("#")
+        driver.set_script_timeout(60)
+        driver.get(address + ("?bare" if bare else "") + (f"#{fragment}" if fragment else ""))
+        end = time.monotonic() + 30
+        while not driver.execute_script(READY):
+            if time.monotonic() > end:
+                raise Failed(f"the page at {address} shows no recorded run")
+            time.sleep(0.05)
+        self.length_s = driver.execute_script("return arkmesh.player.length_us") / 1e6
+
+    def call(self, expression, *arguments):
+        if error := self.driver.execute_async_script(STEP.replace("{}", expression), *arguments):
+            raise Failed(f"the page failed: {error}")
+
+    def begin(self, t_s):
+        self.call("arkmesh.film.begin(arguments[0])", t_s * 1e6)
+
+    def next(self, step_s):
+        self.call("arkmesh.film.next(arguments[0])", step_s * 1e6)
+
+    def picture(self, kind="jpeg"):
+        """What is to be seen now, as a file's bytes."""
+        options = {"format": kind} | ({"quality": 95} if kind == "jpeg" else {})
+        return base64.b64decode(self.driver.execute_cdp_cmd("Page.captureScreenshot", options)["data"])
+
+
+@contextlib.contextmanager
+def page(url, width, height, bare=False, dark=False):
+    with browser(width, height, dark) as driver:
+        yield Page(driver, url, bare)
+
+
+def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, prepare=None):
+    """Writes a film (.mp4, or .gif) of that stretch of lab time. `prepare` is JavaScript to run before the first moment."""
+    out = pathlib.Path(out)
+    # Half as many colours as a GIF may have: much smaller, and nobody sees it.
+    how = (["-filter_complex", "split[a][b];[a]palettegen=max_colors=96:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
+           if out.suffix == ".gif" else ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
+    with page(url, width, height, bare, dark) as shown:
+        end_s = min(end_s, shown.length_s)
+        if begin_s >= end_s:
+            raise Failed(f"nothing to film: the run ends at {shown.length_s:g} s, and the film would begin at {begin_s:g} s")
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "image2pipe", "-c:v", "mjpeg" if out.suffix != ".gif" else "png", "-framerate", str(per_s), "-i", "-", *how, str(out)]
+        with subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
+            shown.begin(max(0, begin_s))
+            if prepare:
+                shown.driver.execute_script(prepare)
+            moments = max(1, round((end_s - begin_s) / speed * per_s))
+            for _ in range(moments):
+                shown.next(speed / per_s)
+                encoder.stdin.write(shown.picture("png" if out.suffix == ".gif" else "jpeg"))
+            encoder.stdin.close()
+        if encoder.returncode:
+            raise Failed(f"ffmpeg failed with {encoder.returncode}")
+    return moments

@@ -1,0 +1,182 @@
+// The page of labs that run: what it costs their results, and what who has its token may do.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/labs/dhtf_labs.hpp"
+#include "tests/support/labs/lab_processes.hpp"
+#include "tests/support/view/browser.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using nlohmann::json;
+using tests::Browser;
+
+namespace {
+
+std::uint16_t port_in(const std::string& url) {
+  return static_cast<std::uint16_t>(std::stoi(url.substr(url.find(':', 6) + 1)));
+}
+std::string token_in(const std::string& url) {
+  return url.substr(url.find("#token=") + 7, 32);
+}
+
+// The URL that a lab's process has printed; empty when it has printed none.
+std::string printed_url(const std::string& output) {
+  const auto at = output.find("http://127.0.0.1:");
+  return at == std::string::npos ? std::string() : output.substr(at, output.find('\n', at) - at);
+}
+
+// The kernel and the lab's process do what there is to do meanwhile.
+const tests::Serve elsewhere = [] { ::poll(nullptr, 0, 2); };
+
+std::vector<std::string> channels_of(Browser& browser) {
+  std::vector<std::string> out;
+  for (const auto& message : browser.messages())
+    if (message.kind() == 1) out.push_back(message.channel());
+  return out;
+}
+
+bool hears_channel(Browser& browser, const std::string& channel) {
+  return tests::comes_to(elsewhere, [&] {
+    const auto all = channels_of(browser);
+    return std::find(all.begin(), all.end(), channel) != all.end();
+  });
+}
+
+}  // namespace
+
+TEST_CASE("labs come to the same hash with viewers, one of whom reads nothing, and without") {
+  const auto run_with = [](bool page) {
+    const tests::TemporaryFolder folder;
+    app::JointRun run(tests::dhtf_configs({}), folder.path(), app::JointRun::Folder::must_be_empty, {}, page);
+    REQUIRE((run.page() != nullptr) == page);
+    std::vector<std::unique_ptr<Browser>> browsers;
+    bool going = true;
+    const tests::Serve serve = [&] { going = run.step() && going; };
+    if (page)
+      for (int i = 0; i < 4; ++i) {
+        browsers.push_back(std::make_unique<Browser>(serve, port_in(run.page()->url())));
+        CHECK(browsers.back()->join() == 101);
+      }
+    std::size_t heard = 0;
+    for (std::uint64_t step = 0;; ++step) {
+      serve();
+      if (!going) break;
+      if (step % 64 == 0)
+        for (std::size_t i = 1; i < browsers.size(); ++i) heard = browsers[i]->messages().size();
+    }
+    REQUIRE(run.finished());
+    if (page) {
+      CHECK(heard > 20);
+      CHECK(run.lab(0).runner().drops()["view.viewers"] == 4);
+    }
+    return run.lab(0).runner().final_hash();
+  };
+  CHECK(run_with(true) == run_with(false));
+}
+
+TEST_CASE("who has the token of a lab's page commands it as its own operator, and nobody else") {
+  tests::LabProcesses labs({.labs = {"shark"}, .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"}});
+  labs.start();
+  REQUIRE(labs.reached("shark", 1, 20s));
+  const std::string url = printed_url(labs.lab_output("shark"));
+  REQUIRE_FALSE(url.empty());
+  Browser browser(elsewhere, port_in(url)), stranger(elsewhere, port_in(url));
+  REQUIRE(browser.join() == 101);
+  REQUIRE(stranger.join() == 101);
+  CHECK(hears_channel(browser, "poses"));
+  CHECK(hears_channel(browser, "status"));
+  CHECK(hears_channel(browser, "arena"));  // said long before
+  CHECK(browser.said("hello")["labs"] == json{"shark"});
+  stranger.say({{"command", {{"name", "stop"}}}});
+  CHECK(stranger.hears("refused"));
+  browser.say({{"token", token_in(url)}});
+  browser.say({{"command", {{"lab", 0}, {"name", "pause"}}}, {"request", 1}});
+  REQUIRE(browser.hears("done"));
+  browser.say({{"command", {{"lab", 0}, {"name", "arm"}}}, {"request", 2}});
+  REQUIRE(browser.hears("refused"));
+  CHECK(browser.said("refused")["why"].get<std::string>().find("commands_from names no lab") != std::string::npos);
+  browser.say({{"command", {{"lab", 7}, {"name", "stop"}}}});
+  browser.say({{"command", {{"lab", 0}, {"name", "dance"}}}});
+  browser.say({{"command", "stop"}});
+  browser.say({{"fault", {{"lab", 0}, {"line", "ohc unplug"}}}});
+  browser.say({{"move", {{"lab", 0}, {"robot", 1}, {"x_m", 0}, {"y_m", 0}}}});
+  CHECK(labs.lab("shark").running());
+  browser.say({{"command", {{"name", "stop"}}}});
+  CHECK(labs.lab("shark").wait(10s) == 3);
+  const std::string audit = tests::read_file(labs.directory("shark") / "audit.csv");
+  CHECK(audit.find(",,pause,admitted") != std::string::npos);
+  CHECK(audit.find(",,arm,no_peers") != std::string::npos);
+  CHECK(audit.find(",,stop,admitted") != std::string::npos);
+  const json result = json::parse(tests::read_file(labs.directory("shark") / "result.json"));
+  CHECK(result["counters"]["view.refused.no_token"] == 1);
+  CHECK(result["counters"]["view.viewers"] == 2);
+}
+
+TEST_CASE("two labs on a machine have a page each, and another process shows one of them from its bus") {
+  tests::LabProcesses labs({.labs = {"shark", "roark"}, .overrides = {"arena.use=null", "arena.pace=1.0"}});
+  labs.start();
+  REQUIRE(labs.reached("shark", 1, 30s));
+  REQUIRE(labs.reached("roark", 1, 30s));
+  const std::string shark = printed_url(labs.lab_output("shark")), roark = printed_url(labs.lab_output("roark"));
+  REQUIRE_FALSE(shark.empty());
+  REQUIRE_FALSE(roark.empty());
+  CHECK(port_in(shark) != port_in(roark));
+  CHECK((labs.lab_output("shark") + labs.lab_output("roark")).find("is taken; the page is at") != std::string::npos);
+  const tests::TemporaryFolder folder;
+  tests::Process view(ARKMESH_PROGRAM, {"view", labs.bus_url("roark"), "--port", "8950"}, folder.path() / "said.txt");
+  REQUIRE(tests::eventually(20s, [&] { return !printed_url(view.output()).empty(); }));
+  CHECK(view.output().find("token") == std::string::npos);
+  Browser browser(elsewhere, port_in(printed_url(view.output())));
+  REQUIRE(browser.join() == 101);
+  CHECK(hears_channel(browser, "poses"));
+  CHECK(hears_channel(browser, "status"));
+  CHECK(tests::comes_to(elsewhere, [&] { return !browser.said("events").is_null(); }));
+  Browser later(elsewhere, port_in(printed_url(view.output())));
+  REQUIRE(later.join() == 101);
+  REQUIRE(later.hears("hello"));
+  CHECK(later.said("hello")["labs"] == json{"roark"});
+  CHECK(later.said("hello")["control"] == false);
+  view.signal(SIGTERM);
+  CHECK(view.wait(10s) == 0);
+}
+
+TEST_CASE("a page beyond this machine needs a key, and [view] is checked") {
+  const tests::TemporaryFolder folder;
+  const auto refusal = [&](const std::string& set) {
+    tests::Process lab(
+        ARKMESH_PROGRAM,
+        {"run", ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml", "--set", "arena.use=null", "--set",
+         "gateway.keys=\"" + folder.path().string() + "\"", "--set", set, "--out", (folder.path() / "out").string()},
+        folder.path() / "said.txt");
+    CHECK(lab.wait(30s) == 2);
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
+    return lab.output();
+  };
+  CHECK(refusal("view.address=\"0.0.0.0\"").find("over TLS with the lab's key only") != std::string::npos);
+  CHECK(refusal("view.address=\"everywhere\"").find("is no IP address") != std::string::npos);
+  CHECK(refusal("view.port=0").find("view.port") != std::string::npos);
+  CHECK(refusal("view.prot=1").find("view.port") != std::string::npos);  // did you mean
+}
+
+TEST_CASE("runs without a page print no address, and neither does a batch of seeds") {
+  const tests::TemporaryFolder folder;
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--set", "view.use=false"}, {"--seeds", "1..2"}}) {
+    std::vector<std::string> words = {"run",   ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml",
+                                      "--set", "arena.use=null",
+                                      "--set", "run.duration_s=10",
+                                      "--out", (folder.path() / more.back()).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    tests::Process run(ARKMESH_PROGRAM, words, folder.path() / "said.txt");
+    CHECK(run.wait(60s) == 0);
+    CHECK(run.output().find("http://") == std::string::npos);
+  }
+}

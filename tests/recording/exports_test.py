@@ -1,0 +1,180 @@
+#!/usr/bin/python3
+"""Whether CSV, HDF5 and MCAP exports of a run have the values of its logs, as scripts/read_log.py reads them.
+
+    exports_test.py ARKMESH LCM_TYPES_FOLDER
+
+Makes a short run, exports it in every way, and reads all back with other programs: csv, h5py, and MCAP's reference reader in node.
+"""
+import csv
+import hashlib
+import json
+import math
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+import read_log
+
+ARKMESH = sys.argv[1]
+read_log.TYPES_DIR = pathlib.Path(sys.argv[2])
+LABS = ("roark", "shark")
+
+
+def plain(value):
+    """A decoded message as lists and dicts; bytes as lists of numbers, single precision as it is."""
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if hasattr(value, "__slots__"):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    return value
+
+
+def same(a, b):
+    """Equal; numbers of single precision, which one side may have rounded to their shortest decimal form, as such."""
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and not isinstance(b, str):
+        return a == b or (math.isnan(a) and b is None) or struct.pack("f", a) == struct.pack("f", b)
+    return a == b
+
+
+def messages(lab_folder):
+    """{channel: [decoded message, ...]} of a log."""
+    out = {}
+    for _, channel, data in read_log.events(lab_folder / "log.lcm"):
+        message = read_log.decode(data)
+        assert message is not None, channel
+        out.setdefault(channel, []).append(plain(message))
+    return out
+
+
+def expected_robots(log):
+    return [(number, robot) for number, frame in enumerate(log["poses"]) for robot in frame["robots"]]
+
+
+def check_table(rows, expected, names, where):
+    """Rows of a table, as dicts of numbers, against (message, record) pairs."""
+    assert len(rows) == len(expected), f"{where}: {len(rows)} rows, and the log has {len(expected)}"
+    for row, (number, record) in zip(rows, expected):
+        assert int(row["message"]) == number, where
+        for name in names:
+            assert same(record[name], type(record[name])(row[name])), f"{where}: {name} is {row[name]}, and in the log {record[name]}"
+
+
+def check_csv(folder, logs):
+    for lab in LABS:
+        log = logs[lab]
+        with open(folder / lab / "poses.robots.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        check_table(rows, expected_robots(log), ("robot", "x_m", "y_m", "heading_rad", "led", "confidence", "age_us"), f"{lab} poses.robots.csv")
+        for row in rows:
+            assert float(row["time_s"]) == log["poses"][int(row["message"])]["stamp_us"] / 1e6, "the time of a frame is its stamp"
+        with open(folder / lab / "to_robots.messages.csv", newline="") as file:
+            expected = [(n, each) for n, message in enumerate(log["to_robots"]) for each in message["messages"]]
+            check_table(list(csv.DictReader(file)), expected, ("robot", "slot", "kind", "value"), f"{lab} to_robots.messages.csv")
+        with open(folder / lab / "shared.labs.fields.values.csv", newline="") as file:
+            values = [(row["lab"], row["name"], int(row["values"])) for row in csv.DictReader(file)]
+        assert values == [(view["lab"], field["name"], value) for shared in log["shared"] for view in shared["labs"] for field in view["fields"]
+                          for value in field["values"]]
+        other = next(name for name in LABS if name != lab)
+        with open(folder / lab / other / "world.csv", newline="") as file:
+            assert [int(row["nonce"]) for row in csv.DictReader(file)] == [world["nonce"] for world in log[f"{other}/world"]]
+        with open(folder / lab / "tables/hash.csv", newline="") as ours, open(folder.parent / "run" / lab / "hash.csv", newline="") as theirs:
+            assert list(csv.reader(ours)) == list(csv.reader(theirs))
+
+
+def check_hdf5(file, logs):
+    with h5py.File(file) as data:
+        for lab in LABS:
+            table = data[f"{lab}/poses.robots"]
+            units = dict(zip([c.decode() for c in table.attrs["columns"]], [u.decode() for u in table.attrs["units"]]))
+            assert units["x_m"] == "m" and units["heading_rad"] == "rad" and units["time_s"] == "s" and units["led"] == ""
+            rows = table[:]
+            expected = expected_robots(logs[lab])
+            assert len(rows) == len(expected)
+            for name in ("robot", "x_m", "y_m", "heading_rad", "led", "confidence", "age_us"):
+                assert numpy.array_equal(rows[name], numpy.array([robot[name] for _, robot in expected]).astype(rows.dtype[name])), f"{lab}: {name}"
+            assert numpy.array_equal(rows["time_s"], [logs[lab]["poses"][n]["stamp_us"] / 1e6 for n, _ in expected])
+            status = data[f"{lab}/status"][:]
+            assert [text.decode() for text in status["state"]] == [each["state"] for each in logs[lab]["status"]]
+            values = data[f"{lab}/world.window.fields.values"][:]
+            assert list(values["values"]) == [value for world in logs[lab]["world"] for state in world["window"] for field in state["fields"]
+                                              for value in field["values"]]
+            config = data[f"{lab}/config.toml"][()].decode()
+            assert config == (file.parent / "run" / lab / "config.toml").read_text()
+            with open(file.parent / "run" / lab / "hash.csv", newline="") as theirs:
+                assert [row["hash"].decode() for row in data[f"{lab}/tables/hash"][:]] == [row["hash"] for row in csv.DictReader(theirs)]
+
+
+def check_mcap(file, logs, scratch):
+    reader = pathlib.Path(__file__).resolve().parent / "mcap_reader"
+    modules = {"mcap-core": "@mcap/core", "foxglove-crc": "@foxglove/crc", "heap-js": "heap-js", "tslib": "tslib"}
+    for line in (reader / "SHA256SUMS").read_text().splitlines():
+        digest, name = line.split()
+        assert hashlib.sha256((reader / name).read_bytes()).hexdigest() == digest, f"{name} is not the archive of SHA256SUMS"
+        place = scratch / "node_modules" / next(module for stem, module in modules.items() if name.startswith(stem))
+        place.mkdir(parents=True)
+        subprocess.run(["tar", "xzf", reader / name, "-C", place, "--strip-components=1"], check=True)
+    shutil.copy(reader / "read.mjs", scratch)
+    said = subprocess.run(["node", scratch / "read.mjs", file], check=True, capture_output=True, text=True).stdout.splitlines()
+    about = json.loads(said[0])
+    channels = {channel["topic"]: channel for channel in about["channels"]}
+    got = {}
+    for line in said[1:]:
+        topic, time_ns, text = line.split(" ", 2)
+        got.setdefault(topic, []).append((int(time_ns), json.loads(text)))
+    assert about["messages"] == len(said) - 1
+    for lab in LABS:
+        for channel, expected in logs[lab].items():
+            topic = f"/{lab}/{channel}"
+            assert channels[topic]["encoding"] == "json" and channels[topic]["schema_encoding"] == "jsonschema"
+            properties = channels[topic]["json_schema"]["properties"]
+            assert len(got[topic]) == len(expected), topic
+            for (_, message), original in zip(got[topic], expected):
+                assert same(original, message), f"{topic}: {message} is not {original}"
+                assert message.keys() == properties.keys(), topic
+        assert channels[f"/{lab}/scene"]["schema"] == "foxglove.SceneUpdate"
+        scenes = [scene for _, scene in got[f"/{lab}/scene"]]
+        robots = [entity for scene in scenes for entity in scene["entities"] if entity["id"] == "robots 0"]
+        first = logs[lab]["poses"][0]["robots"]
+        drawn = robots[0]["cylinders"]
+        assert [(round(r["x_m"], 5), round(r["y_m"], 5)) for r in first] == [(c["pose"]["position"]["x"], c["pose"]["position"]["y"]) for c in drawn]
+        assert {entity["frame_id"] for scene in scenes for entity in scene["entities"]} == {lab}
+    times = [int(line.split(" ", 2)[1]) for line in said[1:]]
+    assert times == sorted(times), "messages come in the order of their times"
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        scratch = pathlib.Path(name)
+        run = scratch / "run"
+        files = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in LABS]
+        subprocess.run([ARKMESH, "run", *files, "--set", "run.duration_s=20", "--out", run], check=True, capture_output=True)
+        before = {lab: (run / lab / "log.lcm").read_bytes() for lab in LABS}
+        for kind, out in (("--csv", "csv"), ("--hdf5", "run.h5"), ("--mcap", "run.mcap")):
+            subprocess.run([ARKMESH, "export", run, kind, "--out", scratch / out], check=True)
+        assert before == {lab: (run / lab / "log.lcm").read_bytes() for lab in LABS}, "an export leaves the log as it was"
+        again = subprocess.run([ARKMESH, "export", run, "--hdf5", "--out", scratch / "run.h5"], capture_output=True, text=True)
+        assert again.returncode == 2 and "is there already" in again.stderr, again
+        assert (run / "shark/log.index").is_file()
+        logs = {lab: messages(run / lab) for lab in LABS}
+        check_csv(scratch / "csv", logs)
+        check_hdf5(scratch / "run.h5", logs)
+        check_mcap(scratch / "run.mcap", logs, scratch)
+    print("exports agree with the log")
+
+
+if __name__ == "__main__":
+    main()

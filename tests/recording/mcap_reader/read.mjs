@@ -1,0 +1,25 @@
+// Reads an MCAP file by its index with the reference reader: read.mjs FILE prints one JSON object about it, and a line for each message.
+import { McapIndexedReader } from "@mcap/core";
+import { open } from "node:fs/promises";
+
+const file = await open(process.argv[2]);
+const size = BigInt((await file.stat()).size);
+const readable = {
+  size: async () => size,
+  read: async (offset, length) => {
+    const bytes = new Uint8Array(Number(length));
+    await file.read(bytes, 0, Number(length), Number(offset));
+    return bytes;
+  },
+};
+const reader = await McapIndexedReader.Initialize({ readable });
+const channels = [...reader.channelsById.values()].map((channel) => {
+  const schema = reader.schemasById.get(channel.schemaId);
+  return { topic: channel.topic, encoding: channel.messageEncoding, schema: schema.name, schema_encoding: schema.encoding,
+           json_schema: JSON.parse(new TextDecoder().decode(schema.data)) };
+});
+const lines = [JSON.stringify({ channels, chunks: reader.chunkIndexes.length, messages: Number(reader.statistics.messageCount) })];
+// The messages' own text: JavaScript's numbers would round large ones.
+for await (const message of reader.readMessages({ validateCrcs: true }))
+  lines.push(`${reader.channelsById.get(message.channelId).topic} ${message.logTime} ${new TextDecoder().decode(message.data)}`);
+process.stdout.write(lines.join("\n") + "\n");

@@ -1,0 +1,152 @@
+// The page of recorded runs before a viewer: what it asks for comes from the logs, and what makes no sense is refused.
+#include "recording/view/recorded_view.hpp"
+
+#include <doctest/doctest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "recording/message.hpp"
+#include "tests/recording/recorded_lab.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+#include "tests/support/view/browser.hpp"
+
+using namespace arkmesh;
+using arkmesh::tests::Browser;
+using arkmesh::tests::TemporaryDirectory;
+using nlohmann::json;
+
+namespace {
+
+struct ViewBench {
+  explicit ViewBench(const std::vector<std::filesystem::path>& folders)
+      : view(loop, folders, {.port = 0}), browser(loop, view.port()) {
+    REQUIRE(browser.join() == 101);
+    REQUIRE(browser.hears("hello"));
+  }
+  // What is done or refused for a request.
+  json ask(json what) {
+    what["request"] = ++number;
+    browser.say(what);
+    json out;
+    tests::comes_to(tests::serving(loop), [&] {
+      for (const char* member : {"done", "refused"})
+        if (const json said = browser.said(member); said.is_object() && said.value("request", 0) == number)
+          out = {{member, said}};
+      return !out.is_null();
+    });
+    return out;
+  }
+  // The recorded messages that came for the last request, as "LAB CHANNEL T_US".
+  std::vector<std::string> given() {
+    std::vector<std::string> out;
+    for (const auto& message : browser.messages())
+      if (message.kind() == 1 && message.request() == static_cast<std::uint32_t>(number))
+        out.push_back(std::to_string(message.lab()) + " " + message.channel() + " " + std::to_string(message.t_us()));
+    return out;
+  }
+
+  boost::asio::io_context loop;
+  recording::RecordedView view;
+  Browser browser;
+  int number = 0;
+};
+
+}  // namespace
+
+TEST_CASE("a recorded run tells what it is, and answers seek and frames from its logs") {
+  const TemporaryDirectory directory;
+  tests::record_lab(directory.path() / "shark", "shark", 50);
+  tests::record_lab(directory.path() / "roark", "roark", 30);
+  ViewBench bench({directory.path()});
+  const json hello = bench.browser.said("hello");
+  CHECK(hello.at("mode") == "recorded");
+  CHECK(hello.at("labs") == json({"roark", "shark"}));
+  CHECK(hello.at("length_us") == 4'900'000);
+  CHECK(hello.at("growing") == false);
+  CHECK(hello.at("control") == false);
+
+  CHECK(bench.ask({{"seek", {{"t_us", 3'333'333}}}}).contains("done"));
+  CHECK(bench.given() == std::vector<std::string>{"0 poses 2900000", "1 poses 3300000"});
+  std::string data;
+  for (const auto& message : bench.browser.messages())
+    if (message.kind() == 1 && message.lab() == 1) data = message.data();
+  const pose_frame_t frame = tests::recorded_frame(33);
+  std::string expected(static_cast<std::size_t>(frame.getEncodedSize()), '\0');
+  frame.encode(expected.data(), 0, static_cast<int>(expected.size()));
+  CHECK(data == expected);
+
+  CHECK(bench.ask({{"frames", {{"from_us", 4'000'000}, {"step_us", 100'000}, {"count", 3}, {"channels", {"poses"}}}}})
+            .contains("done"));
+  CHECK(bench.given() == std::vector<std::string>{"1 poses 4000000", "1 poses 4100000", "1 poses 4200000"});
+  CHECK(bench.ask({{"frames", {{"from_us", 4'000'000}, {"step_us", 100'000}, {"count", 3}, {"channels", {"shared"}}}}})
+            .contains("done"));
+  CHECK(bench.given().empty());
+}
+
+TEST_CASE("what makes no sense is refused, and the page goes on") {
+  const TemporaryDirectory directory;
+  tests::record_lab(directory.path(), "shark", 5);
+  ViewBench bench({directory.path()});
+  const json nonsense[] = {{{"seek", nullptr}},
+                           {{"seek", {{"t_us", "soon"}}}},
+                           {{"seek", {{"t_us", 1e300}}}},
+                           {{"frames", {{"from_us", 0}, {"step_us", 0}, {"count", 3}}}},
+                           {{"frames", {{"from_us", 0}, {"step_us", 1}, {"count", 1'000'000'000}}}},
+                           {{"frames", json::array({1, 2})}},
+                           {{"open", {{"run", 0}}}},
+                           {{"dance", true}}};
+  for (const json& what : nonsense) CHECK(bench.ask(what).contains("refused"));
+  CHECK(bench.ask({{"seek", {{"t_us", 0}}}}).contains("done"));
+}
+
+TEST_CASE("two runs stand side by side, with the first period in which they differ") {
+  const TemporaryDirectory a, b;
+  tests::record_lab(a.path(), "shark", 10);
+  tests::record_lab(b.path(), "shark", 10);
+  a.write("hash.csv", "period,hash\n0,aa\n1,bb\n");
+  b.write("hash.csv", "period,hash\n0,aa\n1,cc\n");
+  ViewBench bench({a.path(), b.path()});
+  const json hello = bench.browser.said("hello");
+  CHECK(hello.at("labs") == json({a.path().filename().string() + "/shark", b.path().filename().string() + "/shark"}));
+  CHECK(hello.at("first_difference").at("period") == 1);
+  const json events = bench.ask({{"events", json::object()}});
+  CHECK(events.at("done").at("events").back().at("kind") == "difference");
+}
+
+TEST_CASE("of a batch the first run is shown, and others are opened") {
+  const TemporaryDirectory directory;
+  tests::record_lab(directory.path() / "seed-1" / "shark", "shark", 10);
+  tests::record_lab(directory.path() / "seed-2" / "shark", "shark", 20);
+  ViewBench bench({directory.path()});
+  CHECK(bench.browser.said("hello").at("runs") == json({"seed-1", "seed-2"}));
+  CHECK(bench.browser.said("hello").at("length_us") == 900'000);
+  const json done = bench.ask({{"open", {{"run", 1}}}});
+  CHECK(done.at("done").at("about").at("length_us") == 1'900'000);
+}
+
+TEST_CASE("a run that goes on gives what is written meanwhile") {
+  const TemporaryDirectory directory;
+  hal::Recorder recorder(directory.path(), 1'700'000'000'000'000, {});
+  const auto record = [&](int from, int to) {
+    for (int n = from; n < to; ++n) {
+      const pose_frame_t frame = tests::recorded_frame(n);
+      std::vector<std::byte> bytes(static_cast<std::size_t>(frame.getEncodedSize()));
+      frame.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+      recorder.record(hal::LabTime{n * 100'000}, "poses", bytes);
+    }
+    recorder.flush();
+  };
+  record(0, 10);
+  directory.write("result.json",
+                  R"({"lab": "shark", "state": "running", "process": {"pid": 1, "host": "another machine"}})");
+  ViewBench bench({directory.path()});
+  CHECK(bench.browser.said("hello").at("growing") == true);
+  record(10, 20);
+  CHECK(tests::comes_to(tests::serving(bench.loop), [&] {
+    return bench.ask({{"seek", {{"t_us", 5'000'000}}}}).at("done").at("length_us") == 1'900'000;
+  }));
+  CHECK(bench.given() == std::vector<std::string>{"0 poses 1900000"});
+}

@@ -1,0 +1,194 @@
+"""The real page of real labs in a real browser: STOP on an emulated testbed, restarted labs, pages of other sites, recorded runs."""
+import contextlib
+import csv
+import functools
+import http.server
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+from selenium.webdriver.common.by import By
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from chromium import browser  # noqa: E402
+from demo_run import emulated_testbed  # noqa: E402
+from film_frames import address_of, served  # noqa: E402
+from lab_processes import PROGRAM, end_with_parent  # noqa: E402
+from read_log import decode, events  # noqa: E402
+
+SHARK, ROARK = ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"
+# Robots that stand are seen to move less than this between two pictures, metres: true poses have no noise, but pushes fade.
+STANDS_M = 2e-5
+
+
+class LiveTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.driver = cls.enterClassContext(browser())
+
+    def setUp(self):
+        self.out = self.folder / self._testMethodName
+        self.out.mkdir()
+
+    @contextlib.contextmanager
+    def run_labs(self, *arguments, out="run"):
+        """`arkmesh run` with these words, and the address of its page."""
+        command = [PROGRAM, "run", *arguments, "--out", self.out / out]
+        process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=end_with_parent)
+        try:
+            url = address_of(process.stdout)
+            rest = threading.Thread(target=process.stdout.read, daemon=True)
+            rest.start()
+            yield process, url
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.wait(30)
+            rest.join(5)
+            process.stdout.close()
+
+    def until(self, script, *arguments, seconds=30):
+        end = time.monotonic() + seconds
+        while not (value := self.driver.execute_script(script, *arguments)):
+            if time.monotonic() > end:
+                self.fail(f"after {seconds} s still not: {script}\n{self.driver.get_log('browser')}\n{self.driver.find_element(By.TAG_NAME, 'body').text}")
+            time.sleep(0.02)
+        return value
+
+    def open(self, url, labs=1):
+        self.driver.get("about:blank")
+        self.driver.get(url)
+        self.until("return window.arkmesh?.world.labs.length === arguments[0] && arkmesh.world.labs.every((l) => l.robots.length)", labs, seconds=60)
+
+    def truth(self):
+        """Rows of the emulator's truth so far: {time_s: {robot: (x, y)}}, without a last one that is half written."""
+        text = (self.out / "truth.csv").read_text()
+        frames = {}
+        for row in csv.DictReader(text[:text.rindex("\n")].splitlines()):
+            frames.setdefault(float(row["time_s"]), {})[row["robot"]] = (float(row["x_m"]), float(row["y_m"]))
+        return frames
+
+    def moves(self, frames):
+        """Times at which some robot had moved since the picture before."""
+        times = sorted(frames)
+        return [now for before, now in zip(times, times[1:]) if any(
+            abs(x - frames[before][r][0]) + abs(y - frames[before][r][1]) > STANDS_M for r, (x, y) in frames[now].items() if r in frames[before])]
+
+    def test_stop_stops_robots(self):
+        """A click on STOP: by the emulator's truth no robot moves any more half a second later, and the run ends as stopped."""
+        with emulated_testbed(self.out), self.run_labs(ROARK, "--set", "arena.use=kilobot", "--set", "shared.owner=roark", "--set", "run.duration_s=600") as (labs, url):
+            self.open(url)
+            self.until("return arkmesh.world.labs[0].t_us > 5e6 && !document.getElementById('stop').disabled", seconds=120)
+            self.driver.execute_script("document.getElementById('stop').addEventListener('click', () => (window.clicked_ms = Date.now()), {capture: true})")
+            # What the emulator's clock shows less than ours, by the freshest of some looks.
+            offset = min(time.time() - max(self.truth()) for _ in range(10) if not time.sleep(0.05))
+            self.assertTrue([t for t in self.moves(self.truth()) if t > max(self.truth()) - 2], "robots move before the click")
+            self.driver.find_element(By.ID, "stop").click()
+            clicked = self.driver.execute_script("return window.clicked_ms") / 1000 - offset
+            end = time.monotonic() + 30
+            while max(frames := self.truth()) < clicked + 3:
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.1)
+            late = max((t - clicked for t in self.moves(frames)), default=0)
+            self.assertLess(late, 0.5, "seconds after the click in which a robot still moved")
+            self.assertEqual(labs.wait(30), 3, "the operator stopped the run")
+        self.assertEqual(json.loads((self.out / "run/result.json").read_text()).get("by_lab", {}).get("roark", {}).get("state", "stopped"), "stopped")
+
+    def test_reconnects_after_the_lab_restarts(self):
+        """The page of a lab that went says so, and goes on by itself when a lab is there again; to command it takes the new address."""
+        more = ["--set", "arena.pace=1", "--set", "shared.owner=roark", "--set", "run.duration_s=600"]
+        with self.run_labs(ROARK, *more, out="first") as (_, url):
+            self.open(url)
+            self.until("return arkmesh.control.may")
+        self.until("return !document.getElementById('banner').hidden")
+        port = url.split(":")[2].split("/")[0]
+        with self.run_labs(ROARK, *more, "--set", f"view.port={port}", out="second") as (_, again):
+            self.assertEqual(again.split("/#")[0], url.split("/#")[0])
+            self.until("return document.getElementById('banner').hidden")
+            version = self.driver.execute_script("return arkmesh.world.labs[0].robots_version")
+            self.until("return arkmesh.world.labs[0].robots_version > arguments[0] + 5", version)
+            self.assertFalse(self.driver.execute_script("return arkmesh.control.may"))
+            self.open(again)
+            self.until("return arkmesh.control.may")
+
+    def test_other_sites_get_nothing(self):
+        """A page of another origin, in the browser that holds the cookie, gets no frame, reads nothing and commands nothing."""
+        with self.run_labs(ROARK, "--set", "arena.pace=1", "--set", "shared.owner=roark", "--set", "run.duration_s=600") as (labs, url):
+            self.open(url)
+            self.until("return arkmesh.control.may")
+            address = url.split("/#")[0].removeprefix("http://")
+            other = self.out / "other"
+            other.mkdir()
+            (other / "index.html").write_text("<title>another site</title>")
+            handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(other))
+            handler.log_message = lambda *_: None
+            with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as site:
+                threading.Thread(target=site.serve_forever, daemon=True).start()
+                for name in ("127.0.0.1", "localhost"):
+                    self.driver.get(f"http://{name}:{site.server_port}/")
+                    got = self.driver.execute_async_script("""const [address, done] = arguments, got = [];
+                        const read = (path, how) => fetch(`http://${address}${path}`, how).then((r) => r.text()).then((t) => got.push(t.slice(0, 50)), () => {});
+                        const socket = new WebSocket(`ws://${address}/ws`);
+                        socket.onopen = () => { got.push("open"); socket.send('{"command": {"name": "stop"}}'); };
+                        socket.onmessage = (m) => got.push("message");
+                        socket.onclose = async () => {
+                            await read("/about.json", {credentials: "include"}); await read("/token", {method: "POST", body: "x", credentials: "include"});
+                            done(got); };""", address)
+                    self.assertEqual(got, [])
+                site.shutdown()
+            self.open(f"http://{address}/")
+            before = self.driver.execute_script("return arkmesh.world.labs[0].t_us")
+            self.until("return arkmesh.world.labs[0].t_us > arguments[0] + 1e6", before)
+            self.assertIsNone(labs.poll(), "the run goes on")
+
+    def test_recorded_run(self):
+        """Scrubbing a run folder shows the poses of its log at that time; every message of it is decoded as Python's decoder does."""
+        subprocess.run([PROGRAM, "run", SHARK, ROARK, "--seed", "3", "--set", "run.duration_s=60", "--out", self.out / "run"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with served([self.out / "run"]) as url:
+            self.open(url, labs=2)
+            names = self.driver.execute_script("return arkmesh.world.labs.map((l) => l.own)")
+            self.until("return Number(document.getElementById('scrub').max) >= 60000")  # the bar knows the run's length
+            for t_us in (30_000_000, 12_340_000, 60_000_000):
+                self.driver.execute_script("const b = document.getElementById('scrub'); b.value = arguments[0] / 1000; b.dispatchEvent(new Event('input'))", t_us)
+                for index, lab in enumerate(names):
+                    frames = [m for m in (decode(data) for _, channel, data in events(self.out / "run" / lab / "log.lcm") if channel == "poses") if m.stamp_us <= t_us]
+                    wanted = [[r.robot, r.x_m, r.y_m, r.heading_rad, r.led] for r in frames[-1].robots]
+                    self.until("return JSON.stringify(arkmesh.world.labs[arguments[0]].robots.map((r) => [r.id, r.x, r.y, r.heading, r.led])) === JSON.stringify(arguments[1])", index, wanted)
+            self.assertEqual(self.driver.execute_script("return [...arkmesh.world.not_understood]"), [])
+            data = {channel: data for _, channel, data in events(self.out / "run/shark/log.lcm")}
+            for channel, message in data.items():
+                told = self.driver.execute_script("return JSON.stringify(arkmesh.world.types.decode(Uint8Array.from(arguments[0])).value, (k, v) => typeof v === 'bigint' ? `${v}` : v instanceof Uint8Array ? [...v] : v)", list(message))
+                self.assertEqual(as_json(json.loads(told)), as_json(plain(decode(message))), channel)
+
+
+def plain(value):
+    """A decoded message as lists, dicts and numbers."""
+    if hasattr(value, "__slots__"):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, (list, tuple, bytes)):
+        return [plain(item) for item in value]
+    return value
+
+
+def as_json(value):
+    """The same for both: whole numbers as texts, because some have 64 bits."""
+    if isinstance(value, dict):
+        return {name: as_json(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [as_json(item) for item in value]
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return str(value) if isinstance(value, int) else value
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,286 @@
+// The page's modules that need no browser: bytes to messages, places, views, trails, playing.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { createHash } from "node:crypto";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import test from "node:test";
+import { DecodeError, Types } from "../../view/page/lcm.js";
+import { Lab } from "../../view/page/lab.js";
+import { Panes } from "../../view/page/panes.js";
+import { Placement, projection } from "../../view/page/placement.js";
+import { Player } from "../../view/page/player.js";
+import { Trail, points_each, step_m } from "../../view/page/trail.js";
+import { View } from "../../view/page/view.js";
+import { World } from "../../view/page/world.js";
+import { align } from "../../view/page/panel_counts.js";
+import { describe } from "../../view/page/panel_channels.js";
+import { gate_words } from "../../view/page/panel_clock.js";
+import { differences } from "../../view/page/panel_runs.js";
+import { frames_in, parse_frame } from "../../view/page/wire.js";
+import { token_of } from "../../view/page/token.js";
+import { time_words } from "../../view/page/words.js";
+
+const types = new Types({
+  types: {
+    outer_t: {
+      fingerprint: "0102030405060708",
+      fields: [
+        { name: "n", type: "int32_t" }, { name: "stamp", type: "int64_t" }, { name: "x", type: "double" }, { name: "name", type: "string" },
+        { name: "inner", type: "inner_t", dims: ["n"] }, { name: "bytes", type: "byte", dims: ["2"] }, { name: "grid", type: "int16_t", dims: ["n", "2"] },
+      ],
+    },
+    inner_t: { fingerprint: "1112131415161718", fields: [{ name: "m", type: "int32_t" }, { name: "values", type: "int8_t", dims: ["m"] }, { name: "on", type: "boolean" }] },
+  },
+});
+
+/** Bytes of an outer_t with one inner_t, written by hand. */
+const good = Uint8Array.from([
+  1, 2, 3, 4, 5, 6, 7, 8, 0, 0, 0, 1, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe, 0x3f, 0xf8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0xc3, 0xa4, 0,
+  0, 0, 0, 2, 5, 0xfb, 1, 9, 200, 0, 7, 0xff, 0xff,
+]);
+
+test("a message written by hand is decoded, nested counts and signs too", () => {
+  const { type, value } = types.decode(good);
+  assert.equal(type, "outer_t");
+  assert.deepEqual({ ...value, bytes: [...value.bytes] }, { n: 1, stamp: -2, x: 1.5, name: "ä", inner: [{ m: 2, values: [5, -5], on: true }], bytes: [9, 200], grid: [[7, -1]] });
+  assert.match(describe(types, good), /inner\[0\]\n {2}m = 2/);
+});
+
+test("every shortened message, a long one, a huge count and a strange type are refused with words", () => {
+  for (let length = 0; length < good.length; ++length) assert.throws(() => types.decode(good.slice(0, length)), DecodeError);
+  assert.throws(() => types.decode(Uint8Array.from([...good, 0])), /1 bytes too many/);
+  const huge = good.slice();
+  huge[8] = 0x7f;
+  assert.throws(() => types.decode(huge), /more than its bytes can hold/);
+  huge[8] = 0xff;
+  assert.throws(() => types.decode(huge), /more than its bytes can hold/);
+  assert.throws(() => types.decode(new Uint8Array(40)), /does not tell of/);
+  assert.equal(types.decode(good).value.n, 1, "and the next good one is read again");
+});
+
+/** The types of lcmtypes/, as the program tells them. */
+function real_types() {
+  const folder = mkdtempSync(`${tmpdir()}/types-`), root = new URL("../..", import.meta.url).pathname;
+  try {
+    execFileSync("python3", [`${root}/recording/make_types.py`, `${root}/lcmtypes`, `${folder}/types.json`]);
+    return JSON.parse(readFileSync(`${folder}/types.json`, "utf8"));
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+
+test("random bytes of every type are refused or read, never anything else, and a lab takes what was read", () => {
+  const json = real_types(), all = new Types(json), lab = new Lab(0, "a");
+  const of_channel = Object.fromEntries(Object.entries(json.channels).map(([channel, type]) => [type, channel]));
+  let seed = 1, read = 0;
+  const random = () => (seed = (Math.imul(seed, 1103515245) + 12345) >>> 0) >>> 16;
+  for (const [name, type] of Object.entries(json.types)) {
+    for (let i = 0; i < 400; ++i) {
+      // Mostly zeros: counts are small then, and decoding gets far.
+      const bytes = Uint8Array.from({ length: 8 + (random() % 300) }, () => (random() % 12 ? 0 : random() & 255));
+      bytes.set(type.fingerprint.match(/../g).map((byte) => parseInt(byte, 16)));
+      try {
+        const value = all.decode(bytes).value;
+        read += 1;
+        lab.absorb(of_channel[name] ?? "", value, 0);
+      } catch (error) {
+        assert.ok(error instanceof DecodeError, `${name}: ${error.stack}`);
+      }
+    }
+  }
+  assert.ok(read > 0);
+});
+
+test("64 random bits stay exact", () => {
+  const run = new Types({ types: { t: { fingerprint: "0000000000000001", fields: [{ name: "nonce", type: "int64_t" }] } } });
+  assert.equal(run.decode(Uint8Array.from([0, 0, 0, 0, 0, 0, 0, 1, 0x25, 0x99, 1, 2, 3, 4, 5, 7])).value.nonce, 0x2599010203040507n);
+});
+
+test("a frame's head is little-endian, and what is no frame is none", () => {
+  const bytes = Uint8Array.from([1, 2, 3, 0, 7, 0, 0, 0, 0x40, 0x42, 0x0f, 0, 0, 0, 0, 0, 97, 98, 99, 5, 6]);
+  const frame = parse_frame(bytes.buffer);
+  assert.deepEqual({ ...frame, data: [...frame.data] }, { kind: "message", lab: 2, request: 7, t_us: 1_000_000, channel: "abc", data: [5, 6] });
+  assert.equal(parse_frame(bytes.buffer.slice(0, 18)), null);
+  assert.equal(parse_frame(Uint8Array.from([9, ...bytes.slice(1)]).buffer), null);
+  const bundle = [3, 0, 0, 0, bytes.length, 0, 0, 0, ...bytes, bytes.length, 0, 0, 0, ...bytes];
+  const parts = frames_in(Uint8Array.from(bundle).buffer);
+  assert.deepEqual(parts.map((part) => parse_frame(part)), [frame, frame]);
+  assert.deepEqual(frames_in(bytes.buffer), [bytes.buffer]);
+  assert.equal(parse_frame(frames_in(Uint8Array.from(bundle.slice(0, 12)).buffer)[0]), null, "one that is cut off");
+});
+
+test("placements: there and back, and one after another", () => {
+  const p = new Placement(0.3, -0.2, 2, 0.7), screen = new Placement(400, 300, 500, 0, true);
+  const there = { x: p.x(0.1, 0.25), y: p.y(0.1, 0.25) }, back = p.inverse(there.x, there.y);
+  assert.ok(Math.hypot(back.x - 0.1, back.y - 0.25) < 1e-12);
+  const joined = p.then(screen);
+  assert.ok(Math.abs(joined.x(0.1, 0.25) - screen.x(there.x, there.y)) < 1e-9 && Math.abs(joined.y(0.1, 0.25) - screen.y(there.x, there.y)) < 1e-9);
+  assert.ok(screen.y(0, 1) < screen.y(0, 0), "north is up");
+});
+
+test("zooming keeps the point under the pointer", () => {
+  const view = new View(), pane = { x: 10, y: 20, width: 600, height: 400 };
+  view.fit({ x: -0.5, y: -0.5, width: 1, height: 1 }, pane);
+  const before = view.placement(pane).inverse(100, 90);
+  view.zoom(3, 100, 90, pane);
+  const after = view.placement(pane).inverse(100, 90);
+  assert.ok(Math.hypot(before.x - after.x, before.y - after.y) < 1e-12);
+});
+
+const shared = (age_periods) => ({
+  stamp_us: 4_000_000, period: 2, shift_x_m: 0, shift_y_m: 0, turn_rad: Math.PI / 2, scale: 2, n_labs: 2, labs: [
+    { lab: "a", period: 2, age_periods: 0, robots: [], fields: [] },
+    { lab: "b", period: 2, age_periods, robots: [{ robot: 5, x_um: 0, y_um: 1_000_000, heading_urad: 1_570_796, led: 2 }], fields: [] }],
+});
+const poses = (t_us, x, part = 0, parts = 1, robot = 0) => (
+  { stamp_us: t_us, number: 0, part, parts, objects: [], robots: [{ robot, x_m: x, y_m: 0, heading_rad: 0, led: 1, confidence: 1, age_us: 0 }] });
+
+test("ghosts lie where the inverse projection puts them, and grow old", () => {
+  const lab = new Lab(0, "RUN/a");
+  lab.absorb("shared", shared(1), 4_000_000);
+  const [fleet] = lab.ghosts, [ghost] = fleet.robots;
+  assert.ok(Math.abs(ghost.x - 0.5) < 1e-9 && Math.abs(ghost.y) < 1e-9 && Math.abs(ghost.heading) < 1e-5, JSON.stringify(ghost));
+  assert.equal(fleet.age_us, 2_000_000);
+  lab.absorb("poses", poses(5_500_000, 0), 5_500_000);
+  assert.equal(lab.age_us(fleet), 3_500_000);
+  assert.ok(Math.abs(projection(shared(0)).x(0.5, 0)) < 1e-12);
+});
+
+test("the parts of a frame make one fleet", () => {
+  const lab = new Lab(0, "a");
+  lab.absorb("poses", poses(0, 0.1, 0, 2, 1), 0);
+  lab.absorb("poses", poses(0, 0.2, 1, 2, 2000), 0);
+  assert.deepEqual(lab.robots.map((r) => r.id), [1, 2000]);
+  for (const [part, parts] of [[0, 2 ** 31 - 1], [2, 2], [-1, 2], [0, 0]]) assert.throws(() => lab.absorb("poses", poses(0, 0, part, parts), 0), DecodeError);
+});
+
+test("a trail keeps the newest points, and only steps that can be seen", () => {
+  const trail = new Trail(3);
+  for (let i = 0; i < 5; ++i) assert.ok(trail.add(i * 2 * step_m, 0, i));
+  assert.ok(!trail.add(8 * step_m + step_m / 2, 0, 9));
+  assert.equal(trail.first, 2);
+  assert.ok(points_each(1000) * 1000 <= 12_000 && points_each(1) === 240);
+});
+
+test("what the page cannot read is counted with its reason, and breaks nothing", () => {
+  const world = new World(types);
+  world.introduce({ version: "", mode: "live", labs: ["a"], control: false, run: "" });
+  const frame = (lab, channel, data) => ({ kind: "message", lab, request: 0, t_us: 0, channel, data });
+  assert.equal(world.take(frame(3, "poses", good)), false);
+  assert.equal(world.take(frame(0, "poses", good.slice(0, 20))), false);
+  assert.equal(world.take(frame(0, "unheard", good.slice(0, 20))), false);
+  assert.deepEqual([...world.not_understood.values()], [1, 1]);
+});
+
+test("after a new connection to the same labs robots stay and events are told anew; other labs begin anew", () => {
+  const world = new World(types), about = { version: "", mode: "live", labs: ["a"], control: false, run: "" };
+  world.introduce(about);
+  world.labs[0].absorb("poses", poses(0, 0.1), 0);
+  world.tell([{ t_us: 0, lab: 0, kind: "", text: "x" }]);
+  world.introduce({ ...about, control: true });
+  assert.deepEqual([world.labs[0].robots.length, world.events.length, world.about.control], [1, 0, true]);
+  world.introduce({ ...about, labs: ["b"] });
+  assert.equal(world.labs[0].robots.length, 0);
+});
+
+test("panes: side by side as large as may be, or one", () => {
+  const panes = new Panes(), labs = [new Lab(0, "a"), new Lab(1, "b")];
+  panes.arrange(labs, "side", 1000, 500, 1);
+  assert.deepEqual(panes.list.map((p) => p.rectangle.x), [0, 500]);
+  panes.arrange(labs, "side", 400, 900, 1);
+  assert.deepEqual(panes.list.map((p) => p.rectangle.y), [0, 450]);
+  panes.arrange(labs, "together", 400, 900, 1);
+  assert.equal(panes.list.length, 1);
+  assert.equal(panes.at(5, 5)?.key, "together");
+});
+
+/** A player on a run of which every 100 ms hold one frame; answers at once. */
+function played(length_us) {
+  const shown = [], sent = [];
+  const player = new Player({ send: (m) => Boolean(sent.push(m)), show: (f) => shown.push(f.t_us), jumped: () => shown.push("jump") });
+  player.introduce(length_us, false);
+  const answer = () => {
+    for (const m of sent.splice(0)) {
+      const frame = (t_us) => player.take({ kind: "message", lab: 0, request: m.request, t_us, channel: "poses", data: new Uint8Array() });
+      if (m.seek) frame(Math.floor(m.seek.t_us / 1e5) * 1e5);
+      let last = -1;
+      for (let k = 0; k < (m.frames?.count ?? 0); ++k) {
+        const t = Math.floor((m.frames.from_us + k * m.frames.step_us) / 1e5) * 1e5;
+        if (t > m.frames.from_us - m.frames.step_us && t !== last && t <= length_us) frame((last = t));
+      }
+      player.done({ request: m.request });
+    }
+  };
+  return { player, shown, sent, answer };
+}
+
+test("a recorded run plays at its speed, in order, and stops at its end", () => {
+  const { player, shown, answer } = played(3_000_000);
+  player.seek(0);
+  answer();
+  player.set_speed(2);
+  player.play(true);
+  for (let ms = 16; player.playing && ms < 5000; ms += 16) {
+    player.tick(ms);
+    answer();
+  }
+  assert.equal(player.t_us, 3_000_000);
+  assert.deepEqual(shown.slice(0, 2), ["jump", 0]);
+  const times = shown.slice(2);
+  assert.deepEqual(times, Array.from({ length: times.length }, (_, i) => (i + times[0] / 1e5) * 1e5));
+  assert.equal(times.at(-1), 3_000_000);
+});
+
+test("answers to what was asked before a jump are dropped", () => {
+  const { player, shown, sent, answer } = played(60_000_000);
+  player.seek(1_000_000);
+  const old = sent[0].request;
+  player.seek(30_000_000);
+  player.take({ kind: "message", lab: 0, request: old, t_us: 1_000_000, channel: "poses", data: new Uint8Array() });
+  answer();
+  assert.deepEqual(shown, ["jump", "jump", 30_000_000]);
+});
+
+test("time waits for what is on its way", () => {
+  const { player, answer } = played(60_000_000);
+  player.seek(0);
+  answer();
+  player.play(true);
+  for (let ms = 16; ms < 3000; ms += 16) player.tick(ms);
+  assert.ok(player.t_us < 1_000_000, `${player.t_us}`);
+});
+
+test("at its end a run that grows goes on when more has come", () => {
+  const { player, sent, answer } = played(1_000_000);
+  player.introduce(1_000_000, true);
+  player.seek(900_000);
+  answer();
+  player.play(true);
+  let ms = 16;
+  for (; ms < 3000; ms += 16) {
+    player.tick(ms);
+    const last = sent.at(-1);
+    if (last?.seek) player.done({ request: sent.pop().request, length_us: 2_000_000, growing: false });
+    answer();
+  }
+  assert.equal(player.t_us, 2_000_000);
+  assert.equal(player.playing, false);
+});
+
+test("words and small things", () => {
+  assert.equal(time_words(3_723_450_000), "1:02:03.4");
+  assert.equal(token_of("#token=ab12"), "ab12");
+  assert.equal(token_of(""), "");
+  assert.match(gate_words({ lab: "shark", state: "waiting for roark: link down" }), /shark waits for roark: link down/);
+  const at = (x) => ({ robots: [{ id: 1, x: 0, y: 0 }, { id: 2, x, y: 0 }] });
+  assert.match(differences(at(0), at(0.25)), /^1 robots lie apart; most: 2 by 250 mm$/);
+  assert.deepEqual(align([{ t_s: [0, 2], y: [1, 2] }, { t_s: [1], y: [5] }]), [[0, 1, 2], [1, null, 2], [null, 5, null]]);
+});
+
+test("the library is the one whose hashes stand beside it", () => {
+  const folder = new URL("../../view/page/vendor/uplot/", import.meta.url);
+  const rows = readFileSync(new URL("SHA256SUMS", folder), "utf8").trim().split("\n").map((row) => row.split(/\s+/));
+  assert.equal(rows.length, 4);
+  for (const [hash, name] of rows) assert.equal(createHash("sha256").update(readFileSync(new URL(name, folder))).digest("hex"), hash, name);
+});

@@ -1,0 +1,315 @@
+"""The page in a real browser before a stand-in for a lab's server: what it shows, what its controls send, and how it plays a recorded run."""
+import io
+import json
+import re
+import tempfile
+import time
+import unittest
+
+from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from double_server import Double, packed, types_json  # also finds scripts/
+from made_run import pose, rows
+from chromium import browser
+
+LABS = ["shark", "roark"]
+
+
+class PageTest(unittest.TestCase):
+    """Starts a browser once; each test has servers of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            cls.types = types_json(folder)
+        cls.of = json.loads(cls.types)["types"]
+        cls.rows = rows(cls.of)
+        cls.driver = cls.enterClassContext(browser())
+
+    def serve(self, **more):
+        server = Double(more.pop("labs", LABS), more.pop("rows", self.rows), self.types, **more)
+        self.addCleanup(server.stop)
+        return server
+
+    def open(self, server, token=None):
+        self.driver.delete_all_cookies()
+        self.driver.get("about:blank")
+        self.driver.get_log("browser")
+        self.driver.get(server.url + (f"#token={token}" if token else ""))
+        self.until("return window.arkmesh?.world.labs.length === 2 && arkmesh.world.labs.every((l) => l.robots.length && l.shared)")
+
+    def js(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def until(self, script, *arguments, seconds=10):
+        """Waits for a condition in the page, and returns what it was."""
+        end = time.monotonic() + seconds
+        while not (value := self.js(script, *arguments)):
+            if time.monotonic() > end:
+                self.fail(f"after {seconds} s still not: {script}\n{self.driver.get_log('browser')}\n{self.text()}")
+            time.sleep(0.02)
+        return value
+
+    def heard(self, server, name, count=1, seconds=5):
+        """Waits until the server has heard so many such messages, and returns all of them."""
+        end = time.monotonic() + seconds
+        while len(said := [m[name] for m in server.heard if name in m]) < count:
+            self.assertLess(time.monotonic(), end, f"the server heard fewer than {count} of {name}: {server.heard}")
+            time.sleep(0.02)
+        return said
+
+    def text(self):
+        return self.driver.find_element(By.ID, "side").text
+
+    def at_robot(self, lab, robot):
+        """Offset of a robot from the middle of the stage, CSS pixels."""
+        return self.js("""const {stage, world} = arkmesh, lab = world.labs[arguments[0]], r = lab.robots.find((x) => x.id === arguments[1]);
+            const {placement: p} = stage.panes.list.flatMap((x) => x.labs).find((x) => x.lab === lab);
+            return [Math.round(p.x(r.x, r.y) - stage.root.clientWidth / 2), Math.round(p.y(r.x, r.y) - stage.root.clientHeight / 2)]""", lab, robot)
+
+    def drag(self, begin, by, steps=4):
+        stage = self.driver.find_element(By.ID, "stage")
+        chain = ActionChains(self.driver, duration=20).move_to_element_with_offset(stage, *begin).click_and_hold()
+        for _ in range(steps):
+            chain = chain.move_by_offset(by[0] // steps, by[1] // steps)
+        chain.release().perform()
+
+    def test_shows_what_labs_send(self):
+        """Decoded places are those that were encoded, panels say them in words, and nothing was misunderstood or complained of."""
+        self.open(self.serve())
+        robots, t_us = self.js("const lab = arkmesh.world.labs[0]; return [lab.robots, lab.newest.get('poses').t_us]")
+        self.assertEqual([(r["id"], r["x"], r["y"], r["heading"], r["led"]) for r in robots],
+                         [(i, p["x_m"], p["y_m"], p["heading_rad"], p["led"]) for i, p in enumerate(pose(i, t_us) for i in range(12))])
+        ghost = self.js("return arkmesh.world.labs[0].ghosts[0].robots.find((g) => g.id === 4)")
+        self.assertLess(abs(ghost["x"] - pose(4, 0, 0.5)["x_m"] * 2), 0.2)
+        self.until("return /runs, waits for nobody/.test(document.getElementById('side').innerText)")
+        self.until("return /shark waits for roark: link down/.test(document.getElementById('side').innerText)")
+        self.until("return /to_robots.replaced/.test(document.getElementById('side').textContent) && /round trip\\s+850 µs/.test(document.getElementById('side').innerText)")
+        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons of drops/.test(s.textContent)).click()")
+        time.sleep(1)
+        self.until("return /to_robots.replaced/.test(document.getElementById('side').innerText)")  # what was unfolded stays so
+        self.assertEqual(self.js("return [...arkmesh.world.not_understood]"), [])
+        self.assertEqual([m for m in self.driver.get_log("browser") if m["level"] == "SEVERE"], [])
+
+    def test_channels_are_decoded(self):
+        """The table of channels opens the newest message of any channel, field by field."""
+        self.open(self.serve())
+        self.js("document.querySelectorAll('#side > details').forEach((d) => (d.open = true))")
+        self.until("return [...document.querySelectorAll('#side button.link')].find((b) => b.textContent === 'roark: world')")
+        self.js("[...document.querySelectorAll('#side button.link')].find((b) => b.textContent === 'roark: world').click()")
+        words = self.until("return document.querySelector('.message').textContent")
+        self.assertRegex(words, r"world_t, \d+ B\nlab = roark\nnonce = 6\n")
+        self.assertRegex(words, r"window\[0\]\n  period = \d+\n  behaviour = 1\d\d\d")
+
+    def test_pick_follow_and_measure(self):
+        """A click picks the robot under it, its panel tells its messages, the view follows it, and a drag measures metres."""
+        self.open(self.serve(speed=2))
+        stage = self.driver.find_element(By.ID, "stage")
+        ActionChains(self.driver).move_to_element_with_offset(stage, *self.at_robot(0, 2)).click().perform()
+        self.assertEqual(self.until("return arkmesh.options.pick"), {"lab": "shark", "id": 2})
+        self.until("return /robot\\s+shark\\/2/.test(document.getElementById('side').innerText) && /Newest messages/.test(document.getElementById('side').innerText)")
+        self.until("return document.querySelector('#side h3 + table')")
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("f")
+        self.until("const p = arkmesh.stage.panes.list[0], r = arkmesh.world.labs[0].robots[2]; return Math.abs(p.view.x_m - r.x) < 0.02 && Math.abs(p.view.y_m - r.y) < 0.02")
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("f0m")
+        self.until("return arkmesh.options.tool === 'measure' && !arkmesh.options.follow && arkmesh.stage.panes.moved.size === 0")
+        px_per_m = self.js("return arkmesh.stage.panes.list[0].labs[0].placement.scale")
+        self.drag((-200, 0), (100, 0))
+        words = self.until("return arkmesh.options.ruler?.words")
+        self.assertAlmostEqual(float(words.split()[0]) / 1000, 100 / px_per_m, delta=2 / px_per_m)
+
+    def test_only_who_has_the_token_controls(self):
+        """Without a token there is no button to press, and the key sends nothing; with a wrong one neither."""
+        server = self.serve()
+        for token in (None, "wrong"):
+            self.open(server, token)
+            self.assertFalse(self.driver.find_element(By.ID, "stop").is_enabled())
+            self.driver.find_element(By.TAG_NAME, "body").send_keys("s")
+            self.until("return /was not sent/.test(document.querySelector('.said').textContent)")
+        self.assertEqual(server.heard, [])
+
+    def test_control(self):
+        """STOP by button and by key goes to all labs, others to the chosen one; the token leaves the address bar."""
+        server = self.serve()
+        self.open(server, "1234")
+        self.assertNotIn("1234", self.driver.current_url)
+        self.until("return !document.getElementById('stop').disabled && document.querySelector('.control select').offsetParent !== null")
+        self.driver.find_element(By.ID, "stop").click()
+        self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
+        self.until("return document.querySelector('.said').textContent === 'shark: stop done; roark: stop done'")
+        server.heard.clear()
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("s")
+        self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
+        server.heard.clear()
+        self.driver.find_element(By.CSS_SELECTOR, ".control select").send_keys("roark")
+        self.driver.find_element(By.ID, "command-pause").click()
+        self.assertEqual(self.heard(server, "command"), [{"lab": 1, "name": "pause"}])
+
+    def test_faults_and_moving_by_hand(self):
+        """In an emulator the picked robot gets faults, and a drag puts a robot where it ends, in its arena's metres."""
+        server = self.serve(speed=0.1)
+        self.open(server, "1234")
+        self.until("return document.getElementById('tool-hand').offsetParent !== null")  # when the page may control
+        self.driver.find_element(By.ID, "tool-hand").click()
+        begin = self.at_robot(0, 5)
+        self.drag(begin, (40, -20))
+        [move] = self.heard(server, "move")
+        scale = self.js("return arkmesh.stage.panes.list[0].labs[0].placement.scale")
+        before = self.js("return arkmesh.world.labs[0].robots.find((r) => r.id === 5)")
+        self.assertEqual((move["lab"], move["robot"]), (0, 5))
+        self.assertAlmostEqual(move["x_m"], before["x"] + 40 / scale, delta=6 / scale)
+        self.assertAlmostEqual(move["y_m"], before["y"] + 20 / scale, delta=6 / scale)
+        self.js("arkmesh.options.set({pick: {lab: 'shark', id: 5}})")
+        self.until("return [...document.querySelectorAll('#side .buttons button')].some((b) => b.textContent === 'kill')")
+        self.js("[...document.querySelectorAll('#side .buttons button')].find((b) => b.textContent === 'kill').click()")
+        self.assertEqual(self.heard(server, "fault"), [{"lab": 0, "robot": 5, "line": "kill"}])
+        server.heard.clear()
+        self.until("return [...document.querySelectorAll('#side button')].some((b) => b.textContent === 'darken')")
+        self.js("[...document.querySelectorAll('#side button')].find((b) => b.textContent === 'darken').click()")
+        self.assertEqual(self.heard(server, "fault"), [{"lab": 0, "line": "camera camera0 dark"}])
+
+    def test_camera_picture_lies_under_the_arena(self):
+        """A picture is placed by its arena_to_px: the corner that is red in it is red on the floor, and stays so when zoomed."""
+        server = self.serve(speed=0.01)
+        picture = Image.new("RGB", (200, 100), (0, 0, 200))
+        picture.paste((200, 0, 0), (150, 0, 200, 30))  # x above 1/3 m, y above 0.2 m
+        jpeg = io.BytesIO()
+        picture.save(jpeg, "JPEG", quality=95)
+        self.open(server)
+        server.loop.call_soon_threadsafe(server.send, [packed(0, 0, "camera0", jpeg.getvalue(), kind=2)])
+        at = """const {placement: p} = arkmesh.stage.panes.list[0].labs[0], c = document.querySelector('canvas[data-layer=floor]').getContext('2d');
+            const [r, g, b] = c.getImageData(Math.round(p.x(arguments[0], arguments[1])), Math.round(p.y(arguments[0], arguments[1])), 1, 1).data; return r > 150 && b < 60 ? 'red' : b > 150 && r < 60 ? 'blue' : `${r} ${g} ${b}`"""
+        for _ in range(2):
+            self.until(at.replace("return r >", "return 'red' === (r >").replace("`${r} ${g} ${b}`", "'')"), 0.42, 0.26)
+            self.assertEqual([self.js(at, 0.42, 0.15), self.js(at, 0.2, 0.26), self.js(at, -0.15, -0.42)], ["blue", "blue", "blue"])
+            self.js("arkmesh.pointer.zoom(1.3); arkmesh.pointer.pan(40, -50)")
+            time.sleep(0.2)
+
+    def test_reconnects(self):
+        """When the lab goes, the page says so; when it comes again on that port, the page goes on by itself."""
+        server = self.serve()
+        self.open(server)
+        server.stop()
+        self.until("return !document.getElementById('banner').hidden && /Not connected/.test(document.getElementById('banner').textContent)")
+        again = self.serve(port=server.port)
+        self.until("return document.getElementById('banner').hidden")
+        before = self.js("return arkmesh.world.labs[0].robots_version")
+        self.until("return arkmesh.world.labs[0].robots_version > arguments[0] + 3", before)
+        self.assertEqual(len(again.viewers), 1)
+
+    def test_plays_a_recorded_run(self):
+        """Scrubbing shows that moment exactly, a step is a frame, and it plays at the speed that was chosen to the end."""
+        server = self.serve(mode="recorded")
+        self.open(server)
+        bar = self.driver.find_element(By.ID, "scrub")
+        self.until("return Number(arguments[0].max) >= 60000", bar)  # the bar knows the run's length
+        self.js("arguments[0].value = 20000; arguments[0].dispatchEvent(new Event('input'))", bar)
+        self.until("return arkmesh.world.labs[0].newest.get('poses').t_us === 20000000")
+        self.assertEqual(self.until("return arkmesh.world.labs[0].robots[1]?.x"), pose(1, 20_000_000)["x_m"])
+        self.driver.find_element(By.ID, "stage").click()
+        ActionChains(self.driver).send_keys(Keys.ARROW_RIGHT).perform()
+        self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 20_100_000)["x_m"])
+        ActionChains(self.driver).send_keys(Keys.ARROW_LEFT).perform()
+        self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 20_000_000)["x_m"])
+        self.driver.find_element(By.ID, "speed").send_keys("20×")
+        begin = time.monotonic()
+        self.driver.find_element(By.ID, "play").click()
+        self.until("return arkmesh.player.t_us === 60000000 && !arkmesh.player.playing", seconds=20)
+        self.assertGreater(time.monotonic() - begin, 1.8, "40 s of lab time at 20x")
+        self.assertEqual(self.js("return arkmesh.world.labs[1].newest.get('poses').t_us"), 60_000_000)
+        self.js("[...document.querySelectorAll('.events button')].find((b) => b.textContent === '0:50.0').click()")
+        self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 50_000_000)["x_m"])
+
+    def test_compares_two_runs(self):
+        """Two runs lie side by side, and a button goes to where they first differ and says who lies apart there."""
+        other = [(t_us, lab + 2, channel, data) for t_us, lab, channel, data in self.rows]
+        server = self.serve(mode="recorded", rows=sorted(self.rows + other, key=lambda row: row[0]), labs=[f"{run}/{lab}" for run in ("a", "b") for lab in LABS],
+                            about={"first_difference": {"period": 17, "lab": "shark", "t_us": 34_000_000}, "notes": ["The log of b was cut off."]})
+        self.driver.get(server.url)
+        self.until("return window.arkmesh?.world.labs.length === 4 && arkmesh.world.labs.every((l) => l.robots.length && l.shared)")
+        self.assertEqual(self.js("return arkmesh.stage.panes.list.length"), 4)
+        self.until("return /The log of b was cut off/.test(document.getElementById('side').innerText)")
+        self.driver.find_element(By.ID, "difference").click()
+        self.until("return /first differ in period 17, at 0:34.0/.test(document.getElementById('side').innerText) && /shark: all robots at the same places/.test(document.getElementById('side').innerText)")
+        self.assertEqual(self.js("return arkmesh.player.t_us"), 34_000_000)
+
+    def test_film_draws_what_the_page_draws(self):
+        """A moment of a film, drawn as one picture, has the pixels that the page's layers have; films are the same each time."""
+        server = self.serve(mode="recorded")
+        compose = """const done = arguments[0]; (async () => {
+            const {stage, film} = arkmesh; await film.begin(10e6); for (let i = 0; i < 20; ++i) await film.next(1e6);
+            const [floor] = stage.contexts, w = floor.canvas.width, h = floor.canvas.height;
+            const flat = new OffscreenCanvas(w, h).getContext('2d'); for (const c of stage.contexts) flat.drawImage(c.canvas, 0, 0);
+            const one = new OffscreenCanvas(w, h).getContext('2d'), {whole} = await import('/page/scene.js');
+            for (const pane of stage.panes.list) whole(one, stage.scene(pane, true));
+            const a = flat.getImageData(0, 0, w, h).data, b = one.getImageData(0, 0, w, h).data; let apart = 0, hash = 0;
+            for (let i = 0; i < a.length; ++i) { hash = (hash * 31 + a[i]) | 0; if (Math.abs(a[i] - b[i]) > 12) apart += 1; }
+            done([apart / a.length, hash, w * h]); })()"""
+        seen = []
+        for _ in range(2):
+            self.open(server)
+            apart, hashed, pixels = self.driver.execute_async_script(compose)
+            self.assertLess(apart, 1e-3)
+            self.assertGreater(pixels, 300_000)
+            seen.append(hashed)
+        self.assertEqual(seen[0], seen[1])
+
+    def test_labs_together(self):
+        """In the shared frame a robot lies at the same pixel as its ghost would: projections are right."""
+        self.open(self.serve(speed=0.01))
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("t")
+        self.until("return arkmesh.stage.panes.list.length === 1")
+        apart = self.js("""const [a, b] = arkmesh.stage.panes.list[0].labs, g = a.lab.ghosts[0].robots[3], r = b.lab.robots[3];
+            return Math.hypot(a.placement.x(g.x, g.y) - b.placement.x(r.x, r.y), a.placement.y(g.x, g.y) - b.placement.y(r.x, r.y))""")
+        self.assertLess(apart, 3)
+
+    def test_every_layer_draws(self):
+        """Pixels of each layer are there, in the colours of the table, and switching a layer off takes them away."""
+        self.open(self.serve(speed=1))
+        time.sleep(0.3)
+        count = """const c = document.querySelector(`canvas[data-layer=${arguments[0]}]`), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+            let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n"""
+        self.assertGreater(self.js(count, "robots"), 2000)
+        self.until(count.replace("return n", "return n > 50").replace("arguments[0]", "'trails'"), seconds=20)
+        has = """const c = document.querySelector('canvas[data-layer=floor]'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+            let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] === 0xe8 && d[i + 1] === 0x48 && d[i + 2] === 0x1c; return n"""
+        self.assertGreater(self.js(has), 50, "site_hard's outline")
+        self.js("arkmesh.options.toggle('overlay')")
+        self.until(has.replace("return n", "return n === 0"))
+
+    def test_phone(self):
+        """On a phone nothing is wider than the screen, STOP is in reach, and two fingers zoom."""
+        server = self.serve()
+        with browser(390, 844, phone=True) as phone:
+            phone.get(server.url + "#token=1234")
+            end = time.monotonic() + 10
+            while not phone.execute_script("return window.arkmesh?.world.labs[0]?.robots.length"):
+                self.assertLess(time.monotonic(), end)
+            self.assertLessEqual(phone.execute_script("return document.documentElement.scrollWidth"), 390)
+            stop = phone.find_element(By.ID, "stop").rect
+            self.assertGreaterEqual(stop["height"], 36)
+            self.assertLess(stop["x"] + stop["width"], 390)
+            before = phone.execute_script("return arkmesh.stage.panes.list[0].view.px_per_m")
+            box = phone.execute_script("const r = document.getElementById('stage').getBoundingClientRect(); return [r.x + 190, r.y + 120]")
+            touch = lambda kind, spread: phone.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if spread is None else [{"x": box[0] - spread, "y": box[1], "id": 1}, {"x": box[0] + spread, "y": box[1], "id": 2}]})
+            for kind, spread in (("touchStart", 20), ("touchMove", 40), ("touchMove", 60), ("touchEnd", None)):
+                touch(kind, spread)
+            after = phone.execute_script("return arkmesh.stage.panes.list[0].view.px_per_m")
+            self.assertGreater(after / before, 2)
+
+    def test_dark(self):
+        """In the dark the ground is dark."""
+        server = self.serve()
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+        self.addCleanup(self.driver.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
+        self.open(server)
+        rgb = re.findall(r"\d+", self.js("return getComputedStyle(document.body).backgroundColor"))
+        self.assertLess(int(rgb[0]), 40)
+        self.until("return arkmesh.stage.sprites.colours.dark")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,45 @@
+// Makes elements: h("button", {class: "stop", onclick: f}, "STOP"). Texts are always texts, never HTML.
+
+/**
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag @param {Record<string, any>} [attributes] on... are listeners, booleans are set or left out
+ * @param {...(Node | string | number | null | undefined | false)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function h(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
+  }
+  element.append(...children.filter((c) => c !== null && c !== undefined && c !== false).map((c) => (typeof c === "number" ? String(c) : /** @type {Node | string} */ (c))));
+  return element;
+}
+
+/**
+ * A table: its head, and rows of texts or nodes.
+ * @param {string[]} head @param {(string | number | Node)[][]} rows
+ */
+export function table(head, rows) {
+  return h("table", {}, h("thead", {}, h("tr", {}, ...head.map((t) => h("th", { scope: "col" }, t)))),
+    h("tbody", {}, ...rows.map((row) => h("tr", {}, ...row.map((cell) => h("td", {}, cell))))));
+}
+
+/**
+ * Names and values, one a line.
+ * @param {[string, string | Node][]} pairs
+ */
+export function facts(pairs) {
+  return h("dl", {}, ...pairs.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
+}
+
+/**
+ * A part of the side column that can be folded.
+ * @param {string} title @param {boolean} open
+ */
+export function section(title, open) {
+  const body = h("div", { class: "body" });
+  const element = h("details", { open }, h("summary", {}, title), body);
+  return { element, body };
+}

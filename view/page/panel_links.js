@@ -1,0 +1,45 @@
+// Links to other labs: state, round trip, clocks, what was dropped and why.
+import { facts, h, section, table } from "./dom.js";
+import { bytes_words, duration_words, number_words } from "./words.js";
+
+/** Names of counters that count something lost. */
+const lost = /dropped|expired|gap|ignored|late|lost|missing|refused|not_sent|not_recorded|replaced|skipped|withheld/;
+
+export class LinksPanel {
+  constructor() {
+    const { element, body } = section("Links", true);
+    this.element = element;
+    this.body = body;
+    /** Labs whose drops are unfolded. @type {Set<string>} */
+    this.unfolded = new Set();
+  }
+
+  /** @param {import("./world.js").World} world */
+  update(world) {
+    this.body.replaceChildren(...world.labs.map((lab) => {
+      const peers = lab.peers?.peers ?? [];
+      const drops = [...(lab.status?.counters ?? []), ...(lab.peers?.counters ?? [])].filter((c) => lost.test(c.name) && Number(c.value) > 0);
+      return h("div", { class: "lab" }, h("h3", {}, lab.name),
+        ...(peers.length ? peers.map((/** @type {import("./lcm.js").Message} */ p) => peer(p, world.rates[lab.index] ?? {})) : [h("p", {}, lab.peers ? "no peers" : "no gateway heard")]),
+        drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, `${drops.length} reasons of drops`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"));
+    }));
+  }
+
+  /** @param {string} lab @param {Event} event of its drops */
+  fold(lab, event) {
+    if (/** @type {HTMLDetailsElement} */ (event.target).open) this.unfolded.add(lab);
+    else this.unfolded.delete(lab);
+  }
+}
+
+/** @param {import("./lcm.js").Message} p peer_t @param {Record<string, import("./world.js").Rate>} rates of the channels of the lab that hears it */
+function peer(p, rates) {
+  const drops = p.counters.filter((/** @type {any} */ c) => lost.test(c.name) && Number(c.value) > 0);
+  return h("div", {}, facts([
+    [p.lab, h("span", { class: p.up ? "good" : "attention" }, `${p.up ? "● up" : "○ down"}${p.why ? `: ${p.why}` : ""}`)],
+    ["round trip", p.round_trip_us < 0 ? "unknown" : duration_words(p.round_trip_us)],
+    ["its clock", p.round_trip_us < 0 ? "unknown" : `${p.clock_offset_us >= 0 ? "+" : "−"}${duration_words(Math.abs(Number(p.clock_offset_us)))} ± ${duration_words(Number(p.clock_uncertainty_us))}`],
+  ]), p.n_channels ? table(["channel", "age", "per s", "messages", "bytes"], p.channels.map((/** @type {any} */ c) => (
+    [c.channel, c.age_us < 0 ? "never" : duration_words(Number(c.age_us)), rates[c.channel]?.per_s.toPrecision(2) ?? "–", number_words(c.messages), bytes_words(Number(c.bytes))]))) : null,
+  drops.length ? table(["dropped", "count"], drops.map((/** @type {any} */ c) => [c.name, number_words(c.value)])) : null);
+}

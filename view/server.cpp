@@ -1,0 +1,429 @@
+#include "view/server.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <deque>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "hal/listen.hpp"
+#include "view/access.hpp"
+#include "view/channels.hpp"
+#include "view/connection.hpp"
+#include "view/page_files.hpp"
+#include "view/view_config.hpp"
+
+namespace arkmesh::view {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Monotonic = std::chrono::steady_clock;
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+static_assert(Outbox::max_answer_bytes == Server::max_answer_bytes);
+constexpr std::size_t connections_beside_viewers = 32;  // for the page's files
+constexpr auto accept_again_after = 100ms, rates_every = 1000ms;
+constexpr std::size_t max_lines = 500, max_line_bytes = 500;  // of the event log that late viewers get
+constexpr int max_wrong_tokens = 5;
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+tcp::acceptor listen_from(hal::EventLoop& loop, const ServerOptions& options) {
+  std::string why;
+  for (int i = 0; i < std::max<int>(1, options.port == 0 ? 1 : options.ports) && options.port + i <= 65'535; ++i) try {
+      return hal::listen_on(loop, options.address, static_cast<std::uint16_t>(options.port + i), "the page");
+    } catch (const std::runtime_error& error) {
+      if (why.empty()) why = error.what();
+    }
+  throw std::runtime_error(why);
+}
+
+std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
+  if (is_loopback(options.address)) return nullptr;
+  if (!options.identity)
+    throw std::runtime_error(fmt::format(
+        "the page is shown beyond this machine ({}) over TLS only, and there is no key for it", options.address));
+  auto out = std::make_unique<asio::ssl::context>(asio::ssl::context::tlsv13_server);
+  error_code wrong;
+  out->use_certificate_chain(asio::buffer(options.identity->certificate_pem), wrong);
+  if (!wrong) out->use_private_key(asio::buffer(options.identity->key_pem), asio::ssl::context::pem, wrong);
+  if (wrong) throw std::runtime_error(fmt::format("OpenSSL cannot use the key for the page: {}", wrong.message()));
+  return out;
+}
+
+}  // namespace
+
+bool Answer::add(int kind, int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
+  const auto number = request_.is_number_unsigned() ? request_.get<std::uint32_t>() : 0;
+  return out_.answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
+}
+bool Answer::message(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
+  return add(static_cast<int>(Kind::message), lab, t_us, channel, data);
+}
+bool Answer::picture(int lab, std::int64_t t_us, std::string_view camera, std::span<const std::byte> jpeg) {
+  return add(static_cast<int>(Kind::picture), lab, t_us, camera, jpeg);
+}
+bool Answer::done(json what) {
+  what["request"] = request_;
+  return out_.answer(text_of({{"done", std::move(what)}}), true);
+}
+// In its place among the answers; ahead of them when they leave no room.
+void Answer::refuse(std::string_view why) {
+  const json words = {{"refused", {{"request", request_}, {"why", why}}}};
+  if (!out_.answer(text_of(words), true)) out_.say(text_of(words));
+}
+
+struct Server::State final : Reception, std::enable_shared_from_this<Server::State> {
+  State(hal::EventLoop& loop, ServerOptions wanted, Desk& who)
+      : options(std::move(wanted)),
+        desk(&who),
+        tls(make_tls(options)),
+        acceptor(listen_from(loop, options)),
+        again(loop),
+        sampling(loop),
+        rating(loop),
+        port(acceptor.local_endpoint().port()),
+        access(options.hosts, port, tls != nullptr) {}
+
+  void accept() {
+    acceptor.async_accept([weak = weak_from_this()](error_code error, tcp::socket socket) {
+      const auto self = weak.lock();
+      if (!self || error == asio::error::operation_aborted) return;
+      if (error) return self->accept_later();
+      self->take(std::move(socket));
+      self->accept();
+    });
+  }
+
+  // Without a file descriptor to spare, say.
+  void accept_later() {
+    again.expires_after(accept_again_after);
+    again.async_wait([weak = weak_from_this()](error_code error) {
+      if (const auto self = weak.lock(); self && !error) self->accept();
+    });
+  }
+
+  void take(tcp::socket socket) {
+    if (connections.size() >= options.max_viewers + connections_beside_viewers)
+      return totals.add("view.refused.too_many_connections");
+    const auto made = make_connection(std::move(socket), tls.get(), *this);
+    connections.insert(made);
+    made->start();
+  }
+
+  // --- what connections ask ---
+
+  // Empty when the request comes as it should.
+  Reply strange(const Request& request) {
+    if (!access.is_host(request.host, request.reached)) {
+      totals.add("view.refused.host");
+      return {.status = 403,
+              .body = "This server is not known by that name; view.hosts of the lab's file lists names.\n"};
+    }
+    if (!request.origin.empty() && !access.is_own_origin(request.origin, request.host)) {
+      totals.add("view.refused.origin");
+      return {.status = 403, .body = "Pages of other sites may not ask here.\n"};
+    }
+    return {};
+  }
+
+  Reply reply_to(const Request& request) override {
+    if (Reply refusal = strange(request); refusal.status != 200) return refusal;
+    if (request.path == "/token" && request.method == "POST") return reply_to_token(request);
+    if (request.method != "GET" && request.method != "HEAD") {
+      totals.add("view.refused.method");
+      return {.status = 405, .body = "Only GET and HEAD.\n"};
+    }
+    if (request.path == "/about.json") return {.type = "application/json", .body = text_of(about())};
+    if (const auto file = page_file(request.path)) return {.type = file->type, .body = std::string(file->bytes)};
+    totals.add("view.refused.no_such_file");
+    return {.status = 404, .body = "There is no such file here; / is the page.\n"};
+  }
+
+  Reply reply_to_token(const Request& request) {
+    if (request.origin.empty() || !access.is_token(request.body)) {
+      totals.add("view.refused.token");
+      return {.status = 403, .body = "This is not the token in the URL that the lab printed.\n"};
+    }
+    return {.status = 204, .body = {}, .set_cookie = access.set_cookie()};
+  }
+
+  Reply admit(const Request& request) override {
+    if (Reply refusal = strange(request); refusal.status != 200) return refusal;
+    if (request.origin.empty()) {
+      totals.add("view.refused.origin");
+      return {.status = 403, .body = "A WebSocket must say of which page it is (Origin).\n"};
+    }
+    if (request.path != "/ws") {
+      totals.add("view.refused.no_such_file");
+      return {.status = 404, .body = "The WebSocket is at /ws.\n"};
+    }
+    if (watching.size() >= options.max_viewers) {
+      totals.add("view.refused.too_many_viewers");
+      return {.status = 503, .body = "Too many watch already.\n"};
+    }
+    return {.status = 101};
+  }
+
+  void joined(Connection& viewer, const Request& request) override {
+    totals.add("view.viewers");
+    viewer.may_control = access.has_cookie(request.cookie);
+    if (watching.empty()) start_clocks();
+    watching.insert(&viewer);
+    greet(viewer);
+    if (!cameras.empty()) viewer.outbox().say(text_of({{"cameras", cameras}}));
+    for (const Line& line : lines) viewer.outbox().event(as_event(line));
+    for (auto& [slot, parcel] : channels.all()) viewer.outbox().newest(slot, parcel);
+  }
+
+  void greet(Connection& viewer) {
+    json hello = about();
+    hello["token_ok"] = viewer.may_control;
+    viewer.outbox().say(text_of({{"hello", std::move(hello)}}));
+  }
+
+  json about() {
+    json out = desk->about();
+    out["version"] = ARKMESH_VERSION;
+    return out;
+  }
+
+  bool said(Connection& viewer, std::string_view text) override {
+    const json what = json::parse(text, nullptr, false);
+    if (!what.is_object()) return false;
+    if (const auto token = what.find("token"); token != what.end()) return show_token(viewer, *token);
+    const auto number = what.find("request");
+    const bool numbered = number != what.end() && number->is_number_unsigned() && *number <= 0xffff'ffffu;
+    Answer answer(viewer.outbox(), numbered ? *number : json());
+    const bool commands = what.contains("command") || what.contains("fault") || what.contains("move");
+    try {
+      if (commands && !viewer.may_control)
+        refuse(answer, "no_token", "Only who has the lab's token may do this: open the URL that the lab printed.");
+      else if (commands)
+        desk->command(what, answer);
+      else if (numbered)
+        desk->request(what, answer);
+      else
+        refuse(answer, "unknown", "The server does not know this message.");
+    } catch (const std::exception& error) {
+      refuse(answer, "request", error.what());
+    }
+    return true;
+  }
+
+  bool show_token(Connection& viewer, const json& token) {
+    viewer.may_control =
+        viewer.may_control || (token.is_string() && access.is_token(token.get_ref<const std::string&>()));
+    if (!viewer.may_control) {
+      totals.add("view.refused.token");
+      if (++viewer.wrong_tokens >= max_wrong_tokens) return false;
+    }
+    greet(viewer);
+    return true;
+  }
+
+  void refuse(Answer& answer, std::string_view why, std::string_view sentence) {
+    totals.add(fmt::format("view.refused.{}", why));
+    answer.refuse(sentence);
+  }
+
+  void left(Connection& connection) override {
+    if (watching.erase(&connection) > 0) {
+      replaced_by_gone += connection.outbox().replaced();
+      if (watching.empty()) sampling.cancel(), rating.cancel();
+    }
+    connections.erase(connection.shared_from_this());
+  }
+
+  hal::Counters& counters() override { return totals; }
+
+  // --- what viewers get ---
+
+  void start_clocks() {
+    channels.start_rates();
+    rated = Monotonic::now();
+    wait_to_sample();
+    wait_to_rate();
+  }
+
+  void wait_to_sample() {
+    sampling.expires_after(
+        std::chrono::duration_cast<Monotonic::duration>(std::chrono::duration<double>(1 / options.per_s)));
+    sampling.async_wait([weak = weak_from_this()](error_code error) {
+      const auto self = weak.lock();
+      if (!self || error || self->watching.empty()) return;
+      self->sample();
+      self->wait_to_sample();
+    });
+  }
+
+  void wait_to_rate() {
+    rating.expires_after(rates_every);
+    rating.async_wait([weak = weak_from_this()](error_code error) {
+      const auto self = weak.lock();
+      if (!self || error || self->watching.empty()) return;
+      self->tell_rates();
+      self->wait_to_rate();
+    });
+  }
+
+  void sample() {
+    const auto fresh = channels.take_fresh();
+    if (fresh.empty()) return;
+    for_each_viewer([&](Connection& viewer) {
+      for (const auto& [slot, parcel] : fresh) viewer.outbox().newest(slot, parcel);
+    });
+  }
+
+  void tell_rates() {
+    const auto now = Monotonic::now();
+    json rates = {{"t_us", channels.newest_us()},
+                  {"labs", channels.rates(std::chrono::duration<double>(now - std::exchange(rated, now)).count())}};
+    for_each_viewer([&](Connection& viewer) {
+      rates["viewer"] = {{"replaced", viewer.outbox().replaced()}};
+      // The newest is enough: a slot of its own, behind those of all channels.
+      viewer.outbox().newest(Channels::max_channels,
+                             {std::make_shared<const std::string>(text_of({{"rates", rates}})), true});
+    });
+  }
+
+  // A viewer may leave when it is sent something.
+  template <class What>
+  void for_each_viewer(What what) {
+    for (const std::vector<Connection*> all(watching.begin(), watching.end()); Connection * viewer : all) {
+      if (!watching.contains(viewer)) continue;
+      what(*viewer);
+      viewer->send();
+    }
+  }
+
+  struct Line {
+    int lab;
+    std::int64_t t_us;
+    std::string text;
+  };
+  static Parcel as_event(const Line& line) {
+    const json what = {{"events",
+                        {{"lab", line.lab < 0 ? json() : json(line.lab)},
+                         {"lines", json::array({{{"t_us", line.t_us}, {"text", line.text}}})}}}};
+    return {std::make_shared<const std::string>(text_of(what)), true};
+  }
+
+  ServerOptions options;
+  Desk* desk;
+  std::unique_ptr<asio::ssl::context> tls;  // null: plain
+  tcp::acceptor acceptor;
+  asio::steady_timer again, sampling, rating;
+  std::uint16_t port;
+  Access access;
+  std::set<std::shared_ptr<Connection>> connections;
+  std::set<Connection*> watching;  // of these
+  Channels channels;
+  std::deque<Line> lines;
+  json cameras = json::array();
+  Monotonic::time_point rated{};
+  std::uint64_t replaced_by_gone = 0;
+  hal::Counters totals;
+};
+
+Server::Server(hal::EventLoop& loop, ServerOptions options, Desk& desk)
+    : state_(std::make_shared<State>(loop, std::move(options), desk)) {
+  state_->accept();
+}
+
+Server::~Server() {
+  for (const auto all = state_->connections; const auto& connection : all) connection->leave();
+}
+
+std::uint16_t Server::port() const {
+  return state_->port;
+}
+
+std::string Server::url() const {
+  const ServerOptions& options = state_->options;
+  error_code wrong;
+  const auto ip = asio::ip::make_address(options.address, wrong);
+  std::string host = options.address;
+  if (!options.hosts.empty())
+    host = options.hosts.front();
+  else if (!wrong && ip.is_unspecified())
+    host = asio::ip::host_name(wrong);
+  else if (!wrong && ip.is_v6())
+    host = fmt::format("[{}]", host);
+  const bool has_port = host.rfind(':') != std::string::npos && host.back() != ']';
+  return fmt::format("{}://{}{}/", state_->tls ? "https" : "http", host, has_port ? "" : fmt::format(":{}", port()));
+}
+
+std::string Server::url_with_token() const {
+  return fmt::format("{}#token={}", url(), state_->access.token());
+}
+
+void Server::show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
+  state_->channels.note(Kind::message, lab, t_us, channel, data);
+  // Commands are few, and each counts.
+  if (state_->watching.empty() || !(channel.ends_with("operator_command") || channel == "fleet_command")) return;
+  const Parcel event{std::make_shared<const std::string>(frame(Kind::message, lab, 0, t_us, channel, data))};
+  state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().event(event); });
+}
+
+void Server::show_picture(int lab, std::int64_t t_us, std::string_view camera, std::span<const std::byte> jpeg) {
+  state_->channels.note(Kind::picture, lab, t_us, camera, jpeg);
+}
+
+void Server::set_camera(int lab, json camera) {
+  camera["lab"] = lab;
+  json& all = state_->cameras;
+  const auto same = std::ranges::find_if(all, [&](const json& one) {
+    return one["lab"] == camera["lab"] && one.value("name", "") == camera.value("name", "");
+  });
+  if (same != all.end())
+    *same = std::move(camera);
+  else
+    all.push_back(std::move(camera));
+  const std::string text = text_of({{"cameras", all}});
+  state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().say(text); });
+}
+
+void Server::tell(int lab, std::int64_t t_us, std::string_view text) {
+  auto& lines = state_->lines;
+  lines.push_back({lab, t_us, std::string(text.substr(0, max_line_bytes))});
+  if (lines.size() > max_lines) lines.pop_front();
+  if (state_->watching.empty()) return;
+  const Parcel event = State::as_event(lines.back());
+  state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().event(event); });
+}
+
+std::size_t Server::viewers() const {
+  return state_->watching.size();
+}
+
+void Server::sample() {
+  state_->sample();
+}
+
+bool Server::sending() const {
+  return std::ranges::any_of(state_->watching, [](const Connection* viewer) { return viewer->sending(); });
+}
+
+hal::Counters Server::counters() const {
+  hal::Counters all = state_->totals;
+  all.merge(state_->channels.counters());
+  std::uint64_t replaced = state_->replaced_by_gone;
+  for (const Connection* viewer : state_->watching) replaced += viewer->outbox().replaced();
+  if (replaced > 0) all.set("view.replaced", replaced);
+  return all;
+}
+
+}  // namespace arkmesh::view
