@@ -11,6 +11,7 @@ constexpr CommandRow rows[] = {
     {"rerun", "Repeat a run from its folder alone, and say whether it gives the same", lab_program},
     {"lab", "Run one lab on its LCM bus; `arkmesh gateway` joins it with others", lab_program},
     {"view", "Show a lab that runs, or recorded runs, in a browser", lab_program},
+    {"mark", "Stand in for a lab that runs the published M-ARK software (ARGoS, ARK-Qt)", lab_program},
     {"config", "List every key of a lab's file, or print a sample", ARKMESH_CAMERAS ? testbed_program : lab_program},
     {"gateway", "Join a lab's LCM bus with the other labs, over TCP", gateway_program},
     {"keys", "Make a lab's key and certificate, and say which labs its gateway lets in", gateway_program},

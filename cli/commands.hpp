@@ -20,6 +20,7 @@ void add_batch_command(CLI::App& app);
 void add_rerun_command(CLI::App& app);
 void add_lab_command(CLI::App& app);
 void add_view_command(CLI::App& app);
+void add_mark_command(CLI::App& app);
 void add_gateway_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
 void add_explain_command(CLI::App& app);

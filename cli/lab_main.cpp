@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
     {"rerun", add_rerun_command},
     {"lab", add_lab_command},
     {"view", add_view_command},
+    {"mark", add_mark_command},
 #if !ARKMESH_CAMERAS
     {"config", add_config_command},
 #endif

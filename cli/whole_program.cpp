@@ -20,6 +20,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"rerun", add_rerun_command},
     {"lab", add_lab_command},
     {"view", add_view_command},
+    {"mark", add_mark_command},
     {"gateway", add_gateway_command},
     {"keys", add_keys_command},
     {"explain", add_explain_command},

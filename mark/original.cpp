@@ -1,0 +1,178 @@
+#include "mark/original.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace arkmesh::mark {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t most_to_hear = 4096;    // more than 400 s of ARGoS's time
+constexpr std::uint64_t read_within = 2;      // ticks
+constexpr auto ark_qt_reads_each = 250ms;     // it looks each 100 ms
+constexpr hal::LabTime frame_period = 100ms;  // of ARK-Qt's lab
+
+}  // namespace
+
+Original::Original(const Settings& settings, Role role, const Grammar& grammar, Conversation& conversation,
+                   std::unique_ptr<Link> link, Away away, hal::Counters& counters, hal::WallTime& wall)
+    : settings_(settings),
+      role_(role),
+      away_(away),
+      conversation_(conversation),
+      counters_(counters),
+      wall_(wall),
+      splitter_(grammar),
+      pacer_(frame_period, counters, wall),
+      link_(std::move(link)) {
+  link_->start(*this);
+}
+
+void Original::serve() {
+  link_->serve();
+  say();
+}
+
+hal::TimePoint Original::next_service() const {
+  // Patience, and what is due by the wall.
+  return std::min(link_->next_service(), wall_.now() + 20ms);
+}
+
+// ---------------------------------------------------------------- what it says
+
+void Original::came() {
+  hear_waiting();
+  splitter_.reset();
+  ticks_ = answered_ = 0;
+  unread_.clear();
+  said_.clear();
+  said_at_ = {};
+  if (away_since_)
+    spdlog::warn("{} is back at {}", name(), link_->place());
+  else
+    spdlog::info("{} is there, at {}", name(), link_->place());
+  away_since_.reset();
+  counters_.add("mark.connections");
+  conversation_.came();
+}
+
+void Original::gone(const std::string& why) {
+  hear_waiting();
+  away_since_ = wall_.now();
+  told_before_ = told_;
+  counters_.add("mark.lost");
+  spdlog::warn("{} is gone: {}", name(), why);
+  conversation_.gone();
+}
+
+void Original::heard(std::string_view bytes) {
+  for (Message& message : splitter_.feed(bytes)) {
+    ++ticks_;
+    counters_.add("mark.messages_heard");
+    if (!begun_ || ended_ || settings_.flavour == Flavour::ark_qt) {
+      hear(message);
+      continue;
+    }
+    to_hear_.push_back(std::move(message));
+    if (to_hear_.size() <= most_to_hear) continue;
+    to_hear_.pop_front();
+    counters_.add("mark.dropped.too_far_ahead");
+  }
+}
+
+void Original::hear(const Message& message) {
+  if (message.word == Word::stopped) {
+    counters_.add("mark.stopped");
+    spdlog::warn("{} was stopped by its operator", name());
+    conversation_.gone();
+  } else {
+    conversation_.hear(message);
+  }
+}
+
+void Original::hear_waiting() {
+  for (; !to_hear_.empty(); to_hear_.pop_front()) {
+    hear(to_hear_.front());
+    told_ += settings_.period;
+  }
+}
+
+// ---------------------------------------------------------------- its time
+
+bool Original::reached(hal::LabTime t) {
+  begun_ = true;
+  const bool is_away = away_since_.has_value();
+  if (settings_.flavour == Flavour::ark_qt) {
+    // The wall's time goes on without it, and is caught up with.
+    return pacer_.reached(t) && (!is_away || away_ == Away::goes_on);
+  }
+  for (; told_ < t && !to_hear_.empty(); to_hear_.pop_front()) {
+    hear(to_hear_.front());
+    told_ += settings_.period;
+  }
+  if (is_away && away_ == Away::goes_on && told_ < t) {
+    const auto passed = std::chrono::duration_cast<hal::LabTime>(wall_.now() - *away_since_);
+    if (t <= told_before_ + passed) told_ = t;
+  }
+  return told_ >= t;
+}
+
+void Original::end() {
+  if (std::exchange(ended_, true)) return;
+  hear_waiting();
+  conversation_.end();
+}
+
+// ---------------------------------------------------------------- what it is told
+
+bool Original::may_say(std::size_t size) {
+  if (settings_.flavour == Flavour::ark_qt) return true;
+  while (!unread_.empty() && ticks_ >= unread_.front().ticks + read_within) unread_.pop_front();
+  std::size_t all = size;
+  for (const Unread& each : unread_) all += each.size;
+  return all <= static_cast<std::size_t>(settings_.read_bytes);
+}
+
+void Original::say() {
+  if (!link_->up()) return;
+  const bool argos = settings_.flavour == Flavour::argos;
+  if (argos && ticks_ == answered_) return;  // one for each of its ticks at most
+  const hal::TimePoint now = wall_.now();
+  if (!argos && now - said_at_ < ark_qt_reads_each) return;
+  const std::optional<std::string> text = conversation_.say();
+  if (!text) return;
+  if (!argos && *text == said_ && now - said_at_ < settings_.period) return;
+  std::string message = *text;
+  if (argos) message += '\0';
+  if (message.size() > static_cast<std::size_t>(settings_.read_bytes)) return counters_.add("mark.not_sent.too_long");
+  answered_ = ticks_;
+  if (!link_->settled()) return counters_.add("mark.held.not_arrived");
+  if (!may_say(message.size())) return counters_.add("mark.held.unread");
+  unread_.push_back({message.size(), ticks_});
+  said_ = *text;
+  said_at_ = now;
+  counters_.add("mark.messages_sent");
+  link_->send(message);
+}
+
+// ---------------------------------------------------------------- for people
+
+std::string Original::name() const {
+  return fmt::format("the original M-ARK {} ({})", other_of(role_), name_of(settings_.flavour));
+}
+
+std::string Original::absence() const {
+  if (link_->up()) return {};
+  const std::string trouble = link_->trouble();
+  if (away_since_) return fmt::format("{}, which is gone: {}", name(), trouble);
+  if (role_ == Role::server)
+    return fmt::format("{}, which has not come to {}{}", name(), link_->place(),
+                       trouble.empty() ? "" : fmt::format(" ({})", trouble));
+  return fmt::format("{} at {}{}", name(), link_->place(), trouble.empty() ? "" : fmt::format(": {}", trouble));
+}
+
+}  // namespace arkmesh::mark

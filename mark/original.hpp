@@ -1,0 +1,91 @@
+// The original as this side knows it: what it says, in the order of its time, and what it is sent, never more than it
+// can take. Its messages are its clock (ARGoS), or the wall is (ARK-Qt). Single-threaded; never waits.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "hal/counters.hpp"
+#include "hal/pacer.hpp"
+#include "hal/types.hpp"
+#include "hal/wall_time.hpp"
+#include "mark/conversation.hpp"
+#include "mark/link.hpp"
+#include "mark/settings.hpp"
+#include "mark/splitter.hpp"
+
+namespace arkmesh::mark {
+
+class Original final : private Link::Events {
+ public:
+  // What lab time does while the original is away.
+  enum class Away : std::uint8_t { stands_still, goes_on };
+
+  // Starts the link. `conversation`, `counters` and `wall` outlive it.
+  Original(const Settings& settings, Role role, const Grammar& grammar, Conversation& conversation,
+           std::unique_ptr<Link> link, Away away, hal::Counters& counters, hal::WallTime& wall = hal::machine_time());
+
+  // Hears what has come, and says what is due. To be called often, also when the lab has ended.
+  void serve();
+  hal::TimePoint next_service() const;
+
+  // It is connected, and has said what the lab's state 0 needs.
+  bool may_begin() const { return link_->up() && conversation_.may_begin(); }
+  // Whether its time is at lab time t > 0: what it said until then has been heard. The first call begins lab time; what
+  // it said before has no time.
+  bool reached(hal::LabTime t);
+  // From now on its time does not matter: everything is heard as it comes.
+  void end();
+
+  bool up() const { return link_->up(); }
+  // Since when it is away, when it was there before.
+  std::optional<hal::TimePoint> away_since() const { return away_since_; }
+  // Who and where, and what is wrong: "the original M-ARK client (ARGoS), which has not come to 127.0.0.1:7001".
+  std::string name() const;
+  std::string absence() const;
+  // What was refused last, for people; empty when nothing was.
+  const std::string& newest_refusal() const { return splitter_.newest_refusal(); }
+  // Of the text that came.
+  const hal::Counters& refusals() const { return splitter_.counters(); }
+
+ private:
+  void came() override;
+  void heard(std::string_view bytes) override;
+  void gone(const std::string& why) override;
+  void hear(const Message& message);
+  void hear_waiting();
+  void say();
+  bool may_say(std::size_t size);
+
+  // A message that the original may not have read yet.
+  struct Unread {
+    std::size_t size = 0;
+    std::uint64_t ticks = 0;  // that had come when it was sent
+  };
+
+  const Settings settings_;
+  const Role role_;
+  const Away away_;
+  Conversation& conversation_;
+  hal::Counters& counters_;
+  hal::WallTime& wall_;
+  Splitter splitter_;
+  hal::Pacer pacer_;  // ARK-Qt
+  bool begun_ = false, ended_ = false;
+  hal::LabTime told_{0};         // its time, by what has been heard (ARGoS)
+  std::deque<Message> to_hear_;  // of ticks to come
+  std::uint64_t ticks_ = 0;      // messages that came on this connection
+  std::uint64_t answered_ = 0;   // of these, when something was sent last
+  std::deque<Unread> unread_;
+  std::string said_;  // last, on this connection
+  hal::TimePoint said_at_{};
+  std::optional<hal::TimePoint> away_since_;
+  hal::LabTime told_before_{0};  // its time when it went
+  std::unique_ptr<Link> link_;   // the last: it dies first
+};
+
+}  // namespace arkmesh::mark

@@ -1,0 +1,58 @@
+// The arena whose time is the original's keeps what every arena promises.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <utility>
+
+#include "mark/cre_conversation.hpp"
+#include "mark/original_arena.hpp"
+#include "tests/conformance/arena_conformance.hpp"
+#include "tests/conformance/arena_repeats.hpp"
+#include "tests/support/mark/scripted_link.hpp"
+
+using namespace arkmesh;
+
+namespace {
+
+// An original flying swarm of six, and the way to it.
+struct FlyingPeer {
+  tests::CreOriginalFlying original{4, 6};
+  tests::ScriptedNetwork network{.options = {}, .original = &original};
+};
+
+// Arenas look at them as long as they live.
+std::deque<FlyingPeer>& peers() {
+  static std::deque<FlyingPeer> all;
+  return all;
+}
+
+std::unique_ptr<hal::Arena> arena_of_an_original() {
+  FlyingPeer& peer = peers().emplace_back();
+  peer.network.original = &peer.original;
+  auto talk = std::make_unique<mark::CreClientConversation>(6, 50, "lab.toml");
+  mark::OriginalParts parts;
+  parts.flying = talk.get();
+  parts.conversation = std::move(talk);
+  parts.link = std::make_unique<tests::ScriptedLink>(peer.network);
+  parts.settings = {.period = std::chrono::milliseconds(100), .side_m = 0.5, .robots = 6, .read_bytes = 2000};
+  parts.role = mark::Role::client;
+  parts.grammar = {.experiment = mark::Experiment::cre, .role = mark::Role::client};
+  lab::RunConfig run;
+  run.lab = "lab";
+  return std::make_unique<mark::OriginalArena>(std::move(parts), run);
+}
+
+}  // namespace
+
+TEST_CASE("the arena of an original conforms") {
+  // Every check of tests/conformance; its wall is the original's ticks.
+  const tests::ArenaRow row{"m-ark", arena_of_an_original, false, true, [](hal::Arena&) {
+                              return std::chrono::microseconds(100'000 * peers().back().original.ticks);
+                            }};
+  for (const auto check : {tests::check_info, tests::check_frame_zero, tests::check_frames, tests::check_latest,
+                           tests::check_limits, tests::check_registers, tests::check_commands,
+                           tests::check_waits_for_nobody, tests::check_repeatable, tests::check_pace})
+    check(row);
+}

@@ -1,0 +1,78 @@
+// ARK-Qt: no NUL, no ticks, the wall's clock; messages far enough apart that it never reads two at once.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "mark/dhtf_conversation.hpp"
+#include "tests/support/mark/original_bench.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+namespace {
+
+const mark::Settings table{.flavour = mark::Flavour::ark_qt, .period = 2s, .side_m = 1, .read_bytes = 2047};
+
+}  // namespace
+
+TEST_CASE("ark-qt: as the server, Init until the ack, then a message each two seconds") {
+  mark::DhtfServerConversation talk(2);
+  OriginalBench bench(table, mark::Role::server, talk);
+  bench.link->events->heard("Missing init");
+  CHECK(bench.pass(1s).empty());  // the labs have not met: nothing goes before Init
+  talk.set_init({.cells = {1, 2}, .server_hard = {0, 1}, .client_hard = {1, 1}});
+  CHECK(bench.pass(1s) == std::vector<std::string>{"Ibc0111"});
+  CHECK(bench.pass(2s).size() == 1);  // again
+  bench.link->events->heard("ialisationReceived initia");
+  bench.link->events->heard("lisationT0");
+  CHECK(talk.acked());
+  CHECK(bench.pass(300ms) == std::vector<std::string>{"A00"});
+  bench.link->events->heard("1T10");
+  CHECK(talk.ready() == std::vector<int>{1, 0});
+  CHECK(bench.pass(6s).size() == 3);
+  // What has changed is told sooner, 250 ms after the last at the least.
+  talk.set_inactive({1, 0});
+  CHECK(bench.pass(600ms) == std::vector<std::string>{"A10"});
+  for (int i = 0; i < 10; ++i) {
+    talk.set_inactive({i % 2, 0});
+    CHECK(bench.pass(100ms).size() <= 1);
+  }
+  // Nothing while the last is on its way.
+  bench.link->has_settled = false;
+  CHECK(bench.pass(5s).empty());
+  CHECK(bench.counters["mark.held.not_arrived"] > 0);
+}
+
+TEST_CASE("ark-qt: as the client, the banner is no answer, and a stop empties its teams") {
+  mark::DhtfClientConversation talk(2, mark::Flavour::ark_qt, "lab.toml");
+  OriginalBench bench(table, mark::Role::client, talk);
+  bench.link->events->heard("Reply: connection establi");
+  CHECK(bench.pass(300ms) == std::vector<std::string>{"Missing initialisation"});
+  bench.link->events->heard("shedIbc01");
+  CHECK_FALSE(talk.may_begin());
+  bench.link->events->heard("11Ibc0111");
+  CHECK(talk.may_begin());
+  talk.go();
+  CHECK(bench.pass(300ms) == std::vector<std::string>{"Received initialisation"});
+  bench.link->events->heard("A00A10A11A01");
+  CHECK(talk.executed() == std::vector<std::int64_t>{1, 1});
+  CHECK(talk.inactive() == std::vector<int>{0, 1});
+  talk.set_ready({1, 1});
+  CHECK(bench.pass(300ms) == std::vector<std::string>{"T10"});  // the inactive site is ready for nobody
+  bench.link->events->heard("0");
+  CHECK(bench.counters["mark.stopped"] == 1);
+  CHECK(bench.original.refusals().all().empty());
+}
+
+TEST_CASE("ark-qt: lab time is the wall's") {
+  mark::DhtfServerConversation talk(2);
+  OriginalBench bench(table, mark::Role::server, talk);
+  CHECK_FALSE(bench.original.reached(100ms));
+  bench.link->events->heard("T00T00T00T00");  // messages are no ticks
+  CHECK_FALSE(bench.original.reached(100ms));
+  bench.wall.wait_until(bench.wall.now() + 100ms);
+  CHECK(bench.original.reached(100ms));
+  CHECK_FALSE(bench.original.reached(200ms));
+}

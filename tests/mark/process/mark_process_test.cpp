@@ -1,0 +1,217 @@
+// The programs as a user starts them: a lab, its gateway, the stand-in with its own, and an original on a real socket.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/labs/dhtf_configs.hpp"
+#include "tests/support/mark/scripted_originals.hpp"
+#include "tests/support/processes/process.hpp"
+
+using namespace arkmesh::tests;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr std::uint16_t port = 7001;
+
+sockaddr_in loopback() {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+// An original with a socket: as the client it tries to connect without a pause, as the server it waits until somebody
+// comes.
+class SocketOriginal {
+ public:
+  explicit SocketOriginal(ScriptedOriginal& original) : original_(original) {}
+  ~SocketOriginal() { close(); }
+  bool connect() {
+    const sockaddr_in to = loopback();
+    return eventually(60s, [&] {
+      close();
+      socket_ = ::socket(AF_INET, SOCK_STREAM, 0);
+      return ::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+    });
+  }
+  bool accept() {
+    const int listening = ::socket(AF_INET, SOCK_STREAM, 0), yes = 1;
+    ::setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    const sockaddr_in here = loopback();
+    if (::bind(listening, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0) return false;
+    ::listen(listening, 1);
+    socket_ = ::accept(listening, nullptr, nullptr);
+    ::close(listening);
+    return socket_ >= 0;
+  }
+  // One tick. False: the other end has closed, which would have killed it.
+  bool tick() {
+    char bytes[4096];
+    const ssize_t n = ::recv(socket_, bytes, sizeof bytes, MSG_DONTWAIT);
+    if (n > 0) original_.receive({bytes, static_cast<std::size_t>(n)});
+    const std::string text = original_.tick();
+    return n != 0 && ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
+  void close() {
+    if (socket_ >= 0) ::close(socket_);
+    socket_ = -1;
+  }
+
+ private:
+  ScriptedOriginal& original_;
+  int socket_ = -1;
+};
+
+// Gateways and labs of experiments/mark/dhtf.
+class Programs {
+ public:
+  Programs(const std::string& role, std::vector<std::string> sets) : sets_(std::move(sets)) {
+    for (const char* lab : {"shark", "argos"}) start(lab, "gateway", {});
+    start("shark", "lab", {"--out", out("shark")});
+    start("argos", "mark", {role, "--out", out("argos")});
+  }
+  Process& of(const std::string& lab, const std::string& command) { return *processes_.at(lab + command); }
+  // Of a lab's result.json, which is there from the run's beginning.
+  nlohmann::json result(const std::string& lab) const {
+    std::ifstream in(out(lab) + "/result.json");
+    return nlohmann::json::parse(in, nullptr, false);
+  }
+  bool comes_to(const std::string& lab, const std::string& outcome) const {
+    const nlohmann::json json = result(lab);
+    return !json.is_discarded() && json.value("outcome", json.value("state", "")) == outcome;
+  }
+
+ private:
+  std::string out(const std::string& lab) const { return (folder_.path() / lab).string(); }
+  void start(const std::string& lab, const std::string& command, const std::vector<std::string>& more) {
+    std::vector<std::string> all = {command, (experiments() / "mark" / "dhtf" / (lab + ".toml")).string()};
+    for (const std::string& set : sets_) all.insert(all.end(), {"--set", set});
+    all.insert(all.end(), more.begin(), more.end());
+    processes_[lab + command] =
+        std::make_unique<Process>(ARKMESH_PROGRAM, all, folder_.path() / (lab + "-" + command + ".txt"));
+  }
+  TemporaryFolder folder_;
+  std::vector<std::string> sets_;
+  std::map<std::string, std::unique_ptr<Process>> processes_;
+};
+
+// Ticks of an original at 20 times real time, until `condition` or until the other end closes.
+template <class Condition>
+bool tick_until(SocketOriginal& socket, Condition condition) {
+  const auto until = std::chrono::steady_clock::now() + 120s;
+  while (!condition()) {
+    if (!socket.tick() || std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(5ms);
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("the programs with an original client: both finish, and it is never closed on") {
+  // The client connects before anybody listens. When both labs have finished, its connection stays until it goes.
+  DhtfOriginalClient original(1);
+  SocketOriginal socket(original);
+  Programs programs("--server", {"run.duration_s=40"});
+  REQUIRE(socket.connect());
+  Process& stand_in = programs.of("argos", "mark");
+  CHECK(tick_until(socket, [&] { return programs.of("shark", "lab").wait(0ms).has_value(); }));
+  INFO(stand_in.output());
+  INFO(programs.of("shark", "lab").output());
+  CHECK(programs.of("shark", "lab").wait(0ms) == 0);
+  CHECK(tick_until(socket, [&] { return stand_in.output().find("the original still runs") != std::string::npos; }));
+  const std::uint64_t before = original.ticks;
+  CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
+  CHECK(stand_in.running());
+  socket.close();
+  CHECK(stand_in.wait(60s) == 0);
+  CHECK(original.sites.size() == 8);
+  CHECK(original.cut_reads == 0);
+  CHECK(original.most_unread <= 30);
+  CHECK(programs.result("argos").at("arena").at("platform") == "m-ark");
+  CHECK(programs.result("argos").at("counts").at("completed") == programs.result("shark").at("counts").at("completed"));
+}
+
+TEST_CASE("the programs with an original server that is killed: both end by name") {
+  DhtfOriginalServer original(2, "Ibcghijko0100101101011100");
+  SocketOriginal socket(original);
+  Programs programs("--client", {"run.duration_s=900", "shared.owner=argos", "gate.on_peer_lost=end"});
+  REQUIRE(socket.accept());  // it waits for a client, and for nothing else
+  REQUIRE(tick_until(socket, [&] { return original.levels_sent > 60; }));
+  socket.close();
+  Process& stand_in = programs.of("argos", "mark");
+  CHECK(stand_in.wait(60s) == 1);
+  CHECK(stand_in.output().find("the original M-ARK server (ARGoS), which is gone") != std::string::npos);
+  CHECK(programs.of("shark", "lab").wait(60s) == 1);
+  CHECK(programs.of("shark", "lab").output().find("argos") != std::string::npos);
+}
+
+TEST_CASE("an operator ends the lab, and the original is still not closed on") {
+  // SIGTERM ends the lab with its results. The process stays for the original's sake, and goes with it.
+  DhtfOriginalClient original(1);
+  SocketOriginal socket(original);
+  Programs programs("--server", {"run.duration_s=900"});
+  REQUIRE(socket.connect());
+  REQUIRE(tick_until(socket, [&] { return !original.sites.empty() && original.active.size() == 8; }));
+  Process& stand_in = programs.of("argos", "mark");
+  stand_in.signal(SIGTERM);
+  CHECK(tick_until(socket, [&] { return stand_in.output().find("the original still runs") != std::string::npos; }));
+  CHECK(stand_in.output().find("stopped by the operator") != std::string::npos);
+  const std::uint64_t before = original.ticks;
+  CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
+  CHECK(stand_in.running());
+  socket.close();
+  CHECK(stand_in.wait(60s) == 3);
+}
+
+TEST_CASE("a stand-in that cannot agree with the original ends with the code of a wrong configuration") {
+  DhtfOriginalServer original(2, "Ibcghij010010110101");
+  SocketOriginal socket(original);
+  Programs programs("--client", {"shared.owner=argos"});
+  REQUIRE(socket.accept());
+  Process& stand_in = programs.of("argos", "mark");
+  CHECK(tick_until(socket, [&] { return stand_in.output().find("still runs") != std::string::npos; }));
+  socket.close();
+  CHECK(stand_in.wait(60s) == 2);
+  CHECK(stand_in.output().find("scenario.dhtf.sites = 8") != std::string::npos);
+  CHECK(stand_in.output().find("has 6 sites") != std::string::npos);
+}
+
+TEST_CASE("arkmesh mark says what is wrong with its command line") {
+  const TemporaryFolder folder;
+  const std::string file = (experiments() / "mark" / "dhtf" / "argos.toml").string();
+  struct Case {
+    std::vector<std::string> arguments;
+    std::string words;
+    int code;
+  };
+  const std::vector<Case> cases = {
+      {{"mark", file}, "say --server, when the original is M-ARK's client", 2},
+      {{"mark", file, "--server", "--client"}, "excludes", 2},
+      {{"mark", file + ".none", "--server"}, "there is no file", 2},
+      {{"mark", "--keys"}, "allow_plaintext", 0},
+      {{"mark", "--help"}, "Examples", 0},
+      {{"mark", file, "--server", "--set", "mark.adress=127.0.0.1"}, "mark.address", 2},
+      {{"mark", file, "--server", "--set", "mark.address=0.0.0.0"}, "mark.allow_plaintext = true", 2},
+  };
+  for (const Case& one : cases) {
+    Process process(ARKMESH_PROGRAM, one.arguments, folder.path() / "out.txt");
+    CHECK(process.wait(60s) == one.code);
+    CHECK_MESSAGE(process.output().find(one.words) != std::string::npos, process.output());
+  }
+}
