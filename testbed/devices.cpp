@@ -25,14 +25,14 @@ using hal::Finding;
 using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds answers_within = 8s;
-constexpr std::chrono::milliseconds look_every = 10ms;
+constexpr std::chrono::milliseconds settle_pause = 10ms;
 
 // Until the device has answered, or had its time.
 void wait_until(const std::function<bool()>& answered) {
   hal::EventLoop loop;
   hal::LoopTime time(loop);
   for (const hal::TimePoint end = time.now() + answers_within; !answered() && time.now() < end;)
-    time.wait_until(time.now() + look_every);
+    time.wait_until(time.now() + settle_pause);
 }
 
 Finding controller(const std::string& port) {
