@@ -28,11 +28,9 @@ struct CommandName {
   std::string_view name;
   std::uint8_t command;
 };
-constexpr CommandName command_names[] = {{"stop", operator_command_t::stop},
-                                         {"pause", fleet_command_t::pause},
-                                         {"resume", fleet_command_t::run},
-                                         {"arm", operator_command_t::arm},
-                                         {"disarm", operator_command_t::disarm}};
+constexpr CommandName command_names[] = {{"stop", operator_command_t::stop}, {"pause", fleet_command_t::pause},
+                                         {"resume", fleet_command_t::run},   {"reset", fleet_command_t::reset},
+                                         {"arm", operator_command_t::arm},   {"disarm", operator_command_t::disarm}};
 
 std::vector<std::string> certified(const view::ViewConfig& config) {
   std::vector<std::string> hosts = config.hosts;
@@ -167,7 +165,7 @@ void LiveView::command(const json& what, view::Answer& answer) {
     answer.done();
     return;
   }
-  answer.refuse("There is no such command; there are stop, pause, resume, arm and disarm.");
+  answer.refuse("There is no such command; there are stop, pause, resume, reset, arm and disarm.");
 }
 
 ConfiguredLab& LiveView::lab_of(const json& what) const {

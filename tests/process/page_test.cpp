@@ -122,6 +122,8 @@ TEST_CASE("who has the token of a lab's page commands it as its own operator, an
 
 TEST_CASE("two labs on a machine have a page each, and another process shows one of them from its bus") {
   tests::LabProcesses labs({.labs = {"shark", "roark"}, .overrides = {"arena.use=null", "arena.pace=1.0"}});
+  browser.say({{"command", {{"lab", 0}, {"name", "reset"}}}, {"request", 3}});
+  CHECK(tests::comes_to(elsewhere, [&] { return browser.said("done")["request"] == 3; }));
   labs.start();
   REQUIRE(labs.reached("shark", 1, 30s));
   REQUIRE(labs.reached("roark", 1, 30s));
@@ -135,6 +137,7 @@ TEST_CASE("two labs on a machine have a page each, and another process shows one
   REQUIRE(tests::eventually(20s, [&] { return !printed_url(view.output()).empty(); }));
   CHECK(view.output().find("token") == std::string::npos);
   Browser browser(elsewhere, port_in(printed_url(view.output())));
+  CHECK(audit.find(",,reset,admitted") != std::string::npos);
   REQUIRE(browser.join() == 101);
   CHECK(hears_channel(browser, "poses"));
   CHECK(hears_channel(browser, "status"));
