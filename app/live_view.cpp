@@ -14,6 +14,7 @@
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/fault_port.hpp"
 #include "hal/messages.hpp"
+#include "lab/status.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -78,6 +79,13 @@ class LiveView::Eye final : public hal::PictureWatcher {
     server_.show_picture(number_, at.count(), camera, jpeg);
   }
   void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
+  void show_status() {
+    if (!lab_.has_run()) return;
+    const lab_status_t status = lab::status_of(lab_.runner());
+    std::vector<std::byte> bytes(static_cast<std::size_t>(status.getEncodedSize()));
+    status.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    server_.show(number_, now_us(), hal::channel::status, bytes);
+  }
 
  private:
   std::int64_t now_us() const { return lab_.arena().clock().now().count(); }
@@ -147,6 +155,10 @@ json LiveView::about() {
 
 void LiveView::request(const json&, view::Answer& answer) {
   answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
+}
+
+void LiveView::refresh() {
+  for (const auto& eye : eyes_) eye->show_status();
 }
 
 void LiveView::command(const json& what, view::Answer& answer) {

@@ -60,6 +60,9 @@ class Desk {
   virtual void command(const nlohmann::json& what, Answer& answer) = 0;
   // A viewer asks: `what` has "request": n beside "seek", "frames", "events" or "series". No token is needed.
   virtual void request(const nlohmann::json& what, Answer& answer) = 0;
+  // Twice a second while somebody watches, and when the first viewer comes: the time to show() what comes on no bus, or
+  // too seldom.
+  virtual void refresh() {}
 };
 
 // What a server shows itself with beyond loopback.

@@ -27,7 +27,9 @@ struct TestDesk final : view::Desk {
       if (!answer.message(1, i, "poses", std::as_bytes(std::span(data)))) return answer.refuse("Ask for less.");
     answer.done({{"count", what.value("count", 1)}});
   }
+  void refresh() override { ++refreshed; }
   std::vector<json> commands;
+  int refreshed = 0;
 };
 
 struct ServerBench {
@@ -120,8 +122,22 @@ TEST_CASE("a viewer gets what is there already, then the newest of each channel,
     if (message.kind() == 1 && message.channel() == "fleet_command") commands += message.data();
   CHECK(commands.starts_with("01234"));
   CHECK(browser.messages().size() < before + 20);
-  CHECK(browser.hears("rates"));
-  CHECK(browser.said("rates")["labs"][1]["channels"]["poses"]["count"] == 1000);
+  const auto counted = "/labs/1/channels/poses/count"_json_pointer;
+  CHECK(comes_to(serving(bench.loop), [&] {
+    const json rates = browser.said("rates");
+    return rates.contains(counted) && rates[counted] == 1000;
+  }));
+}
+
+TEST_CASE("a desk is asked for what comes on no bus while somebody watches, and not otherwise") {
+  ServerBench bench;
+  Browser asking(bench.loop, bench.server.port());
+  CHECK(Browser::status(asking.ask("GET /about.json")) == 200);
+  CHECK(bench.desk.refreshed == 0);
+  Browser browser(bench.loop, bench.server.port());
+  REQUIRE(browser.join() == 101);
+  CHECK(bench.desk.refreshed > 0);
+  CHECK(comes_to(serving(bench.loop), [&] { return bench.desk.refreshed >= 3; }));
 }
 
 TEST_CASE("only who has shown the token may command, by a message or by a cookie") {
