@@ -43,8 +43,8 @@ class LiveView final : public view::Desk, public hal::Counting {
   LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
            const std::vector<ConfiguredLab*>& labs, std::string run);
   std::string obey(const nlohmann::json& what, std::uint8_t command);
-  std::string to_emulator(const nlohmann::json& what);
-  ConfiguredLab& lab_of(const nlohmann::json& what) const;
+  void to_emulator(const nlohmann::json& what, view::Answer& answer);
+  std::size_t lab_of(const nlohmann::json& what) const;
 
   std::vector<ConfiguredLab*> labs_;
   std::string run_;

@@ -67,7 +67,8 @@ std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
 
 bool Answer::add(int kind, int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
   const auto number = request_.is_number_unsigned() ? request_.get<std::uint32_t>() : 0;
-  return out_.answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
+  const auto viewer = viewer_.lock();
+  return viewer && viewer->outbox().answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
 }
 bool Answer::message(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
   return add(static_cast<int>(Kind::message), lab, t_us, channel, data);
@@ -77,12 +78,18 @@ bool Answer::picture(int lab, std::int64_t t_us, std::string_view camera, std::s
 }
 bool Answer::done(json what) {
   what["request"] = request_;
-  return out_.answer(text_of({{"done", std::move(what)}}), true);
+  const auto viewer = viewer_.lock();
+  const bool taken = viewer && viewer->outbox().answer(text_of({{"done", std::move(what)}}), true);
+  if (taken) viewer->send();
+  return taken;
 }
 // In its place among the answers; ahead of them when they leave no room.
 void Answer::refuse(std::string_view why) {
-  const json words = {{"refused", {{"request", request_}, {"why", why}}}};
-  if (!out_.answer(text_of(words), true)) out_.say(text_of(words));
+  const auto viewer = viewer_.lock();
+  if (!viewer) return;
+  const std::string words = text_of({{"refused", {{"request", request_}, {"why", why}}}});
+  if (!viewer->outbox().answer(words, true)) viewer->outbox().say(words);
+  viewer->send();
 }
 
 struct Server::State final : Reception, std::enable_shared_from_this<Server::State> {
@@ -207,7 +214,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     if (const auto token = what.find("token"); token != what.end()) return show_token(viewer, *token);
     const auto number = what.find("request");
     const bool numbered = number != what.end() && number->is_number_unsigned() && *number <= 0xffff'ffffu;
-    Answer answer(viewer.outbox(), numbered ? *number : json());
+    Answer answer(viewer.weak_from_this(), numbered ? *number : json());
     const bool commands = what.contains("command") || what.contains("fault") || what.contains("move");
     try {
       if (commands && !viewer.may_control)

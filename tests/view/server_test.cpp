@@ -140,6 +140,32 @@ TEST_CASE("a desk is asked for what comes on no bus while somebody watches, and 
   CHECK(comes_to(serving(bench.loop), [&] { return bench.desk.refreshed >= 3; }));
 }
 
+TEST_CASE("an answer may come later, and to a viewer that has left it does not matter") {
+  struct LaterDesk final : view::Desk {
+    json about() override { return {{"labs", json::array()}}; }
+    void command(const json&, view::Answer&) override {}
+    void request(const json&, view::Answer& answer) override { answers.push_back(answer); }
+    std::vector<view::Answer> answers;
+  } desk;
+  boost::asio::io_context loop;
+  view::Server server(loop, {.port = 0}, desk);
+  Browser stays(loop, server.port());
+  REQUIRE(stays.join() == 101);
+  {
+    Browser goes(loop, server.port());
+    REQUIRE(goes.join() == 101);
+    stays.say({{"request", 1}});
+    stays.say({{"request", 2}});
+    goes.say({{"request", 3}});
+    REQUIRE(comes_to(serving(loop), [&] { return desk.answers.size() == 3; }));
+  }
+  REQUIRE(comes_to(serving(loop), [&] { return server.viewers() == 1; }));
+  for (view::Answer& answer : desk.answers) answer.done({{"text", "late"}});
+  CHECK(comes_to(serving(loop), [&] { return stays.said("done") == json{{"request", 2}, {"text", "late"}}; }));
+  desk.answers.front().refuse("Never mind.");
+  CHECK(comes_to(serving(loop), [&] { return stays.said("refused")["request"] == 1; }));
+}
+
 TEST_CASE("only who has shown the token may command, by a message or by a cookie") {
   ServerBench bench;
   const json stop = {{"command", {{"name", "stop"}}}, {"request", 3}};
