@@ -4,16 +4,20 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "app/emulator_link.hpp"
 #include "app/status_news.hpp"
 #include "app/view_identity.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/fault_port.hpp"
+#include "hal/label.hpp"
 #include "hal/messages.hpp"
+#include "lab/status.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -22,17 +26,15 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 constexpr auto last_words_within = 300ms;
-constexpr std::size_t max_fault_bytes = 300;
+constexpr std::size_t max_fault_bytes = 300, max_said_bytes = 400;
 
 struct CommandName {
   std::string_view name;
   std::uint8_t command;
 };
-constexpr CommandName command_names[] = {{"stop", operator_command_t::stop},
-                                         {"pause", fleet_command_t::pause},
-                                         {"resume", fleet_command_t::run},
-                                         {"arm", operator_command_t::arm},
-                                         {"disarm", operator_command_t::disarm}};
+constexpr CommandName command_names[] = {{"stop", operator_command_t::stop}, {"pause", fleet_command_t::pause},
+                                         {"resume", fleet_command_t::run},   {"reset", fleet_command_t::reset},
+                                         {"arm", operator_command_t::arm},   {"disarm", operator_command_t::disarm}};
 
 std::vector<std::string> certified(const view::ViewConfig& config) {
   std::vector<std::string> hosts = config.hosts;
@@ -53,17 +55,44 @@ const json& object_in(const json& what, const char* name) {
   return *found;
 }
 
+// Before a robot's line on the emulator's control port: by the id that poses give it.
+std::string robot_in(const json& wish) {
+  const auto robot = number_in(wish, "robot");
+  if (!robot || *robot < 0 || *robot > 4e9) throw std::runtime_error("'robot' must be a robot's number.");
+  return fmt::format("robot id:{} ", static_cast<hal::RobotId>(*robot));
+}
+
+std::string line_of_move(const json& wish) {
+  const auto x_m = number_in(wish, "x_m"), y_m = number_in(wish, "y_m"), heading_rad = number_in(wish, "heading_rad");
+  if (!x_m || !y_m) throw std::runtime_error("'move' needs the numbers 'robot', 'x_m' and 'y_m'.");
+  const std::string line = fmt::format("{}put {:.6f} {:.6f}", robot_in(wish), *x_m, *y_m);
+  return heading_rad ? fmt::format("{} {:.3f}", line, *heading_rad * 180 / std::numbers::pi) : line;
+}
+
+std::string line_of_fault(const json& wish) {
+  const auto found = wish.find("line");
+  const std::string line = found != wish.end() && found->is_string() ? found->get<std::string>() : std::string();
+  if (line.empty() || line.size() > max_fault_bytes || hal::printable(line, max_fault_bytes) != line)
+    throw std::runtime_error("'fault' needs a 'line' as on the emulator's control port.");
+  return wish.contains("robot") ? robot_in(wish) + line : line;
+}
+
 }  // namespace
 
 // Of one lab: its bus, its pictures, and lines of its event log, from its status once a second.
 class LiveView::Eye final : public hal::PictureWatcher {
  public:
-  Eye(view::Server& server, int number, ConfiguredLab& lab)
-      : server_(server), number_(number), lab_(lab), heard_(lab.bus().subscribe(".*", [this](auto channel, auto bytes) {
+  Eye(hal::EventLoop& loop, view::Server& server, int number, ConfiguredLab& lab)
+      : server_(server),
+        number_(number),
+        lab_(lab),
+        near_(dynamic_cast<hal::FaultPort*>(&lab.arena())),
+        heard_(lab.bus().subscribe(".*", [this](auto channel, auto bytes) {
           server_.show(number_, now_us(), channel, bytes);
           if (channel != hal::channel::status) return;
           for (const std::string& line : news_.read(bytes)) tell(line);
         })) {
+    if (const auto to = view::endpoint_of(lab.view().emulator)) far_.emplace(loop, *to);
     lab_.pictures().attach(this);
   }
   ~Eye() override { lab_.pictures().attach(nullptr); }
@@ -80,6 +109,20 @@ class LiveView::Eye final : public hal::PictureWatcher {
     server_.show_picture(number_, at.count(), camera, jpeg);
   }
   void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
+  bool has_emulator() const { return near_ || far_; }
+  // As EmulatorLink::ask, of an emulated testbed in this process or elsewhere.
+  void ask_emulator(const std::string& line, EmulatorLink::Heard heard) {
+    if (near_) return heard(near_->fault(line));
+    if (far_) return far_->ask(line, std::move(heard));
+    heard(fmt::format("error: {} has no emulated testbed (arena.use = \"emulated\", or view.emulator)", lab_.name()));
+  }
+  void show_status() {
+    if (!lab_.has_run()) return;
+    const lab_status_t status = lab::status_of(lab_.runner());
+    std::vector<std::byte> bytes(static_cast<std::size_t>(status.getEncodedSize()));
+    status.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    server_.show(number_, now_us(), hal::channel::status, bytes);
+  }
 
  private:
   std::int64_t now_us() const { return lab_.arena().clock().now().count(); }
@@ -87,6 +130,8 @@ class LiveView::Eye final : public hal::PictureWatcher {
   view::Server& server_;
   const int number_;
   ConfiguredLab& lab_;
+  hal::FaultPort* const near_;
+  std::optional<EmulatorLink> far_;
   StatusNews news_;
   std::unique_ptr<hal::Bus::Subscription> heard_;
 };
@@ -117,7 +162,7 @@ LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::S
   if (server_.port() != config.port)
     spdlog::info("TCP port {} is taken; the page is at {}", config.port, server_.port());
   for (std::size_t i = 0; i < labs_.size(); ++i)
-    eyes_.push_back(std::make_unique<Eye>(server_, static_cast<int>(i), *labs_[i]));
+    eyes_.push_back(std::make_unique<Eye>(loop, server_, static_cast<int>(i), *labs_[i]));
 }
 
 LiveView::~LiveView() {
@@ -140,10 +185,8 @@ void LiveView::finish(hal::LoopTime& time) {
 
 json LiveView::about() {
   json names = json::array(), emulators = json::array();
-  for (ConfiguredLab* const lab : labs_) {
-    names.push_back(lab->name());
-    emulators.push_back(dynamic_cast<hal::FaultPort*>(&lab->arena()) != nullptr);
-  }
+  for (const ConfiguredLab* const lab : labs_) names.push_back(lab->name());
+  for (const auto& eye : eyes_) emulators.push_back(eye->has_emulator());
   return {{"mode", "live"}, {"labs", names}, {"control", control_}, {"run", run_}, {"emulator", emulators}};
 }
 
@@ -151,14 +194,13 @@ void LiveView::request(const json&, view::Answer& answer) {
   answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
 }
 
+void LiveView::refresh() {
+  for (const auto& eye : eyes_) eye->show_status();
+}
+
 void LiveView::command(const json& what, view::Answer& answer) {
   if (!control_) return answer.refuse("This lab takes no commands from its page: view.control is false.");
-  if (!what.contains("command")) {
-    const std::string said = to_emulator(what);
-    if (said.starts_with("error: ")) return answer.refuse(said.substr(7));
-    answer.done({{"text", said}});
-    return;
-  }
+  if (!what.contains("command")) return to_emulator(what, answer);
   const json& command = object_in(what, "command");
   const auto name = command.find("name");
   for (const auto& row : command_names) {
@@ -167,22 +209,23 @@ void LiveView::command(const json& what, view::Answer& answer) {
     answer.done();
     return;
   }
-  answer.refuse("There is no such command; there are stop, pause, resume, arm and disarm.");
+  answer.refuse("There is no such command; there are stop, pause, resume, reset, arm and disarm.");
 }
 
-ConfiguredLab& LiveView::lab_of(const json& what) const {
+// Of labs_ and eyes_.
+std::size_t LiveView::lab_of(const json& what) const {
   const auto number = what.find("lab");
-  if (number == what.end() && labs_.size() == 1) return *labs_.front();
+  if (number == what.end() && labs_.size() == 1) return 0;
   if (number == what.end() || !number->is_number_unsigned() || *number >= labs_.size())
     throw std::runtime_error("There is no such lab; 'lab' is its number in the list of labs, from 0.");
-  return *labs_[number->get<std::size_t>()];
+  return number->get<std::size_t>();
 }
 
 // Without a lab it is for all. Returns why it was refused.
 std::string LiveView::obey(const json& what, std::uint8_t command) {
   std::string refused;
   for (std::size_t i = 0; i < labs_.size(); ++i) {
-    if (what.contains("lab") && &lab_of(what) != labs_[i]) continue;
+    if (what.contains("lab") && lab_of(what) != i) continue;
     const std::string why = labs_[i]->has_run() ? labs_[i]->runner().obey(command) : "the lab has not begun yet";
     eyes_[i]->tell(
         fmt::format("at the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
@@ -191,36 +234,17 @@ std::string LiveView::obey(const json& what, std::uint8_t command) {
   return refused;
 }
 
-std::string LiveView::to_emulator(const json& what) {
+void LiveView::to_emulator(const json& what, view::Answer& answer) {
   const bool moves = what.contains("move");
   const json& wish = object_in(what, moves ? "move" : "fault");
-  ConfiguredLab& lab = lab_of(wish);
-  auto* const port = dynamic_cast<hal::FaultPort*>(&lab.arena());
-  if (!port) return fmt::format("error: {} has no emulated testbed in this process", lab.name());
-  std::string said, done;
-  if (moves) {
-    const auto robot = number_in(wish, "robot"), x_m = number_in(wish, "x_m"), y_m = number_in(wish, "y_m");
-    if (!robot || !x_m || !y_m || *robot < 0 || *robot > 4e9)
-      return "error: 'move' needs the numbers 'robot', 'x_m' and 'y_m'";
-    said = port->put(static_cast<hal::RobotId>(*robot), *x_m, *y_m, number_in(wish, "heading_rad"));
-    done = fmt::format("robot {} put to {:.3f} {:.3f}", *robot, *x_m, *y_m);
-  } else {
-    const auto line = wish.find("line");
-    if (line == wish.end() || !line->is_string() || line->get_ref<const std::string&>().size() > max_fault_bytes)
-      return "error: 'fault' needs a 'line' as on the emulator's control port";
-    done = line->get<std::string>();
-    if (wish.contains("robot")) {
-      const auto robot = number_in(wish, "robot");
-      if (!robot || *robot < 0 || *robot > 4e9) return "error: 'robot' must be a robot's number";
-      said = port->fault_of(static_cast<hal::RobotId>(*robot), done);
-      done = fmt::format("robot {} {}", *robot, done);
-    } else {
-      said = port->fault(done);
-    }
-  }
-  for (std::size_t i = 0; i < labs_.size(); ++i)
-    if (labs_[i] == &lab) eyes_[i]->tell(fmt::format("at the emulator: {}: {}", done, said));
-  return said;
+  Eye& eye = *eyes_[lab_of(wish)];
+  const std::string line = moves ? line_of_move(wish) : line_of_fault(wish);
+  eye.ask_emulator(line, [&eye, line, answer](const std::string& heard) mutable {
+    const std::string said = hal::printable(heard, max_said_bytes);
+    eye.tell(fmt::format("at the emulator: {}: {}", line, said));
+    if (said.starts_with("error: ")) return answer.refuse(said.substr(7));
+    answer.done({{"text", said}});
+  });
 }
 
 }  // namespace arkmesh::app

@@ -33,6 +33,9 @@ class LiveView final : public view::Desk, public hal::Counting {
   nlohmann::json about() override;
   void command(const nlohmann::json& what, view::Answer& answer) override;
   void request(const nlohmann::json& what, view::Answer& answer) override;
+  // Each lab's status as it is now, for viewers alone: labs in one process say theirs each second of a clock that
+  // counts steps, which takes long when steps do.
+  void refresh() override;
 
  private:
   // What of a lab is watched.
@@ -40,8 +43,8 @@ class LiveView final : public view::Desk, public hal::Counting {
   LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
            const std::vector<ConfiguredLab*>& labs, std::string run);
   std::string obey(const nlohmann::json& what, std::uint8_t command);
-  std::string to_emulator(const nlohmann::json& what);
-  ConfiguredLab& lab_of(const nlohmann::json& what) const;
+  void to_emulator(const nlohmann::json& what, view::Answer& answer);
+  std::size_t lab_of(const nlohmann::json& what) const;
 
   std::vector<ConfiguredLab*> labs_;
   std::string run_;

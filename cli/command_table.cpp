@@ -22,6 +22,7 @@ constexpr CommandRow rows[] = {
     {"stop", "End a lab that runs, with its results", gateway_program},
     {"pause", "Pause the robots of a lab that runs", gateway_program},
     {"resume", "Let the robots of a lab go on", gateway_program},
+    {"reset", "Make the robots of a lab begin their program again, and wait for resume", gateway_program},
     {"arm", "Let a lab that runs obey the operators of the labs that it names in safety.commands_from",
      gateway_program},
     {"disarm", "Let a lab obey its own operator only", gateway_program},

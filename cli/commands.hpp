@@ -30,6 +30,7 @@ void add_status_command(CLI::App& app);
 void add_stop_command(CLI::App& app);
 void add_pause_command(CLI::App& app);
 void add_resume_command(CLI::App& app);
+void add_reset_command(CLI::App& app);
 void add_arm_command(CLI::App& app);
 void add_disarm_command(CLI::App& app);
 void add_config_command(CLI::App& app);

@@ -1,5 +1,5 @@
-// `arkmesh stop`, `pause`, `resume`, `arm` and `disarm`: an operator's word to a lab that runs, from any terminal, over
-// the lab's bus; with --at to a lab that it is joined with.
+// `arkmesh stop`, `pause`, `resume`, `reset`, `arm` and `disarm`: an operator's word to a lab that runs, from any
+// terminal, over the lab's bus; with --at to a lab that it is joined with.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -38,6 +38,8 @@ struct OperatorWord {
 constexpr OperatorWord stop_word{"stop", operator_command_t::stop, "ended at period", true};
 constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period", true};
 constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", true};
+constexpr OperatorWord reset_word{"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period",
+                                  false};
 constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false};
 constexpr OperatorWord disarm_word{"disarm", operator_command_t::disarm, "obeys its own operator only, from period",
                                    false};
@@ -138,6 +140,9 @@ void add_pause_command(CLI::App& app) {
 }
 void add_resume_command(CLI::App& app) {
   add_operator_command(app, resume_word);
+}
+void add_reset_command(CLI::App& app) {
+  add_operator_command(app, reset_word);
 }
 void add_arm_command(CLI::App& app) {
   add_operator_command(app, arm_word);

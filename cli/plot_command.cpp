@@ -23,9 +23,9 @@ struct PlotOptions {
 };
 
 void plot(const PlotOptions& options) {
-  // one run has a picture of its end; several, and batches, have curves
+  // one run has a picture of its end; several, and batches, have curves, from tables: there may be no log
   const bool curves = options.curves || options.folders.size() > 1 || !options.by.empty() || !options.series.empty() ||
-                      !recording::runs_of_batch(options.folders.front()).empty();
+                      !recording::is_run(options.folders.front());
   if (curves && !options.at.empty())
     throw hal::ConfigError("--at is for the picture of one run; curves are drawn over the whole time");
   std::vector<std::string> words = options.folders;

@@ -30,6 +30,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
     {"status", add_status_command},
     {"pause", add_pause_command},
     {"resume", add_resume_command},
+    {"reset", add_reset_command},
     {"arm", add_arm_command},
     {"disarm", add_disarm_command},
     {"config", add_config_command},

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <numbers>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -147,25 +145,8 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
   Emulator& emulator() { return emulator_; }
 
   std::string fault(std::string_view line) override { return emulator_.command(line); }
-  std::string fault_of(hal::RobotId id, std::string_view line) override {
-    const auto robot = find(id);
-    return robot ? emulator_.command(fmt::format("robot {} {}", robot->robot, line)) : no_robot(id);
-  }
-  std::string put(hal::RobotId id, double x_m, double y_m, std::optional<double> heading_rad) override {
-    const auto robot = find(id);
-    if (!robot) return no_robot(id);
-    const double heading_deg = heading_rad.value_or(robot->seen.pose.heading_rad) * 180 / std::numbers::pi;
-    return fault_of(id, fmt::format("put {:.6f} {:.6f} {:.3f}", x_m, y_m, heading_deg));
-  }
 
  private:
-  std::optional<Emulator::Truth> find(hal::RobotId id) const {
-    for (const Emulator::Truth& robot : emulator_.truth())
-      if (robot.id == id) return robot;
-    return {};
-  }
-  static std::string no_robot(hal::RobotId id) { return fmt::format("error: there is no robot {}", id); }
-
   // Nobody waits here: whoever calls again finds the emulator at the moment that the arena wanted.
   bool is_there(bool there) {
     wanted_ = !there;

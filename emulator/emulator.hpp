@@ -80,6 +80,7 @@ class Emulator {
 
   std::string camera_command(std::string_view name, const std::vector<std::string_view>& words);
   std::string ohc_command(const std::vector<std::string_view>& words);
+  std::optional<int> robot_of(std::string_view word) const;
   std::string robot_command(const std::vector<std::string_view>& words);
   std::string swap(const std::vector<std::string_view>& words);
   std::string say(const std::vector<std::string_view>& words);

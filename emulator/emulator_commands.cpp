@@ -49,9 +49,9 @@ std::string unknown(std::string_view what) {
 std::string_view Emulator::help_text() {
   return "camera NAME ok|frozen|gone|dark; camera NAME move DX_M DY_M [TURN_DEG]; ohc unplug|plug; ohc garbage BYTES; "
          "ohc noise SHARE; "
-         "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M HEADING_DEG; robot N "
-         "kill|revive; "
-         "robot N cover SECONDS; swap A B SECONDS; status; help";
+         "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M [HEADING_DEG]; robot "
+         "N kill|revive; "
+         "robot N cover SECONDS; robot id:ID ...; swap A B SECONDS; status; help";
 }
 
 std::string Emulator::command(std::string_view line) {
@@ -126,9 +126,23 @@ std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
   return "ok";
 }
 
+// By its number, or as "id:" and the id that it alone bears.
+std::optional<int> Emulator::robot_of(std::string_view word) const {
+  if (!word.starts_with("id:")) return whole(word, robots());
+  const auto id = whole(word.substr(3), 65'536);
+  std::optional<int> robot;
+  for (const Truth& one : truth()) {
+    if (!id || one.id != *id) continue;
+    if (robot) return {};
+    robot = one.robot;
+  }
+  return robot;
+}
+
 std::string Emulator::robot_command(const std::vector<std::string_view>& words) {
-  const auto robot = whole(words[1], robots());
+  const auto robot = robot_of(words[1]);
   if (!robot) return fmt::format("error: there is no robot '{}'; they are numbered 0 to {}", words[1], robots() - 1);
+  const hal::Pose pose = look()[static_cast<std::size_t>(*robot)].pose;
   seen_at_ = hal::LabTime{-1};
   if (words[2] == "take" || words[2] == "put") {
     if (is_lifted(*robot)) return fmt::format("error: a hand holds robot {}", *robot);
@@ -137,8 +151,9 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
       return "ok";
     }
     const auto x = number(words.size() > 3 ? words[3] : ""), y = number(words.size() > 4 ? words[4] : ""),
-               heading = number(words.size() > 5 ? words[5] : "");
-    if (!x || !y || !heading) return "error: `robot N put` needs x and y in metres and a heading in degrees";
+               heading = words.size() > 5 ? number(words[5]) : pose.heading_rad / rad_per_degree;
+    if (!x || !y || !heading)
+      return "error: `robot N put` needs x and y in metres and, optionally, a heading in degrees";
     const std::string trouble =
         arena_->put(*robot, {*x, *y, std::remainder(*heading * rad_per_degree, 2 * std::numbers::pi)});
     return trouble.empty() ? "ok" : "error: " + trouble;
@@ -146,7 +161,6 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
   if (words[2] == "cover") {
     const auto seconds = number(words.size() > 3 ? words[3] : "");
     if (!seconds || *seconds <= 0 || *seconds > 3600) return "error: `robot N cover` needs seconds, at most 3600";
-    const hal::Pose pose = look()[static_cast<std::size_t>(*robot)].pose;
     coverings_.push_back({{pose.x_m, pose.y_m}, now() + hal::LabTime{static_cast<std::int64_t>(*seconds * 1e6)}});
     return "ok";
   }

@@ -20,7 +20,7 @@ class LoopTime final : public WallTime {
   void wait_until(TimePoint then) override;
   // Returns at `then` at the latest, and as soon as anything was served.
   void wait_for_anything(TimePoint then);
-  // What is ready now.
+  // What is ready now, as far as a few milliseconds go.
   void serve() { wait_for_anything(TimePoint::min()); }
 
  private:

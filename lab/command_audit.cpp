@@ -23,6 +23,8 @@ std::string word_of(int command) {
       return "resume";
     case fleet_command_t::pause:
       return "pause";
+    case fleet_command_t::reset:
+      return "reset";
     case operator_command_t::stop:
       return "stop";
     case operator_command_t::arm:

@@ -66,10 +66,11 @@ std::optional<Refusal> CommandRights::admit(const std::string& peer, int command
   Giver& giver = givers_.find(peer)->second;
   giver.last = now;
   ++giver.admitted;
-  // Who stops or pauses robots here may be about to reach among them.
+  // Who makes robots stand still here may be about to reach among them.
   if (command == operator_command_t::arm)
     armed_ = true;
-  else if (is_for_lab(command) || (peer.empty() && command == fleet_command_t::pause))
+  else if (is_for_lab(command) ||
+           (peer.empty() && (command == fleet_command_t::pause || command == fleet_command_t::reset)))
     armed_ = false;
   return {};
 }

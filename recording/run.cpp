@@ -46,10 +46,6 @@ bool has_log(const fs::path& folder) {
   return fs::is_regular_file(folder / "log.lcm", error);
 }
 
-bool is_run(const fs::path& folder) {
-  return has_log(folder) || std::ranges::any_of(folders_in(folder), has_log);
-}
-
 // Whether the process that a result.json calls running still writes to the log.
 bool is_written(const RecordedLab& lab) {
   const nlohmann::json result = json_of(lab.folder / "result.json");
@@ -68,6 +64,10 @@ bool is_written(const RecordedLab& lab) {
 }
 
 }  // namespace
+
+bool is_run(const fs::path& folder) {
+  return has_log(folder) || std::ranges::any_of(folders_in(folder), has_log);
+}
 
 Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_normal().parent_path()) {
   std::error_code error;

@@ -46,6 +46,9 @@ class Run {
   std::vector<RecordedLab> labs_;
 };
 
+// The folder of a run: there is a log in it, or one level below.
+bool is_run(const std::filesystem::path& folder);
+
 // The run folders of a batch, in order: `arkmesh batch` or `arkmesh run --seeds`. Empty: the folder is none of a batch.
 std::vector<std::filesystem::path> runs_of_batch(const std::filesystem::path& folder);
 

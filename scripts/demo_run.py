@@ -17,7 +17,7 @@ from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
 # With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
 EMULATOR = ROOT / "experiments/emulator/roark.toml"
-EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true"]}
+EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true", "view.emulator=127.0.0.1:8092"]}
 
 
 # With --hybrid one swarm is simulated and the other stands on an emulated testbed, in one process and as fast as it can be computed.

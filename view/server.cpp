@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 
 static_assert(Outbox::max_answer_bytes == Server::max_answer_bytes);
 constexpr std::size_t connections_beside_viewers = 32;  // for the page's files
-constexpr auto accept_again_after = 100ms, rates_every = 1000ms;
+constexpr auto accept_again_after = 100ms, rates_every = 1000ms, refresh_every = 500ms;
 constexpr std::size_t max_lines = 500, max_line_bytes = 500;  // of the event log that late viewers get
 constexpr int max_wrong_tokens = 5;
 
@@ -67,7 +67,8 @@ std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
 
 bool Answer::add(int kind, int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
   const auto number = request_.is_number_unsigned() ? request_.get<std::uint32_t>() : 0;
-  return out_.answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
+  const auto viewer = viewer_.lock();
+  return viewer && viewer->outbox().answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
 }
 bool Answer::message(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
   return add(static_cast<int>(Kind::message), lab, t_us, channel, data);
@@ -77,12 +78,18 @@ bool Answer::picture(int lab, std::int64_t t_us, std::string_view camera, std::s
 }
 bool Answer::done(json what) {
   what["request"] = request_;
-  return out_.answer(text_of({{"done", std::move(what)}}), true);
+  const auto viewer = viewer_.lock();
+  const bool taken = viewer && viewer->outbox().answer(text_of({{"done", std::move(what)}}), true);
+  if (taken) viewer->send();
+  return taken;
 }
 // In its place among the answers; ahead of them when they leave no room.
 void Answer::refuse(std::string_view why) {
-  const json words = {{"refused", {{"request", request_}, {"why", why}}}};
-  if (!out_.answer(text_of(words), true)) out_.say(text_of(words));
+  const auto viewer = viewer_.lock();
+  if (!viewer) return;
+  const std::string words = text_of({{"refused", {{"request", request_}, {"why", why}}}});
+  if (!viewer->outbox().answer(words, true)) viewer->outbox().say(words);
+  viewer->send();
 }
 
 struct Server::State final : Reception, std::enable_shared_from_this<Server::State> {
@@ -94,6 +101,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
         again(loop),
         sampling(loop),
         rating(loop),
+        refreshing(loop),
         port(acceptor.local_endpoint().port()),
         access(options.hosts, port, tls != nullptr) {}
 
@@ -206,7 +214,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     if (const auto token = what.find("token"); token != what.end()) return show_token(viewer, *token);
     const auto number = what.find("request");
     const bool numbered = number != what.end() && number->is_number_unsigned() && *number <= 0xffff'ffffu;
-    Answer answer(viewer.outbox(), numbered ? *number : json());
+    Answer answer(viewer.weak_from_this(), numbered ? *number : json());
     const bool commands = what.contains("command") || what.contains("fault") || what.contains("move");
     try {
       if (commands && !viewer.may_control)
@@ -242,7 +250,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   void left(Connection& connection) override {
     if (watching.erase(&connection) > 0) {
       replaced_by_gone += connection.outbox().replaced();
-      if (watching.empty()) sampling.cancel(), rating.cancel();
+      if (watching.empty()) sampling.cancel(), rating.cancel(), refreshing.cancel();
     }
     connections.erase(connection.shared_from_this());
   }
@@ -254,28 +262,21 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   void start_clocks() {
     channels.start_rates();
     rated = Monotonic::now();
-    wait_to_sample();
-    wait_to_rate();
+    desk->refresh();
+    repeat(sampling, std::chrono::duration_cast<Monotonic::duration>(std::chrono::duration<double>(1 / options.per_s)),
+           [](State& self) { self.sample(); });
+    repeat(rating, rates_every, [](State& self) { self.tell_rates(); });
+    repeat(refreshing, refresh_every, [](State& self) { self.desk->refresh(); });
   }
 
-  void wait_to_sample() {
-    sampling.expires_after(
-        std::chrono::duration_cast<Monotonic::duration>(std::chrono::duration<double>(1 / options.per_s)));
-    sampling.async_wait([weak = weak_from_this()](error_code error) {
+  // As long as somebody watches.
+  void repeat(asio::steady_timer& timer, Monotonic::duration every, void (*what)(State&)) {
+    timer.expires_after(every);
+    timer.async_wait([weak = weak_from_this(), &timer, every, what](error_code error) {
       const auto self = weak.lock();
       if (!self || error || self->watching.empty()) return;
-      self->sample();
-      self->wait_to_sample();
-    });
-  }
-
-  void wait_to_rate() {
-    rating.expires_after(rates_every);
-    rating.async_wait([weak = weak_from_this()](error_code error) {
-      const auto self = weak.lock();
-      if (!self || error || self->watching.empty()) return;
-      self->tell_rates();
-      self->wait_to_rate();
+      what(*self);
+      self->repeat(timer, every, what);
     });
   }
 
@@ -325,7 +326,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   Desk* desk;
   std::unique_ptr<asio::ssl::context> tls;  // null: plain
   tcp::acceptor acceptor;
-  asio::steady_timer again, sampling, rating;
+  asio::steady_timer again, sampling, rating, refreshing;
   std::uint16_t port;
   Access access;
   std::set<std::shared_ptr<Connection>> connections;

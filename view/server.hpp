@@ -20,15 +20,15 @@
 
 namespace arkmesh::view {
 
-class Outbox;
+class Connection;
 
-// What one viewer gets for something that it said, in the order of calls. Lives as long as the call that it was given
-// to.
+// What one viewer gets for something that it said, in the order of calls. A copy answers later; when the viewer has
+// left meanwhile, nothing happens.
 class Answer {
  public:
   // `request`: the number that the viewer gave; null: it gave none.
-  Answer(Outbox& out, nlohmann::json request) : out_(out), request_(std::move(request)) {}
-  Answer(const Answer&) = delete;
+  Answer(std::weak_ptr<Connection> viewer, nlohmann::json request)
+      : viewer_(std::move(viewer)), request_(std::move(request)) {}
 
   // One recorded message (kind 1) or picture (kind 2). `t_us` is lab time from the run's start, in microseconds; `lab`
   // an index of about()'s labs. False: more waits for that viewer than the server holds (`Server::max_answer_bytes`),
@@ -43,7 +43,7 @@ class Answer {
  private:
   bool add(int kind, int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data);
 
-  Outbox& out_;
+  std::weak_ptr<Connection> viewer_;
   nlohmann::json request_;
 };
 
@@ -60,6 +60,9 @@ class Desk {
   virtual void command(const nlohmann::json& what, Answer& answer) = 0;
   // A viewer asks: `what` has "request": n beside "seek", "frames", "events" or "series". No token is needed.
   virtual void request(const nlohmann::json& what, Answer& answer) = 0;
+  // Twice a second while somebody watches, and when the first viewer comes: the time to show() what comes on no bus, or
+  // too seldom.
+  virtual void refresh() {}
 };
 
 // What a server shows itself with beyond loopback.

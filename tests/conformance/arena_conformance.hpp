@@ -272,6 +272,33 @@ inline void check_commands(const ArenaRow& row) {
   CHECK(frame->number == 3);
 }
 
+// Robots of a program that walks stand once they were reset, and walk again when they are told to run.
+inline void check_reset(const ArenaRow& row) {
+  using namespace std::chrono_literals;
+  const auto arena = row.make();
+  LabTime now{0};
+  // How far robots come in 2 s, on average, when they have had time to hear what they were told.
+  const auto mean_way_m = [&](FleetCommand::Kind kind) {
+    arena->robots().command({kind});
+    hal::advance(*arena, now += 3s);
+    const auto begin = arena->poses().latest();
+    hal::advance(*arena, now += 2s);
+    const auto end = arena->poses().latest();
+    REQUIRE(begin);
+    REQUIRE(end);
+    REQUIRE(begin->robots.size() == end->robots.size());
+    double sum_m = 0;
+    for (std::size_t i = 0; i < begin->robots.size(); ++i) {
+      const Pose &from = begin->robots[i].pose, &to = end->robots[i].pose;
+      sum_m += std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+    }
+    return sum_m / static_cast<double>(begin->robots.size());
+  };
+  CHECK(mean_way_m(FleetCommand::Kind::run) > 0.004);
+  CHECK(mean_way_m(FleetCommand::Kind::reset) < 0.001);
+  CHECK(mean_way_m(FleetCommand::Kind::run) > 0.004);
+}
+
 // No call blocks: one that is not there yet changes no lab time and says when it wants to be called again, and then it
 // gets there. Nor does serve() let lab time pass, or end().
 inline void check_waits_for_nobody(const ArenaRow& row) {

@@ -150,6 +150,15 @@ TEST_CASE("arena: commands") {
   for_each_arena(check_commands);
 }
 
+TEST_CASE("arena: reset") {
+  // Where robots run a program, a reset means the same: they begin it again, and wait for run.
+  for (const tests::ArenaRow& row : rows())
+    if (row.name == "ode" || row.name == "emulated kilobot") {
+      CAPTURE(row.name);
+      check_reset(row);
+    }
+}
+
 TEST_CASE("arena: no call blocks") {
   // Whoever runs an arena does the waiting: calls are quick, and what is not there yet says when to ask again.
   for_each_arena(check_waits_for_nobody);

@@ -112,6 +112,11 @@ TEST_CASE("robots are taken, put, killed and revived by hand") {
   CHECK(emulator.truth()[1].seen.in_arena);
   CHECK(emulator.truth()[1].seen.pose.x_m == 0.2);
   CHECK(emulator.truth()[1].seen.pose.heading_rad == doctest::Approx(1.5708));
+  const std::string by_id = fmt::format("robot id:{}", emulator.truth()[1].id);
+  CHECK(emulator.command(by_id + " put 0.1 -0.1") == "ok");
+  CHECK(emulator.truth()[1].seen.pose.y_m == -0.1);
+  CHECK(emulator.truth()[1].seen.pose.heading_rad == doctest::Approx(1.5708));  // its own
+  CHECK(emulator.command(by_id + " put 0.2 0.1") == "ok");
   CHECK(emulator.command("robot 0 put 0.2 0.1 0").find("robot 1 stands there") != std::string::npos);
   CHECK(emulator.command("robot 0 put 5 0 0").find("not wholly inside") != std::string::npos);
   CHECK(emulator.command("robot 1 kill") == "ok");
@@ -232,6 +237,10 @@ TEST_CASE("what nobody understands is answered with a sentence") {
                                  "robot 2 take",
                                  "robot -1 take",
                                  "robot 0 put 1",
+                                 "robot 0 put 0 0 north",
+                                 "robot id: take",
+                                 "robot id:65535 take",
+                                 "robot id:x take",
                                  "robot 0 put nan 0 0",
                                  "robot 0 dance",
                                  "robot 0 cover 0",

@@ -20,7 +20,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using Now = lab::OperatorDesk::Now;
-constexpr std::uint8_t run = fleet_command_t::run, pause_robots = fleet_command_t::pause;
+constexpr std::uint8_t run = fleet_command_t::run, pause_robots = fleet_command_t::pause,
+                       reset_robots = fleet_command_t::reset;
 
 // Run 5 of lab "a".
 struct DeskBench {
@@ -177,7 +178,7 @@ TEST_CASE("another lab's operator is obeyed with permission, while the lab is ar
   bench.now += 1s;
   peer("b", command_of("b", pause_robots, 1));
   CHECK(bench.refused("replayed") == 1);
-  peer("b", command_of("b", 4, 2));
+  peer("b", command_of("b", reset_robots, 2));
   peer("b", command_of("b", disarm, 2));
   CHECK(bench.refused("not_for_peers") == 3);
   peer("b", command_of("b", run, 2));
@@ -190,16 +191,16 @@ TEST_CASE("another lab's operator is obeyed with permission, while the lab is ar
   peer("b", for_b);
   CHECK(bench.desk.counters()["operator.for_other_lab"] == 1);
 
-  // The own operator's pause, stop and disarm end it.
+  // The own operator's pause, reset, stop and disarm end it.
   bench.now += 1s;
-  for (const std::uint8_t last : {pause_robots, disarm}) {
+  for (const std::uint8_t last : {pause_robots, reset_robots, disarm}) {
     own(arm);
     CHECK(armed());
     own(last);
     CHECK_FALSE(armed());
     peer("b", command_of("b", run, 3));
   }
-  CHECK(bench.refused("not_armed") == 3);
+  CHECK(bench.refused("not_armed") == 4);
   own(arm);
   peer("b", command_of("b", operator_command_t::stop, 4));
   CHECK(bench.desk.end_asked());
@@ -259,14 +260,16 @@ TEST_CASE("the audit has a line for each command, and only the first thousand of
   CHECK(lines()[1].substr(20) == ",1.500,,stop,admitted");
   bench.hear(std::as_bytes(std::span("junk")));
   bench.desk.hear("b,\"\x1b/operator_command", encoded(command_of("b", pause_robots, 1)), bench.now);
+  bench.hear(command_for_a(bench.key, reset_robots, 2));
   for (int i = 0; i < 5000; ++i) bench.hear(command_for_a(bench.key, run, 1));
   bench.recorder.flush();
   const auto all = lines();
-  REQUIRE(all.size() == 1003);
+  REQUIRE(all.size() == 1004);
   CHECK(all[2].substr(20) == ",1.500,,,undecodable");
   CHECK(all[3].substr(20) == ",1.500,b???,pause,no_permission");
-  CHECK(all[1001].substr(20) == ",1.500,,resume,replayed");
-  CHECK(all[1002].substr(20) == ",1.500,,,further refused ones are only counted");
+  CHECK(all[4].substr(20) == ",1.500,,reset,admitted");
+  CHECK(all[1002].substr(20) == ",1.500,,resume,replayed");
+  CHECK(all[1003].substr(20) == ",1.500,,,further refused ones are only counted");
 }
 
 TEST_CASE("the key of operators is made once, and refused when others can read it") {

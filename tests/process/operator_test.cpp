@@ -67,7 +67,7 @@ bool somebody_has(const std::string& word) {
 
 }  // namespace
 
-TEST_CASE("stop, pause and resume reach a lab from another terminal") {
+TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
   tests::LabProcesses labs({.labs = {"shark"}, .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"}});
   labs.start();
   REQUIRE(labs.reached("shark", 1, 20s));
@@ -80,6 +80,7 @@ TEST_CASE("stop, pause and resume reach a lab from another terminal") {
   };
   CHECK(tell("pause", 0).starts_with("shark paused its robots at period"));
   CHECK(tell("resume", 0).starts_with("shark lets its robots go on from period"));
+  CHECK(tell("reset", 0).starts_with("shark reset its robots, which wait for resume, at period"));
   // Who cannot read the user's key is refused, in one sentence of the lab.
   const char* const before = std::getenv("XDG_CONFIG_HOME");
   const std::string home = before ? before : "";

@@ -82,6 +82,28 @@ TEST_CASE("labs come to the same hash with viewers, one of whom reads nothing, a
   CHECK(run_with(true) == run_with(false));
 }
 
+TEST_CASE("viewers of labs whose clock counts steps have their status as it is now, and the bus has no more of it") {
+  const tests::TemporaryFolder folder;
+  app::JointRun run(tests::dhtf_configs({}), folder.path(), app::JointRun::Folder::must_be_empty, {}, true);
+  int on_bus = 0;
+  const auto heard = run.lab(0).bus().subscribe("status", [&](auto, auto) { ++on_bus; });
+  const tests::Serve slow_steps = [&] {
+    run.step();
+    ::poll(nullptr, 0, 5);
+  };
+  Browser browser(slow_steps, port_in(run.page()->url()));
+  REQUIRE(browser.join() == 101);
+  const auto statuses = [&] {
+    std::vector<std::string> out;
+    for (const auto& message : browser.messages())
+      if (message.kind() == 1 && message.channel() == "status" && message.lab() == 0) out.push_back(message.data());
+    return out;
+  };
+  CHECK(tests::comes_to(slow_steps, [&] { return statuses().size() >= 3; }));
+  CHECK(run.steps() < 1000);
+  CHECK(on_bus <= 1);
+}
+
 TEST_CASE("who has the token of a lab's page commands it as its own operator, and nobody else") {
   tests::LabProcesses labs({.labs = {"shark"}, .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"}});
   labs.start();
@@ -100,6 +122,8 @@ TEST_CASE("who has the token of a lab's page commands it as its own operator, an
   browser.say({{"token", token_in(url)}});
   browser.say({{"command", {{"lab", 0}, {"name", "pause"}}}, {"request", 1}});
   REQUIRE(browser.hears("done"));
+  browser.say({{"command", {{"lab", 0}, {"name", "reset"}}}, {"request", 3}});
+  CHECK(tests::comes_to(elsewhere, [&] { return browser.said("done")["request"] == 3; }));
   browser.say({{"command", {{"lab", 0}, {"name", "arm"}}}, {"request", 2}});
   REQUIRE(browser.hears("refused"));
   CHECK(browser.said("refused")["why"].get<std::string>().find("commands_from names no lab") != std::string::npos);
@@ -113,6 +137,7 @@ TEST_CASE("who has the token of a lab's page commands it as its own operator, an
   CHECK(labs.lab("shark").wait(10s) == 3);
   const std::string audit = tests::read_file(labs.directory("shark") / "audit.csv");
   CHECK(audit.find(",,pause,admitted") != std::string::npos);
+  CHECK(audit.find(",,reset,admitted") != std::string::npos);
   CHECK(audit.find(",,arm,no_peers") != std::string::npos);
   CHECK(audit.find(",,stop,admitted") != std::string::npos);
   const json result = json::parse(tests::read_file(labs.directory("shark") / "result.json"));

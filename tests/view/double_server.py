@@ -46,9 +46,11 @@ def log_of(run, labs):
 class Double:
     """The server in a thread of its own. `rows` as log_of gives them; `token` allows control."""
 
-    def __init__(self, labs, rows, types, mode="live", speed=20, token="1234", port=0, hz=30, about=None):
+    def __init__(self, labs, rows, types, mode="live", speed=20, token="1234", port=0, hz=30, about=None, hold=False):
         self.labs, self.rows, self.mode, self.speed, self.token, self.hz = labs, rows, mode, speed, token, hz
         self.types = types
+        self.deaf = False  # it answers no command
+        self.hold = hold  # viewers get nothing as long as it is true
         self.heard, self.viewers, self.port = [], set(), port
         self.about = {"version": "1.0.0", "mode": mode, "labs": labs, "control": mode == "live", "run": "demo", "emulator": [mode == "live"] * len(labs)} | (about or {})
         self.length_us = rows[-1][0] if rows else 0
@@ -167,7 +169,9 @@ class Socket(tornado.websocket.WebSocketHandler):
         more = {"length_us": self.double.length_us, "growing": False} if self.double.mode == "recorded" else {}
         self.put(json.dumps({"hello": {"about": self.double.about, "token_ok": self.may} | more}))
 
-    def open(self):
+    async def open(self):
+        while self.double.hold:
+            await asyncio.sleep(0.01)
         self.hello()
         self.double.viewers.add(self)
         if self.double.mode == "live":
@@ -198,6 +202,8 @@ class Socket(tornado.websocket.WebSocketHandler):
             self.put(json.dumps({"done": {"request": request, "events": [{"t_us": 0, "lab": 0, "kind": "begin", "text": "the run begins"}, {"t_us": 50_000_000, "lab": 1, "kind": "task", "text": "a task is done"}]}}))
         elif "series" in said:
             self.put(json.dumps({"done": {"request": request, "series": [{"name": "completed", "t_s": [0, 50, 82, 90], "y": [0, 1, 2, 3]}]}}))
+        elif self.double.deaf:
+            pass
         elif self.may:
             self.put(json.dumps({"done": {"request": request}}))
         else:

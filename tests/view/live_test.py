@@ -6,6 +6,7 @@ import http.server
 import json
 import pathlib
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -67,12 +68,18 @@ class LiveTest(unittest.TestCase):
         self.driver.get(url)
         self.until("return window.arkmesh?.world.labs.length === arguments[0] && arkmesh.world.labs.every((l) => l.robots.length)", labs, seconds=60)
 
-    def truth(self):
-        """Rows of the emulator's truth so far: {time_s: {robot: (x, y)}}, without a last one that is half written."""
+    def wait_for(self, condition, seconds=60):
+        end = time.monotonic() + seconds
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
+
+    def truth(self, name="robot"):
+        """Rows of the emulator's truth so far: {time_s: {robot: (x, y)}}, without a last one that is half written; robots by number, or by id."""
         text = (self.out / "truth.csv").read_text()
         frames = {}
         for row in csv.DictReader(text[:text.rindex("\n")].splitlines()):
-            frames.setdefault(float(row["time_s"]), {})[row["robot"]] = (float(row["x_m"]), float(row["y_m"]))
+            frames.setdefault(float(row["time_s"]), {})[row[name]] = (float(row["x_m"]), float(row["y_m"]))
         return frames
 
     def moves(self, frames):
@@ -100,6 +107,31 @@ class LiveTest(unittest.TestCase):
             self.assertLess(late, 0.5, "seconds after the click in which a robot still moved")
             self.assertEqual(labs.wait(30), 3, "the operator stopped the run")
         self.assertEqual(json.loads((self.out / "run/result.json").read_text()).get("by_lab", {}).get("roark", {}).get("state", "stopped"), "stopped")
+
+    def test_faults_reach_an_emulator_elsewhere(self):
+        """Robots of an emulator that is a process of its own are moved from the lab's page, its cameras fail; when it is gone, a sentence says so."""
+        ask = "const [what, done] = arguments; arkmesh.player.ask(what).then(({answer}) => done(answer.text ?? `refused: ${answer.refused}`))"
+        with contextlib.ExitStack() as emulator:
+            emulator.enter_context(emulated_testbed(self.out))
+            with self.run_labs(ROARK, "--set", "arena.use=kilobot", "--set", "shared.owner=roark", "--set", "run.duration_s=600", "--set", "view.emulator=127.0.0.1:8092") as (_, url):
+                self.open(url)
+                robot = self.until("return arkmesh.control.may && arkmesh.world.labs[0].robots.find((r) => r.id > 0)?.id")
+                # Somewhere nobody stands.
+                places = [(x, y) for x in (-0.2, 0, 0.2) for y in (-0.2, 0, 0.2)]
+                x, y = next(p for p in places if self.driver.execute_async_script(ask, {"move": {"lab": 0, "robot": robot, "x_m": p[0], "y_m": p[1]}}) == "ok")
+                def newest():
+                    frames = self.truth("id")
+                    return frames[max(frames)][str(robot)]
+                self.wait_for(lambda: abs(newest()[0] - x) + abs(newest()[1] - y) < 0.03)
+                self.until("return [...document.querySelectorAll('#side button')].some((b) => b.textContent === 'darken')")
+                self.driver.execute_script("[...document.querySelectorAll('#side button')].find((b) => b.textContent === 'darken').click()")
+                self.until("return /camera camera0 dark: ok/.test(document.getElementById('side').textContent)")
+                with socket.create_connection(("127.0.0.1", 8092), 10) as port, port.makefile("rw") as lines:
+                    print("status", file=lines, flush=True)
+                    self.assertIn(" camera0=dark ", lines.readline())
+                emulator.close()
+                said = self.driver.execute_async_script(ask, {"fault": {"lab": 0, "line": "camera camera0 ok"}})
+                self.assertEqual(said, "refused: the emulator at 127.0.0.1:8092 (view.emulator) does not answer: Connection refused")
 
     def test_reconnects_after_the_lab_restarts(self):
         """The page of a lab that went says so, and goes on by itself when a lab is there again; to command it takes the new address."""

@@ -27,7 +27,9 @@ struct TestDesk final : view::Desk {
       if (!answer.message(1, i, "poses", std::as_bytes(std::span(data)))) return answer.refuse("Ask for less.");
     answer.done({{"count", what.value("count", 1)}});
   }
+  void refresh() override { ++refreshed; }
   std::vector<json> commands;
+  int refreshed = 0;
 };
 
 struct ServerBench {
@@ -120,8 +122,48 @@ TEST_CASE("a viewer gets what is there already, then the newest of each channel,
     if (message.kind() == 1 && message.channel() == "fleet_command") commands += message.data();
   CHECK(commands.starts_with("01234"));
   CHECK(browser.messages().size() < before + 20);
-  CHECK(browser.hears("rates"));
-  CHECK(browser.said("rates")["labs"][1]["channels"]["poses"]["count"] == 1000);
+  const auto counted = "/labs/1/channels/poses/count"_json_pointer;
+  CHECK(comes_to(serving(bench.loop), [&] {
+    const json rates = browser.said("rates");
+    return rates.contains(counted) && rates[counted] == 1000;
+  }));
+}
+
+TEST_CASE("a desk is asked for what comes on no bus while somebody watches, and not otherwise") {
+  ServerBench bench;
+  Browser asking(bench.loop, bench.server.port());
+  CHECK(Browser::status(asking.ask("GET /about.json")) == 200);
+  CHECK(bench.desk.refreshed == 0);
+  Browser browser(bench.loop, bench.server.port());
+  REQUIRE(browser.join() == 101);
+  CHECK(bench.desk.refreshed > 0);
+  CHECK(comes_to(serving(bench.loop), [&] { return bench.desk.refreshed >= 3; }));
+}
+
+TEST_CASE("an answer may come later, and to a viewer that has left it does not matter") {
+  struct LaterDesk final : view::Desk {
+    json about() override { return {{"labs", json::array()}}; }
+    void command(const json&, view::Answer&) override {}
+    void request(const json&, view::Answer& answer) override { answers.push_back(answer); }
+    std::vector<view::Answer> answers;
+  } desk;
+  boost::asio::io_context loop;
+  view::Server server(loop, {.port = 0}, desk);
+  Browser stays(loop, server.port());
+  REQUIRE(stays.join() == 101);
+  {
+    Browser goes(loop, server.port());
+    REQUIRE(goes.join() == 101);
+    stays.say({{"request", 1}});
+    stays.say({{"request", 2}});
+    goes.say({{"request", 3}});
+    REQUIRE(comes_to(serving(loop), [&] { return desk.answers.size() == 3; }));
+  }
+  REQUIRE(comes_to(serving(loop), [&] { return server.viewers() == 1; }));
+  for (view::Answer& answer : desk.answers) answer.done({{"text", "late"}});
+  CHECK(comes_to(serving(loop), [&] { return stays.said("done") == json{{"request", 2}, {"text", "late"}}; }));
+  desk.answers.front().refuse("Never mind.");
+  CHECK(comes_to(serving(loop), [&] { return stays.said("refused")["request"] == 1; }));
 }
 
 TEST_CASE("only who has shown the token may command, by a message or by a cookie") {

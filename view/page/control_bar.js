@@ -1,13 +1,11 @@
-// The operator's buttons, for who may: STOP, pause, resume, arm, disarm. What the lab refused is shown.
+// The operator's buttons, for who may: STOP, pause, resume, reset, arm, disarm. What the lab refused is shown.
 import { h } from "./dom.js";
 
 /**
- * What the server may offer, in the order of buttons: name, words, key.
+ * In the order of buttons: name, words, title.
  * @type {[string, string, string][]}
  */
-const commands = [["run", "Run", ""], ["pause", "Pause", "P"], ["resume", "Resume", "R"], ["reset", "Reset", ""], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
-/** What every live server takes. */
-const usual = ["pause", "resume", "arm", "disarm"];
+const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots begin their program again, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
 
 export class ControlBar {
   /** @param {import("./world.js").World} world @param {(message: object) => Promise<{answer: any}>} ask resolves when the server has answered */
@@ -34,15 +32,14 @@ export class ControlBar {
     const { about, labs } = this.world;
     const live = about.mode === "live";
     this.element.hidden = !live;
-    const offered = about.commands ?? usual;
-    const key = `${may} ${live} ${about.labs} ${offered}`;
+    const key = `${may} ${live} ${about.labs}`;
     if (key === this.key) return;
     this.key = key;
     this.stop_button.disabled = !may;
     this.choice.replaceChildren(h("option", { value: -1 }, "all labs"), ...labs.map((lab) => h("option", { value: lab.index }, lab.name)));
     this.choice.hidden = !may || labs.length < 2;
-    this.buttons.replaceChildren(...(may ? commands.filter(([name]) => offered.includes(name)).map(([name, words, k]) => (
-      h("button", { id: `command-${name}`, title: k ? `key ${k}` : "", onclick: () => this.command(name) }, words))) : []));
+    this.buttons.replaceChildren(...(may ? commands.map(([name, words, title]) => (
+      h("button", { id: `command-${name}`, title, onclick: () => this.command(name) }, words))) : []));
     this.say(may || !live ? "" : "to look only: open the address that the lab printed, with its token, to control it");
   }
 

@@ -167,6 +167,8 @@ function hello(value) {
   document.title = `arkmesh: ${world.about.labs.join(", ")}`;
   if (new URLSearchParams(location.search).has("bare")) document.body.classList.add("bare");
   place("title").textContent = [world.about.run || world.about.labs.join(" + "), world.about.version].filter(Boolean).join(" · ");
+  document.body.classList.remove("waiting");
+  panels_due = 0;
   if (value.token_ok !== undefined) control.allow(Boolean(value.token_ok) && world.about.control);
   scrub.element.hidden = !recorded();
   player.introduce(recorded() ? (value.length_us ?? 0) : 0, Boolean(value.growing));
@@ -185,6 +187,7 @@ function connected(open, why) {
   banner.hidden = open;
   banner.textContent = `Not connected: ${why}. What you see is old; trying again…`;
   document.body.classList.toggle("apart", !open);
+  if (!open) player.lost();
 }
 
 /** Writes all panels. */

@@ -88,9 +88,14 @@ export class Player {
     return new Promise((resolve) => (this.arrived = resolve));
   }
 
-  /** Everything that was under way is lost: the connection is a new one. */
-  reconnect() {
+  /** The connection broke: nothing that was under way will be answered. */
+  lost() {
     for (const request of [...this.asked.keys()]) this.refused(request, "the connection broke before the answer");
+  }
+
+  /** The connection is a new one. */
+  reconnect() {
+    this.lost();
     if (this.length_us > 0) this.seek(this.t_us);
   }
 
