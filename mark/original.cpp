@@ -104,7 +104,8 @@ void Original::hear_waiting() {
 // ---------------------------------------------------------------- its time
 
 bool Original::reached(hal::LabTime t) {
-  begun_ = true;
+  if (!std::exchange(begun_, true) && settings_.flavour == Flavour::argos)
+    spdlog::info("lab time begins with tick {} of {}", ticks_, name());
   const bool is_away = away_since_.has_value();
   if (settings_.flavour == Flavour::ark_qt) {
     // The wall's time goes on without it, and is caught up with.
