@@ -13,6 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t most_to_hear = 4096;    // more than 400 s of ARGoS's time
 constexpr std::uint64_t read_within = 2;      // ticks
+constexpr hal::LabTime quiet_after = 5s;      // as other labs: a peer of which nothing has counted for so long is lost
 constexpr auto ark_qt_reads_each = 250ms;     // it looks each 100 ms
 constexpr hal::LabTime frame_period = 100ms;  // of ARK-Qt's lab
 
@@ -34,6 +35,10 @@ Original::Original(const Settings& settings, Role role, const Grammar& grammar, 
 
 void Original::serve() {
   link_->serve();
+  if (settings_.flavour == Flavour::ark_qt && begun_ && quiet() && !std::exchange(quiet_, true)) {
+    spdlog::warn("{}", absence());
+    conversation_.gone();
+  }
   say();
 }
 
@@ -51,6 +56,8 @@ void Original::came() {
   unread_.clear();
   said_.clear();
   said_at_ = {};
+  heard_at_ = wall_.now();
+  quiet_ = false;
   if (away_since_)
     spdlog::warn("{} is back at {}", name(), link_->place());
   else
@@ -64,6 +71,7 @@ void Original::gone(const std::string& why) {
   hear_waiting();
   away_since_ = wall_.now();
   told_before_ = told_;
+  quiet_ = false;
   counters_.add("mark.lost");
   spdlog::warn("{} is gone: {}", name(), why);
   conversation_.gone();
@@ -73,6 +81,8 @@ void Original::heard(std::string_view bytes) {
   for (Message& message : splitter_.feed(bytes)) {
     ++ticks_;
     counters_.add("mark.messages_heard");
+    heard_at_ = wall_.now();
+    quiet_ = false;
     if (!begun_ || ended_ || settings_.flavour == Flavour::ark_qt) {
       hear(message);
       continue;
@@ -101,11 +111,23 @@ void Original::hear_waiting() {
   }
 }
 
+// Connected, and for longer than usual without a message.
+bool Original::quiet() const {
+  return link_->up() && wall_.now() - heard_at_ > std::max(quiet_after, 3 * settings_.period);
+}
+
+std::optional<hal::TimePoint> Original::away_since() const {
+  return quiet_ ? heard_at_ : away_since_;
+}
+
 // ---------------------------------------------------------------- its time
 
 bool Original::reached(hal::LabTime t) {
-  begun_ = true;
-  const bool is_away = away_since_.has_value();
+  if (!std::exchange(begun_, true)) {
+    heard_at_ = wall_.now();  // before it need not have said anything
+    if (settings_.flavour == Flavour::argos) spdlog::info("lab time begins with tick {} of {}", ticks_, name());
+  }
+  const bool is_away = away_since().has_value();
   if (settings_.flavour == Flavour::ark_qt) {
     // The wall's time goes on without it, and is caught up with.
     return pacer_.reached(t) && (!is_away || away_ == Away::goes_on);
@@ -166,6 +188,9 @@ std::string Original::name() const {
 }
 
 std::string Original::absence() const {
+  if (quiet())
+    return fmt::format("{}, which is connected and has said nothing for {} s", name(),
+                       std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count());
   if (link_->up()) return {};
   const std::string trouble = link_->trouble();
   if (away_since_) return fmt::format("{}, which is gone: {}", name(), trouble);

@@ -42,9 +42,11 @@ class Original final : private Link::Events {
   void end();
 
   bool up() const { return link_->up(); }
-  // Since when it is away, when it was there before.
-  std::optional<hal::TimePoint> away_since() const { return away_since_; }
-  // Who and where, and what is wrong: "the original M-ARK client (ARGoS), which has not come to 127.0.0.1:7001".
+  // Since when it is away, when it was there before. ARK-Qt is so, too, while it is connected and quiet: lab time does
+  // not stand still then, and what it said last may be over.
+  std::optional<hal::TimePoint> away_since() const;
+  // Who and where, and what is wrong: "the original M-ARK client (ARGoS), which has not come to 127.0.0.1:7001". Empty
+  // while it is there and says something.
   std::string name() const;
   std::string absence() const;
   // What was refused last, for people; empty when nothing was.
@@ -58,6 +60,7 @@ class Original final : private Link::Events {
   void gone(const std::string& why) override;
   void hear(const Message& message);
   void hear_waiting();
+  bool quiet() const;
   void say();
   bool may_say(std::size_t size);
 
@@ -81,8 +84,9 @@ class Original final : private Link::Events {
   std::uint64_t ticks_ = 0;      // messages that came on this connection
   std::uint64_t answered_ = 0;   // of these, when something was sent last
   std::deque<Unread> unread_;
-  std::string said_;  // last, on this connection
-  hal::TimePoint said_at_{};
+  std::string said_;                       // last, on this connection
+  hal::TimePoint said_at_{}, heard_at_{};  // the latter: it came, or said something that it may say
+  bool quiet_ = false;                     // ARK-Qt, at the last look
   std::optional<hal::TimePoint> away_since_;
   hal::LabTime told_before_{0};  // its time when it went
   std::unique_ptr<Link> link_;   // the last: it dies first

@@ -166,6 +166,9 @@ class TcpLink final : public Link {
     up_ = false;
     trouble_ = why;
     Error ignored;
+    // With a reset: an orderly end would leave the port of an original server that went first in TIME_WAIT, and one
+    // that is started again finds it taken and listens on another port without a word.
+    state_->socket.set_option(tcp::socket::linger(true, 0), ignored);
     state_->socket.close(ignored);
     rest_.clear();
     wait(state_);

@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "mark/cre_conversation.hpp"
+#include "mark/dhtf_conversation.hpp"
 #include "mark/original_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
 #include "tests/conformance/arena_repeats.hpp"
+#include "tests/support/mark/original_bench.hpp"
 #include "tests/support/mark/scripted_link.hpp"
 
 using namespace arkmesh;
@@ -55,4 +57,28 @@ TEST_CASE("the arena of an original conforms") {
                            tests::check_limits, tests::check_registers, tests::check_commands,
                            tests::check_waits_for_nobody, tests::check_repeatable, tests::check_pace})
     check(row);
+}
+
+TEST_CASE("an original that is there and says nothing that it may say is waited for by name") {
+  // A table, which sends no NUL, where ARGoS is expected: the likeliest mistake.
+  tests::BenchWall wall;
+  mark::OriginalParts parts;
+  parts.conversation = std::make_unique<mark::DhtfServerConversation>(8);
+  auto made = std::make_unique<tests::BenchLink>();
+  tests::BenchLink& link = *made;
+  parts.link = std::move(made);
+  parts.settings = {.period = std::chrono::milliseconds(100), .side_m = 1, .read_bytes = 30};
+  mark::OriginalArena arena(std::move(parts), {}, wall);
+  link.is_up = true;
+  link.events->came();
+  REQUIRE(arena.advance_to(hal::LabTime{0}));
+  for (int i = 0; i < 4; ++i) link.events->heard("Missing initialisation");
+  arena.serve();
+  CHECK_FALSE(arena.advance_to(std::chrono::milliseconds(100)));
+  CHECK(arena.waiting_for().empty());  // it may only be slow
+  wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
+  CHECK(arena.waiting_for().find("which is connected and has said nothing for 5 s") != std::string::npos);
+  CHECK(arena.waiting_for().find("an original without NUL bytes is ARK-Qt (mark.flavour)") != std::string::npos);
+  link.events->heard(std::string("\0T00000000\0", 11));
+  CHECK(arena.waiting_for().empty());
 }

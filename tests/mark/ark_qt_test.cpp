@@ -76,3 +76,26 @@ TEST_CASE("ark-qt: lab time is the wall's") {
   CHECK(bench.original.reached(100ms));
   CHECK_FALSE(bench.original.reached(200ms));
 }
+
+TEST_CASE("ark-qt: a table that is connected and says nothing more counts as gone until it speaks") {
+  // Lab time is not its own: without this, teams that it had last would be ready for ever.
+  mark::DhtfServerConversation talk(2);
+  OriginalBench bench(table, mark::Role::server, talk);
+  talk.set_init({.cells = {1, 2}, .server_hard = {0, 1}, .client_hard = {1, 1}});
+  bench.pass(60s);  // one that logs nothing says nothing before Init
+  CHECK_FALSE(bench.original.reached(100ms));
+  CHECK_FALSE(bench.original.away_since());
+  bench.link->events->heard("Received initialisationT11");
+  bench.pass(5900ms);
+  CHECK(bench.original.reached(100ms));
+  CHECK(talk.ready() == std::vector<int>{1, 1});
+  bench.pass(200ms);
+  CHECK(talk.ready() == std::vector<int>{0, 0});
+  CHECK(bench.original.away_since());
+  CHECK_FALSE(bench.original.reached(200ms));
+  CHECK(bench.original.absence().find("connected and has said nothing for 6 s") != std::string::npos);
+  bench.link->events->heard("T01");
+  CHECK(bench.original.reached(200ms));
+  CHECK(talk.ready() == std::vector<int>{0, 1});
+  CHECK(bench.original.absence().empty());
+}

@@ -50,8 +50,7 @@ class SocketOriginal {
     });
   }
   bool accept() {
-    const int listening = ::socket(AF_INET, SOCK_STREAM, 0), yes = 1;
-    ::setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    const int listening = ::socket(AF_INET, SOCK_STREAM, 0);
     const sockaddr_in here = loopback();
     if (::bind(listening, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0) return false;
     ::listen(listening, 1);
