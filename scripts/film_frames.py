@@ -6,6 +6,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import time
 
 from chromium import browser
@@ -74,6 +75,20 @@ def page(url, width, height, bare=False, dark=False):
         yield Page(driver, url, bare)
 
 
+def draw(shown, to, moments, step_s, kind):
+    """Writes one picture after the other to an encoder, and tells how far it is; ends early when the encoder has gone, having said why."""
+    begun = told = time.monotonic()
+    with contextlib.suppress(BrokenPipeError):
+        for i in range(1, moments + 1):
+            shown.next(step_s)
+            to.write(shown.picture(kind))
+            if (now := time.monotonic()) - told > (1 if sys.stderr.isatty() else 10):
+                told = now
+                print(f"film: {i} of {moments} pictures, {(now - begun) / i * (moments - i):.0f} s left  ", file=sys.stderr,
+                      end="\r" if sys.stderr.isatty() else "\n", flush=True)
+        to.close()
+
+
 def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, prepare=None):
     """Writes a film (.mp4, or .gif) of that stretch of lab time, under its name only when it is whole. `prepare` is JavaScript to run before the
     first moment."""
@@ -90,23 +105,21 @@ def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False
         moments = max(1, round((end_s - begin_s) / speed * per_s))
         try:
             # Ctrl-C is for us; a film that is stopped is taken away
-            with subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True) as encoder:
-                shown.begin(max(0, begin_s))
-                if prepare:
-                    shown.driver.execute_script(prepare)
-                begun = told = time.monotonic()
-                for i in range(moments):
-                    shown.next(speed / per_s)
-                    encoder.stdin.write(shown.picture("png" if out.suffix == ".gif" else "jpeg"))
-                    if (now := time.monotonic()) - told > (1 if sys.stderr.isatty() else 10):
-                        told = now
-                        print(f"film: {i + 1} of {moments} pictures, {(now - begun) / (i + 1) * (moments - i - 1):.0f} s left  ", file=sys.stderr,
-                              end="\r" if sys.stderr.isatty() else "\n", flush=True)
-            if encoder.returncode:
-                raise Failed(f"{out} cannot be written: ffmpeg failed with {encoder.returncode}")
+            with tempfile.TemporaryFile("w+") as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said, start_new_session=True) as encoder:
+                try:
+                    shown.begin(max(0, begin_s))
+                    if prepare:
+                        shown.driver.execute_script(prepare)
+                    draw(shown, encoder.stdin, moments, speed / per_s, "png" if out.suffix == ".gif" else "jpeg")
+                except BaseException:
+                    encoder.kill()
+                    raise
+                encoder.wait()
+                said.seek(0)
+                # on a full disk it may end with 0
+                if (words := said.read().strip()) or encoder.returncode:
+                    raise Failed(f"{out} cannot be written: {words.splitlines()[-1] if words else f'ffmpeg ended with {encoder.returncode}'}")
             os.replace(part, out)
-        except OSError as why:  # ffmpeg has gone, having said why
-            raise Failed(f"{out} cannot be written: {why.strerror}") from None
         finally:
             part.unlink(missing_ok=True)
     return moments

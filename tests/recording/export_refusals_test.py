@@ -73,6 +73,16 @@ class Refusals(unittest.TestCase):
             self.assertIn("No space left on device", said.stderr)
             self.assertEqual(said.stderr.count("\n"), 1, said.stderr)
 
+    @unittest.skipUnless(os.path.exists("/usr/bin/chromedriver"), "there is no Chromium here")
+    def test_a_film_on_a_full_disk(self):
+        """ffmpeg may end with 0 when it could not write the end of a film."""
+        disk = self.scratch / "film_disk"
+        disk.mkdir()
+        commands = f"mount -t tmpfs -o size=8k none {disk} && {ARKMESH} export {self.run_folder} --mp4 --out {disk}/out.mp4; echo code $?; find {disk} -mindepth 1"
+        said = subprocess.run(["unshare", "-m", "sh", "-c", commands], capture_output=True, text=True, timeout=300)
+        self.assertEqual(said.stdout, "code 1\n", said.stderr)
+        self.assertIn("out.mp4 cannot be written: ", said.stderr)
+
     def test_ctrl_c_leaves_nothing(self):
         """Exit code 3, a sentence, and the folder as it was."""
         run = self.long_run("long", 400)
