@@ -10,9 +10,12 @@
 
 #include "cli/commands.hpp"
 #include "cli/drawing_script.hpp"
+#include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
+#include "cli/progress_line.hpp"
 #include "hal/config.hpp"
 #include "recording/export/exports.hpp"
+#include "recording/export/out_file.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -24,17 +27,17 @@ struct ExportKind {
   const char* option;
   const char* name;
   const char* help;
-  recording::Exported (*write)(const recording::Run& run, const fs::path& to);
+  recording::Exported (*write)(const recording::Run& run, const fs::path& to, recording::Watch& watch);
 };
 
-// The page's own modules draw it, in a browser without a screen: scripts/film.
-recording::Exported export_film(const recording::Run& run, const fs::path& to) {
-  if (to.has_parent_path()) fs::create_directories(to.parent_path());
+// The page's own modules draw it, in a browser without a screen: scripts/film, which tells itself how far it is.
+recording::Exported export_film(const recording::Run& run, const fs::path& to, recording::Watch&) {
+  recording::make_folder_of(to);
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path() / "arkmesh";
   const std::string said =
-      run_drawing_script("film", {run.folder().string(), "--out", to.string(), "--program", program.string()});
-  return {said.substr(std::min(said.size(), to.string().size() + 2)), {}};  // "FILE: 150 pictures, 6.0 s"
+      watch_drawing_script("film", {run.folder().string(), "--out", to.string(), "--program", program.string()});
+  return {said.substr(std::min(said.size(), to.string().size() + 2)), run.notes()};  // "FILE: 150 pictures, 6.0 s"
 }
 
 constexpr ExportKind export_kinds[] = {
@@ -59,7 +62,15 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
   if (is_there && !options.force)
     throw hal::ConfigError(
         fmt::format("{} is there already; give another place with --out, or --force to write it anew", to.string()));
-  const recording::Exported done = kind.write(run, to);
+  if (kind.write != recording::export_csv && (fs::is_directory(to, error) || !to.has_filename()))
+    throw hal::ConfigError(fmt::format("{} is a folder; name the file, as {}", to.string(), (to / kind.name).string()));
+  OperatorStop stop;
+  ProgressLine progress;
+  recording::Exported done;
+  {
+    recording::Watch watch(progress, stop, kind.name);
+    done = kind.write(run, to, watch);
+  }
   for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
   fmt::print("wrote {}: {}\n", to.string(), done.summary);
 }
@@ -92,7 +103,14 @@ void add_export_command(CLI::App& app) {
       "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4\n"
       "Tables are explained in docs/reading-results.md; times are lab time, and units stand at the end of names: x_m, "
       "age_us.");
-  command->callback([options] { export_run(*options); });
+  command->callback([options] {
+    try {
+      export_run(*options);
+    } catch (const recording::Stopped& why) {
+      fmt::print(stderr, "arkmesh: {}\n", why.what());
+      throw CLI::RuntimeError(exit_code("stopped"));
+    }
+  });
 }
 
 }  // namespace arkmesh::cli

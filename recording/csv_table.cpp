@@ -2,9 +2,9 @@
 
 #include <charconv>
 #include <cstdint>
-#include <fstream>
 #include <limits>
-#include <sstream>
+
+#include "recording/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -63,13 +63,7 @@ double CsvTable::number(std::size_t column, std::size_t row) const {
 
 CsvTable read_csv_table(const std::filesystem::path& file) {
   CsvTable out;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error) || std::filesystem::file_size(file, error) > max_bytes || error)
-    return out;
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream whole;
-  whole << in.rdbuf();
-  const std::string all = std::move(whole).str();
+  const std::string all = whole_file(file, max_bytes).value_or("");
   std::size_t at = 0;
   std::vector<std::string> values;
   if (!read_row(all, at, values)) return out;

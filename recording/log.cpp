@@ -202,7 +202,12 @@ void Log::set_times() {
     }
   }
   std::int64_t last = 0;
-  for (std::size_t i = 0; i < entries_.size(); ++i) entries_[i].t_us = last = std::max(last, utimes_[i] - start_utime_);
+  moved_ = 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const std::int64_t t_us = utimes_[i] - start_utime_;
+    if (t_us < last && last > 0) ++moved_;
+    entries_[i].t_us = last = std::max(last, t_us);
+  }
 }
 
 bool Log::load_index() {

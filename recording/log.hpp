@@ -46,6 +46,9 @@ class Log {
   // Behind the last whole message lie this many bytes: of a message that is cut, or damaged.
   std::uint64_t unread_bytes() const { return size_ - end_; }
 
+  // How many messages have a time before that of the message ahead of them, which they are given: no lab writes so.
+  std::size_t moved() const { return moved_; }
+
   // The bytes of a message, valid until the next call; empty when the file no longer holds it.
   std::span<const std::byte> read(const Entry& entry) const;
   // Takes what a run that goes on has written since. True when there was something.
@@ -70,6 +73,7 @@ class Log {
   std::vector<std::vector<std::uint32_t>> by_channel_;
   std::int64_t start_utime_ = 0;
   bool has_start_ = false;
+  std::size_t moved_ = 0;
   bool index_was_there_ = false;
   mutable std::vector<std::byte> buffer_;
 };

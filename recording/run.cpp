@@ -9,11 +9,13 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <fstream>
+#include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "hal/config.hpp"
 #include "recording/message.hpp"
+#include "recording/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -21,10 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_labs = 64;
+constexpr std::uintmax_t max_result_bytes = 16 << 20;
 
 nlohmann::json json_of(const fs::path& file) {
-  std::ifstream in(file);
-  return in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
+  const auto text = whole_file(file, max_result_bytes);
+  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
 }
 
 std::string text_of(const nlohmann::json& object, const char* key) {
@@ -32,18 +35,30 @@ std::string text_of(const nlohmann::json& object, const char* key) {
   return object.is_object() && found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::vector<fs::path> folders_in(const fs::path& folder) {
+// Links that lead in circles and what may not be looked at are none. `error` is of the folder itself.
+std::vector<fs::path> folders_in(const fs::path& folder, std::error_code& error) {
   std::vector<fs::path> out;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error))
-    if (entry.is_directory(error)) out.push_back(entry.path());
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (std::error_code unknown; entry->is_directory(unknown)) out.push_back(entry->path());
   std::ranges::sort(out);
   return out;
+}
+
+std::vector<fs::path> folders_in(const fs::path& folder) {
+  std::error_code error;
+  return folders_in(folder, error);
 }
 
 bool has_log(const fs::path& folder) {
   std::error_code error;
   return fs::is_regular_file(folder / "log.lcm", error);
+}
+
+// Why it cannot be known whether there is a log: "Permission denied"; empty: it can.
+std::string hidden(const fs::path& folder) {
+  std::error_code error;
+  const bool is_unknown = fs::status(folder / "log.lcm", error).type() == fs::file_type::none;
+  return is_unknown ? error.message() : std::string();
 }
 
 // Whether the process that a result.json calls running still writes to the log.
@@ -55,7 +70,8 @@ bool is_written(const RecordedLab& lab) {
   const auto process = result.find("process");
   if (process != result.end() && text_of(*process, "host") == host) {
     const auto pid = process->find("pid");
-    if (pid != process->end() && pid->is_number_integer() && pid->get<std::int64_t>() > 1)
+    if (pid != process->end() && pid->is_number_integer() && pid->get<std::int64_t>() > 1 &&
+        pid->get<std::int64_t>() <= std::numeric_limits<pid_t>::max())
       return ::kill(static_cast<pid_t>(pid->get<std::int64_t>()), 0) == 0 || errno == EPERM;
   }
   std::error_code error;
@@ -74,11 +90,17 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
   if (!fs::is_directory(folder_, error))
     throw hal::ConfigError(fmt::format("{} is no folder; give that of a run", folder.string()));
   std::vector<fs::path> folders;
-  if (has_log(folder_))
+  if (has_log(folder_)) {
     folders = {folder_};
-  else
-    for (const fs::path& below : folders_in(folder_))
+  } else {
+    for (const fs::path& below : folders_in(folder_, error)) {
       if (has_log(below)) folders.push_back(below);
+      if (const std::string why = hidden(below); !why.empty())
+        left_out_.push_back(fmt::format("{} cannot be read: {}; what it holds is left out", below.string(), why));
+    }
+    if (error) throw hal::ConfigError(fmt::format("{} cannot be read: {}", folder.string(), error.message()));
+    if (folders.empty() && !left_out_.empty()) throw hal::ConfigError(left_out_.front());
+  }
   if (folders.empty()) {
     const auto runs = runs_of_batch(folder_);
     if (!runs.empty())
@@ -100,6 +122,11 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
     lab.log = std::make_unique<Log>(each / "log.lcm");
     labs_.push_back(std::move(lab));
   }
+  // runs of one lab that somebody has laid side by side
+  std::map<std::string, int> times;
+  for (const RecordedLab& lab : labs_) ++times[lab.name];
+  for (RecordedLab& lab : labs_)
+    if (times[lab.name] > 1) lab.name = lab.folder.filename().string();
   std::ranges::sort(labs_, {}, &RecordedLab::name);
 }
 
@@ -124,13 +151,17 @@ bool Run::refresh() {
 }
 
 std::vector<std::string> Run::notes() const {
-  std::vector<std::string> out;
+  std::vector<std::string> out = left_out_;
   for (const RecordedLab& lab : labs_) {
     const Log& log = *lab.log;
     if (log.entries().empty()) out.push_back(fmt::format("{} holds no whole message", log.file().string()));
     if (log.unread_bytes() > 0 && !is_written(lab))
       out.push_back(fmt::format("{} is cut or damaged: its last {} bytes are left out, and it is used up to {:.3f} s",
                                 log.file().string(), log.unread_bytes(), static_cast<double>(log.length_us()) / 1e6));
+    if (log.moved() > 0)
+      out.push_back(fmt::format(
+          "{} has {} messages with a time before that of the message ahead of them; they stand at that time",
+          log.file().string(), log.moved()));
     std::vector<std::string> strange;
     for (std::size_t i = 0; i < log.channels().size(); ++i) {
       const auto message = log.read(log.entries()[log.of_channel(i).front()]);

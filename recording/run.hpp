@@ -15,7 +15,7 @@
 namespace arkmesh::recording {
 
 struct RecordedLab {
-  std::string name;
+  std::string name;  // as its result says, or of its folder; each once in a run
   std::filesystem::path folder;
   std::unique_ptr<Log> log;
   nlohmann::json result;  // its result.json; null when there is none
@@ -38,12 +38,14 @@ class Run {
   bool is_growing() const;
   // Takes what a run that goes on has written since. True when there was something.
   bool refresh();
-  // What readers should know, one sentence each: logs that are cut, channels of another version.
+  // What readers should know, one sentence each: logs that are cut or out of order, folders that cannot be read,
+  // channels of another version.
   std::vector<std::string> notes() const;
 
  private:
   std::filesystem::path folder_;
   std::vector<RecordedLab> labs_;
+  std::vector<std::string> left_out_;  // folders that may not be looked into
 };
 
 // The folder of a run: there is a log in it, or one level below.

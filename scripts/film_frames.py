@@ -1,9 +1,12 @@
 """A recorded run as pictures of the page, each of a moment of lab time: for films and documents."""
 import base64
 import contextlib
+import os
 import pathlib
 import re
 import subprocess
+import sys
+import tempfile
 import time
 
 from chromium import browser
@@ -72,9 +75,25 @@ def page(url, width, height, bare=False, dark=False):
         yield Page(driver, url, bare)
 
 
+def draw(shown, to, moments, step_s, kind):
+    """Writes one picture after the other to an encoder, and tells how far it is; ends early when the encoder has gone, having said why."""
+    begun = told = time.monotonic()
+    with contextlib.suppress(BrokenPipeError):
+        for i in range(1, moments + 1):
+            shown.next(step_s)
+            to.write(shown.picture(kind))
+            if (now := time.monotonic()) - told > (1 if sys.stderr.isatty() else 10):
+                told = now
+                print(f"film: {i} of {moments} pictures, {(now - begun) / i * (moments - i):.0f} s left  ", file=sys.stderr,
+                      end="\r" if sys.stderr.isatty() else "\n", flush=True)
+        to.close()
+
+
 def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, prepare=None):
-    """Writes a film (.mp4, or .gif) of that stretch of lab time. `prepare` is JavaScript to run before the first moment."""
+    """Writes a film (.mp4, or .gif) of that stretch of lab time, under its name only when it is whole. `prepare` is JavaScript to run before the
+    first moment."""
     out = pathlib.Path(out)
+    part = out.with_name(f"{out.name}.{os.getpid()}.part")
     # Half as many colours as a GIF may have: much smaller, and nobody sees it.
     how = (["-filter_complex", "split[a][b];[a]palettegen=max_colors=96:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
            if out.suffix == ".gif" else ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
@@ -82,16 +101,25 @@ def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False
         end_s = min(end_s, shown.length_s)
         if begin_s >= end_s:
             raise Failed(f"nothing to film: the run ends at {shown.length_s:g} s, and the film would begin at {begin_s:g} s")
-        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "image2pipe", "-c:v", "mjpeg" if out.suffix != ".gif" else "png", "-framerate", str(per_s), "-i", "-", *how, str(out)]
-        with subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
-            shown.begin(max(0, begin_s))
-            if prepare:
-                shown.driver.execute_script(prepare)
-            moments = max(1, round((end_s - begin_s) / speed * per_s))
-            for _ in range(moments):
-                shown.next(speed / per_s)
-                encoder.stdin.write(shown.picture("png" if out.suffix == ".gif" else "jpeg"))
-            encoder.stdin.close()
-        if encoder.returncode:
-            raise Failed(f"ffmpeg failed with {encoder.returncode}")
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "image2pipe", "-c:v", "mjpeg" if out.suffix != ".gif" else "png", "-framerate", str(per_s), "-i", "-", *how, "-f", out.suffix[1:], str(part)]
+        moments = max(1, round((end_s - begin_s) / speed * per_s))
+        try:
+            # Ctrl-C is for us; a film that is stopped is taken away
+            with tempfile.TemporaryFile("w+") as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said, start_new_session=True) as encoder:
+                try:
+                    shown.begin(max(0, begin_s))
+                    if prepare:
+                        shown.driver.execute_script(prepare)
+                    draw(shown, encoder.stdin, moments, speed / per_s, "png" if out.suffix == ".gif" else "jpeg")
+                except BaseException:
+                    encoder.kill()
+                    raise
+                encoder.wait()
+                said.seek(0)
+                # on a full disk it may end with 0
+                if (words := said.read().strip()) or encoder.returncode:
+                    raise Failed(f"{out} cannot be written: {words.splitlines()[-1] if words else f'ffmpeg ended with {encoder.returncode}'}")
+            os.replace(part, out)
+        finally:
+            part.unlink(missing_ok=True)
     return moments

@@ -1,6 +1,7 @@
 #include "recording/export/csv.hpp"
 
 #include <charconv>
+#include <set>
 
 namespace arkmesh::recording {
 namespace {
@@ -41,7 +42,7 @@ void append(std::string& to, const Value& value) {
 
 class CsvTables::File : public RowSink {
  public:
-  File(const std::filesystem::path& file, std::span<const Column> columns) : out_(file) {
+  File(const std::filesystem::path& file, std::span<const Column> columns) : folder(file.parent_path()), out_(file) {
     for (const Column& column : columns) {
       if (&column != &columns.front()) out_.buffer() += ',';
       append_text(out_.buffer(), column.name);
@@ -60,16 +61,28 @@ class CsvTables::File : public RowSink {
     out_.room();
     ++rows;
   }
+  void flush() { out_.flush(); }
   void finish() { out_.finish(); }
 
   std::uint64_t rows = 0;
+  const std::filesystem::path folder;
 
  private:
   OutFile out_;
 };
 
 CsvTables::CsvTables(std::filesystem::path folder) : folder_(std::move(folder)) {}
-CsvTables::~CsvTables() = default;
+
+CsvTables::~CsvTables() {
+  if (is_done_) return;
+  std::set<std::filesystem::path> folders = {folder_};
+  for (const auto& file : files_)
+    for (auto above = file->folder; above != folder_ && above != above.parent_path(); above = above.parent_path())
+      folders.insert(above);
+  files_.clear();
+  std::error_code error;  // of folders that hold something of somebody else
+  for (auto folder = folders.rbegin(); folder != folders.rend(); ++folder) std::filesystem::remove(*folder, error);
+}
 
 RowSink& CsvTables::table(const std::string& group, const std::string& name, const std::string&,
                           std::span<const Column> columns) {
@@ -78,7 +91,10 @@ RowSink& CsvTables::table(const std::string& group, const std::string& name, con
 }
 
 void CsvTables::finish() {
+  // all are on the disk before the first has its name
+  for (const auto& file : files_) file->flush();
   for (const auto& file : files_) file->finish();
+  is_done_ = true;
 }
 
 std::size_t CsvTables::tables() const {

@@ -15,7 +15,7 @@ class CsvTables : public TableSink {
  public:
   // Writes `folder`/GROUP/NAME.csv.
   explicit CsvTables(std::filesystem::path folder);
-  ~CsvTables() override;
+  ~CsvTables() override;  // without finish(), takes away what was begun
   RowSink& table(const std::string& group, const std::string& name, const std::string& comment,
                  std::span<const Column> columns) override;
   // Gives the files their names.
@@ -26,6 +26,7 @@ class CsvTables : public TableSink {
  private:
   class File;
   std::filesystem::path folder_;
+  bool is_done_ = false;
   std::vector<std::unique_ptr<File>> files_;
 };
 

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "recording/export/csv.hpp"
 #include "recording/export/hdf5.hpp"
@@ -14,6 +12,7 @@
 #include "recording/export/names.hpp"
 #include "recording/export/run_tables.hpp"
 #include "recording/export/scene.hpp"
+#include "recording/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -22,12 +21,12 @@ std::string rows_and_tables(std::size_t tables, std::uint64_t rows) {
   return fmt::format("{} tables with {} rows", tables, rows);
 }
 
-std::optional<std::string> text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return {};
-  std::ostringstream out;
-  out << in.rdbuf();
-  return std::move(out).str();
+constexpr std::uintmax_t max_file_bytes = 16 << 20;  // of a configuration, of results
+
+std::uint64_t messages_of(const Run& run) {
+  std::uint64_t out = 0;
+  for (const RecordedLab& lab : run.labs()) out += lab.log->entries().size();
+  return out;
 }
 
 void append(std::vector<std::string>& to, const std::vector<std::string>& more) {
@@ -45,7 +44,8 @@ struct Stream {
   const RecordedLab* lab = nullptr;
   std::size_t next = 0;
   std::vector<Channel> channels;
-  std::string group;
+  std::string group, scene_name;
+  Names topics;
   std::optional<Scene> scene;
   std::optional<std::uint16_t> scene_channel;
   std::uint32_t scenes = 0;
@@ -56,40 +56,48 @@ struct Stream {
 
 }  // namespace
 
-Exported export_csv(const Run& run, const std::filesystem::path& folder) {
+Exported export_csv(const Run& run, const std::filesystem::path& folder, Watch& watch) {
+  watch.expect(messages_of(run));
   CsvTables tables(folder);
   Exported out{{}, run.notes()};
-  append(out.notes, write_tables(run, tables));
+  append(out.notes, write_tables(run, tables, watch));
   tables.finish();
   out.summary = rows_and_tables(tables.tables(), tables.rows());
   return out;
 }
 
-Exported export_hdf5(const Run& run, const std::filesystem::path& file) {
+Exported export_hdf5(const Run& run, const std::filesystem::path& file, Watch& watch) {
+  watch.expect(2 * messages_of(run));
   TextLengths lengths;
-  write_tables(run, lengths, Which::with_texts);
+  write_tables(run, lengths, watch, Which::with_texts);
   Hdf5Tables tables(file, lengths);
   Exported out{{}, run.notes()};
-  append(out.notes, write_tables(run, tables));
-  for (const RecordedLab& lab : run.labs())
+  append(out.notes, write_tables(run, tables, watch));
+  const std::vector<std::string> groups = groups_of(run);
+  for (std::size_t i = 0; i < groups.size(); ++i)
     for (const char* name : {"config.toml", "result.json"})
-      if (const auto text = text_of(lab.folder / name)) tables.text(safe_name(lab.name), name, *text);
+      if (const auto text = whole_file(run.labs()[i].folder / name, max_file_bytes))
+        tables.text(groups[i], name, *text);
   tables.finish();
   out.summary = rows_and_tables(tables.tables(), tables.rows());
   return out;
 }
 
-Exported export_mcap(const Run& run, const std::filesystem::path& file) {
+Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& watch) {
+  watch.expect(messages_of(run));
   McapFile mcap(file);
   Exported out{{}, run.notes()};
   std::map<const Type*, std::uint16_t> schemas;
   std::optional<std::uint16_t> scenes;
   std::vector<Stream> streams;
-  for (const RecordedLab& lab : run.labs()) {
+  const std::vector<std::string> groups = groups_of(run);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const RecordedLab& lab = run.labs()[i];
     Stream stream;
     stream.lab = &lab;
     stream.channels.resize(lab.log->channels().size());
-    stream.group = safe_name(lab.name);
+    stream.group = groups[i];
+    stream.scene_name = stream.topics.of("scene");
     stream.scene.emplace(lab.name);
     streams.push_back(std::move(stream));
   }
@@ -101,6 +109,7 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file) {
     for (Stream& each : streams)
       if (!each.is_at_end() && (!stream || each.t_us() < stream->t_us())) stream = &each;
     if (!stream) break;
+    watch.step();
     const Log& log = *stream->lab->log;
     const Log::Entry& entry = log.entries()[stream->next++];
     Stream::Channel& channel = stream->channels[entry.channel];
@@ -115,8 +124,8 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file) {
       auto schema = schemas.find(type);
       if (schema == schemas.end())
         schema = schemas.emplace(type, mcap.add_schema("arkmesh." + type->name, json_schema(*type))).first;
-      channel.id = mcap.add_channel(schema->second,
-                                    fmt::format("/{}/{}", stream->group, safe_path(log.channels()[entry.channel])));
+      channel.id = mcap.add_channel(
+          schema->second, fmt::format("/{}/{}", stream->group, stream->topics.of(log.channels()[entry.channel])));
     }
     const auto time_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, start_us + entry.t_us)) * 1000;
     json.clear();
@@ -126,7 +135,7 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file) {
     if (scene.empty()) continue;
     if (!scenes) scenes = mcap.add_schema("foxglove.SceneUpdate", scene_schema());
     if (!stream->scene_channel)
-      stream->scene_channel = mcap.add_channel(*scenes, fmt::format("/{}/scene", stream->group));
+      stream->scene_channel = mcap.add_channel(*scenes, fmt::format("/{}/{}", stream->group, stream->scene_name));
     mcap.add_message(*stream->scene_channel, stream->scenes++, time_ns, scene);
   }
   mcap.finish();

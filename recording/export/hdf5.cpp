@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "recording/export/out_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -19,11 +22,34 @@ std::string key_of(const std::string& group, const std::string& name) {
   return group + "\n" + name;
 }
 
+// Why the library's last call failed: in the system's words, if they are among its own.
+std::string why() {
+  std::string out;
+  const auto take = [](unsigned, const H5E_error2_t* error, void* to) -> herr_t {
+    std::string& said = *static_cast<std::string*>(to);
+    const std::string all = error->desc ? error->desc : "";
+    constexpr std::string_view before = "error message = '";
+    const std::size_t begin = all.find(before);
+    if (begin != std::string::npos)
+      said = all.substr(begin + before.size(), all.find('\'', begin + before.size()) - begin - before.size());
+    else if (said.empty())
+      said = all;
+    return begin != std::string::npos ? 1 : 0;  // that is all one wants to know
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take, &out);
+  return out;
+}
+
+[[noreturn]] void fail(std::string_view what) {
+  throw std::runtime_error(
+      fmt::format("the HDF5 file cannot be written ({}): {}; choose another place with --out, or --csv", what, why()));
+}
+
 // Owns one of HDF5's ids.
 class Id {
  public:
-  Id(hid_t id, herr_t (*closer)(hid_t), const char* what) : id_(id), close_(closer) {
-    if (id_ < 0) throw std::runtime_error(fmt::format("the HDF5 file cannot be written ({}); is the disk full?", what));
+  Id(hid_t id, herr_t (*closer)(hid_t), std::string_view what) : id_(id), close_(closer) {
+    if (id_ < 0) fail(what);
   }
   ~Id() {
     if (id_ >= 0) close_(id_);
@@ -38,9 +64,8 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
-void expect(herr_t status, const char* what) {
-  if (status < 0)
-    throw std::runtime_error(fmt::format("the HDF5 file cannot be written ({}); is the disk full?", what));
+void expect(herr_t status, std::string_view what) {
+  if (status < 0) fail(what);
 }
 
 Id text_type(std::size_t bytes) {
@@ -157,7 +182,8 @@ class Hdf5Table : public RowSink {
     if (has_texts_) expect(H5Pset_deflate(how, 1), "compression");  // texts are padded
     const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "properties");
     expect(H5Pset_create_intermediate_group(links, 1), "groups");
-    return Id(H5Dcreate2(file, path.c_str(), type_, space, links, how, H5P_DEFAULT), H5Dclose, "table");
+    return Id(H5Dcreate2(file, path.c_str(), type_, space, links, how, H5P_DEFAULT), H5Dclose,
+              fmt::format("table {} with {} columns", path, members_.size()));
   }
 
   std::size_t rows_at_once() const {
@@ -227,16 +253,13 @@ std::size_t TextLengths::of(const std::string& group, const std::string& name, s
 
 struct Hdf5Tables::State {
   State(const std::filesystem::path& to, const TextLengths& text_lengths)
-      : path(to), part(to.string() + ".part"), lengths(text_lengths), file(create(part)) {}
+      : path(to), part(part_of(to)), lengths(text_lengths), file(create(path, part)) {}
 
-  static Id create(const std::filesystem::path& part) {
+  static Id create(const std::filesystem::path& path, const std::filesystem::path& part) {
+    H5dont_atexit();  // where closing a file has failed, on a full disk, the library crashes when it ends
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // what goes wrong is said in our words
-    std::error_code error;
-    if (part.has_parent_path()) std::filesystem::create_directories(part.parent_path(), error);
-    const hid_t id = H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-    if (id < 0)
-      throw std::runtime_error(fmt::format("{} cannot be written; choose another place with --out", part.string()));
-    return Id(id, H5Fclose, "file");
+    make_folder_of(path);
+    return Id(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path.string());
   }
 
   std::filesystem::path path, part;

@@ -31,7 +31,7 @@ class TextLengths : public TableSink {
 
 class Hdf5Tables : public TableSink {
  public:
-  // Writes FILE.part until finish(). Throws std::runtime_error with one sentence, as all here.
+  // Writes FILE.PROCESS.part until finish(). Throws std::runtime_error with one sentence, as all here.
   Hdf5Tables(const std::filesystem::path& file, const TextLengths& lengths);
   ~Hdf5Tables() override;
   RowSink& table(const std::string& group, const std::string& name, const std::string& comment,

@@ -110,7 +110,7 @@ void append_json(std::string& to, const Type& type, std::span<const std::byte> m
 
 void append_json_text(std::string& to, std::string_view text) {
   for (const char c : text)
-    if (c < ' ' || c == '"' || c == '\\' || c == 127) {
+    if (static_cast<unsigned char>(c) >= 127 || static_cast<unsigned char>(c) < ' ' || c == '"' || c == '\\') {
       to += nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
       return;
     }

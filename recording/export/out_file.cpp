@@ -18,9 +18,18 @@ namespace {
 
 }  // namespace
 
-OutFile::OutFile(const std::filesystem::path& file) : file_(file), part_(file.string() + ".part") {
+std::filesystem::path part_of(const std::filesystem::path& file) {
+  return fmt::format("{}.{}.part", file.string(), ::getpid());
+}
+
+void make_folder_of(const std::filesystem::path& file) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  if (error) fail(file, error.value());
+}
+
+OutFile::OutFile(const std::filesystem::path& file) : file_(file), part_(part_of(file)) {
+  make_folder_of(file);
   descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (descriptor_ < 0) fail(file_, errno);
 }

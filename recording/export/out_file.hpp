@@ -12,8 +12,8 @@ namespace arkmesh::recording {
 
 class OutFile {
  public:
-  // Writes FILE.part; makes the folders above. Throws std::runtime_error with one sentence, as all here, when the disk
-  // refuses.
+  // Writes FILE.PROCESS.part; makes the folders above. Throws std::runtime_error with one sentence, as all here, when
+  // the disk refuses.
   explicit OutFile(const std::filesystem::path& file);
   // Without finish() the part is removed.
   ~OutFile();
@@ -30,6 +30,8 @@ class OutFile {
     if (buffer_.size() >= buffer_bytes) write_out();
   }
   std::uint64_t size() const { return written_ + buffer_.size(); }
+  // Writes what is still to be written.
+  void flush() { write_out(); }
   // Gives the file its name.
   void finish();
 
@@ -42,5 +44,10 @@ class OutFile {
   std::uint64_t written_ = 0;
   std::string buffer_;
 };
+
+// Where a file is written until it is whole: beside its place, and apart from what another process writes there.
+std::filesystem::path part_of(const std::filesystem::path& file);
+// Makes the folders above. Throws as OutFile.
+void make_folder_of(const std::filesystem::path& file);
 
 }  // namespace arkmesh::recording

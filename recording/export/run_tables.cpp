@@ -17,18 +17,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Names as files and datasets can bear them, each once: those in a log may be anything.
-class Names {
- public:
-  std::string of(std::string_view name) {
-    std::string out = safe_path(name);
-    for (int number = 2; !taken_.insert(out).second; ++number) out = fmt::format("{}_{}", safe_path(name), number);
-    return out;
+// Columns of a table of whoever: each name once, not empty, and of one line.
+std::vector<Column> columns_of(const CsvTable& table) {
+  std::vector<Column> out;
+  std::set<std::string> taken;
+  for (const CsvTable::Column& column : table.columns) {
+    std::string plain = column.name.empty() ? "column" : column.name;
+    for (char& c : plain)
+      if (static_cast<unsigned char>(c) < ' ') c = '_';
+    std::string name = plain;
+    for (int number = 2; !taken.insert(name).second; ++number) name = fmt::format("{}_{}", plain, number);
+    const auto kind = column.kind == CsvTable::integer ? Kind::int64
+                      : column.kind == CsvTable::real  ? Kind::float64
+                                                       : Kind::text;
+    out.push_back({name, unit_of(name), "", kind});
   }
-
- private:
-  std::set<std::string> taken_;
-};
+  return out;
+}
 
 bool has_texts(const Type& type) {
   return std::ranges::any_of(type.fields, [](const Field& field) {
@@ -38,7 +43,7 @@ bool has_texts(const Type& type) {
 }
 
 void write_messages(const RecordedLab& lab, const std::string& group, TableSink& sink, Names& names, Which which,
-                    Notes& notes) {
+                    Watch& watch, Notes& notes) {
   const Log& log = *lab.log;
   // A channel's tables begin with its first message that is ours; messages of another type than that are counted.
   struct Channel {
@@ -48,8 +53,16 @@ void write_messages(const RecordedLab& lab, const std::string& group, TableSink&
     std::map<std::string, std::uint64_t, std::less<>> refused;
   };
   std::vector<Channel> channels(log.channels().size());
-  for (std::size_t i = 0; i < channels.size(); ++i) channels[i].name = names.of(log.channels()[i]);
+  // The lab's own channels first, so that a lab with the name of a channel does not take it. A dot separates a list's
+  // name.
+  for (const bool is_own : {true, false})
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      std::string name = log.channels()[i];
+      std::ranges::replace(name, '.', '_');
+      if ((name.find('/') == std::string::npos) == is_own) channels[i].name = names.of(name);
+    }
   for (const Log::Entry& entry : log.entries()) {
+    watch.step();
     Channel& channel = channels[entry.channel];
     if (which == Which::with_texts && channel.type && !has_texts(*channel.type)) continue;
     const auto message = log.read(entry);
@@ -89,18 +102,10 @@ void write_csv_tables(const fs::path& folder, const std::string& group, TableSin
     if (table.dropped > 0)
       notes.push_back(
           fmt::format("{}: {} rows are cut or do not fit its header, and are left out", file.string(), table.dropped));
-    std::vector<Column> columns;
-    bool any_text = false;
-    for (const CsvTable::Column& column : table.columns) {
-      const auto kind = column.kind == CsvTable::integer ? Kind::int64
-                        : column.kind == CsvTable::real  ? Kind::float64
-                                                         : Kind::text;
-      columns.push_back({column.name, unit_of(column.name), "", kind});
-      any_text = any_text || kind == Kind::text;
-    }
-    if (which == Which::with_texts && !any_text) continue;
-    RowSink& rows =
-        sink.table(group, names.of("tables/" + file.stem().string()), "a table that the lab wrote", columns);
+    const std::vector<Column> columns = columns_of(table);
+    const std::string name = names.of("tables/" + file.stem().string());
+    if (which == Which::with_texts && std::ranges::find(columns, Kind::text, &Column::kind) == columns.end()) continue;
+    RowSink& rows = sink.table(group, name, "a table that the lab wrote", columns);
     std::vector<Value> row(columns.size());
     for (std::size_t i = 0; i < table.rows; ++i) {
       for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -117,13 +122,21 @@ void write_csv_tables(const fs::path& folder, const std::string& group, TableSin
 
 }  // namespace
 
-Notes write_tables(const Run& run, TableSink& sink, Which which) {
+std::vector<std::string> groups_of(const Run& run) {
+  Names names;
+  std::vector<std::string> out;
+  for (const RecordedLab& lab : run.labs()) out.push_back(names.of(safe_name(lab.name)));
+  return out;
+}
+
+Notes write_tables(const Run& run, TableSink& sink, Watch& watch, Which which) {
   Notes notes;
-  Names labs;
-  for (const RecordedLab& lab : run.labs()) {
-    const std::string group = labs.of(safe_name(lab.name));
-    Names names;
-    write_messages(lab, group, sink, names, which, notes);
+  const std::vector<std::string> groups = groups_of(run);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const RecordedLab& lab = run.labs()[i];
+    const std::string& group = groups[i];
+    Names names({"tables"});
+    write_messages(lab, group, sink, names, which, watch, notes);
     write_csv_tables(lab.folder, group, sink, names, which, notes);
   }
   return notes;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "recording/export/tables.hpp"
+#include "recording/export/watch.hpp"
 #include "recording/run.hpp"
 
 namespace arkmesh::recording {
@@ -13,8 +14,12 @@ namespace arkmesh::recording {
 // What an export leaves out, and why: one sentence each.
 using Notes = std::vector<std::string>;
 
+// The labs' names, safe and each once.
+std::vector<std::string> groups_of(const Run& run);
+
 // Only tables with texts, when only their lengths are wanted.
 enum class Which { all, with_texts };
-Notes write_tables(const Run& run, TableSink& sink, Which which = Which::all);
+// Throws Stopped, and what the sink throws.
+Notes write_tables(const Run& run, TableSink& sink, Watch& watch, Which which = Which::all);
 
 }  // namespace arkmesh::recording

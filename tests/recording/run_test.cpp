@@ -74,6 +74,18 @@ TEST_CASE("a log that is cut is used, and said") {
   CHECK(run.notes()[0].find("is cut or damaged") != std::string::npos);
 }
 
+TEST_CASE("messages whose time goes back stand at the time before, and are said") {
+  const TemporaryDirectory directory;
+  {
+    hal::Recorder recorder(directory.path(), 1'700'000'000'000'000, {});
+    for (const int second : {0, 1, 3, 2, 1, 4}) recorder.record(hal::LabTime{second * 1'000'000}, "clock", {});
+  }
+  const Run run(directory.path());
+  CHECK(run.labs()[0].log->entries()[3].t_us == 3'000'000);
+  REQUIRE(run.notes().size() == 1);
+  CHECK(run.notes()[0].find("has 2 messages with a time before") != std::string::npos);
+}
+
 TEST_CASE("tables are read, and a row that is cut is left out") {
   const TemporaryDirectory directory;
   const CsvTable table = read_csv_table(directory.write("t.csv", "time_s,name,n\n1.5,\"a,\"\"b\",3\n2.5,c,4\n3.5,d"));

@@ -2,12 +2,15 @@
 
     with SlurmNode() as slurm:
         subprocess.run(["sbatch", ...], env=slurm.environment)
+
+    python3 tests/scripts/slurm_node.py COMMAND...      runs a command within it, such as `arkmesh batch FILE --slurm`
 """
 import os
 import pathlib
 import shutil
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -124,3 +127,16 @@ class SlurmNode:
                 process.kill()
                 process.wait()
         self.scratch.cleanup()
+
+
+def main(command):
+    if not command or command[0].startswith("-"):
+        raise SystemExit(__doc__.strip())
+    if missing():
+        raise SystemExit(f"slurm_node: {missing()}")
+    with SlurmNode() as slurm:
+        raise SystemExit(subprocess.run(command, env=slurm.environment).returncode)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
