@@ -88,8 +88,10 @@ class LiveView::Eye final : public hal::PictureWatcher {
         lab_(lab),
         near_(dynamic_cast<hal::FaultPort*>(&lab.arena())),
         heard_(lab.bus().subscribe(".*", [this](auto channel, auto bytes) {
-          server_.show(number_, now_us(), channel, bytes);
-          if (channel != hal::channel::status) return;
+          // Viewers have the status from refresh(), with another speed.
+          const bool is_status = channel == hal::channel::status;
+          if (!is_status || server_.viewers() == 0) server_.show(number_, now_us(), channel, bytes);
+          if (!is_status) return;
           for (const std::string& line : news_.read(bytes)) tell(line);
         })) {
     if (const auto to = view::endpoint_of(lab.view().emulator)) far_.emplace(loop, *to);
@@ -118,7 +120,8 @@ class LiveView::Eye final : public hal::PictureWatcher {
   }
   void show_status() {
     if (!lab_.has_run()) return;
-    const lab_status_t status = lab::status_of(lab_.runner());
+    lab_status_t status = lab::status_of(lab_.runner());
+    status.speed = speed_now();
     std::vector<std::byte> bytes(static_cast<std::size_t>(status.getEncodedSize()));
     status.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     server_.show(number_, now_us(), hal::channel::status, bytes);
@@ -126,12 +129,23 @@ class LiveView::Eye final : public hal::PictureWatcher {
 
  private:
   std::int64_t now_us() const { return lab_.arena().clock().now().count(); }
+  // Lab time in a second of wall time, lately or since it was asked last: labs in one process know steps only.
+  double speed_now() {
+    const hal::TimePoint now = hal::TimePoint::clock::now();
+    const double wall_s = std::chrono::duration<double>(now - speed_since_).count();
+    if (wall_s < 0.4) return speed_;
+    speed_since_ = now;
+    return speed_ = static_cast<double>(now_us() - std::exchange(speed_from_us_, now_us())) * 1e-6 / wall_s;
+  }
 
   view::Server& server_;
   const int number_;
   ConfiguredLab& lab_;
   hal::FaultPort* const near_;
   std::optional<EmulatorLink> far_;
+  hal::TimePoint speed_since_ = hal::TimePoint::clock::now();
+  std::int64_t speed_from_us_ = 0;
+  double speed_ = 0;
   StatusNews news_;
   std::unique_ptr<hal::Bus::Subscription> heard_;
 };
@@ -178,6 +192,7 @@ std::string LiveView::url() const {
 }
 
 void LiveView::finish(hal::LoopTime& time) {
+  refresh();
   server_.sample();
   for (const auto until = time.now() + last_words_within; server_.sending() && time.now() < until;)
     time.wait_for_anything(until);

@@ -33,8 +33,8 @@ class LiveView final : public view::Desk, public hal::Counting {
   nlohmann::json about() override;
   void command(const nlohmann::json& what, view::Answer& answer) override;
   void request(const nlohmann::json& what, view::Answer& answer) override;
-  // Each lab's status as it is now, for viewers alone: labs in one process say theirs each second of a clock that
-  // counts steps, which takes long when steps do.
+  // Each lab's status as it is now, and its speed in wall time, for viewers alone: labs in one process say theirs each
+  // second of a clock that counts steps, which takes long when steps do.
   void refresh() override;
 
  private:

@@ -30,15 +30,10 @@ using Monotonic = std::chrono::steady_clock;
 using nlohmann::json;
 using namespace std::chrono_literals;
 
-static_assert(Outbox::max_answer_bytes == Server::max_answer_bytes);
 constexpr std::size_t connections_beside_viewers = 32;  // for the page's files
 constexpr auto accept_again_after = 100ms, rates_every = 1000ms, refresh_every = 500ms;
 constexpr std::size_t max_lines = 500, max_line_bytes = 500;  // of the event log that late viewers get
 constexpr int max_wrong_tokens = 5;
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
 
 tcp::acceptor listen_from(hal::EventLoop& loop, const ServerOptions& options) {
   std::string why;
@@ -64,33 +59,6 @@ std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
 }
 
 }  // namespace
-
-bool Answer::add(int kind, int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
-  const auto number = request_.is_number_unsigned() ? request_.get<std::uint32_t>() : 0;
-  const auto viewer = viewer_.lock();
-  return viewer && viewer->outbox().answer(frame(static_cast<Kind>(kind), lab, number, t_us, channel, data), false);
-}
-bool Answer::message(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
-  return add(static_cast<int>(Kind::message), lab, t_us, channel, data);
-}
-bool Answer::picture(int lab, std::int64_t t_us, std::string_view camera, std::span<const std::byte> jpeg) {
-  return add(static_cast<int>(Kind::picture), lab, t_us, camera, jpeg);
-}
-bool Answer::done(json what) {
-  what["request"] = request_;
-  const auto viewer = viewer_.lock();
-  const bool taken = viewer && viewer->outbox().answer(text_of({{"done", std::move(what)}}), true);
-  if (taken) viewer->send();
-  return taken;
-}
-// In its place among the answers; ahead of them when they leave no room.
-void Answer::refuse(std::string_view why) {
-  const auto viewer = viewer_.lock();
-  if (!viewer) return;
-  const std::string words = text_of({{"refused", {{"request", request_}, {"why", why}}}});
-  if (!viewer->outbox().answer(words, true)) viewer->outbox().say(words);
-  viewer->send();
-}
 
 struct Server::State final : Reception, std::enable_shared_from_this<Server::State> {
   State(hal::EventLoop& loop, ServerOptions wanted, Desk& who)

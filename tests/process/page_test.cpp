@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "arkmesh/lab_status_t.hpp"
+#include "hal/bus.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/view/browser.hpp"
@@ -102,6 +104,16 @@ TEST_CASE("viewers of labs whose clock counts steps have their status as it is n
   CHECK(tests::comes_to(slow_steps, [&] { return statuses().size() >= 3; }));
   CHECK(run.steps() < 1000);
   CHECK(on_bus <= 1);
+  // Its speed is that of wall time, which is more than half a second between two of them, and less than what was
+  // waited.
+  const auto all = statuses();
+  lab_status_t before, last;
+  REQUIRE(hal::decode(std::as_bytes(std::span(all[all.size() - 2])), before));
+  REQUIRE(hal::decode(std::as_bytes(std::span(all.back())), last));
+  REQUIRE(last.stamp_us > before.stamp_us);
+  const double wall_s = static_cast<double>(last.stamp_us - before.stamp_us) * 1e-6 / last.speed;
+  CHECK(wall_s > 0.4);
+  CHECK(wall_s < 15);
 }
 
 TEST_CASE("who has the token of a lab's page commands it as its own operator, and nobody else") {

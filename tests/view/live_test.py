@@ -108,6 +108,24 @@ class LiveTest(unittest.TestCase):
             self.assertEqual(labs.wait(30), 3, "the operator stopped the run")
         self.assertEqual(json.loads((self.out / "run/result.json").read_text()).get("by_lab", {}).get("roark", {}).get("state", "stopped"), "stopped")
 
+    def test_reset(self):
+        """Robots that were reset at the page stand, and walk again after Resume."""
+        places = "return [arkmesh.world.labs[0].t_us, arkmesh.world.labs[0].robots.map((r) => [r.x, r.y])]"
+
+        def walk():
+            begin_us, before = self.driver.execute_script(places)
+            self.until("return arkmesh.world.labs[0].t_us > arguments[0]", begin_us + 1e6)
+            return any(abs(x - u) + abs(y - v) > 1e-4 for (x, y), (u, v) in zip(before, self.driver.execute_script(places)[1]))
+        with self.run_labs(ROARK, "--set", "arena.pace=1", "--set", "shared.owner=roark", "--set", "run.duration_s=600") as (_, url):
+            self.open(url)
+            self.wait_for(walk)
+            self.driver.find_element(By.ID, "command-reset").click()
+            self.until("return document.querySelector('.said').textContent === 'roark: reset done'")
+            self.wait_for(lambda: not walk())
+            self.until("return /robots paused/.test(document.getElementById('side').textContent)")
+            self.driver.find_element(By.ID, "command-resume").click()
+            self.wait_for(walk)
+
     def test_faults_reach_an_emulator_elsewhere(self):
         """Robots of an emulator that is a process of its own are moved from the lab's page, its cameras fail; when it is gone, a sentence says so."""
         ask = "const [what, done] = arguments; arkmesh.player.ask(what).then(({answer}) => done(answer.text ?? `refused: ${answer.refused}`))"

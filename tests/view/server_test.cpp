@@ -95,7 +95,7 @@ TEST_CASE("every request must name the server, and come from its own page") {
   CHECK(join({{"Origin", "http://127.0.0.1:" + port}, {"Host", "evil.example:" + port}}) == 403);
   CHECK(join({{"Origin", "http://localhost:" + port}}) == 403);
   CHECK(join({{"Origin", "http://localhost:" + port}, {"Host", "localhost:" + port}}) == 101);
-  CHECK(bench.server.viewers() + bench.count("viewers") >= 1);
+  CHECK(bench.counts("viewers"));
 }
 
 TEST_CASE("a viewer gets what is there already, then the newest of each channel, and every command") {
@@ -136,7 +136,6 @@ TEST_CASE("a desk is asked for what comes on no bus while somebody watches, and 
   CHECK(bench.desk.refreshed == 0);
   Browser browser(bench.loop, bench.server.port());
   REQUIRE(browser.join() == 101);
-  CHECK(bench.desk.refreshed > 0);
   CHECK(comes_to(serving(bench.loop), [&] { return bench.desk.refreshed >= 3; }));
 }
 
@@ -253,13 +252,13 @@ TEST_CASE("garbage, and a gigabyte, end a connection and are counted") {
     Browser browser(bench.loop, port);
     browser.send("\x16\x03\x01 this is no HTTP\r\n\r\n");
     CHECK(is_ended(browser));
-    CHECK(bench.count("refused.no_http") == 1);
+    CHECK(bench.counts("refused.no_http", 1));
   }
   {
     Browser browser(bench.loop, port);
     CHECK(Browser::status(browser.ask("GET /" + std::string(100'000, 'a'))) == 431);
     CHECK(is_ended(browser));
-    CHECK(bench.count("refused.request_too_long") == 1);
+    CHECK(bench.counts("refused.request_too_long", 1));
   }
   for (const std::string& junk : {std::string("no json"), std::string("[1,2]"), std::string(60'000, '[')}) {
     Browser browser(bench.loop, port);
@@ -267,7 +266,7 @@ TEST_CASE("garbage, and a gigabyte, end a connection and are counted") {
     browser.send(Browser::framed(junk));
     CHECK(is_ended(browser));
   }
-  CHECK(bench.count("sent_away.garbage") == 3);
+  CHECK(bench.counts("sent_away.garbage", 3));
   for (const std::string& junk :
        {Browser::framed("{}", 2), std::string(20, '\xff'), std::string("\x81\x02{}", 4), Browser::framed("\xff\xfe")}) {
     Browser browser(bench.loop, port);
@@ -275,7 +274,7 @@ TEST_CASE("garbage, and a gigabyte, end a connection and are counted") {
     browser.send(junk);
     CHECK(is_ended(browser));
   }
-  CHECK(bench.count("sent_away.garbage") == 7);
+  CHECK(bench.counts("sent_away.garbage", 7));
   {
     // A frame that says that it has a gigabyte, and begins to send it.
     Browser browser(bench.loop, port);
@@ -284,7 +283,7 @@ TEST_CASE("garbage, and a gigabyte, end a connection and are counted") {
     const std::string part(1 << 16, ' ');
     for (int i = 0; i < 16'384 && browser.send(part);) ++i;
     CHECK(is_ended(browser));
-    CHECK(bench.count("sent_away.too_long") == 1);
+    CHECK(bench.counts("sent_away.too_long", 1));
   }
   {
     // The same in small frames of one message.
@@ -298,7 +297,7 @@ TEST_CASE("garbage, and a gigabyte, end a connection and are counted") {
     int sent = 0;
     while (sent < 1000 && browser.send(part)) ++sent;
     CHECK(is_ended(browser));
-    CHECK(bench.count("sent_away.too_long") == 2);
+    CHECK(bench.counts("sent_away.too_long", 2));
   }
   CHECK(comes_to(serving(bench.loop), [&] { return bench.server.viewers() == 0; }));
 }
