@@ -154,8 +154,9 @@ std::string PeerExchange::silence() {
   return words;
 }
 
-bool PeerExchange::may_begin_next_period() const {
-  if (period_ == 0 || gate_.may_begin(period_ + 1)) return true;
+bool PeerExchange::may_merge(std::uint32_t k) const {
+  if (!gate_.may_merge(k)) return false;
+  if (gate_.has_real_time_states(k)) return true;
   return now_ - last_state_ > 2 * period_length_ && now_ - merged_ >= period_length_;
 }
 

@@ -48,9 +48,9 @@ class PeerExchange {
   void publish_early(LabState event);
   // As PeriodGate::merge; from now on the lab has passed boundary `k`.
   std::vector<MergedState> merge(std::uint32_t k);
-  // Free mode, arena that can wait: not ahead of the real-time arenas; without a state of any of them for two periods,
-  // at real time by the own clock.
-  bool may_begin_next_period() const;
+  // As PeriodGate::may_merge. Free mode, arena that can wait: with the states of that boundary of the real-time arenas;
+  // without a state of any of them for two periods, at real time by the own clock.
+  bool may_merge(std::uint32_t k) const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
   Now world_due() const { return world_due_; }

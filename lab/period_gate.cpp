@@ -255,10 +255,10 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
   return merged;
 }
 
-bool PeriodGate::may_begin(std::uint32_t k) const {
+bool PeriodGate::has_real_time_states(std::uint32_t k) const {
   if (mode_ != Mode::free || !options_.can_wait) return true;
   return std::all_of(peers_.begin(), peers_.end(),
-                     [&](const auto& entry) { return entry.second.can_wait || has(entry.second, awaited_period(k)); });
+                     [&](const auto& entry) { return entry.second.can_wait || has(entry.second, wanted(k)); });
 }
 
 bool PeriodGate::received_from_all(std::uint32_t period) const {

@@ -1,7 +1,7 @@
 // Decides which states of all labs are merged at which boundary. Counts what peers have said; never talks to anybody,
 // never waits and knows no wall clock. Strict when every arena can wait: boundary k merges exactly the states max(0, k
 // - slack), whatever the network did. Free as soon as one arena cannot: boundary k merges the newest states at or
-// before k - slack.
+// before k - slack. There a lab that can wait does so, for states k - slack of the arenas that cannot.
 #pragma once
 
 #include <algorithm>
@@ -80,10 +80,8 @@ class PeriodGate {
   // The states to merge at boundary k, ascending by lab, own included. Call once per boundary, in order, when
   // may_merge(k). Counts late and skipped states in free mode.
   std::vector<MergedState> merge(std::uint32_t k);
-  // Free mode, for a lab that can wait: every real-time arena has sent state k - slack - 1, so that period k may begin.
-  bool may_begin(std::uint32_t k) const;
-  // The period of the real-time arenas' states that may_begin(k) waits for.
-  std::uint32_t awaited_period(std::uint32_t k) const { return k > options_.slack + 1 ? k - options_.slack - 1 : 0; }
+  // Free mode, for a lab that can wait: every real-time arena has sent state k - slack, so that boundary k merges that.
+  bool has_real_time_states(std::uint32_t k) const;
   // States `period` of every peer have been received (strict: and all before).
   bool received_from_all(std::uint32_t period) const;
   // Every peer has told that it has received our state `period`.

@@ -45,7 +45,7 @@ Runner::Step Runner::step(Now now) {
     if (!peers_.failure().empty()) fail(peers_.failure());
     for (const fleet_command_t& command : operators_.take()) port_.obey(command);
     if (operators_.end_asked()) stop("stopped by the operator");
-    if (phase_ == Phase::running) look_for_lost_peers();
+    if (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0 && !strict())) look_for_lost_peers();
     return go_on();
   } catch (const std::exception& error) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
@@ -62,10 +62,9 @@ Runner::Step Runner::go_on() {
     case Phase::starting:
       return start();
     case Phase::running:
-      if (!peers_.may_begin_next_period()) return wait_for_peers(peers_.gate().awaited_period(data_.period + 1));
       return next_event();
     case Phase::at_boundary:
-      if (!peers_.gate().may_merge(boundary_))
+      if (!peers_.may_merge(boundary_))
         return wait_for_peers(boundary_ > config_.slack ? boundary_ - config_.slack : 0);
       merge_period();
       return Step::advanced;

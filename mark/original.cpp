@@ -125,6 +125,7 @@ std::optional<hal::TimePoint> Original::away_since() const {
 bool Original::reached(hal::LabTime t) {
   if (!std::exchange(begun_, true)) {
     heard_at_ = wall_.now();  // before it need not have said anything
+    ticks_before_ = ticks_;
     if (settings_.flavour == Flavour::argos) spdlog::info("lab time begins with tick {} of {}", ticks_, name());
   }
   const bool is_away = away_since().has_value();

@@ -38,6 +38,8 @@ class Original final : private Link::Events {
   // Whether its time is at lab time t > 0: what it said until then has been heard. The first call begins lab time; what
   // it said before has no time.
   bool reached(hal::LabTime t);
+  // Of ARGoS, on its first connection: how many of its ticks came before lab time began.
+  std::uint64_t ticks_before() const { return ticks_before_; }
   // From now on its time does not matter: everything is heard as it comes.
   void end();
 
@@ -82,7 +84,8 @@ class Original final : private Link::Events {
   hal::LabTime told_{0};         // its time, by what has been heard (ARGoS)
   std::deque<Message> to_hear_;  // of ticks to come
   std::uint64_t ticks_ = 0;      // messages that came on this connection
-  std::uint64_t answered_ = 0;   // of these, when something was sent last
+  std::uint64_t ticks_before_ = 0;
+  std::uint64_t answered_ = 0;  // of these, when something was sent last
   std::deque<Unread> unread_;
   std::string said_;                       // last, on this connection
   hal::TimePoint said_at_{}, heard_at_{};  // the latter: it came, or said something that it may say

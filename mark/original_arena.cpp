@@ -94,7 +94,9 @@ void OriginalArena::make_frame(hal::LabTime t) {
 std::string OriginalArena::waiting_for() const {
   if (!original_.up()) return original_.absence();
   std::string what = original_.absence();
-  if (!conversation_->may_begin()) what = fmt::format("{} of {}", conversation_->awaited(), original_.name());
+  if (!original_.up()) return what;
+  if (!conversation_->may_begin())
+    what = fmt::format("{} of {}", conversation_->awaited(), what.empty() ? original_.name() : what);
   if (what.empty()) return {};
   if (!original_.newest_refusal().empty()) what += fmt::format("; newest refused text: {}", original_.newest_refusal());
   return what;

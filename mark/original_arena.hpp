@@ -45,6 +45,7 @@ class OriginalArena final : public hal::Arena {
 
   // For whoever serves it after the lab's end.
   Original& original() { return original_; }
+  const Original& original() const { return original_; }
 
  private:
   void give_up_on_the_absent();

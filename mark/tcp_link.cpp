@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <linux/sockios.h>
+#include <netinet/tcp.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 
@@ -137,6 +138,11 @@ class TcpLink final : public Link {
     Error error;
     state_->socket.set_option(tcp::no_delay(true), error);
     state_->socket.non_blocking(true, error);
+    // A machine that went without a word says so when it is back. A cable may be out for ten minutes before: the end of
+    // the connection would kill an original at its other end.
+    state_->socket.set_option(tcp::socket::keep_alive(true), error);
+    for (const auto& [name, value] : {std::pair{TCP_KEEPIDLE, 10}, {TCP_KEEPINTVL, 10}, {TCP_KEEPCNT, 60}})
+      ::setsockopt(state_->socket.native_handle(), IPPROTO_TCP, name, &value, sizeof value);
     up_ = true;
     trouble_.clear();
     rest_.clear();

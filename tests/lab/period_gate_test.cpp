@@ -306,23 +306,23 @@ TEST_CASE("a free lab that begins while a peer is in mid-run merges that peer's 
 TEST_CASE("a lab that can wait follows a restarted real-time arena from where that begins") {
   PeriodGate a = beside_real_time_b(true);
   a.hear("b", from_real_time_b(3, {state(0, 30), state(1, 31)}));
-  CHECK(a.may_begin(21));
-  CHECK_FALSE(a.may_begin(22));
+  CHECK(a.has_real_time_states(20));
+  CHECK_FALSE(a.has_real_time_states(21));
 }
 
 TEST_CASE("a lab that can wait follows a real-time arena") {
-  // Proves that a simulator beside a real-time arena begins no period before that arena's state k - slack - 1.
+  // Proves that a simulator beside a real-time arena merges no boundary before that arena's state k - slack is there.
   PeriodGate a = gate(0);
   a.publish(state(0));
   WorldMessage real_time = from_b({state(0)});
   real_time.can_wait = false;
   REQUIRE(a.hear("b", real_time) == PeriodGate::Heard::counted);
-  CHECK(a.may_begin(1));
-  CHECK_FALSE(a.may_begin(2));
+  CHECK(a.has_real_time_states(0));
+  CHECK_FALSE(a.has_real_time_states(1));
   WorldMessage next = from_b({state(0), state(1)});
   next.can_wait = false;
   REQUIRE(a.hear("b", next) == PeriodGate::Heard::counted);
-  CHECK(a.may_begin(2));
+  CHECK(a.has_real_time_states(1));
 }
 
 TEST_CASE("state 0 stays in a free lab's message until every peer has it") {

@@ -186,6 +186,20 @@ struct NewsBench {
 
 }  // namespace
 
+TEST_CASE("a lab that can wait merges at each boundary what a real-time arena says at the same") {
+  // It could not begin the next period sooner anyway; merged before, everything of that arena would be a period older.
+  NewsBench b({}, true);
+  const Runner& runner = b.bench.runner;
+  b.pass(1s, 0);
+  CHECK(runner.period() == 0);
+  CHECK(b.bench.arena.clock().now() == 250ms);
+  for (std::uint32_t k = 1; k < 5; ++k) {
+    b.pass(1s, k);
+    CHECK(runner.period() == k);
+    CHECK(runner.lab().state("b").period == k);
+  }
+}
+
 TEST_CASE("robots of a real-time arena stand still when no new state of any peer was applied for 10 s") {
   // The peer is there all the time, and nothing of it is lost.
   using Kind = hal::FleetCommand::Kind;

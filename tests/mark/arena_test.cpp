@@ -82,3 +82,23 @@ TEST_CASE("an original that is there and says nothing that it may say is waited 
   link.events->heard(std::string("\0T00000000\0", 11));
   CHECK(arena.waiting_for().empty());
 }
+
+TEST_CASE("an original server is waited for by what is missing: itself, or its Init") {
+  tests::BenchWall wall;
+  mark::OriginalParts parts;
+  parts.conversation = std::make_unique<mark::DhtfClientConversation>(8, mark::Flavour::argos, "lab.toml");
+  auto made = std::make_unique<tests::BenchLink>();
+  tests::BenchLink& link = *made;
+  parts.link = std::move(made);
+  parts.settings = {.period = std::chrono::milliseconds(100), .side_m = 1, .read_bytes = 30};
+  parts.role = mark::Role::client;
+  parts.grammar = {.role = mark::Role::client};
+  mark::OriginalArena arena(std::move(parts), {}, wall);
+  CHECK(arena.waiting_for() == "the original M-ARK server (ARGoS) at 127.0.0.1:7001");
+  link.is_up = true;
+  link.events->came();
+  CHECK(arena.waiting_for() == "its Init of the original M-ARK server (ARGoS)");
+  wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
+  CHECK(arena.waiting_for() ==
+        "its Init of the original M-ARK server (ARGoS), which is connected and has said nothing for 5 s");
+}

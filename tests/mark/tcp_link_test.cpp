@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -10,7 +11,9 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <fstream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -180,6 +183,26 @@ TEST_CASE("the client tries until the server listens, and again after it was sta
   }
   CHECK(bench.events.comings == 2);
   CHECK(bench.events.losses.size() == 2);
+}
+
+TEST_CASE("a connection on which nothing is said is probed") {
+  // A machine that lost its power tells nobody. The probe is answered when it is back, and its new original is let in.
+  const int port = free_port();
+  LinkBench bench(mark::Role::server, port);
+  PlainSocket client;
+  CHECK(bench.until([&] { return client.connect(port); }));
+  REQUIRE(bench.until([&] { return bench.link->up(); }));
+  // Columns of /proc/net/tcp: number, local address, remote address, state (01: connected), queues, timer (02: probe).
+  const auto is_probed = [&] {
+    std::ifstream table("/proc/net/tcp");
+    std::string number, local, remote, state, queues, timer;
+    for (std::string line; std::getline(table, line);) {
+      std::istringstream(line) >> number >> local >> remote >> state >> queues >> timer;
+      if (local == fmt::format("0100007F:{:04X}", port) && state == "01") return timer.starts_with("02");
+    }
+    return false;
+  };
+  CHECK(is_probed());
 }
 
 TEST_CASE("a port that is taken is one sentence") {

@@ -29,8 +29,7 @@ class StandInRun {
             [&network](hal::EventLoop&, const mark::Settings&, mark::Role) {
               return std::make_unique<ScriptedLink>(network);
             },
-            wall),
-        network_(network) {
+            wall) {
     std::vector<std::string> all = {"recorder.log=false"};
     all.insert(all.end(), overrides.begin(), overrides.end());
     std::vector<hal::Config> configs;
@@ -41,15 +40,11 @@ class StandInRun {
   }
 
   // A step. False: all labs have ended.
-  bool step() {
-    const bool goes_on = tests::step(*run_);
-    if (!began_ && network_.original && run_->lab("argos").arena().clock().now() > hal::LabTime{0})
-      began_ = network_.original->ticks - 1;
-    return goes_on;
-  }
-  // From lab time 0 to a tick of the original, by its clock.
-  double seconds(std::uint64_t tick) const {
-    return 0.1 * (static_cast<double>(tick) - static_cast<double>(began_.value_or(0)));
+  bool step() { return tests::step(*run_); }
+  // Lab time of a tick of the original that was there when it began.
+  double seconds(std::uint64_t tick) {
+    const auto& arena = dynamic_cast<const mark::OriginalArena&>(run_->lab("argos").arena());
+    return 0.1 * (static_cast<double>(tick) - static_cast<double>(arena.original().ticks_before()));
   }
   app::JointRun& labs() { return *run_; }
   const lab::Runner& lab(const std::string& name) { return run_->lab(name).runner(); }
@@ -59,9 +54,7 @@ class StandInRun {
  private:
   TemporaryFolder folder_;
   mark::StandIn stand_in_;
-  ScriptedNetwork& network_;
   std::unique_ptr<app::JointRun> run_;
-  std::optional<std::uint64_t> began_;
 };
 
 }  // namespace arkmesh::tests
