@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "app/batch_plan.hpp"
 #include "app/joint_run.hpp"
 #include "app/recorded_run.hpp"
 #include "cli/commands.hpp"
@@ -79,7 +80,8 @@ void add_rerun_command(CLI::App& app) {
       ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
       ->required()
       ->check(CLI::ExistingPath);
-  command->add_option("--index", options->index, "Which run of the batch")->check(CLI::NonNegativeNumber);
+  command->add_option("--index", options->index, "Which run of the batch")
+      ->check(CLI::Range(std::int64_t{0}, static_cast<std::int64_t>(app::max_batch_runs) - 1));
   command->add_option("--out", options->out, "Keep the new run in this folder, empty or new");
   command->footer(
       "Examples:\n  arkmesh rerun runs/20240101-120000-roark-shark\n"
