@@ -56,6 +56,10 @@ int rerun(const RerunOptions& options) {
   const std::optional<ScratchFolder> scratch =
       options.out.empty() ? std::optional<ScratchFolder>(std::in_place) : std::nullopt;
   const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
+  std::error_code error;
+  if (fs::exists(directory, error) && !(fs::is_directory(directory, error) && fs::is_empty(directory, error)))
+    throw hal::ConfigError(
+        fmt::format("{} holds something; give an empty or new folder with --out", directory.string()));
   OperatorStop stop;
   app::JointRun run(recorded.configs(), directory);
   ProgressLine progress(run.names());

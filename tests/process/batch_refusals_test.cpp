@@ -165,6 +165,7 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   CHECK(different.second.find("different: final hash ") != std::string::npos);
   CHECK(different.second.find("the first difference is in period ") != std::string::npos);
   // what cannot be repeated
+  CHECK(rerun(copy, {"--out", copy.string()}).second.find("give an empty or new folder") != std::string::npos);
   CHECK(rerun(out).second.find("say with --index") != std::string::npos);
   CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
   fs::remove(copy / "shark/config.toml");
