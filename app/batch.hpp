@@ -36,6 +36,8 @@ class Batch {
   const std::filesystem::path& directory() const { return directory_; }
   RunTask task(std::size_t run) const;
   RunState state_of(std::size_t run) const;
+  // Keeps one run of the folder to this process while it lives. False: another one is at it.
+  bool take_run(std::size_t run) { return folder_->take_run(run); }
   // Numbers of the runs that are to be done still; those that failed count with `failed_too`.
   std::vector<std::size_t> open_runs(bool failed_too) const;
   // What the disk must have left for a run to start, when so many run at a time.

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -20,6 +21,8 @@ using hal::ConfigEntry;
 const std::set<std::string, std::less<>> known_names = {"labs", "seeds", "set", "choices", "sweep", "plot"};
 const std::set<std::string, std::less<>> plot_names = {"column", "over", "by", "kind"};
 // What a batch says itself.
+// Other columns of the table.
+const std::set<std::string, std::less<>> fixed_columns = {"run", "setting", "seed", "state", "why", "final_hash"};
 const std::set<std::string, std::less<>> own_keys = {"run.seed", "shared.labs"};
 
 [[noreturn]] void refuse(const ConfigEntry& entry, std::string_view sentence) {
@@ -62,8 +65,14 @@ class PlanReader {
     if (entry.path.size() != 1 || !entry.is_list || entry.elements.empty())
       refuse(entry, "must be a list of the labs' files, such as [\"shark.toml\", \"roark.toml\"]");
     for (const ConfigEntry::Value& lab : entry.elements) {
+      if (!lab.is_text) refuse(entry, fmt::format("{} is no file's name; names stand in quotes", lab.text));
       const fs::path path = (folder_of(entry) / lab.text).lexically_normal();
-      if (!lab.is_text || !fs::is_regular_file(path)) refuse(entry, fmt::format("there is no file {}", path.string()));
+      std::error_code error;
+      if (fs::is_directory(path, error))
+        refuse(entry, fmt::format("{} is a folder; name the lab's file", path.string()));
+      if (!fs::is_regular_file(path, error)) refuse(entry, fmt::format("there is no file {}", path.string()));
+      if (std::ranges::find(plan_.labs.files, path.string()) != plan_.labs.files.end())
+        refuse(entry, fmt::format("{} is there twice; labs of one run differ", path.string()));
       plan_.labs.files.push_back(path.string());
     }
   }
@@ -102,6 +111,8 @@ class PlanReader {
   void read_choice(const ConfigEntry& entry) {
     if (entry.path.size() < 3)
       return refuse_unless_empty(entry, "a choice is a table [choices.NAME.OPTION] of the keys that the option sets");
+    if (fixed_columns.contains(entry.path[1]))
+      refuse(entry, fmt::format("{} is another column of the table; name the choice otherwise", entry.path[1]));
     Factor& factor = factor_named(entry.path[1]);
     auto level = std::ranges::find(factor.levels, entry.path[2], &Factor::Level::label);
     if (level == factor.levels.end()) level = factor.levels.insert(level, {entry.path[2], {}});
@@ -119,9 +130,17 @@ class PlanReader {
     Factor& factor = factor_named(key);
     std::set<std::string> seen;
     for (const ConfigEntry::Value& value : sweep_values(entry)) {
-      if (!seen.insert(value.toml).second) refuse(entry, fmt::format("{} is there twice", value.text));
+      if (!seen.insert(alike(value)).second) refuse(entry, fmt::format("{} is there twice", value.text));
       factor.levels.push_back({value.text, {override_of(entry, key, value.toml)}});
     }
+  }
+
+  // The same for 2 and 2.0, which set the same.
+  static std::string alike(const ConfigEntry::Value& value) {
+    double number = 0;
+    const char* const end = value.toml.data() + value.toml.size();
+    const auto [at, error] = std::from_chars(value.toml.data(), end, number);
+    return !value.is_text && error == std::errc() && at == end ? fmt::format("{}", number) : value.toml;
   }
 
   static std::vector<ConfigEntry::Value> sweep_values(const ConfigEntry& entry) {

@@ -8,12 +8,12 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "app/batch_manifest.hpp"
+#include "app/plain_json.hpp"
 #include "hal/config.hpp"
 #include "lab/result_file.hpp"
 
@@ -28,7 +28,8 @@ constexpr auto patience = 3s;
 
 bool holds_nothing(const fs::path& directory) {
   for (const auto& entry : fs::directory_iterator(directory))
-    if (const std::string name = entry.path().filename().string(); name != "lock" && name != "manifest.json.new")
+    if (const std::string name = entry.path().filename().string();
+        name != "lock" && name != "runs.lock" && name != "manifest.json.new")
       return false;
   return true;
 }
@@ -70,8 +71,7 @@ BatchFolder::BatchFolder(fs::path directory, const nlohmann::json& manifest, Use
         fmt::format("{} holds no batch; give its folder with --out, or run it first", directory_.string()));
   take(use);
   if (fs::exists(file, error)) {
-    std::ifstream in(file);
-    const std::string why = difference(nlohmann::json::parse(in, nullptr, false), manifest);
+    const std::string why = difference(read_json(file), manifest);
     if (!why.empty())
       throw hal::ConfigError(fmt::format("{}: {}; give another folder with --out", directory_.string(), why));
   } else if (const int failed = lab::replace_json(file, manifest); failed != 0 && !fs::exists(file, error)) {
@@ -79,7 +79,19 @@ BatchFolder::BatchFolder(fs::path directory, const nlohmann::json& manifest, Use
   }
 }
 
+bool BatchFolder::take_run(std::size_t number) {
+  // A file of its own: where the disk is another machine's, both kinds of locks are one.
+  if (runs_lock_ < 0) runs_lock_ = ::open((directory_ / "runs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  struct flock byte {};
+  byte.l_type = F_WRLCK;
+  byte.l_whence = SEEK_SET;
+  byte.l_start = static_cast<off_t>(number);
+  byte.l_len = 1;
+  return runs_lock_ < 0 || ::fcntl(runs_lock_, F_OFD_SETLK, &byte) == 0 || (errno != EAGAIN && errno != EACCES);
+}
+
 BatchFolder::~BatchFolder() {
+  if (runs_lock_ >= 0) ::close(runs_lock_);
   if (lock_ >= 0) ::close(lock_);
 }
 

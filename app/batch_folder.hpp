@@ -23,13 +23,16 @@ class BatchFolder {
 
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path run(std::size_t number) const { return run_folder(directory_, number); }
+  // Keeps one run to this process while it lives. False: another one has it.
+  bool take_run(std::size_t number);
   static std::filesystem::path run_folder(const std::filesystem::path& batch, std::size_t number);
 
  private:
   void take(Use use);
 
   std::filesystem::path directory_;
-  int lock_ = -1;  // children inherit it: while one lives, nobody else is at work here
+  int runs_lock_ = -1;  // a byte for each run
+  int lock_ = -1;       // children inherit it: while one lives, nobody else is at work here
 };
 
 }  // namespace arkmesh::app

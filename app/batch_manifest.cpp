@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 
+#include "app/plain_json.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
@@ -65,9 +66,9 @@ std::string changed_input(const nlohmann::json& begun, const nlohmann::json& now
 }
 
 std::string version_of(const nlohmann::json& manifest) {
-  const nlohmann::json versions = manifest.value("versions", nlohmann::json::object());
-  return fmt::format("arkmesh {} (commit {}, {})", manifest.value("arkmesh", "?"),
-                     versions.value("commit", "?").substr(0, 12), versions.value("build", "?"));
+  const nlohmann::json& versions = object_in(manifest, "versions");
+  return fmt::format("arkmesh {} (commit {}, {})", text_in(manifest, "arkmesh", "?"),
+                     text_in(versions, "commit", "?").substr(0, 12), text_in(versions, "build", "?"));
 }
 
 }  // namespace
@@ -107,7 +108,7 @@ std::string difference(const nlohmann::json& begun, const nlohmann::json& now) {
                                           {"factors", "another grid ([choices], [sweep])"},
                                           {"seeds", "other seeds"}})
     if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was begun with {}", name);
-  if (const std::string file = changed_input(begun.value("inputs", none), now.value("inputs", none)); !file.empty())
+  if (const std::string file = changed_input(object_in(begun, "inputs"), object_in(now, "inputs")); !file.empty())
     return fmt::format("{} was changed since it was begun", file);
   return {};
 }

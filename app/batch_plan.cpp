@@ -54,6 +54,9 @@ std::vector<std::string> range_values(const std::string& text) {
   if (const auto a = number<std::int64_t>(first), b = number<std::int64_t>(last), s = number<std::int64_t>(step);
       a && b && s) {
     const std::size_t steps = steps_in(text, static_cast<double>(*a), static_cast<double>(*b), static_cast<double>(*s));
+    std::int64_t end = 0;
+    if (__builtin_mul_overflow(*s, static_cast<std::int64_t>(steps), &end) || __builtin_add_overflow(*a, end, &end))
+      throw std::invalid_argument(fmt::format("\"{}\" goes beyond numbers of 64 bits", text));
     for (std::size_t i = 0; i <= steps; ++i) out.push_back(std::to_string(*a + static_cast<std::int64_t>(i) * *s));
     return out;
   }

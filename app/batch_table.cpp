@@ -8,6 +8,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "app/plain_json.hpp"
+
 namespace arkmesh::app {
 namespace {
 
@@ -18,6 +20,7 @@ std::string written(const nlohmann::json& number) {
 }
 
 void take_numbers(const nlohmann::json& from, const std::string& prefix, std::map<std::string, std::string>& to) {
+  if (!from.is_object()) return;
   for (const auto& [name, value] : from.items())
     if (value.is_number()) to[prefix + name] = written(value);
 }
@@ -32,27 +35,23 @@ bool is_measured(const std::string& column) {
 
 // What each lab counted, but nothing that depends on how long the run took.
 void take_lab(const std::string& lab, const nlohmann::json& said, std::map<std::string, std::string>& to) {
-  const nlohmann::json none = nlohmann::json::object(), between = said.value("between_labs", none);
-  take_numbers(said.value("counters", none), lab + ".", to);
-  for (const auto& [peer, traffic] : between.items())
+  take_numbers(object_in(said, "counters"), lab + ".", to);
+  for (const auto& [peer, traffic] : object_in(said, "between_labs").items())
     take_numbers(traffic, fmt::format("{}.between.{}.", lab, peer), to);
 }
 
 }  // namespace
 
 bool read_row(const fs::path& directory, BatchRow& row) {
-  std::ifstream in(directory / "result.json");
-  if (!in) return false;
-  const nlohmann::json result = nlohmann::json::parse(in, nullptr, false), none = nlohmann::json::object();
-  if (!result.is_object() || result.value("state", "") == "running") return false;
+  const nlohmann::json result = read_json(directory / "result.json");
+  if (!result.is_object() || text_in(result, "state") == "running") return false;
   row.state = state_of_run(directory);
-  row.why = result.value("ended", "");
-  row.final_hash = result.value("final_hash", "");
-  take_numbers(result.value("counts", none), "", row.counts);
+  row.why = text_in(result, "ended");
+  row.final_hash = text_in(result, "final_hash");
+  take_numbers(object_in(result, "counts"), "", row.counts);
   for (const char* key : {"periods", "duration_s"})
-    if (result.contains(key)) row.numbers[key] = written(result.at(key));
-  const nlohmann::json by_lab = result.value("by_lab", none);
-  for (const auto& [lab, said] : by_lab.items()) take_lab(lab, said, row.numbers);
+    if (result.contains(key) && result.at(key).is_number()) row.numbers[key] = written(result.at(key));
+  for (const auto& [lab, said] : object_in(result, "by_lab").items()) take_lab(lab, said, row.numbers);
   return true;
 }
 

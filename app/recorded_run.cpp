@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
 #include "app/batch_folder.hpp"
+#include "app/plain_json.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
@@ -13,19 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-nlohmann::json read_json(const fs::path& file) {
-  std::ifstream in(file);
-  return in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
-}
-
 fs::path folder_of(const fs::path& place, std::optional<std::size_t> index) {
-  const bool is_folder = fs::is_directory(place);
+  std::error_code error;
+  const bool is_folder = fs::is_directory(place, error);
   const std::string name = place.filename().string();
   if (!is_folder && name != "result.json" && name != "config.toml" && name != "manifest.json")
     throw hal::ConfigError(
         fmt::format("{} is neither a run's folder nor its result.json or config.toml", place.string()));
   fs::path folder = is_folder ? place : fs::absolute(place).parent_path();
-  const bool is_batch = fs::exists(folder / "manifest.json");
+  const bool is_batch = fs::exists(folder / "manifest.json", error);
+  if (error) throw hal::ConfigError(fmt::format("{} cannot be read: {}", folder.string(), error.message()));
   if (is_batch && !index)
     throw hal::ConfigError(fmt::format("{} is a batch; say with --index which of its runs", folder.string()));
   if (!is_batch && index) throw hal::ConfigError(fmt::format("--index: {} is no batch", folder.string()));
@@ -51,25 +50,33 @@ RecordedRun::RecordedRun(const fs::path& place, std::optional<std::size_t> index
     : folder_(folder_of(place, index)), result_(read_json(folder_ / "result.json")) {
   if (!result_.is_object() || !result_.contains("labs"))
     throw hal::ConfigError(fmt::format("{} holds no result.json of a run", folder_.string()));
-  const std::string state = result_.value("state", "");
+  const std::string state = text_in(result_, "state");
+  if (state == "running")
+    throw hal::ConfigError(fmt::format(
+        "the run of {} still goes on, or was killed, so there is no result to compare with", folder_.string()));
   if (state != "finished" && state != "failed")
     throw hal::ConfigError(fmt::format("the run of {} is {}, so there is no result to compare with", folder_.string(),
                                        state.empty() ? "of an unknown state" : state));
-  if (result_.value("gate", "") != "strict")
+  if (text_in(result_, "gate") != "strict")
     throw hal::ConfigError(
         fmt::format("the run of {} kept real time, and real time does not repeat itself", folder_.string()));
   find_labs();
 }
 
 void RecordedRun::find_labs() {
-  const auto labs = result_.value("labs", std::vector<std::string>());
+  const nlohmann::json& labs = result_.at("labs");
+  const bool are_names = labs.is_array() && !labs.empty() && std::ranges::all_of(labs, [](const nlohmann::json& lab) {
+                           return lab.is_string() && !lab.get<std::string>().empty() &&
+                                  lab.get<std::string>().find('/') == std::string::npos;
+                         });
+  if (!are_names) throw hal::ConfigError(fmt::format("{} names no labs", (folder_ / "result.json").string()));
   // one lab's own result names it, and the others lie beside
-  const bool is_lab = result_.contains("lab") && !fs::is_directory(folder_ / result_.value("lab", ""));
-  for (const std::string& lab : labs) {
-    const fs::path folder = !is_lab ? folder_ / lab
-                            : lab == result_.value("lab", "")
-                                ? folder_
-                                : fs::absolute(folder_ / "").parent_path().parent_path() / lab;
+  const std::string own = text_in(result_, "lab");
+  const bool is_lab = !own.empty() && !fs::is_directory(folder_ / own);
+  for (const std::string lab : labs) {
+    const fs::path folder = !is_lab      ? folder_ / lab
+                            : lab == own ? folder_
+                                         : fs::absolute(folder_ / "").parent_path().parent_path() / lab;
     if (!fs::is_regular_file(folder / "config.toml"))
       throw hal::ConfigError(fmt::format("there is no {}; a run is repeated from the folders of all of its labs",
                                          (folder / "config.toml").string()));
@@ -86,18 +93,19 @@ std::vector<hal::Config> RecordedRun::configs() const {
 
 std::vector<std::string> RecordedRun::changes() const {
   std::vector<std::string> out;
-  const nlohmann::json now = lab::program_facts(), none = nlohmann::json::object();
-  const auto commit = [&](const nlohmann::json& facts) { return facts.value("versions", none).value("commit", "?"); };
-  if (result_.value("arkmesh", "?") != now.value("arkmesh", "?") || commit(result_) != commit(now))
-    out.push_back(fmt::format("the run is of arkmesh {} (commit {}), and this is {} (commit {})",
-                              result_.value("arkmesh", "?"), commit(result_).substr(0, 12), now.value("arkmesh", "?"),
-                              commit(now).substr(0, 12)));
+  const nlohmann::json now = lab::program_facts();
+  const auto version = [](const nlohmann::json& facts) {
+    return fmt::format("{} (commit {})", text_in(facts, "arkmesh", "?"),
+                       text_in(object_in(facts, "versions"), "commit", "?").substr(0, 12));
+  };
+  if (version(result_) != version(now))
+    out.push_back(fmt::format("the run is of arkmesh {}, and this is {}", version(result_), version(now)));
   for (std::size_t i = 0; i < lab_folders_.size(); ++i) {
-    const nlohmann::json hashes = read_json(lab_folders_[i] / "result.json").value("hashes", none);
+    const nlohmann::json result = read_json(lab_folders_[i] / "result.json"), &hashes = object_in(result, "hashes");
     const auto config = hal::Config::from_file(config_files_[i]);
     const auto program = config.root().section("arena").section("ode").get("controller", fs::path());
     for (const fs::path& file : {fs::path(config_files_[i]), program})
-      if (const std::string then = hashes.value(file.filename().string(), "");
+      if (const std::string then = text_in(hashes, file.filename().c_str());
           !then.empty() && then != lab::file_hash(file))
         out.push_back(fmt::format("{} was changed since the run", file.string()));
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/plain_json.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::app {
@@ -21,8 +22,7 @@ class RecordedRun {
   const std::vector<std::string>& config_files() const { return config_files_; }
   // Of every lab; no message log is written, and nothing else is changed.
   std::vector<hal::Config> configs() const;
-  std::string final_hash() const { return result_.value("final_hash", ""); }
-  std::uint64_t seed() const { return result_.value("seed", std::uint64_t{0}); }
+  std::string final_hash() const { return text_in(result_, "final_hash"); }
   // In words, what is not as it was: this program, or files that the run was made from. Empty: nothing.
   std::vector<std::string> changes() const;
   // Where a run in `folder` first differs, by the joint hash.csv: "period 17, lab shark"; empty when that does not

@@ -13,13 +13,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "app/joint_run.hpp"
+#include "app/plain_json.hpp"
 #include "lab/result.hpp"
 #include "lab/result_file.hpp"
 
@@ -31,15 +31,13 @@ namespace fs = std::filesystem;
 constexpr std::size_t kept_output = 16 << 10;  // of what a run prints
 
 nlohmann::json read_result(const fs::path& directory) {
-  std::ifstream in(directory / "result.json");
-  return in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
+  return read_json(directory / "result.json");
 }
 
 // Counters of tables that were cut ("shark.recorder.not_recorded.disk_full").
 bool lost_records(const nlohmann::json& result) {
-  const auto drops = result.find("drops");
-  if (drops == result.end() || !drops->is_object()) return false;
-  for (const auto& [name, n] : drops->items())
+  const nlohmann::json& drops = object_in(result, "drops");
+  for (const auto& [name, n] : drops.items())
     if (name.find("recorder.not_recorded.disk_full") != std::string::npos) return true;
   return false;
 }
@@ -56,9 +54,9 @@ void save_failure(const RunTask& task, const std::string& why) {
   lab::replace_json(task.directory / "result.json", result);
 }
 
-int refuse(const RunTask& task, const std::exception& error, int code) {
-  fmt::print(stderr, "arkmesh: seed {}: {}\n", task.seed, error.what());
-  save_failure(task, error.what());
+int refuse(const RunTask& task, const std::string& why, int code) {
+  fmt::print(stderr, "arkmesh: seed {}: {}\n", task.seed, why);
+  save_failure(task, why);
   return code;
 }
 
@@ -86,9 +84,8 @@ std::string death_of(int status) {
 RunState state_of_run(const fs::path& directory) {
   const nlohmann::json result = read_result(directory);
   if (!result.is_object() || lost_records(result)) return RunState::missing;
-  const auto state = result.find("state");
-  if (state == result.end()) return RunState::missing;
-  return *state == "finished" ? RunState::finished : *state == "failed" ? RunState::failed : RunState::missing;
+  const std::string state = text_in(result, "state");
+  return state == "finished" ? RunState::finished : state == "failed" ? RunState::failed : RunState::missing;
 }
 
 int run_task(const RunTask& task, hal::StopRequest& stop) try {
@@ -100,9 +97,11 @@ int run_task(const RunTask& task, hal::StopRequest& stop) try {
   fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), result.at("ended").get<std::string>());
   return result.at("state") == "stopped" ? 3 : 1;
 } catch (const hal::ConfigError& e) {
-  return refuse(task, e, 2);
+  return refuse(task, e.what(), 2);
+} catch (const fs::filesystem_error& e) {
+  return refuse(task, fmt::format("{} cannot be written: {}", e.path1().string(), e.code().message()), 1);
 } catch (const std::exception& e) {
-  return refuse(task, e, 1);
+  return refuse(task, e.what(), 1);
 }
 
 RunPool::RunPool(std::deque<RunTask> tasks, std::size_t jobs, std::uintmax_t free_bytes)

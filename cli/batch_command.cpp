@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -60,8 +61,10 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
   const std::size_t all = batch.plan().runs(), ended = results.rows().size(), finished = results.finished();
   // first of all: on a full disk there may be no tables
   if (ended < all)
-    fmt::print(stderr, "arkmesh: {}{} runs are still to be done; the same command goes on with them\n",
-               why_halted.empty() ? "" : why_halted + "; ", all - ended);
+    fmt::print(stderr, "arkmesh: {}{} still to be done; the same command goes on with {}\n",
+               why_halted.empty() ? "" : why_halted + "; ",
+               all - ended == 1 ? "1 run is" : fmt::format("{} runs are", all - ended),
+               all - ended == 1 ? "it" : "them");
   results.save();
   fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
              batch.directory().string());
@@ -84,7 +87,9 @@ int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, 
   return gather(batch, pool.why_halted());
 }
 
-int run_one(const app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) {
+int run_one(app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) {
+  if (!batch.take_run(run))
+    throw hal::ConfigError(fmt::format("run {} is under way in another process; wait until it has ended", run));
   const app::RunState state = batch.state_of(run);
   if (state == app::RunState::finished || (state == app::RunState::failed && !retry)) {
     fmt::print("run {} has its result already\n", run);
@@ -101,6 +106,11 @@ void hand_over(const app::BatchPlan& plan) {
   hand_over_cameras(plan.labs.files, sets);
   for (const app::Factor& factor : plan.factors)
     for (const app::Factor::Level& level : factor.levels) {
+      // few of a large grid's levels say which arena a lab has
+      if (std::ranges::none_of(level.sets, [](const std::string& set) {
+            return set.find("arena") != set.npos && set.find("use") != set.npos;
+          }))
+        continue;
       std::vector<std::string> all = sets;
       all.insert(all.end(), level.sets.begin(), level.sets.end());
       hand_over_cameras(plan.labs.files, all);
@@ -149,7 +159,7 @@ void add_batch_command(CLI::App& app) {
   command->add_option("--set", options->request.sets, "Override a key of every lab, or of one, in all runs")
       ->allow_extra_args(false);
   auto* index = command->add_option("--index", options->run, "Do this run only, and write no table")
-                    ->check(CLI::NonNegativeNumber);
+                    ->check(CLI::Range(std::int64_t{0}, static_cast<std::int64_t>(app::max_batch_runs) - 1));
   auto* slurm = command->add_flag("--slurm", options->slurm, "Do the runs as a job array of Slurm, and wait for it")
                     ->excludes(index);
   command->add_option("--slurm-option", options->slurm_options, "Passed to sbatch: --slurm-option=--partition=long")

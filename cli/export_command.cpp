@@ -71,6 +71,7 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
     recording::Watch watch(progress, stop, kind.name);
     done = kind.write(run, to, watch);
   }
+  if (run.is_growing()) fmt::print(stderr, "arkmesh: the run still goes on; this is what it had written so far\n");
   for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
   fmt::print("wrote {}: {}\n", to.string(), done.summary);
 }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "app/batch_plan.hpp"
 #include "app/joint_run.hpp"
 #include "app/recorded_run.hpp"
 #include "cli/commands.hpp"
@@ -55,6 +56,10 @@ int rerun(const RerunOptions& options) {
   const std::optional<ScratchFolder> scratch =
       options.out.empty() ? std::optional<ScratchFolder>(std::in_place) : std::nullopt;
   const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
+  std::error_code error;
+  if (fs::exists(directory, error) && !(fs::is_directory(directory, error) && fs::is_empty(directory, error)))
+    throw hal::ConfigError(
+        fmt::format("{} holds something; give an empty or new folder with --out", directory.string()));
   OperatorStop stop;
   app::JointRun run(recorded.configs(), directory);
   ProgressLine progress(run.names());
@@ -79,7 +84,8 @@ void add_rerun_command(CLI::App& app) {
       ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
       ->required()
       ->check(CLI::ExistingPath);
-  command->add_option("--index", options->index, "Which run of the batch")->check(CLI::NonNegativeNumber);
+  command->add_option("--index", options->index, "Which run of the batch")
+      ->check(CLI::Range(std::int64_t{0}, static_cast<std::int64_t>(app::max_batch_runs) - 1));
   command->add_option("--out", options->out, "Keep the new run in this folder, empty or new");
   command->footer(
       "Examples:\n  arkmesh rerun runs/20240101-120000-roark-shark\n"

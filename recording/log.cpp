@@ -236,7 +236,8 @@ bool Log::load_index() {
   }
   if (all.size() - at != n_events * event_bytes + 4) return false;
 
-  // An index of another log, as after a copy: times and sizes of its first and last event tell.
+  // Event follows event, without gaps up to what it covers.
+  std::uint64_t end = 0;
   std::vector<Entry> entries;
   std::vector<std::int64_t> utimes;
   entries.reserve(n_events);
@@ -248,22 +249,28 @@ bool Log::load_index() {
                        static_cast<std::uint32_t>(little_endian(event.subspan(16, 4))),
                        static_cast<std::uint16_t>(little_endian(event.subspan(20, 2)))});
     const Entry& entry = entries.back();
-    const std::uint64_t least = i == 0 ? 0 : entries[i - 1].offset + header_bytes;
-    if (entry.channel >= channels.size() || entry.bytes > max_data_bytes || entry.offset < least ||
-        entry.offset >= covered || utimes.back() < -max_utime || utimes.back() > max_utime)
+    if (entry.channel >= channels.size() || entry.bytes > max_data_bytes || entry.offset != end ||
+        utimes.back() < -max_utime || utimes.back() > max_utime)
       return false;
+    end += header_bytes + channels[entry.channel].size() + entry.bytes;
   }
-  for (const std::size_t i : {std::size_t{0}, entries.size() - 1}) {
-    if (entries.empty()) break;
-    std::byte bytes_of_header[header_bytes];
-    if (read_at(descriptor_, entries[i].offset, bytes_of_header) < header_bytes) return false;
-    const auto header = header_of(bytes_of_header);
-    if (!header || header->utime != utimes[i] || header->data_bytes != entries[i].bytes ||
-        header->channel_bytes != channels[entries[i].channel].size())
-      return false;
-  }
+  if (end != covered) return false;
+  // An index of another log, as after a copy: the first event of each channel and the last of all tell.
+  const auto is_there = [&](std::size_t i) {
+    const std::string& channel = channels[entries[i].channel];
+    std::vector<std::byte> begin(header_bytes + channel.size());
+    if (read_at(descriptor_, entries[i].offset, begin) < begin.size()) return false;
+    const auto header = header_of(begin);
+    return header && header->utime == utimes[i] && header->data_bytes == entries[i].bytes &&
+           header->channel_bytes == channel.size() &&
+           std::memcmp(begin.data() + header_bytes, channel.data(), channel.size()) == 0;
+  };
   std::vector<bool> has_events(channels.size());
-  for (const Entry& entry : entries) has_events[entry.channel] = true;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const bool is_first = !has_events[entries[i].channel];
+    has_events[entries[i].channel] = true;
+    if ((is_first || i + 1 == entries.size()) && !is_there(i)) return false;
+  }
   if (std::ranges::find(has_events, false) != has_events.end()) return false;
   channels_ = std::move(channels);
   utimes_ = std::move(utimes);

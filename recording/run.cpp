@@ -61,6 +61,16 @@ std::string hidden(const fs::path& folder) {
   return is_unknown ? error.message() : std::string();
 }
 
+// The configurations of a run that has no log, or of the first such run of a batch, as a shell names them.
+std::string configs_without_log(const fs::path& folder) {
+  for (const fs::path& run : {folder, folder / "runs" / "00000"})
+    for (const fs::path& below : folders_in(run))
+      if (std::error_code error; fs::is_regular_file(below / "config.toml", error))
+        return (run / "*" / "config.toml").string();
+  std::error_code error;
+  return fs::is_regular_file(folder / "config.toml", error) ? (folder / "config.toml").string() : std::string();
+}
+
 // Whether the process that a result.json calls running still writes to the log.
 bool is_written(const RecordedLab& lab) {
   const nlohmann::json result = json_of(lab.folder / "result.json");
@@ -106,9 +116,13 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
     if (!runs.empty())
       throw hal::ConfigError(fmt::format("{} holds the {} runs of a batch; give one of them, as {}", folder.string(),
                                          runs.size(), (folder / runs.front().lexically_relative(folder_)).string()));
-    throw hal::ConfigError(fmt::format(
-        "{} is no run folder: there is no log.lcm in it or one level below (with recorder.log = false there is none)",
-        folder.string()));
+    if (const std::string configs = configs_without_log(folder_); !configs.empty())
+      throw hal::ConfigError(
+          fmt::format("{} has no message log (recorder.log = false, as in batches); arkmesh run {} --set "
+                      "recorder.log=true --out FOLDER does the run again with one",
+                      folder.string(), configs));
+    throw hal::ConfigError(
+        fmt::format("{} is no run folder: there is no log.lcm in it or one level below", folder.string()));
   }
   if (folders.size() > max_labs)
     throw hal::ConfigError(

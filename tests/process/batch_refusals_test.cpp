@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -36,6 +38,12 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_labs + "seeds = 1\n[sweep]\nrun.scenario = [\"dhtf\", \"chess\"]\n", "is none of: ");
   refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
   refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
+  refused(small_labs + "seeds = 1\n[sweep]\ngate.period_s = [2, 2.0]\n", "2.0 is there twice");
+  refused(small_labs + "seeds = 1\n[sweep]\nrun.duration_s = \"0..9223372036854775807 step 4611686018427387904\"\n",
+          "goes beyond numbers of 64 bits");
+  refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is another column of the table");
+  refused("labs = [\"/tmp\"]\nseeds = 1\n", "/tmp is a folder; name the lab's file");
+  refused("labs = [3]\nseeds = 1\n", "3 is no file's name");
   refused(small_batch, "the batch has the runs 0..15", {"--index", "16"});
   refused(small_batch, "holds no batch", {"--gather"});
   refused(small_batch, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
@@ -78,6 +86,52 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   CHECK(said.find("is not the folder of a batch") != std::string::npos);
 }
 
+TEST_CASE("results and a manifest that somebody else wrote are no reason to crash") {
+  BatchBench bench;
+  const fs::path file = bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4\narena.robots = 2\n");
+  const fs::path out = bench.folder.path() / "out";
+  REQUIRE(bench.batch(file, "out").first == 0);
+  const std::string table = bench.table("out");
+  const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(out / name) << text; };
+  write("runs/00000/result.json", "[[[");
+  write("runs/00001/result.json", R"({"state": 5})");
+  write("runs/00002/result.json", R"({"state": "failed", "counts": 3, "by_lab": [1], "ended": 7, "final_hash": {}})");
+  write("runs/00003/result.json", R"({"state": "failed", "by_lab": {"a": 3}, "drops": []})");
+  const auto gathered = bench.batch(file, "out", {"--gather"});
+  CHECK(gathered.second.find("2 runs are still to be done") != std::string::npos);
+  CHECK(bench.batch(file, "out", {"--retry"}).first == 0);
+  CHECK(bench.table("out") == table);
+  for (const char* const result :
+       {R"({"labs": [], "state": "finished", "gate": "strict"})", R"({"labs": 3, "state": [], "gate": 1})",
+        R"({"labs": ["../../x"], "state": "finished", "gate": "strict"})"}) {
+    write("runs/00000/result.json", result);
+    const auto [code, said] = bench.run({"rerun", (out / "runs/00000").string()});
+    CHECK(code == 2);
+    CHECK(std::ranges::count(said, '\n') == 1);
+  }
+  write("manifest.json", R"({"experiment": 1, "versions": 3, "inputs": []})");
+  const auto [code, words] = bench.batch(file, "out");
+  const std::string said = words;
+  CAPTURE(said);
+  CHECK(code == 2);
+  CHECK(said.find("it was begun with arkmesh ? (commit ?, ?)") != std::string::npos);
+}
+
+TEST_CASE("one run is done by one process at a time") {
+  BatchBench bench;
+  const fs::path file = bench.file(small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n");
+  const std::string out = (bench.folder.path() / "out").string();
+  const std::vector<std::string> words = {"batch", file.string(), "--out", out, "--index", "1"};
+  tests::Process first = bench.start(words);
+  REQUIRE(tests::eventually(60s, [&] { return fs::exists(fs::path(out) / "runs/00001/result.json"); }));
+  first.signal(SIGSTOP);
+  const auto [code, said] = bench.run(words);
+  CHECK(code == 2);
+  CHECK(said.find("run 1 is under way in another process") != std::string::npos);
+  first.signal(SIGCONT);
+  CHECK(first.wait(120s) == 0);
+}
+
 TEST_CASE("a run is repeated from its folder alone, also from a copy, and a difference is told") {
   BatchBench bench;
   const fs::path file = bench.file(small_labs + "seeds = \"1..2\"\n[set]\nrun.duration_s = 40\narena.robots = 8\n");
@@ -111,6 +165,7 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   CHECK(different.second.find("different: final hash ") != std::string::npos);
   CHECK(different.second.find("the first difference is in period ") != std::string::npos);
   // what cannot be repeated
+  CHECK(rerun(copy, {"--out", copy.string()}).second.find("give an empty or new folder") != std::string::npos);
   CHECK(rerun(out).second.find("say with --index") != std::string::npos);
   CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
   fs::remove(copy / "shark/config.toml");

@@ -2,6 +2,7 @@
 #include "recording/log.hpp"
 
 #include <doctest/doctest.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -133,6 +134,36 @@ TEST_CASE("an index that is damaged, cut or of another log is made anew") {
   const Log log(other_file);
   CHECK_FALSE(log.index_was_there());
   check_like_the_log(log);
+}
+
+TEST_CASE("an index that lies with a right check sum is made anew") {
+  const TemporaryDirectory directory;
+  const fs::path file = make_log(directory, 200), index = directory.path() / "log.index";
+  { const Log make_index(file); }
+  const std::string good = read_file(index);
+  const auto lies = [&](std::string text) {
+    text.resize(text.size() - 4);
+    const auto sum = static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size()));
+    for (int shift = 0; shift < 32; shift += 8) text += static_cast<char>(sum >> shift);
+    std::ofstream(index, std::ios::binary) << text;
+    const Log log(file);
+    CHECK_FALSE(log.index_was_there());
+    check_like_the_log(log);
+    CHECK(read_file(index) == good);
+  };
+  constexpr std::size_t event_bytes = 24, sum_bytes = 4;
+  const std::size_t events = good.size() - sum_bytes - 220 * event_bytes;
+  std::string fewer = good.substr(0, events + 100 * event_bytes) + "sum ";  // of all that the log holds
+  fewer[20] = 100;
+  lies(fewer);
+  std::string other = good;
+  other[other.find("poses")] = 'n';  // another channel
+  lies(other);
+  for (const std::size_t part : {8U, 16U, 20U}) {  // offset, size, channel
+    std::string moved = good;
+    moved[events + 110 * event_bytes + part] = static_cast<char>(moved[events + 110 * event_bytes + part] ^ 1);
+    lies(moved);
+  }
 }
 
 TEST_CASE("a log that is cut anywhere is used up to its last whole message") {

@@ -39,6 +39,10 @@ TEST_CASE("what is no run is refused with what to do") {
   const TemporaryDirectory directory;
   CHECK_THROWS_WITH(Run(directory.path() / "none"), doctest::Contains("is no folder"));
   CHECK_THROWS_WITH(Run(directory.path()), doctest::Contains("is no run folder"));
+  fs::create_directories(directory.path() / "batch/runs/00000/shark");
+  std::ofstream(directory.path() / "batch/runs/00000/shark/config.toml") << "";
+  CHECK_THROWS_WITH(Run(directory.path() / "batch"),
+                    doctest::Contains("runs/00000/*/config.toml --set recorder.log=true"));
   tests::record_lab(directory.path() / "seed-10" / "shark", "shark", 5);
   tests::record_lab(directory.path() / "seed-9" / "shark", "shark", 5);
   CHECK_THROWS_WITH(Run(directory.path()), doctest::Contains("2 runs of a batch"));
