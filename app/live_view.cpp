@@ -49,7 +49,7 @@ std::optional<double> number_in(const json& what, const char* name) {
   return found->get<double>();
 }
 
-const json& object_in(const json& what, const char* name) {
+const json& wish_in(const json& what, const char* name) {
   const auto found = what.find(name);
   if (found == what.end() || !found->is_object()) throw std::runtime_error(fmt::format("'{}' must be an object", name));
   return *found;
@@ -216,7 +216,7 @@ void LiveView::refresh() {
 void LiveView::command(const json& what, view::Answer& answer) {
   if (!control_) return answer.refuse("This lab takes no commands from its page: view.control is false.");
   if (!what.contains("command")) return to_emulator(what, answer);
-  const json& command = object_in(what, "command");
+  const json& command = wish_in(what, "command");
   const auto name = command.find("name");
   for (const auto& row : command_names) {
     if (name == command.end() || !name->is_string() || name->get_ref<const std::string&>() != row.name) continue;
@@ -251,7 +251,7 @@ std::string LiveView::obey(const json& what, std::uint8_t command) {
 
 void LiveView::to_emulator(const json& what, view::Answer& answer) {
   const bool moves = what.contains("move");
-  const json& wish = object_in(what, moves ? "move" : "fault");
+  const json& wish = wish_in(what, moves ? "move" : "fault");
   Eye& eye = *eyes_[lab_of(wish)];
   const std::string line = moves ? line_of_move(wish) : line_of_fault(wish);
   eye.ask_emulator(line, [&eye, line, answer](const std::string& heard) mutable {
