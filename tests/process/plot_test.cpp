@@ -22,14 +22,15 @@ struct PlotBench : tests::BatchBench {
     std::vector<std::string> words = {"run",   CRE "meadow.toml",   CRE "sky.toml", "--set",   "arena.use=null",
                                       "--set", "run.duration_s=10", "--out",        path(name)};
     words.insert(words.end(), more.begin(), more.end());
-    const auto [code, said] = run(words);
-    REQUIRE_MESSAGE(code == 0, said);
+    const auto done = run(words);
+    REQUIRE_MESSAGE(done.first == 0, done.second);
   }
   // That picture was made, and said so.
   void draws(std::vector<std::string> words, const std::string& picture) {
     words.insert(words.begin(), "plot");
-    const auto [code, said] = run(words);
-    CHECK_MESSAGE(code == 0, said);
+    const auto done = run(words);
+    const std::string& said = done.second;
+    CHECK_MESSAGE(done.first == 0, said);
     CHECK_MESSAGE(said.find("wrote " + path(picture)) != std::string::npos, said);
     CHECK(tests::read_file(path(picture)).starts_with("\x89PNG"));
     fs::remove(path(picture));
@@ -37,8 +38,9 @@ struct PlotBench : tests::BatchBench {
   // Refused, in one sentence.
   void refuses(std::vector<std::string> words, const std::string& why) {
     words.insert(words.begin(), "plot");
-    const auto [code, said] = run(words);
-    CHECK_MESSAGE(code != 0, said);
+    const auto done = run(words);
+    const std::string& said = done.second;
+    CHECK_MESSAGE(done.first != 0, said);
     CHECK_MESSAGE(said.find(why) != std::string::npos, said);
     CHECK_MESSAGE(said.find("Traceback") == std::string::npos, said);
   }
@@ -66,8 +68,8 @@ TEST_CASE("plot draws batches and seeds as curves, also where they keep no logs"
                                 "sky.toml\"]\n"
                                 "seeds = \"1..2\"\n[set]\narena.use = \"null\"\nrun.duration_s = 10\n[sweep]\n"
                                 "gate.period_s = [1, 2]\n");
-  const auto [code, said] = bench.batch(study, "batch");
-  REQUIRE_MESSAGE(code == 0, said);
+  const auto made = bench.batch(study, "batch");
+  REQUIRE_MESSAGE(made.first == 0, made.second);
   REQUIRE(fs::exists(bench.path("batch/runs.csv")));
   bench.draws({bench.path("batch")}, "batch/curves.png");
   bench.draws({bench.path("batch"), "--by", "gate.period_s", "--series", "swarms.north"}, "batch/curves.png");
