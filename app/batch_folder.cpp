@@ -71,7 +71,7 @@ BatchFolder::BatchFolder(fs::path directory, const nlohmann::json& manifest, Use
         fmt::format("{} holds no batch; give its folder with --out, or run it first", directory_.string()));
   take(use);
   if (fs::exists(file, error)) {
-    const std::string why = difference(read_json(file), manifest);
+    const std::string why = difference(read_json(file), manifest, use == Use::looking);
     if (!why.empty())
       throw hal::ConfigError(fmt::format("{}: {}; give another folder with --out", directory_.string(), why));
   } else if (const int failed = lab::replace_json(file, manifest); failed != 0 && !fs::exists(file, error)) {

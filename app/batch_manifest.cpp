@@ -96,9 +96,9 @@ nlohmann::json make_manifest(const fs::path& file, const BatchFile& batch,
   return out;
 }
 
-std::string difference(const nlohmann::json& begun, const nlohmann::json& now) {
+std::string difference(const nlohmann::json& begun, const nlohmann::json& now, bool only_plan) {
   if (!begun.is_object() || !begun.contains("experiment")) return "it holds no manifest of a batch";
-  if (version_of(begun) != version_of(now))
+  if (!only_plan && version_of(begun) != version_of(now))
     return fmt::format("it was begun with {}, and this is {}", version_of(begun), version_of(now));
   const nlohmann::json none = nlohmann::json::object();
   // which part of the plan first, since that says more than that a file differs
@@ -108,6 +108,7 @@ std::string difference(const nlohmann::json& begun, const nlohmann::json& now) {
                                           {"factors", "another grid ([choices], [sweep])"},
                                           {"seeds", "other seeds"}})
     if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was begun with {}", name);
+  if (only_plan) return {};
   if (const std::string file = changed_input(object_in(begun, "inputs"), object_in(now, "inputs")); !file.empty())
     return fmt::format("{} was changed since it was begun", file);
   return {};

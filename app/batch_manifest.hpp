@@ -16,7 +16,8 @@ nlohmann::json make_manifest(const std::filesystem::path& file, const BatchFile&
                              const std::vector<std::vector<CheckedLab>>& checked);
 
 // What keeps a batch from going on in a folder that was begun with manifest `begun`, in one sentence that names it;
-// empty when nothing does. Looks at the files that it was begun with.
-std::string difference(const nlohmann::json& begun, const nlohmann::json& now);
+// empty when nothing does. Looks at the files that it was begun with. `only_plan`: who looks at what there is needs the
+// same runs, whatever has become of program and files since.
+std::string difference(const nlohmann::json& begun, const nlohmann::json& now, bool only_plan = false);
 
 }  // namespace arkmesh::app

@@ -79,6 +79,8 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   other["arkmesh"] = "0.0.1";
   std::ofstream(manifest) << other;
   refused(text, "it was begun with arkmesh 0.0.1");
+  // what there is can still be looked at
+  CHECK(bench.batch(bench.file(text), "out", {"--gather"}).first == 0);
   fs::create_directory(bench.folder.path() / "full");
   std::ofstream(bench.folder.path() / "full/thesis.tex") << "years";
   const auto [code, said] = bench.batch(bench.file(text), "full");
