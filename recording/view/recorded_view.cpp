@@ -70,10 +70,10 @@ std::int64_t RecordedDesk::length_us() const {
   return out;
 }
 
-void RecordedDesk::refresh() {
+void RecordedDesk::take_new() {
   const auto now = std::chrono::steady_clock::now();
-  if (!is_growing_ || now - refreshed_ < 500ms) return;
-  refreshed_ = now;
+  if (!is_growing_ || now - taken_ < 500ms) return;
+  taken_ = now;
   // what was written before the end is still taken
   is_growing_ = std::ranges::any_of(runs_, &Run::is_growing);
   for (Run& run : runs_) run.refresh();
@@ -90,7 +90,7 @@ std::vector<std::string> RecordedDesk::notes() const {
 }
 
 json RecordedDesk::about() {
-  refresh();
+  take_new();
   json labs = json::array(), runs = json::array();
   for (const Lab& lab : labs_) labs.push_back(lab.name);
   std::string name;
@@ -112,7 +112,7 @@ void RecordedDesk::command(const json&, view::Answer& answer) {
 }
 
 void RecordedDesk::request(const json& what, view::Answer& answer) {
-  refresh();
+  take_new();
   if (const auto seek = what.find("seek"); seek != what.end()) return moment(*seek, answer);
   if (const auto frames = what.find("frames"); frames != what.end()) return row(*frames, answer);
   if (what.contains("events")) {

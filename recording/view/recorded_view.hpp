@@ -32,7 +32,7 @@ class RecordedDesk final : public view::Desk {
   };
   void open(const std::vector<std::filesystem::path>& folders);
   // Of runs that still go on: takes what is new, twice a second at most.
-  void refresh();
+  void take_new();
   std::int64_t length_us() const;
   void moment(const nlohmann::json& what, view::Answer& answer);
   void row(const nlohmann::json& what, view::Answer& answer);
@@ -42,7 +42,7 @@ class RecordedDesk final : public view::Desk {
   std::vector<Lab> labs_;
   std::optional<Comparison> comparison_;
   bool is_growing_ = false;
-  std::chrono::steady_clock::time_point refreshed_{};
+  std::chrono::steady_clock::time_point taken_{};
 };
 
 // Such a page, served on a loop that outlives it.
