@@ -86,30 +86,17 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
       (then > between ? wall_.waiting_s : wall_.computing_s) += std::chrono::duration<double>(after - before).count();
     before = after;
     // From the first period until the last is complete; the lingering for slow peers afterwards is no part of the run.
-    moves = runner.period() > 0 && runner.state_text() != "finished";
+    moves = runner.period() > 0 && runner.outcome_code() == lab_status_t::open;
     progress.show(runner.period(), runner.last_period(), period_s, runner.state_text());
   }
   progress.done();
   time_.serve();
   save_result();
-  end_arena();
   if (page_) page_->finish(time_);
 }
 
 void LabProcess::save_result() const {
   lab_.folder().save_result(lab::lab_result(lab_.facts(), lab_.runner(), wall_, traffic_.by_peer()));
-}
-
-// The status goes on meanwhile. An arena that is lost has ended.
-void LabProcess::end_arena() {
-  try {
-    while (!lab_.arena().end()) {
-      hal::wait_for_service(lab_.arena(), time_);
-      step();
-    }
-  } catch (const std::exception& error) {
-    spdlog::warn("the arena of {} did not end well: {}", lab_.name(), error.what());
-  }
 }
 
 }  // namespace arkmesh::app

@@ -42,7 +42,6 @@ class LabProcess {
   TimePoint wanted_at(lab::Runner::Step after);
   void serve_until(TimePoint then);
   void save_result() const;
-  void end_arena();
 
   hal::EventLoop loop_;
   hal::LoopTime time_{loop_};

@@ -12,7 +12,7 @@
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/set_up_options.hpp"
-#include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/robot_words.hpp"
 #include "testbed/calibrate_motors.hpp"
 
 namespace arkmesh::cli {
@@ -40,7 +40,7 @@ void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
                robot.duties.turn_left, robot.duties.turn_right, robot.duties.straight_left, robot.duties.straight_right,
                robot.turn_left_rad_s * degrees, robot.turn_right_rad_s * degrees, robot.straight_m_s * 1000,
                robot.straight_turn_rad_s * degrees, result(robot));
-  if (!report.missing.empty()) fmt::print("not found: {}\n", hal::kilobot::in_words(report.missing));
+  if (!report.missing.empty()) fmt::print("not found: {}\n", hal::in_words(report.missing));
   fmt::print("{} of {} robots calibrated and stored, after {:.0f} s\n", report.stored, wanted, report.took_s);
 }
 

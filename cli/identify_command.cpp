@@ -12,7 +12,7 @@
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/set_up_options.hpp"
-#include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/robot_words.hpp"
 #include "testbed/identify.hpp"
 
 namespace arkmesh::cli {
@@ -26,7 +26,7 @@ struct IdentifyOptions {
 };
 
 void print(const testbed::IdentifyReport& report) {
-  using hal::kilobot::in_words;
+  using hal::in_words;
   if (!report.named.empty())
     fmt::print("{:>6} {:>9} {:>9} {:>12} {:>10}\n", "robot", "x_m", "y_m", "heading_deg", "confidence");
   for (const auto& [robot, at, confidence] : report.named)

@@ -128,7 +128,7 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
     };
     arena_ = hal::kilobot::make_kilobot_arena(
         settings.arena, testbed::make_arena_monitor(settings, std::move(observer), open, std::move(names)),
-        std::make_unique<EmulatedStream>(emulator_), time_);
+        std::make_unique<EmulatedStream>(emulator_), nullptr, time_);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }
@@ -141,6 +141,7 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
   hal::TimePoint next_service() const override { return wanted_ ? hal::TimePoint::min() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return arena_->waiting_for(); }
   bool end() override { return is_there(arena_->end()); }
+  std::vector<hal::NotStanding> not_standing() const override { return arena_->not_standing(); }
   const hal::Counters& counters() const override { return arena_->counters(); }
   Emulator& emulator() { return emulator_; }
 

@@ -155,6 +155,19 @@ std::optional<FleetCommand> from_message(const fleet_command_t& message) {
   return out;
 }
 
+not_standing_t to_message(const NotStanding& robot) {
+  not_standing_t out;
+  out.robot = static_cast<std::int32_t>(robot.robot);
+  out.why = static_cast<std::uint8_t>(robot.why);
+  return out;
+}
+
+NotStanding from_message(const not_standing_t& robot) {
+  const bool known = robot.why <= static_cast<std::uint8_t>(NotStanding::Why::not_in_sight);
+  return {static_cast<RobotId>(robot.robot),
+          known ? static_cast<NotStanding::Why>(robot.why) : NotStanding::Why::not_in_sight};
+}
+
 arena_info_t to_message(const ArenaInfo& info) {
   arena_info_t out;
   out.lab = info.name;

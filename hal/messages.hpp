@@ -11,6 +11,7 @@
 #include "arkmesh/counter_t.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/from_robots_t.hpp"
+#include "arkmesh/not_standing_t.hpp"
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
 #include "hal/arena.hpp"
@@ -39,6 +40,9 @@ from_robots_t to_message(std::span<const FromRobot> messages, LabTime stamp);
 fleet_command_t to_message(const FleetCommand& command, LabTime stamp);
 // Nothing when the command is none of ours.
 std::optional<FleetCommand> from_message(const fleet_command_t& message);
+not_standing_t to_message(const NotStanding& robot);
+// A reason that is none of ours counts as not in sight.
+NotStanding from_message(const not_standing_t& robot);
 arena_info_t to_message(const ArenaInfo& info);
 // Adds the message's obstacles and objects; false when it contradicts itself.
 bool read_solids(const arena_info_t& message, ArenaInfo& info);

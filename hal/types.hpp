@@ -86,11 +86,25 @@ struct FromRobot {
   std::int32_t value = 0;
 };
 
+// What can be said to all robots at once. All but `reset` and `broadcast` set a register, of which the newest counts:
+// what the robots should do from now on.
 struct FleetCommand {
   enum class Kind : std::uint8_t { run, pause, reset, sleep, voltage, charge, broadcast };
   Kind kind = Kind::run;
   std::uint8_t type = 0;               // broadcast only: infrared message type 0..127
   std::array<std::uint8_t, 9> data{};  // broadcast only
+};
+
+// A robot that was not seen to stand although it should.
+struct NotStanding {
+  enum class Why : std::uint8_t {
+    not_told,      // the word has not gone out yet
+    not_yet,       // it was told, and has not been looked at for long enough since
+    moving,        // more than a camera's noise explains
+    not_in_sight,  // nobody knows what it does
+  };
+  RobotId robot = 0;
+  Why why = Why::not_told;
 };
 
 // What became of the messages offered to robots, in totals since the arena began.

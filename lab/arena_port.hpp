@@ -1,5 +1,5 @@
 // A lab's arena on the lab's private bus. A pose passes here once on its way out (arena -> bus, and to the caller), and
-// what is said to robots once on its way back (bus and arena). The bus has it for the recorder and the tap; nothing is
+// what is said to single robots once on its way back (bus and arena); what is said to all of them passes RunRegister. The bus has it for the recorder and the tap; nothing is
 // decoded again from it.
 #pragma once
 
@@ -29,28 +29,15 @@ class ArenaPort {
   };
   Snapshot take_snapshot();
   void publish_info();
-  // What a scenario answers to frame `frame` at lab time `now`, as one batch each. Commands that no platform knows are
-  // refused and counted.
-  void say(std::span<const hal::ToRobot> messages, std::span<const hal::FleetCommand> commands, hal::LabTime now,
-           std::uint32_t frame);
-  // A command of the scenario or of an operator. What operators say is no part of a reproducible run.
-  void obey(const fleet_command_t& command);
-  // Nobody makes robots run that are kept still. Afterwards they do what a scenario or an operator said last, meanwhile
-  // or before.
-  void keep_still(bool still, hal::LabTime now);
-  // What a scenario or an operator said last is to run.
-  bool told_to_run() const { return told_to_run_; }
-  // Robots stop. Nobody may make them run afterwards.
-  void pause_for_good(hal::LabTime now, std::uint32_t frame);
+  // What a scenario answers to frame `frame` at lab time `now`, as one batch.
+  void say(std::span<const hal::ToRobot> messages, hal::LabTime now, std::uint32_t frame);
 
-  // Everything dropped, replaced or refused on the way, and inside the arena ("arena.").
+  // Everything dropped, replaced or refused inside the arena ("arena.").
   hal::Counters counters() const;
 
  private:
   hal::Arena& arena_;
   hal::Bus& bus_;
-  hal::Counters counters_;
-  bool still_ = false, told_to_run_ = false;
 };
 
 }  // namespace arkmesh::lab

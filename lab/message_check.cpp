@@ -40,8 +40,11 @@ std::string_view check_status(std::span<const std::byte> bytes) {
   Walker w(bytes);
   w.fingerprint(lab_status_t::getHash());
   w.text();
-  w.skip(8);
+  w.skip(8 + 1 + 1);
   w.text();
+  w.skip(1);
+  w.text();
+  w.list(4 + 1, [&] { w.skip(4 + 1); });
   w.skip(8 + 4 + 4 + 8 + 1);
   walk_counters(w);
   return w.verdict();

@@ -65,7 +65,7 @@ void OperatorDesk::admit(const std::string& peer, std::string_view channel, cons
   if (command == operator_command_t::stop)
     end_asked_ = true;
   else if (command != operator_command_t::arm && command != operator_command_t::disarm)
-    for_robots_.push_back(message.command);
+    for_robots_.push_back({peer, message.command});
 }
 
 void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
@@ -78,7 +78,7 @@ void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& r
                  refusal.sentence, counter);
 }
 
-std::vector<fleet_command_t> OperatorDesk::take() {
+std::vector<OperatorDesk::ForRobots> OperatorDesk::take() {
   return std::exchange(for_robots_, {});
 }
 

@@ -37,8 +37,13 @@ class OperatorDesk {
   // What the own operator says in this process, which knows who they are: a fleet_command_t::command, or one of
   // operator_command_t. Returns why it is refused, in one sentence; nothing when it is not.
   std::string obey(std::uint8_t command, Now now);
-  // What was admitted for the robots since the last call.
-  std::vector<fleet_command_t> take();
+  // What was admitted for the robots since the last call, and whose it is: another lab's operator's, or with an empty name
+  // the own one's.
+  struct ForRobots {
+    std::string peer;
+    fleet_command_t command;
+  };
+  std::vector<ForRobots> take();
   // The run is to end.
   bool end_asked() const { return end_asked_; }
   // From now on everything is refused.
@@ -59,7 +64,7 @@ class OperatorDesk {
   const hal::Clock& clock_;
   CommandRights rights_;
   CommandAudit audit_;
-  std::vector<fleet_command_t> for_robots_;
+  std::vector<ForRobots> for_robots_;
   bool end_asked_ = false, closed_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;

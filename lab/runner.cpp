@@ -1,11 +1,13 @@
 #include "lab/runner.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "hal/robot_words.hpp"
 #include "lab/shared_view.hpp"
 
 namespace arkmesh::lab {
@@ -28,6 +30,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       run_id_(run_id),
       recording_(recorder_.record_all(bus_, arena_.clock())),
       port_(arena, private_bus),
+      register_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
@@ -43,7 +46,10 @@ Runner::Step Runner::step(Now now) {
     if (now_ >= status_due_) publish_status();
     bus_.drain();  // also what the status brought here, so that it leaves in this step
     if (!peers_.failure().empty()) fail(peers_.failure());
-    for (const fleet_command_t& command : operators_.take()) port_.obey(command);
+    for (const auto& [peer, message] : operators_.take())
+      if (const auto command = hal::from_message(message))
+        register_.say(RunRegister::Who::operators, *command, arena_.clock().now(),
+                      peer.empty() ? "operator" : "operator of " + peer);
     if (operators_.end_asked()) stop("stopped by the operator");
     if (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0 && !strict())) look_for_lost_peers();
     return go_on();
@@ -51,8 +57,8 @@ Runner::Step Runner::step(Now now) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
     if (phase_ < Phase::lingering)
       fail(fmt::format("{} failed at period {}: {}", config_.lab, data_.period, error.what()));
-    else if (std::exchange(arena_lost_, true))
-      throw;
+    else
+      lose_arena(error.what());
     return Step::advanced;
   }
 }
@@ -135,7 +141,9 @@ bool Runner::advance_to(hal::LabTime t) {
 
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
-  port_.say(data_.to_robots, data_.commands, data_.now, own_.frame().number);
+  port_.say(data_.to_robots, data_.now, own_.frame().number);
+  for (const hal::FleetCommand& command : data_.commands)
+    register_.say(RunRegister::Who::scenario, command, data_.now);
   write_rows(data_, recorder_);
   forget_sent(data_);
 }
@@ -172,11 +180,9 @@ void Runner::merge_period() {
   if (config_.exchange.mode == Exchange::Mode::mixed && config_.lab == config_.owner)
     lab_.publish(applied_rule(merged.size()).name, payload_periods(merged));
   scenario_.on_period(lab_);
-  if (k == 0) {
-    lab_.command({.kind = hal::FleetCommand::Kind::run});  // robots move once all states 0 are merged
-    recorder_.start_now();
-  }
+  if (k == 0) recorder_.start_now();
   deliver();
+  if (k == 0) register_.begin(data_.now);  // robots move once all states 0 are merged
   publish_shared(bus_, data_, merged);
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
@@ -187,7 +193,7 @@ void Runner::merge_period() {
   // In free mode the owner's end is everybody's.
   if (!strict() && config_.lab != config_.owner && gate.done(config_.owner)) gate.finish_at(k);
   if (k < gate.last_period()) return enter(Phase::running);
-  if (paused_)
+  if (peer_lost_ || no_news_)
     return fail(fmt::format("{} reached its last period {} without a peer: {}", config_.lab, k, state_.does));
   peers_.publish_world();  // now with `done`
   enter(Phase::completing);
@@ -200,14 +206,21 @@ void Runner::look_for_lost_peers() {
   const PeerWait lost = peers_.lost();
   if (!lost.give_up.empty()) return fail(lost.give_up);
   const std::string silence = peers_.silence();
-  paused_ = !silence.empty() || (!lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause);
-  port_.keep_still(paused_, data_.now);
+  const bool pauses = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
+  keep_still(RunRegister::Who::lost_peer, pauses, peer_lost_);
+  keep_still(RunRegister::Who::safety, !silence.empty(), no_news_);
+  const bool paused = peer_lost_ || no_news_;
   if (!lost.text.empty())
-    state_.does = fmt::format("{} without {}", paused_ ? "paused" : "running", lost.text);
-  else if (paused_)
-    state_.does = "paused: " + silence;
+    state_.does = fmt::format("{} without {}", paused ? "paused" : "running", lost.text);
   else
-    state_.does = port_.told_to_run() ? "running" : "running, with its robots paused";
+    state_.does = paused ? "paused: " + silence : "running";
+}
+
+// `kept`: whether it was so before.
+void Runner::keep_still(RunRegister::Who who, bool still, bool& kept) {
+  using Kind = hal::FleetCommand::Kind;
+  if (std::exchange(kept, still) == still) return;
+  register_.say(who, {.kind = still ? Kind::pause : Kind::run}, arena_.clock().now());
 }
 
 void Runner::publish_status() {
@@ -255,27 +268,33 @@ void Runner::fail(std::string_view why) {
   reason_ = why;
   enter(Phase::failing);
   failed_ = true;
-  pause_robots();
+  end_robots();
   peers_.linger_after_failure();
   say_last("failed: " + reason_);
 }
 
 void Runner::finish() {
   enter(Phase::lingering);
-  pause_robots();
+  end_robots();
   peers_.linger_after_last_period();
   say_last("finished");
 }
 
 // Also an arena that failed is told, as long as it listens.
-void Runner::pause_robots() {
+void Runner::end_robots() {
   operators_.close();
-  if (!begun_) return;
   try {
-    port_.pause_for_good(arena_.clock().now(), own_.frame().number);
-  } catch (const std::exception&) {
-    arena_lost_ = true;
+    register_.end(arena_.clock().now());
+  } catch (const std::exception& error) {
+    lose_arena(error.what());
   }
+}
+
+// The run's end is told all the same.
+void Runner::lose_arena(std::string_view why) {
+  if (!std::exchange(arena_lost_, true))
+    spdlog::warn("the arena of {} failed after the end of the run, so nobody knows whether its robots stand: {}",
+                 config_.lab, why);
 }
 
 void Runner::say_last(std::string state) {
@@ -285,13 +304,52 @@ void Runner::say_last(std::string state) {
   recorder_.flush();
 }
 
-// Repeats the last state until every peer has it, or is gone; a failed run repeats its status for a moment.
+// Repeats the last state until every peer has it, or is gone; a failed run repeats its status for a moment. Meanwhile
+// the arena sees to it that robots stand.
 Runner::Step Runner::linger() {
-  if (!arena_lost_) arena_.end();
+  if (!arena_lost_ && !arena_ended_) arena_ended_ = arena_.end();
   if (peers_.repeat_world()) bus_.drain();
-  if (!peers_.may_leave(boundary_)) return Step::waiting;
-  phase_ = Phase::ended;
+  peers_done_ = peers_done_ || peers_.may_leave(boundary_);
+  awaits_arena_ = !arena_lost_ && !arena_ended_;
+  if (!peers_done_ || awaits_arena_) return Step::waiting;
+  if (std::exchange(phase_, Phase::ended) != Phase::ended) say_last(state_.does);
   return Step::ended;
+}
+
+std::string Runner::state_text() const {
+  if (phase_ < Phase::lingering && !register_.is_paused()) return state_.text();
+  std::string out = state_.text();
+  if (out == "running") out += fmt::format(", with its robots paused by the {}", register_.kept_still_by());
+  if (const std::string seen = hal::in_words(not_standing()); !seen.empty())
+    out += fmt::format("; robots were told to stand; not seen to: {}", seen);
+  return out;
+}
+
+std::uint8_t Runner::phase() const {
+  switch (phase_) {
+    case Phase::starting:
+      return lab_status_t::starting;
+    case Phase::at_boundary:
+    case Phase::running:
+    case Phase::completing:
+      return state_.waits.empty() ? lab_status_t::going_on : lab_status_t::waiting;
+    case Phase::lingering:
+    case Phase::failing:
+      return lab_status_t::ending;
+    case Phase::ended:
+      break;
+  }
+  return lab_status_t::ended;
+}
+
+std::uint8_t Runner::outcome_code() const {
+  if (failed_) return stopped_ ? lab_status_t::stopped : lab_status_t::failed;
+  return phase_ < Phase::lingering ? lab_status_t::open : lab_status_t::finished;
+}
+
+std::vector<hal::NotStanding> Runner::not_standing() const {
+  if (arena_lost_ || register_.wanted() == hal::FleetCommand::Kind::run) return {};
+  return arena_.not_standing();
 }
 
 nlohmann::json Runner::exchange_figures() const {
@@ -300,6 +358,7 @@ nlohmann::json Runner::exchange_figures() const {
 
 hal::Counters Runner::drops() const {
   hal::Counters all = peers_.counters();
+  all.merge(register_.counters());
   all.merge(port_.counters());
   all.merge(operators_.counters());
   all.merge(recorder_.counters());

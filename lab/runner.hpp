@@ -22,6 +22,7 @@
 #include "lab/operator_desk.hpp"
 #include "lab/own_state.hpp"
 #include "lab/peer_exchange.hpp"
+#include "lab/run_register.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
 #include "lab/status.hpp"
@@ -45,7 +46,7 @@ class Runner {
 
   // Serves the arena, handles what is on the private bus, says in the status each second how it is, then handles at
   // most one frame or one boundary; none after the end, while the arena ends. What arena or scenario throw ends the run
-  // as failed. The last thing that robots hear is a pause.
+  // as failed. The last thing that robots hear is a word after which they stand.
   Step step(Now now);
   // When step() is wanted at the latest after it has waited.
   Now due() const { return awaits_arena_ ? status_due_ : std::min(status_due_, peers_.world_due()); }
@@ -73,7 +74,13 @@ class Runner {
   // the lab has told everybody.
   std::string_view outcome() const;
   const std::string& reason() const { return reason_; }            // why it ended early
-  const std::string& state_text() const { return state_.text(); }  // what it is doing, for progress and `status`
+  std::string state_text() const;                                  // what it is doing, for progress and `status`
+  // How far it is, and what came of it: constants of lab_status_t.
+  std::uint8_t phase() const;
+  std::uint8_t outcome_code() const;
+  const RunRegister& run_register() const { return register_; }
+  // Of robots that should stand those that were not seen to; none of an arena that was lost before it told.
+  std::vector<hal::NotStanding> not_standing() const;
   std::uint32_t period() const { return data_.period; }
   std::uint32_t last_period() const { return peers_.gate().last_period(); }
   const RunConfig& config() const { return config_; }
@@ -106,11 +113,13 @@ class Runner {
   void close_period();
   void merge_period();
   void look_for_lost_peers();
+  void keep_still(RunRegister::Who who, bool still, bool& kept);
+  void lose_arena(std::string_view why);
   void publish_status();
   Step wait_for_arena();
   Step wait_for_peers(std::uint32_t wanted);
   void finish();
-  void pause_robots();
+  void end_robots();
   void say_last(std::string state);
   Step linger();
   void enter(Phase phase);
@@ -126,6 +135,7 @@ class Runner {
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;
+  RunRegister register_;
   OperatorDesk operators_;
   PeerExchange peers_;
   OwnState own_;
@@ -133,8 +143,9 @@ class Runner {
   Lab lab_{data_};
   Phase phase_ = Phase::starting;
   bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
-  bool arena_lost_ = false;  // it failed again after the run's end and is left alone
-  bool paused_ = false;      // robots stand still until a lost peer is back
+  bool arena_lost_ = false, arena_ended_ = false;  // it failed after the run's end and is left alone
+  bool peers_done_ = false;                        // none waits for this lab any more
+  bool peer_lost_ = false, no_news_ = false;       // robots stand still until that is over
   std::string reason_;
   StateText state_;
   std::uint32_t next_frame_ = 0;  // number of the next frame to come

@@ -6,12 +6,42 @@
 #include "lab/runner.hpp"
 
 namespace arkmesh::lab {
+namespace {
+
+constexpr std::size_t most_not_standing = 1000;
+
+std::uint8_t wanted_of(hal::FleetCommand::Kind kind) {
+  using Kind = hal::FleetCommand::Kind;
+  switch (kind) {
+    case Kind::run:
+      return lab_status_t::run;
+    case Kind::sleep:
+      return lab_status_t::asleep;
+    case Kind::charge:
+      return lab_status_t::charging;
+    case Kind::voltage:
+      return lab_status_t::showing_voltage;
+    default:
+      return lab_status_t::still;
+  }
+}
+
+}  // namespace
 
 lab_status_t status_of(const Runner& run) {
   lab_status_t m;
   m.lab = run.config().lab;
   m.nonce = static_cast<std::int64_t>(run.run_id());
+  m.phase = run.phase();
+  m.outcome = run.outcome_code();
   m.state = run.state_text() + (run.armed() ? ", armed" : "");
+  m.wanted = wanted_of(run.run_register().wanted());
+  m.kept_still = run.run_register().kept_still_by();
+  for (const hal::NotStanding& robot : run.not_standing()) {
+    if (m.not_standing.size() == most_not_standing) break;
+    m.not_standing.push_back(hal::to_message(robot));
+  }
+  m.n_not_standing = static_cast<std::int32_t>(m.not_standing.size());
   m.stamp_us = run.arena().clock().now().count();
   m.period = static_cast<std::int32_t>(run.period());
   m.last_period = static_cast<std::int32_t>(run.last_period());

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "hal/loop_time.hpp"
-#include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/platforms/kilobot/port_lock.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/live_camera.hpp"
 #include "tracker/source.hpp"
@@ -39,7 +39,7 @@ Finding controller(const std::string& port) {
   Finding finding{"overhead controller " + port, "",
                   "see what arkmesh ohc PORT lamp does; arkmesh doctor lists the serial ports there are"};
   try {
-    const std::unique_ptr<hal::kilobot::ByteStream> stream = hal::kilobot::make_byte_stream(port);
+    const std::unique_ptr<hal::kilobot::ByteStream> stream = hal::kilobot::claim_byte_stream(port, "arkmesh doctor");
     stream->open();
     auto state = hal::kilobot::ByteStream::State::opening;
     wait_until([&] { return (state = stream->check()) != hal::kilobot::ByteStream::State::opening; });

@@ -4,7 +4,7 @@
 #include <iterator>
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
-#include "hal/platforms/kilobot/pause_guard.hpp"
+#include "hal/platforms/kilobot/stand_guard.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
@@ -16,18 +16,18 @@ namespace {
 std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequest& request) {
   const hal::Section kilobot = arena.section("kilobot");
   const KilobotSettings settings = read_kilobot_settings(arena, request.lab);
-  // The guard's process has what this one has when the line opens: little, before there are pictures.
   std::unique_ptr<hal::kilobot::ByteStream> stream;
   try {
-    stream = hal::kilobot::guarded(hal::kilobot::open_byte_stream(settings.arena.port));
+    stream = hal::kilobot::open_byte_stream(settings.arena.port, request.lab);
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
+  auto guard = std::make_unique<hal::kilobot::StandGuard>(settings.arena.port);
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes =
       make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
-  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream));
+  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard));
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

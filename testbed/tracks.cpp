@@ -15,6 +15,7 @@ class TracksArena final : public hal::Arena {
   hal::TimePoint next_service() const override { return arena_->next_service(); }
   std::string waiting_for() const override { return arena_->waiting_for(); }
   bool end() override { return arena_->end(); }
+  std::vector<hal::NotStanding> not_standing() const override { return arena_->not_standing(); }
   const hal::Counters& counters() const override { return arena_->counters(); }
 
   Tracks& tracks() const { return tracks_; }

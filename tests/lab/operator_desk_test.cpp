@@ -45,7 +45,7 @@ struct DeskBench {
   std::uint64_t refused(const std::string& why) const { return desk.counters()["operator.refused." + why]; }
   std::vector<int> taken() {
     std::vector<int> out;
-    for (const fleet_command_t& command : desk.take()) out.push_back(command.command);
+    for (const auto& taken : desk.take()) out.push_back(taken.command.command);
     return out;
   }
 };

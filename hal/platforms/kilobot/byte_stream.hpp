@@ -31,8 +31,6 @@ class ByteStream {
   virtual std::size_t waiting_bytes() = 0;
   // Why it is closed or could not be opened, one sentence; empty while nothing went wrong.
   virtual const std::string& trouble() const = 0;
-  // The open line's, for a process that shares it; -1 when there is none.
-  virtual int descriptor() const { return -1; }
 };
 
 // `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as

@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <boost/asio/io_context.hpp>
 #include <cassert>
 #include <cmath>
 #include <iterator>
@@ -15,24 +14,26 @@
 #include <utility>
 
 #include "hal/arena_config.hpp"
-#include "hal/loop_time.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
-#include "hal/platforms/kilobot/pause_guard.hpp"
+#include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
-#include "hal/platforms/kilobot/terminal_stream.hpp"
+#include "hal/robot_words.hpp"
 #include "hal/solids.hpp"
+#include "hal/stand_judge.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds last_commands_take = 2s;  // for fleet commands that wait when the arena ends
-constexpr std::chrono::milliseconds last_stop_takes = 300ms;  // and then for a stop
-constexpr LabTime blind_after = 1s;                           // no frame for so long is worth a line in the log
+constexpr std::chrono::milliseconds seen_to_stand_within = 10s;  // robots that ran, when the arena ends
+constexpr std::chrono::milliseconds told_within = 2s;            // robots that never did
+constexpr std::chrono::milliseconds last_stop_takes = 300ms;     // for a stop, after that
+constexpr LabTime blind_after = 1s;                              // no frame for so long is worth a line in the log
+constexpr std::chrono::milliseconds sets_out_within = 10s;       // who has not moved then is worth one, too
 
 class KilobotArena final : public Arena {
  public:
@@ -43,7 +44,7 @@ class KilobotArena final : public Arena {
   };
 
   KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<ByteStream> stream,
-               std::unique_ptr<RobotMonitor> eyes, WallTime& wall)
+               std::unique_ptr<RobotMonitor> eyes, std::unique_ptr<StandGuard> guard, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
         patience_(patience),
@@ -51,13 +52,16 @@ class KilobotArena final : public Arena {
         poses_(own_counters_),
         pacer_(info_.frame_period, own_counters_, wall),
         port_(std::move(stream), own_counters_),
-        controller_(info_, port_, settings, own_counters_) {
+        controller_(info_, port_, settings, own_counters_),
+        judge_(info_.robots),
+        guard_(std::move(guard)) {
     controller_.hold(true);
+    controller_.command({.kind = FleetCommand::Kind::pause});
+    tell_guard();
   }
 
   // The controller repeats what it heard last for ever, so its last word must be a stop, also when an exception took
-  // whoever would have called end().
-  // Nobody may have ended it: robots stop all the same. A testbed that is lost already cannot be told anything.
+  // whoever would have called end(). A testbed that is lost already cannot be told anything.
   ~KilobotArena() override {
     try {
       hal::end(*this, wall_);
@@ -109,20 +113,36 @@ class KilobotArena final : public Arena {
   bool end() override {
     if (phase_ < Phase::ending) {
       phase_ = Phase::ending;
+      if (!should_stand()) controller_.command({.kind = FleetCommand::Kind::pause});
       controller_.finish();
-      wanted_at_ = now() + last_commands_take;
+      last_until_ = now() + (ran_ ? seen_to_stand_within : told_within);
+      wanted_at_ = now();
     }
     serve_controller();
-    if (phase_ == Phase::ending && !controller_.is_silent(now()) && now() >= wanted_at_) {
+    if (phase_ == Phase::ending && !see_them_stand()) return false;
+    if (phase_ == Phase::ending) {
+      last_seen_ = not_standing();
+      if (guard_)
+        guard_->tell({*controller_.wanted(), last_seen_.empty() && controller_.said_since() && port_.is_open(), true});
       phase_ = Phase::stopping;
       controller_.stop_sending(now());
-      wanted_at_ = now() + last_stop_takes;
+      last_until_ = now() + last_stop_takes;
+      wanted_at_ = last_until_;
       serve_controller();
     }
-    if (phase_ != Phase::ended && !controller_.is_silent(now()) && now() < wanted_at_) return false;
+    if (phase_ != Phase::ended && !controller_.is_silent(now()) && now() < last_until_) return false;
     phase_ = Phase::ended;
     wanted_at_ = TimePoint::max();
     return true;
+  }
+
+  std::vector<NotStanding> not_standing() const override {
+    if (phase_ > Phase::ending) return last_seen_;
+    if (!should_stand()) return {};
+    if (controller_.said_since()) return judge_.not_standing(now());
+    std::vector<NotStanding> all;
+    for (const RobotId robot : info_.robots) all.push_back({robot, NotStanding::Why::not_told});
+    return all;
   }
 
  private:
@@ -130,7 +150,7 @@ class KilobotArena final : public Arena {
     beginning,  // until frame 0 is there
     ready,      // until lab time begins
     running,
-    ending,    // the last commands go out
+    ending,    // robots are told to stand, until they were seen to
     stopping,  // what was still waiting has been dropped, the controller is told to stop
     ended,
   };
@@ -200,6 +220,8 @@ class KilobotArena final : public Arena {
   void serve_controller() {
     controller_.poll(now());
     serve_at_ = controller_.due(now());
+    begin_to_judge();
+    tell_guard();
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
     if (controller_.is_up())
       spdlog::info("the overhead controller listens");
@@ -213,7 +235,72 @@ class KilobotArena final : public Arena {
     controller_.withhold(eyes_->doubtful(), now());
     controller_.ask(eyes_->question());
     serve_controller();
-    return eyes_->latest();
+    auto frame = eyes_->latest();
+    if (frame) judge_.look(*frame, now());
+    if (phase_ > Phase::beginning) supervise();
+    return frame;
+  }
+
+  // ---- whether robots stand
+
+  bool should_stand() const {
+    const auto wanted = controller_.wanted();
+    return wanted && *wanted != FleetCommand::Kind::run;
+  }
+
+  // What was seen before robots had heard the word tells nothing.
+  void begin_to_judge() {
+    ran_ = ran_ || controller_.wanted() == FleetCommand::Kind::run;
+    const std::pair told{controller_.wanted(), controller_.said_since()};
+    if (told == told_) return;
+    told_ = told;
+    judge_.begin();
+    walkers_.clear();
+    set_out_at_.reset();
+    if (told_.second && !should_stand()) set_out_at_ = *told_.second + sets_out_within;
+  }
+
+  // Says who does not do what all were told.
+  void supervise() {
+    const std::vector<RobotId> carried = judge_.take_carried();
+    if (set_out_at_ && now() >= *set_out_at_) {
+      set_out_at_.reset();
+      if (const auto resting = judge_.at_their_place(); !resting.empty())
+        spdlog::info("{} of {} robots have not moved since they were told to run: {}", resting.size(),
+                     info_.robots.size(), in_words(resting));
+    }
+    if (!should_stand() || !controller_.said_since()) return;
+    if (!carried.empty()) spdlog::info("somebody carries robots: {}", in_words(carried));
+    std::vector<RobotId> walkers, fresh;
+    bool all_judged = true;
+    for (const NotStanding& robot : judge_.not_standing(now())) {
+      if (robot.why == NotStanding::Why::moving) walkers.push_back(robot.robot);
+      if (robot.why != NotStanding::Why::not_in_sight) all_judged = false;
+    }
+    if (!all_judged) controller_.urge(now());
+    std::ranges::set_difference(walkers, walkers_, std::back_inserter(fresh));
+    walkers_ = std::move(walkers);
+    if (fresh.empty()) return;
+    own_counters_.add("robots.moved_when_told_to_stand", fresh.size());
+    spdlog::warn("robots move although they were told to stand, and are told again: {}", in_words(fresh));
+  }
+
+  // Towards the end. False: not yet, and there is still time.
+  bool see_them_stand() {
+    const TimePoint at = now();
+    const bool stand = controller_.said_since() && (!ran_ || not_standing().empty());
+    if (stand || at >= last_until_) return true;
+    if (at >= wanted_at_) {
+      look();
+      wanted_at_ = std::min(last_until_, now() + info_.frame_period);
+    }
+    return false;
+  }
+
+  void tell_guard() {
+    if (guard_ && phase_ < Phase::stopping)
+      guard_->tell({.wanted = should_stand() ? *controller_.wanted() : FleetCommand::Kind::pause,
+                    .all_stand = should_stand() && port_.is_open() && not_standing().empty()});
   }
 
   void make_frame(LabTime stamp) {
@@ -268,6 +355,14 @@ class KilobotArena final : public Arena {
   TimePoint looked_at_{};
   bool has_picture_ = false;  // the last look while beginning gave a frame
   bool was_up_ = false;
+  StandJudge judge_;
+  std::unique_ptr<StandGuard> guard_;  // null: none
+  std::pair<std::optional<FleetCommand::Kind>, std::optional<TimePoint>> told_;  // what is judged, and since when
+  bool ran_ = false;                                                             // robots were told to, at any time
+  std::vector<RobotId> walkers_;                                                 // as last said
+  std::optional<TimePoint> set_out_at_;                                          // when all should have
+  TimePoint last_until_{};                                                       // of the ending
+  std::vector<NotStanding> last_seen_;
   std::int64_t frames_ = 0;  // made or lost so far; also the next one's number
   LabTime seen_at_{0};       // stamp of the last frame that was made
 };
@@ -304,24 +399,19 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   return out;
 }
 
-std::unique_ptr<ByteStream> open_byte_stream(const std::string& port) {
-  std::unique_ptr<ByteStream> stream = make_byte_stream(port);
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab) {
+  std::unique_ptr<ByteStream> stream = claim_byte_stream(port, "lab " + lab);
   stream->open();
-  // A killed program's guard has the line for a moment.
-  EventLoop loop;
-  LoopTime time(loop);
-  for (const TimePoint until = time.now() + guard_speaks_at_most;
-       stream->trouble() == why_in_use(port) && time.now() < until; stream->open())
-    time.wait_until(time.now() + std::chrono::milliseconds{50});
   if (stream->check() == ByteStream::State::closed) throw PortError(stream->trouble());
   return stream;
 }
 
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
-                                          std::unique_ptr<ByteStream> stream, WallTime& wall) {
+                                          std::unique_ptr<ByteStream> stream, std::unique_ptr<StandGuard> guard,
+                                          WallTime& wall) {
   const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
   return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(stream),
-                                        std::move(eyes), wall);
+                                        std::move(eyes), std::move(guard), wall);
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -11,6 +11,7 @@
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/platforms/kilobot/robot_monitor.hpp"
+#include "hal/platforms/kilobot/stand_guard.hpp"
 #include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
@@ -33,8 +34,8 @@ struct ArenaSettings {
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port = true);
 
 // The device named: one that is not there now is a mistake in the file or in the arena, later it is a fault that heals.
-// A device that is in use is tried again for as long as a killed program's guard has it. Throws PortError.
-std::unique_ptr<ByteStream> open_byte_stream(const std::string& port);
+// `lab` is named to others who want it. Throws PortError.
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab);
 
 // advance_to(0) is there when the overhead controller listens and every robot has been seen and named, and throws
 // std::runtime_error with what is missing when that takes longer than names_within. Robots that may be missing are
@@ -43,6 +44,7 @@ std::unique_ptr<ByteStream> open_byte_stream(const std::string& port);
 // true waits until it is. Counts `poses.lost.no_picture`, `poses.refused.unknown_robot`, `poses.refused.outside`, what
 // OverheadController counts, and what `eyes` counts. `wall`, when it is not the machine's, outlives the arena.
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
-                                          std::unique_ptr<ByteStream> stream, WallTime& wall = machine_time());
+                                          std::unique_ptr<ByteStream> stream,
+                                          std::unique_ptr<StandGuard> guard = nullptr, WallTime& wall = machine_time());
 
 }  // namespace arkmesh::hal::kilobot

@@ -4,42 +4,6 @@
 #include "hal/silent_link.hpp"
 
 namespace arkmesh::hal::kilobot {
-namespace {
-
-constexpr std::size_t max_commands = 256;  // waiting; a flood is refused, not stored
-
-std::uint8_t type_of(hal::FleetCommand::Kind kind) {
-  using Kind = hal::FleetCommand::Kind;
-  switch (kind) {
-    case Kind::run:
-      return type_run;
-    case Kind::pause:
-      return type_wakeup;
-    case Kind::reset:
-      return type_reset;
-    case Kind::sleep:
-      return type_sleep;
-    case Kind::voltage:
-      return type_voltage;
-    case Kind::charge:
-      return type_charge;
-    case Kind::broadcast:
-      break;
-  }
-  return 0;
-}
-
-}  // namespace
-
-Message fleet_message(const hal::FleetCommand& command) {
-  Message message;
-  message.type = type_of(command.kind);
-  if (command.kind == hal::FleetCommand::Kind::broadcast) {
-    message.type = command.type;
-    message.data = command.data;
-  }
-  return with_crc(message);
-}
 
 void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
   for (const hal::ToRobot& message : newest) {
@@ -58,23 +22,13 @@ void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
   }
 }
 
-const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command) {
-  if (command.kind == hal::FleetCommand::Kind::broadcast && command.type > 127) return "fleet_command.refused.type";
-  return hal::refusal(info, command);
-}
-
 void MessageRegisters::command(const hal::FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
-  if (commands_.size() >= max_commands) return counters_.add("fleet_command.refused.too_many");
-  commands_.push_back(fleet_message(command));
+  if (const char* reason = commands_.put(command)) counters_.add(reason);
 }
 
 std::optional<Message> MessageRegisters::next() {
-  if (!commands_.empty()) {
-    const Message message = commands_.front();
-    commands_.pop_front();
-    return message;
-  }
+  if (!commands_.empty()) return fleet_message(commands_.take());
   if (waiting_.empty()) return std::nullopt;
 
   Message message;

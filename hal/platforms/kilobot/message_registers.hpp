@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <span>
@@ -11,14 +10,10 @@
 
 #include "hal/arena.hpp"
 #include "hal/counters.hpp"
+#include "hal/platforms/kilobot/fleet_queue.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::hal::kilobot {
-
-// The infrared message of a fleet command, its checksum included. For a broadcast, `type` must be at most 127.
-Message fleet_message(const hal::FleetCommand& command);
-// Why a command cannot be sent, as its counter's name; null when it can.
-const char* command_refusal(const hal::ArenaInfo& info, const hal::FleetCommand& command);
 
 class MessageRegisters final : public hal::RobotLink {
  public:
@@ -55,7 +50,7 @@ class MessageRegisters final : public hal::RobotLink {
 
   const hal::ArenaInfo& info_;
   hal::Counters& counters_;
-  std::deque<Message> commands_;
+  FleetQueue commands_;
   std::map<hal::RobotId, Waiting> waiting_;  // robots with something waiting
   hal::RobotId next_robot_ = 0;              // where the round over robots goes on
   hal::Airtime airtime_;

@@ -10,8 +10,12 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr std::size_t max_waiting_commands = 64;  // waiting; a flood is refused, not stored
-constexpr int stops_for_sure = 3;                 // where the line may spoil one
+using Kind = FleetCommand::Kind;
+
+constexpr int stops_for_sure = 3;  // where the line may spoil one
+// A robot that was out of reach walks for so long at most; the rest of the airtime is others'.
+constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
+constexpr microseconds urged_again_after{100'000};
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -64,13 +68,25 @@ void OverheadController::offer(std::span<const ToRobot> newest) {
 }
 
 void OverheadController::command(const FleetCommand& command) {
-  using Kind = FleetCommand::Kind;
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
-  const bool broadcast = command.kind == Kind::broadcast;
-  if (commands_.size() >= max_waiting_commands) return counters_.add("fleet_command.refused.too_many");
-  const microseconds awake = broadcast ? settings_.broadcast_for : settings_.command_for;
-  commands_.push_back({fleet_message(command), asleep_ ? std::max(awake, settings_.waking_for) : awake, {}});
-  if (!broadcast) asleep_ = command.kind == Kind::sleep;
+  if (is_word(command) && command.kind == wanted_) {
+    // it is on its way already; whoever says it once more wants it heard
+    again_at_ = TimePoint{};
+    urged_ = said_since_.has_value();
+    return;
+  }
+  if (const char* cost = commands_.put(command)) counters_.add(cost);
+  if (command.kind == Kind::broadcast) return;
+  wanted_ = command.kind == Kind::reset ? Kind::pause : command.kind;
+  said_since_.reset();
+  urged_ = false;
+  cut_ = makes_stand(command);
+}
+
+void OverheadController::urge(TimePoint now) {
+  if (wanted_ != Kind::pause || !said_since_) return;
+  urged_ = true;
+  again_at_ = std::min(again_at_, now + urged_again_after);
 }
 
 void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
@@ -86,14 +102,15 @@ void OverheadController::poll(TimePoint now) {
   sender_.poll(now);
   note_loss();
   if (!held_) {
-    for (Command& command : commands_)
-      if (!command.since) command.since = now;
+    commands_.note_time(now);
     expire(now);
   }
+  if (std::exchange(cut_, false)) cut_short(now);
   if (!sender_.is_ready(now)) return;
   if (repeat_command(now)) return;
-  on_air_command_.reset();
-  if (!held_ && send_command(now)) return;
+  end_command(now);
+  repeat_word(now);
+  if (send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
   const bool wants_composite = !held_ && (composite_ || registers_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
@@ -114,7 +131,7 @@ void OverheadController::send_stop(TimePoint now) {
   --stops_left_;
 }
 
-// A line that was lost took with it what the controller was repeating.
+// A line that was lost took with it what the controller was repeating; and nobody knows what robots heard.
 void OverheadController::note_loss() {
   const bool lost = !sender_.is_up() || sender_.openings() != openings_;
   openings_ = sender_.openings();
@@ -122,37 +139,72 @@ void OverheadController::note_loss() {
   asked_.reset();
   stops_left_ = 0;
   on_air_composite_.reset();
-  if (!on_air_command_) return;
-  commands_.push_front(*std::exchange(on_air_command_, std::nullopt));
-  counters_.add("fleet_command.repeated_after_loss");
+  if (on_air_command_ && !is_word(on_air_command_->command)) {
+    commands_.put_first(on_air_command_->command);
+    counters_.add("fleet_command.repeated_after_loss");
+  }
+  on_air_command_.reset();
+  if (wanted_ && !commands_.has_word()) commands_.put_first({.kind = *wanted_});
 }
 
 void OverheadController::expire(TimePoint now) {
   if (sender_.is_up()) return down_since_.reset();
   if (!down_since_) down_since_ = now;
-  while (!commands_.empty() && now - std::max(*commands_.front().since, *down_since_) > settings_.expire_after) {
-    commands_.pop_front();
-    counters_.add("fleet_command.expired");
-  }
   if (now - *down_since_ <= settings_.expire_after) return;
+  counters_.add("fleet_command.expired", commands_.expire(now - settings_.expire_after));
   counters_.add("to_robots.expired", registers_.drop_all());
   if (composite_) counters_.add("overhead.dropped.composite");
   composite_.reset();
 }
 
+// For a word after which robots stand; one that is on the air already is not cut by the next.
+void OverheadController::cut_short(TimePoint now) {
+  if (!on_air_command_ || makes_stand(on_air_command_->command)) return;
+  sender_.cut_short(now);
+  counters_.add("fleet_command.cut_short");
+  on_air_command_.reset();
+}
+
+microseconds OverheadController::length_of(const FleetCommand& command) const {
+  if (command.kind == Kind::broadcast) return settings_.broadcast_for;
+  if (asleep_ && command.kind != Kind::sleep) return std::max(settings_.command_for, settings_.waking_for);
+  return repeated_ && !urged_ ? std::min(settings_.command_for, pause_again_for) : settings_.command_for;
+}
+
+// The word that stands, when it is time to say it again.
+void OverheadController::repeat_word(TimePoint now) {
+  if (wanted_ != Kind::pause || !said_since_ || now < again_at_ || commands_.has_word()) return;
+  commands_.put_first({.kind = Kind::pause});
+  repeated_ = true;
+  counters_.add("fleet_command.said_again");
+}
+
 bool OverheadController::send_command(TimePoint now) {
-  if (commands_.empty()) return false;
-  Command& command = commands_.front();
-  const microseconds first = says_again() ? std::min(command.repeat_for, settings_.again_after) : command.repeat_for;
+  if (commands_.empty() || (held_ && !makes_stand(commands_.front()))) return false;
+  const FleetCommand command = commands_.front();
+  const microseconds all = length_of(command),
+                     first = says_again() ? std::min(all, settings_.again_after) : all;
   // true even if a stop had to go first: nothing may overtake
-  if (!sender_.send(forward_packet(command.message), first, now)) return true;
+  if (!sender_.send(forward_packet(fleet_message(command)), first, now)) return true;
   counters_.add("fleet_command.sent");
-  command.left = command.repeat_for - first;
-  on_air_command_ = std::move(command);
-  commands_.pop_front();
+  asleep_ = asleep_ || command.kind == Kind::sleep;
+  on_air_command_ = {command, all - first};
+  commands_.take();
   asked_.reset();
   on_air_composite_.reset();
   return true;
+}
+
+// It has been on the air for as long as it should.
+void OverheadController::end_command(TimePoint now) {
+  if (!on_air_command_) return;
+  const Kind kind = on_air_command_->command.kind;
+  on_air_command_.reset();
+  if (kind == Kind::broadcast) return;
+  repeated_ = urged_ = false;
+  again_at_ = now + (kind == Kind::reset ? microseconds{0} : pause_again_after);
+  asleep_ = asleep_ && kind == Kind::sleep;
+  if (!said_since_ && !commands_.has_word()) said_since_ = now;
 }
 
 // By turns a stop and the command, until it has been on the air for as long as it should.
@@ -167,7 +219,7 @@ bool OverheadController::repeat_command(TimePoint now) {
     const microseconds next = std::min(left, settings_.again_after);
     left -= next;
     std::ignore =
-        sender_.send(forward_packet(on_air_command_->message), next, now);  // behind a stop nothing is in its way
+        sender_.send(forward_packet(fleet_message(on_air_command_->command)), next, now);  // behind a stop nothing is in its way
   }
   return true;
 }
@@ -210,8 +262,9 @@ void OverheadController::finish() {
 
 void OverheadController::stop_sending(TimePoint now) {
   finish();
-  counters_.add("fleet_command.expired", commands_.size());
-  commands_.clear();
+  counters_.add("fleet_command.expired", commands_.drop_all());
+  on_air_command_.reset();
+  wanted_.reset();
   sender_.cut_short(now);
 }
 

@@ -1,12 +1,12 @@
 // The way to a testbed of Kilobots: decides what the overhead controller says next. Fleet commands first, then the
 // standing question and the registers of single robots in turn, and silence when there is nothing to say, because
 // robots talk to each other on the same channel. What matters goes over the line more than once, because nobody says
-// whether it came through. Time is the caller's; nothing here blocks.
+// whether it came through. What robots should do is said anew after each opening of the line, and `pause` every few
+// seconds for as long as it is wanted: robots may have been out of reach. Time is the caller's; nothing here blocks.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,6 +14,7 @@
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
 #include "hal/counters.hpp"
+#include "hal/platforms/kilobot/fleet_queue.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/platforms/kilobot/packet_port.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
@@ -36,8 +37,8 @@ struct OverheadSettings {
   void check(const Section& kilobot) const;
 };
 
-// Counts `fleet_command.sent`, `.repeated_after_loss`, `.expired`, `.refused.type`, `.refused.too_many`,
-// `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.dropped.composite`, and what its parts
+// Counts `fleet_command.sent`, `.said_again` (a word that stands), `.replaced`, `.cut_short`, `.repeated_after_loss`,
+// `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.dropped.composite`, and what its parts
 // count.
 class OverheadController final : public RobotLink {
  public:
@@ -60,15 +61,20 @@ class OverheadController final : public RobotLink {
   // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers
   // are dropped.
   void withhold(std::span<const RobotId> robots, TimePoint now);
-  // While on hold only questions go out; commands and messages wait, without ageing. For the time before an experiment
-  // begins.
+  // While on hold only questions go out, and what makes robots stand; the rest waits, without ageing. For the time before
+  // an experiment begins.
   void hold(bool on) { held_ = on; }
+  // What the robots should do; nothing before the first word.
+  std::optional<FleetCommand::Kind> wanted() const { return wanted_; }
+  // Since when what is wanted has been said, for as long as it is to be repeated; nothing: not yet.
+  std::optional<TimePoint> said_since() const { return said_since_; }
+  // Somebody was seen not to do what is wanted: `pause` is said again soon, and at length.
+  void urge(TimePoint now);
   // Sends what is due. Call it at the times that due() gives, or more often.
   void poll(TimePoint now);
   TimePoint due(TimePoint now) const { return sender_.due(now); }
   bool is_up() const { return sender_.is_up(); }
-  // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out, a last `pause`
-  // too.
+  // Towards the end: forgets the question and what waits for single robots. Fleet commands still go out.
   void finish();
   // At the end: forgets the commands as well and ends the one that is on the air; poll() then only stops the
   // controller.
@@ -77,16 +83,18 @@ class OverheadController final : public RobotLink {
   bool is_silent(TimePoint now) const;
 
  private:
-  struct Command {
-    Message message;
-    std::chrono::microseconds repeat_for{0};
-    std::optional<TimePoint> since;     // none: the next poll() says
-    std::chrono::microseconds left{0};  // of repeat_for, when it is on the air
+  struct OnAir {
+    FleetCommand command;
+    std::chrono::microseconds left{0};  // of the time for which it is repeated
   };
   void expire(TimePoint now);
   void note_loss();
+  void cut_short(TimePoint now);
   bool send_command(TimePoint now);
   bool repeat_command(TimePoint now);
+  void end_command(TimePoint now);
+  void repeat_word(TimePoint now);
+  std::chrono::microseconds length_of(const FleetCommand& command) const;
   void send_stop(TimePoint now);
   bool says_again() const { return settings_.again_after.count() > 0; }
   bool send_question(TimePoint now);
@@ -97,9 +105,14 @@ class OverheadController final : public RobotLink {
   Counters& counters_;
   MessageRegisters registers_;
   PacketSender sender_;
-  std::deque<Command> commands_;
-  std::optional<Command> on_air_command_;
-  bool asleep_ = false;  // the last command put the robots to sleep
+  FleetQueue commands_;
+  std::optional<OnAir> on_air_command_;
+  std::optional<FleetCommand::Kind> wanted_;
+  std::optional<TimePoint> said_since_;
+  TimePoint again_at_{};                        // when a `pause` that stands is said again
+  bool urged_ = false, repeated_ = false;       // at length; the word that is on the air was said before
+  bool asleep_ = false;                         // robots may be, since they were told to and until they were woken
+  bool cut_ = false;                            // what is on the air must make way for a word
   std::optional<Message> question_;
   std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
   TimePoint asked_at_{}, stopped_at_{};

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds first_pause = 100ms, longest_pause = 2000ms;
+constexpr std::chrono::milliseconds try_each = 250ms;  // robots may walk until the line is back
 // A network path may hold some packets on their way; what waits longer than these is not current any more.
 constexpr std::size_t max_waiting_bytes = 4 * packet_bytes;
 
@@ -18,15 +18,13 @@ constexpr std::size_t max_waiting_bytes = 4 * packet_bytes;
 void PacketPort::poll(TimePoint now) {
   if (state_ == ByteStream::State::closed) {
     if (now < try_at_) return;
-    pause_ = std::clamp(2 * pause_, first_pause, longest_pause);
-    try_at_ = now + pause_;
+    try_at_ = now + try_each;
     stream_->open();
   }
   const ByteStream::State before = std::exchange(state_, stream_->check());
   if (state_ == ByteStream::State::open && before != ByteStream::State::open) {
     ++openings_;
     counters_.add("overhead.port_opened");
-    pause_ = 0ms;
     left_ = 0;
     handed_over_ = now;
   }
@@ -34,8 +32,7 @@ void PacketPort::poll(TimePoint now) {
   if (state_ == ByteStream::State::closed && before == ByteStream::State::open) {
     counters_.add("overhead.port_lost");
     if (std::exchange(left_, 0) > 0) counters_.add("overhead.dropped.packet");
-    pause_ = first_pause;
-    try_at_ = now + pause_;
+    try_at_ = now;
   }
 }
 

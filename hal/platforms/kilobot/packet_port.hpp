@@ -1,5 +1,5 @@
 // A port to an overhead controller that comes back: whole packets go in, and a byte stream that was unplugged is opened
-// again, by its name, with growing pauses. Time is the caller's.
+// again, by its name, four times a second. Time is the caller's.
 #pragma once
 
 #include <chrono>
@@ -48,7 +48,6 @@ class PacketPort {
   Counters& counters_;
   ByteStream::State state_ = ByteStream::State::closed;
   TimePoint try_at_ = TimePoint::min();
-  std::chrono::milliseconds pause_{0};
   std::uint64_t openings_ = 0;
   Packet packet_{};
   std::size_t left_ = 0;  // bytes of packet_ to be written

@@ -48,19 +48,4 @@ std::vector<RobotId> read_robot_ids(const Section& arena) {
   return out;
 }
 
-std::string in_words(const std::vector<RobotId>& ascending, std::size_t most) {
-  std::string out;
-  std::size_t parts = 0;
-  for (std::size_t i = 0; i < ascending.size(); ++parts) {
-    if (parts == most) return out + fmt::format(" and {} more", ascending.size() - i);
-    std::size_t last = i;
-    while (last + 1 < ascending.size() && ascending[last + 1] == ascending[last] + 1) ++last;
-    if (last == i + 1) last = i;
-    if (!out.empty()) out += ", ";
-    out += last == i ? fmt::format("{}", ascending[i]) : fmt::format("{}-{}", ascending[i], ascending[last]);
-    i = last + 1;
-  }
-  return out;
-}
-
 }  // namespace arkmesh::hal::kilobot

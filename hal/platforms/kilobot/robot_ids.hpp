@@ -1,7 +1,6 @@
 // Which Kilobots are in the arena: ids are written on them and need not begin at 0.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "hal/config.hpp"
@@ -13,8 +12,5 @@ namespace arkmesh::hal::kilobot {
 // arena.kilobot.ids, a list such as ["0-11", "40"]; without it 0 to arena.robots - 1. Ascending. Throws ConfigError:
 // not as many as arena.robots, an id twice or above 1022.
 std::vector<RobotId> read_robot_ids(const Section& arena);
-
-// "4, 7-9, 11": for sentences. At most `most` parts, then "and N more".
-std::string in_words(const std::vector<RobotId>& ascending, std::size_t most = 12);
 
 }  // namespace arkmesh::hal::kilobot

@@ -166,13 +166,6 @@ std::size_t SerialDeviceStream::waiting_bytes() {
   return waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
 }
 
-int SerialDeviceStream::descriptor() const {
-  if (terminal_) return terminal_->descriptor();
-  int fd = -1;
-  if (port_) sp_get_port_handle(port_, &fd);
-  return fd;
-}
-
 void SerialDeviceStream::close() {
   if (!port_) return;
   sp_close(port_);

@@ -21,7 +21,6 @@ class SerialDeviceStream final : public ByteStream {
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
-  int descriptor() const override;
   const std::string& trouble() const override { return terminal_ ? terminal_->trouble() : trouble_; }
 
  private:

@@ -20,6 +20,7 @@
 namespace arkmesh::hal::kilobot {
 namespace {
 
+constexpr std::chrono::seconds connects_within{1};  // another attempt may find the path that is back
 constexpr unsigned gone_after_ms = 5000;  // bytes unconfirmed for so long: the other machine is gone
 
 void set(int fd, int level, int option, int value) {
@@ -59,6 +60,7 @@ void TcpStream::open() {
   if (fd_ >= 0) return;
   const Address& address = addresses_[next_];
   next_ = (next_ + 1) % addresses_.size();
+  began_ = machine_time().now();
   fd_ = ::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd_ < 0) return fail("no socket for it", errno);
   set(fd_, IPPROTO_TCP, TCP_NODELAY, 1);
@@ -75,7 +77,12 @@ void TcpStream::open() {
 ByteStream::State TcpStream::check() {
   if (fd_ < 0) return State::closed;
   pollfd state{fd_, static_cast<short>(connected_ ? POLLIN : POLLOUT), 0};
-  if (::poll(&state, 1, 0) <= 0) return connected_ ? State::open : State::opening;
+  if (::poll(&state, 1, 0) <= 0) {
+    if (connected_) return State::open;
+    if (machine_time().now() - began_ <= connects_within) return State::opening;
+    fail("no connection", ETIMEDOUT);
+    return State::closed;
+  }
   if (!connected_) {
     int code = 0;
     socklen_t length = sizeof code;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -21,7 +22,6 @@ class TcpStream final : public ByteStream {
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
-  int descriptor() const override { return fd_; }
   const std::string& trouble() const override { return trouble_; }
 
  private:
@@ -37,6 +37,7 @@ class TcpStream final : public ByteStream {
   std::size_t next_ = 0;
   int fd_ = -1;
   bool connected_ = false;
+  TimePoint began_{};  // to connect
   std::string trouble_;
 };
 

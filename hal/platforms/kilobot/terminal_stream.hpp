@@ -20,7 +20,6 @@ class TerminalStream final : public ByteStream {
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
   const std::string& trouble() const override { return trouble_; }
-  int descriptor() const override { return terminal_.get(); }
 
  private:
   void lose(std::string why);

@@ -1,0 +1,106 @@
+#include "hal/stand_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace arkmesh::hal {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::chrono::milliseconds gap = 500ms;  // out of sight for longer: what came between is not known
+// A walk goes on, a jump of the measurement (a hand at the robot's edge) does not: both halves have a part.
+constexpr double least_in_each_half_m = 0.0012;
+// Nobody walks so far in so short a time; Kilobots walk at 20 mm/s at most.
+constexpr std::chrono::milliseconds carry_time = 500ms;
+constexpr double carried_m = 0.04;
+
+struct Spot {
+  double x_m, y_m;
+};
+
+double distance_m(Spot a, Spot b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
+
+double middle(std::vector<double> values) {
+  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), half, values.end());
+  return *half;
+}
+
+// Where a robot was around the `i`th look: a single measurement that is off does not count.
+template <typename Places>
+Spot spot(const Places& places, std::size_t i) {
+  const std::size_t n = std::min<std::size_t>(3, places.size());
+  const std::size_t from = std::min(i - std::min(i, n / 2), places.size() - n);
+  std::vector<double> x, y;
+  for (std::size_t k = from; k < from + n; ++k) x.push_back(places[k].x_m), y.push_back(places[k].y_m);
+  return {middle(std::move(x)), middle(std::move(y))};
+}
+
+}  // namespace
+
+void StandJudge::begin() {
+  seen_.clear();
+  first_.clear();
+  farthest_m_.clear();
+}
+
+void StandJudge::look(const PoseFrame& frame, TimePoint now) {
+  for (const Observation& robot : frame.robots) {
+    if (robot.age > LabTime{0}) continue;
+    const Place place{now, robot.pose.x_m, robot.pose.y_m};
+    Places& places = seen_[robot.robot];
+    if (!places.empty() && now - places.back().at > gap) places.clear();
+    const auto before = std::ranges::find_if(places, [&](const Place& p) { return now - p.at <= carry_time; });
+    if (before != places.end() && distance_m({before->x_m, before->y_m}, {place.x_m, place.y_m}) > carried_m) {
+      places.clear();
+      carried_.push_back(robot.robot);
+    }
+    places.push_back(place);
+    while (places.size() > 2 && now - places[1].at >= looks_for) places.pop_front();
+    const Place& first = first_.try_emplace(robot.robot, place).first->second;
+    double& far_m = farthest_m_[robot.robot];
+    far_m = std::max(far_m, distance_m({first.x_m, first.y_m}, {place.x_m, place.y_m}));
+  }
+}
+
+std::optional<NotStanding::Why> StandJudge::judge(const Places& places, TimePoint now) const {
+  using Why = NotStanding::Why;
+  if (places.empty() || now - places.back().at > gap) return Why::not_in_sight;
+  if (places.back().at - places.front().at < looks_for) return Why::not_yet;
+  const Spot first = spot(places, 0), last = spot(places, places.size() - 1);
+  if (distance_m(first, last) <= still_within_m) return {};
+  const TimePoint half = places.back().at - looks_for / 2;
+  const auto at_half = std::ranges::find_if(places, [&](const Place& place) { return place.at >= half; });
+  const Spot between = spot(places, static_cast<std::size_t>(at_half - places.begin()));
+  return std::min(distance_m(first, between), distance_m(between, last)) > least_in_each_half_m ? Why::moving
+                                                                                                : Why::not_yet;
+}
+
+std::vector<NotStanding> StandJudge::not_standing(TimePoint now) const {
+  std::vector<NotStanding> out;
+  for (const RobotId robot : robots_) {
+    const auto seen = seen_.find(robot);
+    const auto why = seen == seen_.end() ? NotStanding::Why::not_in_sight : judge(seen->second, now);
+    if (why) out.push_back({robot, *why});
+  }
+  return out;
+}
+
+std::vector<RobotId> StandJudge::take_carried() {
+  std::ranges::sort(carried_);
+  carried_.erase(std::unique(carried_.begin(), carried_.end()), carried_.end());
+  return std::exchange(carried_, {});
+}
+
+std::vector<RobotId> StandJudge::at_their_place() const {
+  std::vector<RobotId> out;
+  for (const auto& [robot, far_m] : farthest_m_)
+    if (far_m <= still_within_m) out.push_back(robot);
+  return out;
+}
+
+}  // namespace arkmesh::hal

@@ -1,0 +1,52 @@
+// Whether robots stand, by what cameras see of them: nobody else knows. Robots that were told to stand count as
+// standing when they were seen to for long enough since; one that is out of sight never does. Time is the caller's.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "hal/types.hpp"
+#include "hal/wall_time.hpp"
+
+namespace arkmesh::hal {
+
+class StandJudge {
+ public:
+  // How long a robot is looked at, and how far it may seem to come meanwhile. Cameras measure to 1 mm, Kilobots walk at
+  // 3 to 20 mm/s.
+  static constexpr std::chrono::milliseconds looks_for{2'000};
+  static constexpr double still_within_m = 0.005;
+
+  explicit StandJudge(std::vector<RobotId> robots) : robots_(std::move(robots)) {}
+
+  // Robots were told to stand, or to run: what was seen before does not count.
+  void begin();
+  // A frame, in the arena frame. Who is not in it, or has an age, was not in sight.
+  void look(const PoseFrame& frame, TimePoint now);
+  // Ascending.
+  std::vector<NotStanding> not_standing(TimePoint now) const;
+  // Robots that came so fast to where they are that somebody must have carried them; each once, ascending.
+  std::vector<RobotId> take_carried();
+  // Robots in sight that have not left their place since begin().
+  std::vector<RobotId> at_their_place() const;
+
+ private:
+  struct Place {
+    TimePoint at;
+    double x_m, y_m;
+  };
+  // Without a gap, oldest first; the newest that is older than the time for which it is looked at is kept.
+  using Places = std::deque<Place>;
+
+  std::optional<NotStanding::Why> judge(const Places& places, TimePoint now) const;
+
+  const std::vector<RobotId> robots_;
+  std::map<RobotId, Places> seen_;
+  std::map<RobotId, Place> first_;      // since begin()
+  std::map<RobotId, double> farthest_m_;  // from there
+  std::vector<RobotId> carried_;
+};
+
+}  // namespace arkmesh::hal

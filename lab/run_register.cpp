@@ -1,0 +1,86 @@
+#include "lab/run_register.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "hal/messages.hpp"
+
+namespace arkmesh::lab {
+namespace {
+
+constexpr std::size_t most_pauses = 1000;  // in the result; a scenario may pause its robots all the time
+
+// Robots rest, and a word that makes them stand would wake them.
+bool rests(RunRegister::Kind kind) {
+  using Kind = RunRegister::Kind;
+  return kind == Kind::sleep || kind == Kind::charge || kind == Kind::voltage;
+}
+
+}  // namespace
+
+void RunRegister::begin(hal::LabTime now) {
+  begun_ = true;
+  update(now);
+}
+
+void RunRegister::end(hal::LabTime now) {
+  ended_ = true;
+  update(now);
+}
+
+void RunRegister::say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name) {
+  if (command.kind == Kind::broadcast || std::ranges::count(arena_.info().commands, command.kind) == 0)
+    return tell(command, now);
+  Wish& wish = wishes_[static_cast<std::size_t>(who)];
+  if (command.kind == Kind::reset) {
+    tell(command, now);
+    told_ = Kind::pause;
+  }
+  wish.kind = command.kind == Kind::reset ? Kind::pause : command.kind;
+  if (!name.empty()) wish.name = name;
+  update(now);
+}
+
+RunRegister::Kind RunRegister::wanted() const {
+  const auto resting = std::ranges::find_if(wishes_, rests, &Wish::kind);
+  if (resting != wishes_.end()) return resting->kind;
+  const bool runs = begun_ && !ended_ && std::ranges::count(wishes_, Kind::run, &Wish::kind) == std::ssize(wishes_);
+  return runs ? Kind::run : Kind::pause;
+}
+
+std::string RunRegister::kept_still_by() const {
+  if (ended_) return "end";
+  const auto otherwise = std::ranges::find_if(wishes_, [](const Wish& wish) { return wish.kind != Kind::run; });
+  if (otherwise != wishes_.end()) return otherwise->name;
+  return begun_ ? "" : "not begun";
+}
+
+void RunRegister::tell(const hal::FleetCommand& command, hal::LabTime now) {
+  bus_.publish(hal::channel::fleet_command, hal::to_message(command, now));
+  arena_.robots().command(command);
+}
+
+// Nothing is said twice: the arena repeats what robots may not have heard.
+void RunRegister::update(hal::LabTime now) {
+  keep_books(now);
+  if (std::exchange(told_, wanted()) != told_) tell({.kind = told_}, now);
+}
+
+void RunRegister::keep_books(hal::LabTime now) {
+  for (std::size_t who = 0; who < wishes_.size(); ++who) {
+    const bool keeps = begun_ && !ended_ && wishes_[who].kind != Kind::run;
+    if (open_[who] && (!keeps || pauses_[*open_[who]].who != wishes_[who].name)) {
+      pauses_[*open_[who]].until = now;
+      open_[who].reset();
+    }
+    if (!keeps || open_[who]) continue;
+    if (pauses_.size() == most_pauses) {
+      counters_.add("pauses.not_listed");
+      continue;
+    }
+    open_[who] = pauses_.size();
+    pauses_.push_back({wishes_[who].name, now, {}});
+  }
+}
+
+}  // namespace arkmesh::lab
