@@ -32,17 +32,22 @@ struct OperatorWord {
   const char* name;
   std::uint8_t command;
   const char* done;  // what is said of the lab afterwards
+  bool makes_stand;  // robots are to be seen to stand
   bool at_others;    // may be given to another lab
 };
 
-constexpr OperatorWord stop_word{"stop", operator_command_t::stop, "ended at period", true};
-constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period", true};
-constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", true};
+constexpr OperatorWord stop_word{"stop", operator_command_t::stop, "ended at period", true, true};
+constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period", true, true};
+constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", false, true};
 constexpr OperatorWord reset_word{"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period",
-                                  false};
-constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false};
+                                  true, false};
+constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false};
 constexpr OperatorWord disarm_word{"disarm", operator_command_t::disarm, "obeys its own operator only, from period",
-                                   false};
+                                   false, false};
+
+constexpr int exit_code_not_standing = 4;
+constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were seen to stand
+constexpr std::chrono::seconds seen_within{12};
 
 struct OperatorOptions : BusOptions {
   std::string at;  // another lab
@@ -76,13 +81,28 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
       fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
 }
 
+[[noreturn]] void say_not_seen(const RunningLab& lab, bool ended) {
+  fmt::print(stderr, "arkmesh: {} told its robots to stand; not seen to: {}. {}\n", lab.name(),
+             lab.should_stand() ? lab.not_standing() : "any, for it still says that they should run",
+             ended ? "It has ended; a process that it left behind tells them for a minute, and arkmesh ohc PORT pause "
+                     "tells them again"
+                   : "It tells them again until they were seen to; stop by hand those that move");
+  throw CLI::RuntimeError(exit_code_not_standing);
+}
+
+// "Done" is said of robots that were seen to stand only.
 void tell(const OperatorWord& word, RunningLab& lab, const Prove& prove) {
-  if (lab.has_ended()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
+  if (lab.is_over()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
   const std::string why = lab.tell(word.command, prove);
   if (!why.empty()) throw std::runtime_error(why);
-  if (word.command == operator_command_t::stop &&
-      !lab.comes_to(std::chrono::seconds(10), [&] { return lab.has_ended(); }))
-    throw std::runtime_error(fmt::format("{} was told to end, but has not said within 10 s that it did", lab.name()));
+  const bool ends = word.command == operator_command_t::stop;
+  if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
+    throw std::runtime_error(fmt::format("{} was told to end, but has not said within {} s that it did", lab.name(),
+                                         std::chrono::seconds(ends_within).count()));
+  if (word.makes_stand)
+    lab.comes_to(seen_within, [&] { return lab.has_ended() || (lab.should_stand() && lab.not_standing().empty()); });
+  if (word.makes_stand && !(lab.should_stand() && lab.not_standing().empty()))
+    return say_not_seen(lab, ends);
   fmt::print("{} {} {}{}\n", lab.name(), word.done, lab.period(),
              lab.has_ended() ? "" : fmt::format(" ({})", lab.state()));
 }

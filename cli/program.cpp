@@ -106,7 +106,8 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", ARKMESH_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 done, 1 failed, 2 wrong command line or configuration, 3 the operator stopped the lab or run.");
+      "Exit codes: 0 done, 1 failed, 2 wrong command line or configuration, 3 the operator stopped the lab or run, "
+      "4 robots that were told to stand were not seen to.");
   for (const CommandRow& row : command_table()) {
     const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
     if (own == own_commands.end())

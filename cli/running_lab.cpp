@@ -8,6 +8,7 @@
 #include <random>
 
 #include "hal/label.hpp"
+#include "hal/robot_words.hpp"
 #include "lab/message_check.hpp"
 #include "lab/operator_message.hpp"
 
@@ -46,6 +47,7 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
             status_.lab = hal::printable(status.lab, hal::max_lab_name);
             status_.state = hal::printable(status.state, 200);
             ++statuses_heard_;
+            heard_at_ = std::chrono::steady_clock::now();
           })) {}
 
 bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition) {
@@ -55,6 +57,12 @@ bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<
     bus_.drain(20ms);
   }
   return true;
+}
+
+std::string RunningLab::not_standing() const {
+  std::vector<hal::NotStanding> robots;
+  for (const not_standing_t& robot : status_.not_standing) robots.push_back(hal::from_message(robot));
+  return hal::in_words(robots);
 }
 
 bool RunningLab::speaks() {
@@ -104,7 +112,7 @@ bool RunningLab::admits(operator_command_t& message, const std::function<void(op
   bus_.publish(lab::operator_channel, message);
   const int heard = statuses_heard_;
   const bool ends = message.command.command == operator_command_t::stop;
-  const auto admitted = [&] { return counter(number_counter_) >= message.number || (ends && has_ended()); };
+  const auto admitted = [&] { return counter(number_counter_) >= message.number || (ends && is_over()); };
   comes_to(3400ms, [&] { return admitted() || statuses_heard_ >= heard + 2; });
   return admitted();
 }

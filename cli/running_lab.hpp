@@ -27,7 +27,14 @@ class RunningLab {
   const std::string& name() const { return status_.lab; }
   const std::string& state() const { return status_.state; }
   std::int32_t period() const { return status_.period; }
-  bool has_ended() const { return state().starts_with("failed") || state().starts_with("finished"); }
+  // Its outcome is known; it may still tell its robots to stand, or wait for its peers.
+  bool is_over() const { return status_.outcome != lab_status_t::open; }
+  // It has said its last word; or none for some seconds, when it was over already.
+  bool has_ended() const { return status_.phase == lab_status_t::ended || (is_over() && is_silent()); }
+  // Robots should do something else than run.
+  bool should_stand() const { return status_.wanted != lab_status_t::run; }
+  // Of robots that should stand those that were not seen to, in words; empty: none.
+  std::string not_standing() const;
 
   // Gives it a command until it has admitted it: three times at most, when it seems lost or another operator was
   // quicker. `prove` fills in the proof. Returns what became of it: nothing when it was admitted, else why not, in one
@@ -37,6 +44,7 @@ class RunningLab {
   bool comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition);
 
  private:
+  bool is_silent() const { return std::chrono::steady_clock::now() - heard_at_ > std::chrono::seconds(3); }
   bool admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove);
   std::int64_t counter(std::string_view name) const;
 
@@ -44,6 +52,7 @@ class RunningLab {
   std::string number_counter_;  // of its status: the newest command of ours
   lab_status_t status_;
   int statuses_heard_ = 0;
+  std::chrono::steady_clock::time_point heard_at_{};
   std::unique_ptr<hal::Bus::Subscription> statuses_;
 };
 

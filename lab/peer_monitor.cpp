@@ -41,6 +41,7 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id,
   if (!met(peer, now)) it->second.met = now;
   it->second.status = now;
   it->second.state = hal::printable(status.state, longest_words);
+  it->second.failed = status.outcome == lab_status_t::failed || status.outcome == lab_status_t::stopped;
 }
 
 void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
@@ -67,7 +68,7 @@ void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
 
 PeerMonitor::Life PeerMonitor::life(std::string_view peer, bool bound, Now now) const {
   const Peer& p = peers_.find(peer)->second;
-  if (bound && p.status && p.state.starts_with("failed")) return Life::failed;
+  if (bound && p.status && p.failed) return Life::failed;
   if (!gateway_ || now - *gateway_ > gateway_limit) return Life::gateway_silent;
   if (!p.up) return Life::link_down;
   if (!bound || !p.status) return Life::unknown;

@@ -45,6 +45,7 @@ class PeerMonitor {
     std::optional<Now> status, up;  // when last heard; since when the link is up
     Now met{0};                     // when the first status came after a silence
     std::string state, why;
+    bool failed = false;  // it said so, or that its operator stopped it
   };
   std::string lab_;
   std::map<std::string, Peer, std::less<>> peers_;
