@@ -4,8 +4,8 @@
 enum { DARK = 0, LIT = 1 };
 
 static volatile uint8_t told;
-static uint32_t motion_ends_at;
-static uint8_t turning;
+static uint32_t called_at, motion_ends_at;
+static uint8_t turning, left, right;
 
 /* One of three blocks: robot 10 bits, kind 4 bits, value 10 bits. */
 static void on_message(message_t *message, distance_measurement_t *distance) {
@@ -18,23 +18,32 @@ static void on_message(message_t *message, distance_measurement_t *distance) {
   }
 }
 
-static void setup(void) { motion_ends_at = kilo_ticks; }
+static void setup(void) { called_at = motion_ends_at = kilo_ticks; }
 
+/* Says each time what LED and motors are to do: a pause cuts both, and nobody tells the program. */
 static void loop(void) {
+  const uint32_t now = kilo_ticks;
+  uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
+  called_at = now;
   if (told == LIT) set_color(RGB(3, 3, 3));
   else set_color(RGB(0, 0, 0));
-  if (kilo_ticks < motion_ends_at) return;
-  /* Straight for 2 to 10 s, then a turn of up to 4 s. */
-  turning = !turning;
-  spinup_motors();
-  if (!turning) {
-    set_motors(kilo_straight_left, kilo_straight_right);
-    motion_ends_at = kilo_ticks + 60 + rand_hard();
-  } else {
-    if (rand_hard() & 1) set_motors(kilo_turn_left, 0);
-    else set_motors(0, kilo_turn_right);
-    motion_ends_at = kilo_ticks + rand_hard() / 2;
+  if (now >= motion_ends_at) {
+    /* Straight for 2 to 10 s, then a turn of up to 4 s. */
+    turning = !turning;
+    starts = 1;
+    left = right = 0;
+    if (!turning) {
+      left = kilo_straight_left;
+      right = kilo_straight_right;
+      motion_ends_at = now + 60 + rand_hard();
+    } else {
+      if (rand_hard() & 1) left = kilo_turn_left;
+      else right = kilo_turn_right;
+      motion_ends_at = now + rand_hard() / 2;
+    }
   }
+  if (starts) spinup_motors();
+  set_motors(left, right);
 }
 
 int main(void) {
