@@ -11,12 +11,17 @@
    3 s it goes on by itself. It answers in every state, before RUN too. Messages that are no questions reach the program
    as ever.
 
+   A pause (WAKEUP) cuts motors and LED, and RUN brings neither back. So a robot whose loop has not been called for a
+   while gets colour and motors again as the program last wanted them, with a spin-up where a motor runs. Kilo_ticks
+   tells: it goes on in a pause. It stands still in deep sleep, so after SLEEP say WAKEUP before RUN. A pause that
+   begins and ends within one call of loop stays unseen.
+
    Questions (docs/identification.md):
      118        one digit of the id in base 3: 0 red, 1 green, 2 blue. data[0]: bits 0..5 which digit (0..10 of the id,
    least significant first; 11..13 of its check word), bits 6..7 who is asked: 0 nobody (it is over), 1 everybody, 2 ids
    data[1..2] to data[3..4], 3 the four ids data[1..2], [3..4], [5..6], [7..8]. All big endian. 119, 120   ARK's: the
-   robot whose id is data[0..1], big endian, is blue, all others red; 0xFFFF: it is over. Needs about 620 bytes of flash
-   and 13 of RAM (avr-gcc 5.4, -Os). For one file of a program only. */
+   robot whose id is data[0..1], big endian, is blue, all others red; 0xFFFF: it is over. Needs about 820 bytes of flash
+   and 19 of RAM (avr-gcc 5.4, -Os). For one file of a program only. */
 #ifndef ARKMESH_ID_H
 #define ARKMESH_ID_H
 
@@ -26,6 +31,9 @@
 #define ARKMESH_ID_ARK_RUNTIME 119
 #define ARKMESH_ID_ARK_INITIAL 120
 #define ARKMESH_ID_PATIENCE_TICKS 92
+/* An idle robot's library looks every 201 ms, 6 ticks, whether it is to run. While a robot runs, hardly more than one
+   tick passes between two calls of loop, and one more for each message of its own that found the channel busy. */
+#define ARKMESH_ID_PAUSE_TICKS 5
 
 /* Simulated robots have no interrupts between two statements. */
 #ifdef __AVR__
@@ -41,7 +49,9 @@ static volatile uint8_t arkmesh_id_phase;    /* over: the loop has yet to start 
 static volatile uint8_t arkmesh_id_heard_at; /* low byte of kilo_ticks */
 static uint8_t arkmesh_id_left, arkmesh_id_right, arkmesh_id_colour; /* what the program wants */
 static uint32_t arkmesh_id_since;                                    /* kilo_ticks when the robot was first asked */
+static uint32_t arkmesh_id_ran_at; /* kilo_ticks when the program's setup or loop returned */
 static message_rx_t arkmesh_id_program_rx;
+static void (*arkmesh_id_program_setup)(void);
 static void (*arkmesh_id_program_loop)(void);
 
 /* ---- what the program calls ---- */
@@ -134,7 +144,22 @@ static inline void arkmesh_id_listen(void) {
   kilo_message_rx = arkmesh_id_on_message;
 }
 
+static inline uint32_t arkmesh_id_ticks(void) {
+  uint32_t now;
+  arkmesh_id_interrupts("cli");
+  now = kilo_ticks;
+  arkmesh_id_interrupts("sei");
+  return now;
+}
+
+/* In place of the program's setup. */
+static inline void arkmesh_id_setup(void) {
+  arkmesh_id_program_setup();
+  arkmesh_id_ran_at = arkmesh_id_ticks();
+}
+
 static inline void arkmesh_id_loop(void) {
+  uint8_t restores;
   arkmesh_id_listen(); /* the program may have set its callback in setup */
   if (arkmesh_id_phase == arkmesh_id_asked) {
     if ((uint8_t)((uint8_t)kilo_ticks - arkmesh_id_heard_at) < ARKMESH_ID_PATIENCE_TICKS) return;
@@ -142,18 +167,26 @@ static inline void arkmesh_id_loop(void) {
     arkmesh_id_end();
     arkmesh_id_interrupts("sei");
   }
+  /* signed: a program may set kilo_ticks back */
+  restores = (int32_t)(arkmesh_id_ticks() - arkmesh_id_ran_at) >= ARKMESH_ID_PAUSE_TICKS;
   if (arkmesh_id_phase == arkmesh_id_over) {
     arkmesh_id_phase = arkmesh_id_free;
-    if (arkmesh_id_left || arkmesh_id_right) spinup_motors();
-    set_motors(arkmesh_id_left, arkmesh_id_right);
+    restores = 1;
+  }
+  if (restores) {
+    arkmesh_id_set_color(arkmesh_id_colour);
+    if (arkmesh_id_left || arkmesh_id_right) arkmesh_id_spinup_motors();
+    arkmesh_id_set_motors(arkmesh_id_left, arkmesh_id_right);
   }
   arkmesh_id_program_loop();
+  arkmesh_id_ran_at = arkmesh_id_ticks();
 }
 
 static inline void arkmesh_id_start(void (*setup)(void), void (*loop)(void)) {
+  arkmesh_id_program_setup = setup;
   arkmesh_id_program_loop = loop;
   arkmesh_id_listen();
-  kilo_start(setup, arkmesh_id_loop);
+  kilo_start(arkmesh_id_setup, arkmesh_id_loop);
 }
 
 #define set_motors(left, right) arkmesh_id_set_motors(left, right)
