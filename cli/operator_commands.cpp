@@ -41,7 +41,8 @@ constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its r
 constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", false, true};
 constexpr OperatorWord reset_word{"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period",
                                   true, false};
-constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false};
+constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false,
+                                false};
 constexpr OperatorWord disarm_word{"disarm", operator_command_t::disarm, "obeys its own operator only, from period",
                                    false, false};
 
@@ -101,8 +102,7 @@ void tell(const OperatorWord& word, RunningLab& lab, const Prove& prove) {
                                          std::chrono::seconds(ends_within).count()));
   if (word.makes_stand)
     lab.comes_to(seen_within, [&] { return lab.has_ended() || (lab.should_stand() && lab.not_standing().empty()); });
-  if (word.makes_stand && !(lab.should_stand() && lab.not_standing().empty()))
-    return say_not_seen(lab, ends);
+  if (word.makes_stand && !(lab.should_stand() && lab.not_standing().empty())) return say_not_seen(lab, ends);
   fmt::print("{} {} {}{}\n", lab.name(), word.done, lab.period(),
              lab.has_ended() ? "" : fmt::format(" ({})", lab.state()));
 }

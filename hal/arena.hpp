@@ -58,10 +58,10 @@ class RobotLink {
   virtual void offer(std::span<const ToRobot> newest) = 0;
   // What became of all that was offered so far. Asking changes nothing.
   virtual Airtime airtime() const = 0;
-  // To the whole fleet, ahead of single robots' messages. What the robots should do (run, pause, sleep, voltage, charge)
-  // is a register: the newest replaces one that was not said yet, and the arena says it again for as long as robots may
-  // not have heard it. Words after which robots stand overtake what else waits; `run` does not. A reset is done once; it
-  // leaves robots paused until `run`. A command that ArenaInfo does not list is refused and counted as
+  // To the whole fleet, ahead of single robots' messages. What the robots should do (run, pause, sleep, voltage,
+  // charge) is a register: the newest replaces one that was not said yet, and the arena says it again for as long as
+  // robots may not have heard it. Words after which robots stand overtake what else waits; `run` does not. A reset is
+  // done once; it leaves robots paused until `run`. A command that ArenaInfo does not list is refused and counted as
   // `fleet_command.refused.` and its name. Never blocks.
   virtual void command(const FleetCommand& command) = 0;
   // What robots said since the last call. Always empty for Kilobots.
@@ -93,9 +93,9 @@ class Arena {
   // "the testbed: the cameras give no picture". Empty: nothing.
   virtual std::string waiting_for() const = 0;
   // The run is over: what waits for single robots is dropped, robots are told to stand unless they are told something
-  // else after which they do, until they were seen to, and then the way to the robots falls silent. Never blocks. False:
-  // not silent yet; serve(), and call again at next_service() at the latest. Becomes true after some 10 s in any case. No
-  // advance_to afterwards.
+  // else after which they do, until they were seen to, and then the way to the robots falls silent. Never blocks.
+  // False: not silent yet; serve(), and call again at next_service() at the latest. Becomes true after some 10 s in any
+  // case. No advance_to afterwards.
   virtual bool end() = 0;
   // While robots should stand, those that were not seen to, ascending; also after end(). An arena that computes its
   // robots knows that they obey.

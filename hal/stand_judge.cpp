@@ -10,8 +10,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds gap = 500ms;  // out of sight for longer: what came between is not known
-// A walk goes on, a jump of the measurement (a hand at the robot's edge) does not: both halves have a part.
-constexpr double least_in_each_half_m = 0.0012;
+// A walk goes on, a jump of the measurement (a hand at the robot's edge) does not: of four parts of the time at least
+// three have a fifth of the way.
+constexpr int parts = 4, parts_of_a_walk = 3;
+constexpr double least_part = 0.2;
 // Nobody walks so far in so short a time; Kilobots walk at 20 mm/s at most.
 constexpr std::chrono::milliseconds carry_time = 500ms;
 constexpr double carried_m = 0.04;
@@ -73,11 +75,18 @@ std::optional<NotStanding::Why> StandJudge::judge(const Places& places, TimePoin
   if (places.back().at - places.front().at < looks_for) return Why::not_yet;
   const Spot first = spot(places, 0), last = spot(places, places.size() - 1);
   if (distance_m(first, last) <= still_within_m) return {};
-  const TimePoint half = places.back().at - looks_for / 2;
-  const auto at_half = std::ranges::find_if(places, [&](const Place& place) { return place.at >= half; });
-  const Spot between = spot(places, static_cast<std::size_t>(at_half - places.begin()));
-  return std::min(distance_m(first, between), distance_m(between, last)) > least_in_each_half_m ? Why::moving
-                                                                                                : Why::not_yet;
+  const double way_x = last.x_m - first.x_m, way_y = last.y_m - first.y_m, way2 = way_x * way_x + way_y * way_y;
+  int with_a_part = 0;
+  Spot before = first;
+  for (int part = 1; part <= parts; ++part) {
+    const TimePoint end = places.back().at - looks_for * (parts - part) / parts;
+    const auto at = std::ranges::find_if(places, [&](const Place& place) { return place.at >= end; });
+    const Spot after = spot(places, static_cast<std::size_t>(at - places.begin()));
+    const double along = (after.x_m - before.x_m) * way_x + (after.y_m - before.y_m) * way_y;
+    with_a_part += along >= least_part * way2;
+    before = after;
+  }
+  return with_a_part >= parts_of_a_walk ? Why::moving : Why::not_yet;
 }
 
 std::vector<NotStanding> StandJudge::not_standing(TimePoint now) const {

@@ -44,7 +44,7 @@ class StandJudge {
 
   const std::vector<RobotId> robots_;
   std::map<RobotId, Places> seen_;
-  std::map<RobotId, Place> first_;      // since begin()
+  std::map<RobotId, Place> first_;        // since begin()
   std::map<RobotId, double> farthest_m_;  // from there
   std::vector<RobotId> carried_;
 };

@@ -37,8 +37,8 @@ class OperatorDesk {
   // What the own operator says in this process, which knows who they are: a fleet_command_t::command, or one of
   // operator_command_t. Returns why it is refused, in one sentence; nothing when it is not.
   std::string obey(std::uint8_t command, Now now);
-  // What was admitted for the robots since the last call, and whose it is: another lab's operator's, or with an empty name
-  // the own one's.
+  // What was admitted for the robots since the last call, and whose it is: another lab's operator's, or with an empty
+  // name the own one's.
   struct ForRobots {
     std::string peer;
     fleet_command_t command;

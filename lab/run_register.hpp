@@ -1,6 +1,6 @@
 // Whether the lab's robots run: the one owner of that fact. The experiment, its scenario, operators, safety and lost
-// peers each say what they want; robots run only if it has begun and nobody wants otherwise. Whatever changes is told to
-// the arena, which sees to it that robots do it, and to the bus. Single-threaded.
+// peers each say what they want; robots run only if it has begun and nobody wants otherwise. Whatever changes is told
+// to the arena, which sees to it that robots do it, and to the bus. Single-threaded.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ class RunRegister {
   void begin(hal::LabTime now);
   // For good: robots stand, or go on sleeping, charging or showing their voltage.
   void end(hal::LabTime now);
-  // What somebody says: the newest word of each counts until the next; `run` gives way to all others. A reset is done at
-  // once and keeps robots still until the same one says `run`. `name`: in whose name, for people.
+  // What somebody says: the newest word of each counts until the next; `run` gives way to all others. A reset is done
+  // at once and keeps robots still until the same one says `run`. `name`: in whose name, for people.
   void say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name = {});
 
   // What robots should do now.
@@ -64,7 +64,7 @@ class RunRegister {
   std::array<Wish, 4> wishes_{Wish{Kind::run, "operator"}, Wish{Kind::run, "safety"}, Wish{Kind::run, "lost peer"},
                               Wish{Kind::run, "scenario"}};  // by Who
   bool begun_ = false, ended_ = false;
-  Kind told_ = Kind::pause;  // robots that nobody has told anything stand
+  Kind told_ = Kind::pause;                           // robots that nobody has told anything stand
   std::array<std::optional<std::size_t>, 4> open_{};  // by Who: of pauses_
   std::vector<Pause> pauses_;
   hal::Counters counters_;

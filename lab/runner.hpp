@@ -22,8 +22,8 @@
 #include "lab/operator_desk.hpp"
 #include "lab/own_state.hpp"
 #include "lab/peer_exchange.hpp"
-#include "lab/run_register.hpp"
 #include "lab/run_config.hpp"
+#include "lab/run_register.hpp"
 #include "lab/scenario.hpp"
 #include "lab/status.hpp"
 
@@ -73,8 +73,8 @@ class Runner {
   // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
   // the lab has told everybody.
   std::string_view outcome() const;
-  const std::string& reason() const { return reason_; }            // why it ended early
-  std::string state_text() const;                                  // what it is doing, for progress and `status`
+  const std::string& reason() const { return reason_; }  // why it ended early
+  std::string state_text() const;                        // what it is doing, for progress and `status`
   // How far it is, and what came of it: constants of lab_status_t.
   std::uint8_t phase() const;
   std::uint8_t outcome_code() const;

@@ -30,6 +30,7 @@ struct Watch : PeerMonitor {
     m.lab = "roark";
     m.nonce = run_id;
     m.state = state;
+    m.outcome = state.starts_with("failed") ? lab_status_t::failed : lab_status_t::open;
     hear_status("roark", bound, encoded(m), now);
   }
   void peers(Now now, bool up, std::int64_t boot_id = 1, const std::string& lab = "shark") {

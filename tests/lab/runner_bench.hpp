@@ -38,7 +38,11 @@ class NotingLink final : public hal::RobotLink {
 // A frame each 100 ms with odd numbers in it; not there yet for the next `late` calls.
 class SlowArena final : public hal::Arena {
  public:
-  explicit SlowArena(bool can_wait = true) { info_.robots = {1}, info_.max_robot = 9, info_.can_wait = can_wait; }
+  explicit SlowArena(bool can_wait = true) {
+    using Kind = hal::FleetCommand::Kind;
+    info_.robots = {1}, info_.max_robot = 9, info_.can_wait = can_wait;
+    info_.commands = {Kind::run, Kind::pause, Kind::reset, Kind::sleep};
+  }
   const hal::ArenaInfo& info() const override { return info_; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return frames_; }
@@ -60,11 +64,13 @@ class SlowArena final : public hal::Arena {
   }
   hal::TimePoint next_service() const override { return late > 0 ? hal::TimePoint::max() : hal::TimePoint::min(); }
   std::string waiting_for() const override { return late > 0 && says ? "two robots" : ""; }
-  bool end() override { return ++ends > 0; }
+  bool end() override { return ++ends > ends_after; }
+  std::vector<hal::NotStanding> not_standing() const override { return seen_to_walk; }
   const hal::Counters& counters() const override { return counters_; }
   void count(const char* name) { counters_.add(name); }
 
-  int late = 0, served = 0, ends = 0;
+  int late = 0, served = 0, ends = 0, ends_after = 0;
+  std::vector<hal::NotStanding> seen_to_walk;
   bool says = false, gone = false;
   hal::LabTime fail_at = hal::LabTime::max();
   std::vector<hal::LabTime> asked;

@@ -161,10 +161,72 @@ TEST_CASE("a pose on the bus has the bits of the one that the scenario sees") {
 
 TEST_CASE("an operator's command reaches the robots") {
   Bench bench;
+  while (bench.runner.period() == 0) bench.step();
+  bench.step();
   bench.tell(fleet_command_t::pause);
   bench.step();
-  CHECK(bench.arena.robots().commands == std::vector<hal::FleetCommand::Kind>{hal::FleetCommand::Kind::pause});
+  CHECK(bench.arena.robots().commands == std::vector{hal::FleetCommand::Kind::run, hal::FleetCommand::Kind::pause});
   CHECK(bench.runner.drops()["operator.commands"] == 1);
+}
+
+TEST_CASE("what an operator says before the experiment begins stands when it begins, and never begins it") {
+  using Kind = hal::FleetCommand::Kind;
+  for (const std::uint8_t said : {fleet_command_t::pause, fleet_command_t::run}) {
+    Bench bench;
+    bench.arena.late = 3;
+    bench.step();
+    bench.tell(said);
+    while (bench.arena.late > 0) bench.step();
+    CHECK(bench.arena.robots().commands.empty());
+    while (bench.runner.period() == 0) bench.step();
+    bench.step();
+    CHECK(bench.arena.robots().commands ==
+          (said == fleet_command_t::run ? std::vector{Kind::run} : std::vector<Kind>()));
+    if (said == fleet_command_t::run) continue;
+    bench.tell(fleet_command_t::run);
+    bench.step();
+    CHECK(bench.arena.robots().commands == std::vector{Kind::run});
+  }
+}
+
+TEST_CASE("quick words of an operator leave the last one, and the end outlasts them all") {
+  using Kind = hal::FleetCommand::Kind;
+  Bench bench;
+  while (bench.runner.period() == 0) bench.step();
+  bench.step();
+  for (int i = 0; i < 40; ++i) {
+    CHECK(bench.runner.obey(fleet_command_t::pause).empty());
+    CHECK(bench.runner.obey(fleet_command_t::run).empty());
+  }
+  bench.step();
+  CHECK(bench.runner.run_register().wanted() == Kind::run);
+  CHECK(bench.runner.obey(operator_command_t::stop).empty());
+  bench.run();
+  CHECK(bench.arena.robots().commands.back() == Kind::pause);
+  CHECK(bench.runner.run_register().kept_still_by() == "end");
+}
+
+TEST_CASE("a run has ended when its arena has, and says who was not seen to stand") {
+  Bench bench;
+  bench.arena.ends_after = 50;
+  bench.step();
+  bench.runner.stop("stopped by the operator");
+  bench.arena.seen_to_walk = {{.robot = 1, .why = hal::NotStanding::Why::moving}};
+  bench.run();
+  CHECK(bench.arena.ends == 51);
+  CHECK(bench.state_heard == "failed: stopped by the operator; robots were told to stand; not seen to: 1 (moving)");
+  CHECK(bench.runner.phase() == lab_status_t::ended);
+  CHECK(bench.runner.outcome_code() == lab_status_t::stopped);
+}
+
+TEST_CASE("an arena that fails again and again while the run ends costs no result") {
+  Bench bench;
+  bench.step();
+  bench.runner.stop("stopped by the operator");
+  bench.arena.gone = true;
+  CHECK_NOTHROW(bench.run());
+  CHECK(bench.runner.outcome() == "stopped");
+  CHECK(bench.runner.phase() == lab_status_t::ended);
 }
 
 TEST_CASE("nobody commands robots on the lab's own bus") {
@@ -183,7 +245,7 @@ TEST_CASE("the status says that robots are paused by command") {
   CHECK(bench.runner.state_text() == "running");
   bench.tell(fleet_command_t::pause);
   bench.step();
-  CHECK(bench.runner.state_text() == "running, with its robots paused");
+  CHECK(bench.runner.state_text() == "running, with its robots paused by the operator");
   bench.tell(fleet_command_t::run);
   bench.step();
   CHECK(bench.runner.state_text() == "running");

@@ -136,7 +136,7 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   CHECK(runner.state_text().starts_with("paused without b: "));
   hear_b(4);
   runner.step(now += 1s);
-  CHECK(runner.state_text() == "running, with its robots paused");
+  CHECK(runner.state_text() == "running, with its robots paused by the operator");
   pass(8);
   CHECK(runner.state_text().starts_with("paused without b: "));
   operator_says(Kind::run);
@@ -222,7 +222,7 @@ TEST_CASE("robots of a real-time arena stand still when no new state of any peer
     b.pass(12s, 2);
     b.pass(1s, 3);
     CHECK(said.back() == Kind::pause);
-    CHECK(runner.state_text() == "running, with its robots paused");
+    CHECK(runner.state_text() == "running, with its robots paused by the operator");
     CHECK(runner.drops()["safety.paused"] == 2);
   }
 }

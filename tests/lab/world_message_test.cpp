@@ -45,6 +45,9 @@ lab_status_t status_example() {
   lab_status_t m{};
   m.lab = "shark";
   m.state = "running";
+  m.kept_still = "operator";
+  m.not_standing.resize(3);
+  m.n_not_standing = 3;
   m.counters.resize(2);
   m.counters[0].name = "a.b";
   m.counters[1].name = "c.d";

@@ -1,12 +1,12 @@
 // What the process of StandGuard does.
-#include <csignal>
-#include <exception>
-#include <optional>
 #include <sys/socket.h>
 
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
+#include <exception>
+#include <optional>
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
@@ -18,7 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds speaks_for = 60s;          // robots may walk
+constexpr std::chrono::milliseconds speaks_for = 60s;             // robots may walk
 constexpr std::chrono::milliseconds speaks_briefly_for = 2500ms;  // they stood when the program went
 constexpr std::chrono::milliseconds guards_stop_takes = 300ms;
 constexpr std::chrono::milliseconds says_again_each = 100ms;

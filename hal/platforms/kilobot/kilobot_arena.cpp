@@ -10,6 +10,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -260,9 +261,9 @@ class KilobotArena final : public Arena {
     if (told_.second && !should_stand()) set_out_at_ = *told_.second + sets_out_within;
   }
 
-  // Says who does not do what all were told.
+  // Says who does not do what all were told, once each.
   void supervise() {
-    const std::vector<RobotId> carried = judge_.take_carried();
+    const std::vector<RobotId> moved_by_hand = judge_.take_carried();
     if (set_out_at_ && now() >= *set_out_at_) {
       set_out_at_.reset();
       if (const auto resting = judge_.at_their_place(); !resting.empty())
@@ -270,14 +271,18 @@ class KilobotArena final : public Arena {
                      info_.robots.size(), in_words(resting));
     }
     if (!should_stand() || !controller_.said_since()) return;
+    std::vector<RobotId> walkers, fresh, carried;
+    std::ranges::set_difference(moved_by_hand, carried_, std::back_inserter(carried));
     if (!carried.empty()) spdlog::info("somebody carries robots: {}", in_words(carried));
-    std::vector<RobotId> walkers, fresh;
-    bool all_judged = true;
-    for (const NotStanding& robot : judge_.not_standing(now())) {
+    carried_.insert(moved_by_hand.begin(), moved_by_hand.end());
+    bool all_judged = true;  // of those in sight
+    const std::vector<NotStanding> not_seen = judge_.not_standing(now());
+    std::erase_if(carried_, [&](RobotId robot) { return !std::ranges::count(not_seen, robot, &NotStanding::robot); });
+    for (const NotStanding& robot : not_seen) {
       if (robot.why == NotStanding::Why::moving) walkers.push_back(robot.robot);
-      if (robot.why != NotStanding::Why::not_in_sight) all_judged = false;
+      if (robot.why == NotStanding::Why::not_yet) all_judged = false;
     }
-    if (!all_judged) controller_.urge(now());
+    if (!walkers.empty() || (ran_ && !all_judged)) controller_.urge(now());
     std::ranges::set_difference(walkers, walkers_, std::back_inserter(fresh));
     walkers_ = std::move(walkers);
     if (fresh.empty()) return;
@@ -356,10 +361,11 @@ class KilobotArena final : public Arena {
   bool has_picture_ = false;  // the last look while beginning gave a frame
   bool was_up_ = false;
   StandJudge judge_;
-  std::unique_ptr<StandGuard> guard_;  // null: none
+  std::unique_ptr<StandGuard> guard_;                                            // null: none
   std::pair<std::optional<FleetCommand::Kind>, std::optional<TimePoint>> told_;  // what is judged, and since when
   bool ran_ = false;                                                             // robots were told to, at any time
   std::vector<RobotId> walkers_;                                                 // as last said
+  std::set<RobotId> carried_;                                                    // likewise, until they stand
   std::optional<TimePoint> set_out_at_;                                          // when all should have
   TimePoint last_until_{};                                                       // of the ending
   std::vector<NotStanding> last_seen_;

@@ -27,7 +27,10 @@ double seconds(std::chrono::nanoseconds time) {
 }  // namespace
 
 OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
-    : port_(claim_byte_stream(port, "arkmesh ohc"), counters_), sender_(port_, settle, counters_), stop_(stop), status_(progress) {
+    : port_(claim_byte_stream(port, "arkmesh ohc"), counters_),
+      sender_(port_, settle, counters_),
+      stop_(stop),
+      status_(progress) {
   const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
     sender_.poll(now());

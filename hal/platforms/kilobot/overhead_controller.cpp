@@ -15,7 +15,7 @@ using Kind = FleetCommand::Kind;
 constexpr int stops_for_sure = 3;  // where the line may spoil one
 // A robot that was out of reach walks for so long at most; the rest of the airtime is others'.
 constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
-constexpr microseconds urged_again_after{100'000};
+constexpr microseconds urged_again_after{500'000};  // half of the airtime stays for questions and messages
 
 // Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
 int blank(Message& composite, std::span<const RobotId> robots) {
@@ -182,8 +182,7 @@ void OverheadController::repeat_word(TimePoint now) {
 bool OverheadController::send_command(TimePoint now) {
   if (commands_.empty() || (held_ && !makes_stand(commands_.front()))) return false;
   const FleetCommand command = commands_.front();
-  const microseconds all = length_of(command),
-                     first = says_again() ? std::min(all, settings_.again_after) : all;
+  const microseconds all = length_of(command), first = says_again() ? std::min(all, settings_.again_after) : all;
   // true even if a stop had to go first: nothing may overtake
   if (!sender_.send(forward_packet(fleet_message(command)), first, now)) return true;
   counters_.add("fleet_command.sent");
@@ -218,8 +217,8 @@ bool OverheadController::repeat_command(TimePoint now) {
   } else {
     const microseconds next = std::min(left, settings_.again_after);
     left -= next;
-    std::ignore =
-        sender_.send(forward_packet(fleet_message(on_air_command_->command)), next, now);  // behind a stop nothing is in its way
+    std::ignore = sender_.send(forward_packet(fleet_message(on_air_command_->command)), next,
+                               now);  // behind a stop nothing is in its way
   }
   return true;
 }

@@ -38,8 +38,8 @@ struct OverheadSettings {
 };
 
 // Counts `fleet_command.sent`, `.said_again` (a word that stands), `.replaced`, `.cut_short`, `.repeated_after_loss`,
-// `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`, `to_robots.withheld.doubtful`, `overhead.questions`, `.dropped.composite`, and what its parts
-// count.
+// `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`, `to_robots.withheld.doubtful`,
+// `overhead.questions`, `.dropped.composite`, and what its parts count.
 class OverheadController final : public RobotLink {
  public:
   // All outlive this. `info.robots` holds ids up to 1022.
@@ -61,8 +61,8 @@ class OverheadController final : public RobotLink {
   // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers
   // are dropped.
   void withhold(std::span<const RobotId> robots, TimePoint now);
-  // While on hold only questions go out, and what makes robots stand; the rest waits, without ageing. For the time before
-  // an experiment begins.
+  // While on hold only questions go out, and what makes robots stand; the rest waits, without ageing. For the time
+  // before an experiment begins.
   void hold(bool on) { held_ = on; }
   // What the robots should do; nothing before the first word.
   std::optional<FleetCommand::Kind> wanted() const { return wanted_; }
@@ -109,10 +109,10 @@ class OverheadController final : public RobotLink {
   std::optional<OnAir> on_air_command_;
   std::optional<FleetCommand::Kind> wanted_;
   std::optional<TimePoint> said_since_;
-  TimePoint again_at_{};                        // when a `pause` that stands is said again
-  bool urged_ = false, repeated_ = false;       // at length; the word that is on the air was said before
-  bool asleep_ = false;                         // robots may be, since they were told to and until they were woken
-  bool cut_ = false;                            // what is on the air must make way for a word
+  TimePoint again_at_{};                   // when a `pause` that stands is said again
+  bool urged_ = false, repeated_ = false;  // at length; the word that is on the air was said before
+  bool asleep_ = false;                    // robots may be, since they were told to and until they were woken
+  bool cut_ = false;                       // what is on the air must make way for a word
   std::optional<Message> question_;
   std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
   TimePoint asked_at_{}, stopped_at_{};

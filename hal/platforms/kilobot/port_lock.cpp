@@ -110,9 +110,10 @@ PortLock::PortLock(const std::string& port, const std::string& who) {
     const Holder holder = holder_in(file_.get());
     const bool guarded = is_guard(holder.process) && !who.starts_with(StandGuard::process_name);
     if (!guarded || machine_time().now() >= until || ::kill(holder.process, SIGTERM) != 0)
-      throw PortError(fmt::format("{} is driven by {} (process {}): only one program can drive an overhead controller, "
-                                  "so end that one first",
-                                  port, holder.who.empty() ? "another program" : holder.who, holder.process));
+      throw PortError(
+          fmt::format("{} is driven by {} (process {}): only one program can drive an overhead controller, "
+                      "so end that one first",
+                      port, holder.who.empty() ? "another program" : holder.who, holder.process));
     machine_time().wait_until(machine_time().now() + 10ms);
   }
   const std::string said = fmt::format("{} {}", ::getpid(), hal::printable(who, longest_who));

@@ -1,5 +1,5 @@
-// One program drives an overhead controller at a time: a lock for each port's name, on this machine, for devices and for
-// tcp:// alike. It ends with the process that holds it, whatever happens to that.
+// One program drives an overhead controller at a time: a lock for each port's name, on this machine, for devices and
+// for tcp:// alike. It ends with the process that holds it, whatever happens to that.
 #pragma once
 
 #include <memory>

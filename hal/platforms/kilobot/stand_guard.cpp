@@ -35,7 +35,8 @@ StandGuard::StandGuard(const std::string& port) {
     posix_spawnattr_t attributes;
     ::posix_spawn_file_actions_init(&files);
     ::posix_spawnattr_init(&attributes);
-    // What kills this program's group or closes its terminal does not reach the guard, and it keeps nobody's output open.
+    // What kills this program's group or closes its terminal does not reach the guard, and it keeps nobody's output
+    // open.
     ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
     for (const int standard : {0, 1, 2}) ::posix_spawn_file_actions_addopen(&files, standard, "/dev/null", O_RDWR, 0);
     ::posix_spawn_file_actions_adddup2(&files, theirs.get(), word_descriptor);

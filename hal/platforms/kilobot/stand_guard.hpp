@@ -25,8 +25,8 @@ class StandGuard {
     friend bool operator==(const State&, const State&) = default;
   };
 
-  // Starts program `arkmesh-guard` from the folder of this one, in a session of its own. Where that cannot be, a warning
-  // says what it means.
+  // Starts program `arkmesh-guard` from the folder of this one, in a session of its own. Where that cannot be, a
+  // warning says what it means.
   explicit StandGuard(const std::string& port);
   // The guard does what the last state asks for.
   ~StandGuard() = default;

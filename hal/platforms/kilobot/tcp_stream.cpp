@@ -21,7 +21,7 @@ namespace arkmesh::hal::kilobot {
 namespace {
 
 constexpr std::chrono::seconds connects_within{1};  // another attempt may find the path that is back
-constexpr unsigned gone_after_ms = 5000;  // bytes unconfirmed for so long: the other machine is gone
+constexpr unsigned gone_after_ms = 5000;            // bytes unconfirmed for so long: the other machine is gone
 
 void set(int fd, int level, int option, int value) {
   ::setsockopt(fd, level, option, &value, sizeof value);

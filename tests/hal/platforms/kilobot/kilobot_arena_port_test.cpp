@@ -7,6 +7,7 @@
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/robot_words.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 #include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/pseudo_terminal.hpp"
@@ -38,9 +39,9 @@ TEST_CASE("kilobot arena: through a serial device") {
   std::unique_ptr<hal::Arena> arena;
   // libserialport throws away what the terminal holds when it opens
   const ArenaSettings settings = read_arena_settings(section(keys), "roark");
-  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_byte_stream(settings.port));
+  arena = make_kilobot_arena(settings, std::make_unique<FakeMonitor>(eyes_see), open_byte_stream(settings.port, "lab"));
   hal::advance(*arena, 0us);
-  for (int n = 1; n <= 4; ++n) {
+  for (int n = 1; n <= 12; ++n) {  // the arena tells the robots to stand first, for 0.5 s
     std::vector<hal::ToRobot> messages;
     for (hal::RobotId robot = 0; robot < 4; ++robot) messages.push_back({robot, 0, 2, static_cast<std::uint16_t>(n)});
     arena->robots().offer(messages);
@@ -66,7 +67,7 @@ TEST_CASE("kilobot arena: configuration") {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
       make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
-                         open_byte_stream(settings.port));
+                         open_byte_stream(settings.port, "lab"));
     } catch (const std::runtime_error& error) {
       return error.what();
     }
@@ -92,7 +93,7 @@ TEST_CASE("kilobot arena: configuration") {
 
 TEST_CASE("kilobot arena: ids in words") {
   // Runs of three and more are written as ranges, long lists end with a count.
-  CHECK(in_words({}) == "");
-  CHECK(in_words({4, 7, 8, 9, 11, 12}) == "4, 7-9, 11, 12");
-  CHECK(in_words({1, 3, 5, 7}, 2) == "1, 3 and 2 more");
+  CHECK(hal::in_words(std::vector<hal::RobotId>{}) == "");
+  CHECK(hal::in_words({4, 7, 8, 9, 11, 12}) == "4, 7-9, 11, 12");
+  CHECK(hal::in_words({1, 3, 5, 7}, 2) == "1, 3 and 2 more");
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/robot_words.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 #include "tests/support/kilobot/fake_monitor.hpp"
@@ -55,7 +56,7 @@ struct Testbed {
   explicit Testbed(const std::string& keys = "") : eyes_see(std::make_shared<FakeTestbed>()) {
     eyes_see->robots = read_robot_ids(arena_section(keys));
     arena = make_kilobot_arena(settings(keys), std::make_unique<FakeMonitor>(eyes_see),
-                               std::make_unique<FakeStream>(cable), wall);
+                               std::make_unique<FakeStream>(cable), nullptr, wall);
   }
   void say(hal::RobotId robot) {
     const hal::ToRobot message{robot, 0, 1, 5};
@@ -116,15 +117,18 @@ TEST_CASE("kilobot arena: names first") {
   CHECK(frame->stamp == hal::LabTime{0});
   CHECK(frame->robots.size() == 4);
   const auto heard = testbed.cable->take();
-  REQUIRE(heard.size() == 2);
+  REQUIRE(heard.size() >= 3);
   CHECK(heard[0].type() == PacketType::stop);
-  CHECK(heard[1].message_type() == 120);
+  CHECK(heard[1].message_type() == type_wakeup);  // robots that run from before stand
+  CHECK(heard[2].message_type() == 120);
+  for (const auto& one : heard)
+    CHECK((one.type() == PacketType::stop || one.message_type() == type_wakeup || one.message_type() == 120));
 
   // the answer is there: silence
   testbed.eyes_see->question.reset();
   testbed.frame(5);
-  REQUIRE(testbed.cable->heard.size() == 1);
-  CHECK(testbed.cable->heard[0].type() == PacketType::stop);
+  REQUIRE(!testbed.cable->heard.empty());
+  CHECK(testbed.cable->heard.back().type() == PacketType::stop);
 }
 
 TEST_CASE("kilobot arena: not ready in time") {
@@ -278,8 +282,10 @@ TEST_CASE("kilobot arena: swapped robots") {
   // hear as ever.
   Testbed testbed;
   testbed.frame(0);
+  testbed.arena->robots().command({Kind::run});
+  testbed.frame(10);
   int asked = 0, said = 0;
-  for (int n = 1; n <= 60; ++n) {
+  for (int n = 11; n <= 70; ++n) {
     if (n == 20) testbed.eyes_see->in_doubt = {1, 2}, testbed.eyes_see->question = Message{{}, 119, 0};
     if (n == 40) testbed.eyes_see->in_doubt.clear(), testbed.eyes_see->question.reset();
     for (hal::RobotId robot = 0; robot < 4; ++robot) testbed.say(robot);
@@ -306,11 +312,13 @@ TEST_CASE("kilobot arena: swapped robots") {
 }
 
 TEST_CASE("kilobot arena: overhead controller gone and back") {
-  // Frames go on while the controller is gone; old commands expire, newer ones are sent when it is back.
+  // Frames go on while the controller is gone; old broadcasts expire, and what robots should do is said when it is
+  // back.
   Testbed testbed("kilobot.again_s = 0");
   testbed.frame(0);
   testbed.cable->plugged = false;
   testbed.arena->robots().command({Kind::run});
+  testbed.arena->robots().command({Kind::broadcast, 9, {1}});
   for (int n = 1; n <= 80; ++n) {
     testbed.frame(n);
     CHECK(testbed.arena->poses().latest());
@@ -328,45 +336,86 @@ TEST_CASE("kilobot arena: overhead controller gone and back") {
 }
 
 TEST_CASE("kilobot arena: the last word") {
-  // An arena that ends still says its last fleet command and then tells the controller to stop, which would otherwise
-  // repeat it for ever; a command for robots asleep is not waited for. So it is whether somebody asks it to end or
-  // takes it away.
+  // An arena that ends tells its robots to stand until they were seen to, and then tells the controller to stop, which
+  // would otherwise repeat it for ever. So it is whether somebody asks it to end or takes it away.
   for (const auto& row : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
-    const auto& [asleep, asked] = row;
+    const auto& [ran, asked] = row;
     CAPTURE(row.first);
     CAPTURE(row.second);
-    Testbed testbed("kilobot.again_s = 0");
+    Testbed testbed;
     testbed.frame(0);
-    if (asleep) testbed.arena->robots().command({Kind::sleep});
+    if (ran) testbed.arena->robots().command({Kind::run});
     testbed.frame(10);
     testbed.cable->take();
     testbed.say(1);
-    testbed.arena->robots().command({Kind::pause});
     const TimePoint end = testbed.wall.now();
     if (asked) hal::end(*testbed.arena, testbed.wall);
     const TimePoint ended = testbed.wall.now();
+    if (asked && ran) CHECK(testbed.arena->not_standing().empty());
     testbed.arena.reset();
     if (asked) CHECK(testbed.wall.now() == ended);
-    REQUIRE(testbed.cable->heard.size() == 2);
-    CHECK(testbed.cable->heard[0].message_type() == type_wakeup);
-    CHECK(testbed.cable->heard[1].type() == PacketType::stop);
-    const auto took = testbed.cable->heard[1].at - end;
-    CHECK(took >= (asleep ? 2000ms : 500ms));
-    CHECK(took <= (asleep ? 2100ms : 600ms));
+    if (ran) {
+      REQUIRE(!testbed.cable->heard.empty());
+      CHECK(testbed.cable->heard.front().message_type() == type_wakeup);
+      CHECK(testbed.cable->heard.back().type() == PacketType::stop);
+    }
+    const auto took = testbed.wall.now() - end;
+    CHECK(took <= (ran ? 3500ms : 600ms));
+    if (ran) CHECK(took >= 2500ms);
   }
 }
 
-TEST_CASE("kilobot arena: the last word of a lab that never began") {
-  // Robots that run from before hear the pause although nobody was found yet.
-  Testbed testbed("kilobot.again_s = 0");
+TEST_CASE("kilobot arena: robots that walk on are told to stand for 10 s, and named") {
+  Testbed testbed;
+  testbed.frame(0);
+  testbed.arena->robots().command({Kind::run});
+  testbed.frame(10);
+  testbed.cable->take();
+  const TimePoint begin = testbed.wall.now();
+  while (!testbed.arena->end()) {
+    testbed.eyes_see->x_m = 0.004 * std::chrono::duration<double>(testbed.wall.now() - begin).count();
+    hal::wait_for_service(*testbed.arena, testbed.wall);
+  }
+  CHECK(testbed.wall.now() - begin >= 10s);
+  CHECK(testbed.wall.now() - begin <= 10500ms);
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (moving)");
+  const auto heard = testbed.cable->take();
+  CHECK(std::ranges::count_if(heard, [](const auto& one) { return one.message_type() == type_wakeup; }) >= 30);
+  CHECK(testbed.arena->counters()["robots.moved_when_told_to_stand"] == 4);
+}
+
+TEST_CASE("kilobot arena: whoever is out of sight, or was not told, is not said to stand") {
+  // Robots are judged from when the word went out; before, they were not told.
+  Testbed testbed;
+  testbed.frame(0);
+  testbed.arena->robots().command({Kind::run});
+  testbed.frame(30);
+  CHECK(testbed.arena->not_standing().empty());
+  testbed.cable->plugged = false;
+  testbed.arena->robots().command({Kind::pause});
+  testbed.frame(60);
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (not told yet)");
+  testbed.cable->plugged = true;
+  testbed.frame(95);  // 0.25 s to find the line, 2.5 s to settle, 0.5 s for the word
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (still looked at)");
+  testbed.frame(120);
+  CHECK(testbed.arena->not_standing().empty());
+  testbed.eyes_see->covered = true;
+  testbed.frame(130);
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (not in sight)");
+}
+
+TEST_CASE("kilobot arena: robots are told to stand before the experiment, also by a lab that never begins") {
+  // Robots that run from before hear it as soon as the controller listens, although nobody was found yet.
+  Testbed testbed;
   testbed.eyes_see->named_after_looks = 1'000'000;
   const TimePoint until = testbed.wall.now() + 5s;
   while (testbed.wall.now() < until && !testbed.arena->advance_to(hal::LabTime{0}))
     hal::wait_for_service(*testbed.arena, testbed.wall);
-  testbed.cable->take();
-  testbed.arena->robots().command({Kind::pause});
+  const auto heard = testbed.cable->take();
+  REQUIRE(heard.size() >= 2);
+  CHECK(heard[1].message_type() == type_wakeup);
   hal::end(*testbed.arena, testbed.wall);
-  REQUIRE(testbed.cable->heard.size() == 2);
-  CHECK(testbed.cable->heard[0].message_type() == type_wakeup);
-  CHECK(testbed.cable->heard[1].type() == PacketType::stop);
+  for (const auto& one : testbed.cable->take())
+    CHECK((one.type() == PacketType::stop || one.message_type() == type_wakeup));
 }

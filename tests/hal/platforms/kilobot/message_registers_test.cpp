@@ -112,8 +112,8 @@ TEST_CASE("limits") {
   CHECK(counters["to_robots.refused.value"] == 1);
   controller.command(broadcast(128, {1}));
   CHECK(counters["fleet_command.refused.type"] == 1);
-  for (int k = 0; k < 1000; ++k) controller.command({.kind = hal::FleetCommand::Kind::run});
-  CHECK(counters["fleet_command.refused.too_many"] == 744);
+  for (int k = 0; k < 1000; ++k) controller.command(broadcast(9, {1}));
+  CHECK(counters["fleet_command.refused.too_many"] == 936);
 }
 
 TEST_CASE("commands that a platform does not carry") {
@@ -132,23 +132,34 @@ TEST_CASE("commands that a platform does not carry") {
 }
 
 TEST_CASE("fleet commands go first") {
-  // Commands overtake all registers, in their own order, with the types of the robots' library.
+  // Commands overtake all registers, with the types of the robots' library; of words about what robots should do the
+  // newest is left.
   const hal::ArenaInfo info = info_of(2);
-  hal::Counters counters;
-  MessageRegisters controller(info, counters);
   using Kind = hal::FleetCommand::Kind;
-  controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
-  for (Kind kind : {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::voltage, Kind::charge})
+  constexpr std::pair<Kind, int> types[] = {{Kind::run, 0x88},   {Kind::pause, 0x85},   {Kind::reset, 0x83},
+                                            {Kind::sleep, 0x84}, {Kind::voltage, 0x87}, {Kind::charge, 0x86}};
+  for (const auto& [kind, type] : types) {
+    hal::Counters counters;
+    MessageRegisters controller(info, counters);
+    controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 1}});
+    for (const auto& other : types) controller.command({.kind = other.first});
+    controller.command({.kind = Kind::reset});
+    controller.command(broadcast(119, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
     controller.command({.kind = kind});
-  controller.command(broadcast(119, {1, 2, 3, 4, 5, 6, 7, 8, 9}));
-  for (int type : {0x88, 0x85, 0x83, 0x84, 0x87, 0x86, 119}) {
-    const auto message = controller.next();
-    REQUIRE(message);
-    CHECK(message->type == type);
-    CHECK(message->crc == message_crc(*message));
-    if (type == 119) CHECK(message->data == std::array<std::uint8_t, 9>{1, 2, 3, 4, 5, 6, 7, 8, 9});
+    std::vector<int> expected{0x83, 119};
+    if (kind == Kind::run)
+      expected.push_back(type);
+    else if (kind != Kind::reset)
+      expected.insert(expected.begin(), type);
+    for (int wanted : expected) {
+      const auto message = controller.next();
+      REQUIRE(message);
+      CHECK(message->type == wanted);
+      CHECK(message->crc == message_crc(*message));
+      if (wanted == 119) CHECK(message->data == std::array<std::uint8_t, 9>{1, 2, 3, 4, 5, 6, 7, 8, 9});
+    }
+    CHECK(controller.next()->type == 0);
   }
-  CHECK(controller.next()->type == 0);
 }
 
 }  // namespace arkmesh::hal::kilobot

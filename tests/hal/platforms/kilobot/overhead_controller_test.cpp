@@ -122,28 +122,101 @@ TEST_CASE("overhead controller: robots asleep") {
   OverheadBench bench;
   bench.start();
   bench.controller.command({Kind::sleep});
+  bench.run(1s);
   bench.controller.command({Kind::pause});
+  bench.run(100ms);
   bench.controller.command({Kind::run});
   bench.run(12s);
   const auto heard = bench.cable->take();
-  REQUIRE(heard.size() == 4);
-  CHECK(heard[1].message_type() == type_wakeup);
-  CHECK(heard[2].at - heard[1].at == 10s);
-  CHECK(heard[3].at - heard[2].at == 500ms);
+  REQUIRE(heard.size() == 5);
+  CHECK(heard[0].message_type() == type_sleep);
+  CHECK(heard[2].message_type() == type_wakeup);
+  CHECK(heard[3].message_type() == type_run);
+  CHECK(heard[3].at - heard[2].at == 10s);
+  CHECK(heard[4].at - heard[3].at == 500ms);
 }
 
-TEST_CASE("overhead controller: the same command again") {
-  // A command that is on the air already is held longer instead of being sent again, which the controller could
-  // misread.
+TEST_CASE("overhead controller: what robots should do is a register") {
+  // Of quick words the last one is said, and none is thrown away for want of room; a word that stands is not said
+  // twice.
   OverheadBench bench;
   bench.start();
-  bench.controller.command({Kind::run});
-  bench.controller.command({Kind::run});
-  bench.run(2s);
-  const auto heard = bench.cable->take();
+  for (int i = 0; i < 500; ++i) {
+    bench.controller.command({Kind::pause});
+    bench.controller.command({Kind::run});
+    bench.controller.command({Kind::run});
+  }
+  bench.run(5s);
+  auto heard = bench.cable->take();
   REQUIRE(heard.size() == 2);
-  CHECK(heard[1].at - heard[0].at == 1000ms);
-  CHECK(bench.counters["fleet_command.sent"] == 2);
+  CHECK(heard[0].message_type() == type_run);
+  CHECK(bench.counters["fleet_command.refused.too_many"] == 0);
+  CHECK(bench.counters["fleet_command.replaced"] == 999);
+
+  // Presses at any rate: the pause that is wanted in the end is on the air at once, whole.
+  for (int i = 0; i < 40; ++i) {
+    bench.controller.command({i % 2 == 0 ? Kind::run : Kind::pause});
+    bench.run(13ms);
+  }
+  bench.run(600ms);
+  heard = bench.cable->take();
+  REQUIRE(heard.size() >= 2);
+  const auto last = std::find_if(heard.rbegin(), heard.rend(), [](const auto& one) {
+    return one.message_type() == type_wakeup || one.message_type() == type_run;
+  });
+  REQUIRE(last != heard.rend());
+  CHECK(last->message_type() == type_wakeup);
+  CHECK(bench.controller.said_since().has_value());
+}
+
+TEST_CASE("overhead controller: a pause stands for as long as it is wanted") {
+  // It is said again every few seconds, other words are not; and at once and at length when somebody was seen to walk.
+  OverheadBench bench;
+  bench.start();
+  bench.controller.command({Kind::pause});
+  CHECK_FALSE(bench.controller.said_since());
+  bench.run(60s);
+  CHECK(bench.controller.said_since());
+  const auto pauses = [&] {
+    const auto heard = bench.cable->take();
+    return std::ranges::count_if(heard, [](const auto& one) { return one.message_type() == type_wakeup; });
+  };
+  CHECK(pauses() >= 15);
+  bench.controller.urge(bench.now);
+  bench.run(600ms);
+  CHECK(pauses() == 1);
+  for (const Kind other : {Kind::run, Kind::sleep, Kind::voltage, Kind::charge}) {
+    bench.controller.command({other});
+    bench.run(30s);
+    CHECK(pauses() == 0);
+    CHECK(bench.counters["fleet_command.sent"] > 0);
+  }
+}
+
+TEST_CASE("overhead controller: what makes robots stand overtakes everything") {
+  // A word that lets robots walk, and a long broadcast, are cut for it; rules that were said before `run` are heard
+  // before.
+  for (const hal::FleetCommand& before : {hal::FleetCommand{Kind::run}, hal::FleetCommand{Kind::broadcast, 9, {1}}}) {
+    OverheadBench bench(100, {.broadcast_for = 20s});
+    bench.start();
+    bench.controller.command(before);
+    bench.run(200ms);
+    bench.controller.command({Kind::broadcast, 10, {1}});
+    bench.controller.command({Kind::pause});
+    bench.run(60ms);
+    const auto heard = bench.cable->take();
+    CHECK(heard.back().message_type() == type_wakeup);
+    CHECK(bench.counters["fleet_command.cut_short"] == 1);
+  }
+  OverheadBench bench;
+  bench.start();
+  bench.controller.command({Kind::broadcast, 9, {1}});
+  bench.controller.command({Kind::run});
+  bench.run(1s);
+  const auto heard = bench.cable->take();
+  REQUIRE(heard.size() == 3);
+  CHECK(heard[0].message_type() == 9);
+  CHECK(heard[1].message_type() == type_run);
 }
 
 TEST_CASE("overhead controller: refused commands") {
@@ -151,7 +224,7 @@ TEST_CASE("overhead controller: refused commands") {
   OverheadBench bench;
   bench.controller.command({Kind::broadcast, 128, {}});
   CHECK(bench.counters["fleet_command.refused.type"] == 1);
-  for (int i = 0; i < 100; ++i) bench.controller.command({Kind::run});
+  for (int i = 0; i < 100; ++i) bench.controller.command({Kind::broadcast, 9, {1}});
   CHECK(bench.counters["fleet_command.refused.too_many"] == 36);
 }
 
@@ -230,6 +303,13 @@ TEST_CASE("overhead controller: on hold") {
   bench.controller.ask(Message{.type = 100});
   bench.run(20s);
   for (const auto& heard : bench.cable->take()) CHECK(heard.message_type() == 100);
+  // what makes robots stand does not wait
+  bench.controller.command({Kind::pause});
+  bench.run(200ms);
+  CHECK(bench.cable->take().front().message_type() == type_wakeup);
+  bench.controller.command({Kind::run});
+  bench.run(20s);
+  for (const auto& heard : bench.cable->take()) CHECK(heard.message_type() != type_run);
   bench.controller.ask({});
   bench.controller.hold(false);
   bench.run(1s);
@@ -313,12 +393,14 @@ TEST_CASE("overhead controller: the end") {
   bench.controller.command({Kind::run});
   bench.run(10ms);
   bench.controller.command({Kind::pause});
-  bench.controller.command({Kind::reset});
+  bench.controller.command({Kind::broadcast, 9, {1}});
+  bench.controller.command({Kind::broadcast, 10, {1}});
   bench.controller.finish();
   bench.run(600ms);
   auto heard = bench.cable->take();
-  REQUIRE(heard.size() == 2);
+  REQUIRE(heard.size() == 3);
   CHECK(heard[1].message_type() == type_wakeup);
+  CHECK(heard[2].message_type() == 9);
   bench.controller.stop_sending(bench.now);
   bench.run(100ms);
   heard = bench.cable->take();

@@ -16,6 +16,7 @@ TEST_CASE("overhead controller: unplugged for long") {
   bench.start();
   bench.cable->plugged = false;
   bench.controller.command({Kind::run});
+  bench.controller.command({Kind::broadcast, 9, {1}});
   for (int i = 0; i < 100; ++i) {
     bench.offer(static_cast<hal::RobotId>(i % 10));
     bench.run(100ms);
@@ -32,31 +33,57 @@ TEST_CASE("overhead controller: unplugged for long") {
   REQUIRE(heard.size() >= 2);
   CHECK(heard[0].type() == PacketType::stop);
   CHECK(heard[1].message_type() == type_voltage);
-  CHECK(heard.size() <= 4);
+  CHECK(heard.size() <= 5);
   for (const auto& one : heard) CHECK(one.message_type() != type_run);
   const hal::Airtime airtime = bench.controller.airtime();
   CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.not_sent + airtime.waiting);
 }
 
 TEST_CASE("overhead controller: unplugged for a moment") {
-  // A command that was on the air when the line was lost is repeated when it is back, and a question stands again.
+  // A reset that was on the air when the line was lost is repeated when it is back, and a question stands again; what
+  // robots should do is said first.
   OverheadBench bench;
   bench.start();
   bench.controller.ask(Message{{7}, 120, 0});
   bench.controller.command({Kind::run});
-  bench.run(200ms);
+  bench.run(1s);
+  bench.controller.command({Kind::broadcast, 9, {1}});
+  bench.run(100ms);
   bench.cable->plugged = false;
   bench.run(100ms);
   bench.cable->plugged = true;
   bench.cable->take();
   bench.run(5s);
   const auto heard = bench.cable->take();
-  REQUIRE(heard.size() == 3);
+  REQUIRE(heard.size() == 4);
   CHECK(heard[0].type() == PacketType::stop);
   CHECK(heard[1].message_type() == type_run);
-  CHECK(heard[2].message_type() == 120);
+  CHECK(heard[2].message_type() == 9);
   CHECK(heard[2].at - heard[1].at == 500ms);
+  CHECK(heard[3].message_type() == 120);
   CHECK(bench.counters["fleet_command.repeated_after_loss"] == 1);
+}
+
+TEST_CASE("overhead controller: a pause while the line is away") {
+  // However long that was, it is said right after the controller listens again, and never what it replaced.
+  for (const auto away : {3s, 8s, 30s, 600s}) {
+    OverheadBench bench;
+    bench.start();
+    bench.controller.command({Kind::run});
+    bench.run(1s);
+    bench.cable->plugged = false;
+    bench.run(1s);
+    bench.controller.command({Kind::pause});
+    bench.run(away);
+    bench.cable->take();
+    bench.cable->plugged = true;
+    bench.run(250ms + 2500ms + 100ms);
+    const auto heard = bench.cable->take();
+    REQUIRE(heard.size() >= 2);
+    CHECK(heard[1].message_type() == type_wakeup);
+    bench.run(20s);
+    for (const auto& one : bench.cable->take()) CHECK(one.message_type() != type_run);
+  }
 }
 
 TEST_CASE("overhead controller: a slow line") {

@@ -1,0 +1,148 @@
+// Whether robots stand, from poses with a camera's noise, hands, and robots that walk slowly.
+#include "hal/stand_judge.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "hal/random.hpp"
+
+using namespace arkmesh::hal;
+using namespace std::chrono_literals;
+using Why = NotStanding::Why;
+
+namespace {
+
+// Ten robots at ten pictures a second, measured to half a millimetre.
+struct Watch {
+  StandJudge judge{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  RandomStream noise{1, "noise"};
+  TimePoint now{};
+  std::function<bool(Observation&, double)> change = [](Observation&, double) { return true; };  // false: not in it
+
+  double s() const { return std::chrono::duration<double>(now.time_since_epoch()).count(); }
+  void look() {
+    now += 100ms;
+    PoseFrame frame;
+    for (RobotId id = 0; id < 10; ++id) {
+      Observation seen{id, {0.1 * id, 0, 0}, Led::off, 1, LabTime{0}};
+      if (!change(seen, s())) continue;
+      seen.pose.x_m += 0.001 * (noise.uniform() - 0.5);
+      seen.pose.y_m += 0.001 * (noise.uniform() - 0.5);
+      frame.robots.push_back(seen);
+    }
+    judge.look(frame, now);
+  }
+  void run(std::chrono::milliseconds lasts) {
+    for (const TimePoint until = now + lasts; now < until;) look();
+  }
+  std::vector<RobotId> with(Why why) {
+    std::vector<RobotId> out;
+    for (const NotStanding& each : judge.not_standing(now))
+      if (each.why == why) out.push_back(each.robot);
+    return out;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("robots stand when they were seen to for two seconds, and not sooner") {
+  Watch w;
+  CHECK(w.with(Why::not_in_sight).size() == 10);
+  w.run(1900ms);
+  CHECK(w.with(Why::not_yet).size() == 10);
+  w.run(300ms);
+  CHECK(w.judge.not_standing(w.now).empty());
+  w.judge.begin();
+  CHECK(w.with(Why::not_in_sight).size() == 10);
+}
+
+TEST_CASE("a robot that walks at 3 mm/s is named within 5 s, alone, whichever way it goes") {
+  for (const double radius_m : {0.0, 0.02, 0.05})  // 0: straight on
+    for (int way = 0; way < 12; ++way) {
+      Watch w;
+      w.run(10s);
+      w.change = [&](Observation& seen, double s) {
+        if (seen.robot != 3 || s < 10) return true;
+        const double way_m = 0.003 * (s - 10), turn = way * 0.5236;
+        const double along_m = radius_m > 0 ? radius_m * std::sin(way_m / radius_m) : way_m;
+        const double aside_m = radius_m > 0 ? radius_m * (1 - std::cos(way_m / radius_m)) : 0;
+        seen.pose.x_m += std::cos(turn) * along_m - std::sin(turn) * aside_m;
+        seen.pose.y_m += std::sin(turn) * along_m + std::cos(turn) * aside_m;
+        return true;
+      };
+      double named_s = 0;
+      for (int i = 0; i < 50 && named_s == 0; ++i) {
+        w.look();
+        if (w.with(Why::moving) == std::vector<RobotId>{3}) named_s = w.s() - 10;
+      }
+      CHECK(named_s > 0);
+      CHECK(named_s <= 5);
+      CHECK(w.judge.take_carried().empty());
+    }
+}
+
+TEST_CASE("robots that stand are never called moving, whatever hands and light do for ten minutes") {
+  // Covered for a while, measured off while a hand is at their edge, out of sight all at once.
+  Watch w;
+  RandomStream chance(7, "hands");
+  std::vector<double> hidden_until(10, 0), off_m(10, 0), off_since(10, 0);
+  double dark_until = 0;
+  w.change = [&](Observation& seen, double s) {
+    const auto i = seen.robot;
+    if (chance.below(200) == 0) hidden_until[i] = s + 3 * chance.uniform();
+    if (s > off_since[i] + 1.5 && chance.below(100) == 0) {
+      off_m[i] = chance.below(2) == 0 ? 0 : 0.02 * (chance.uniform() - 0.5);
+      off_since[i] = s;
+    }
+    if (chance.below(3000) == 0) dark_until = s + 5 * chance.uniform();
+    seen.pose.x_m += off_m[i];
+    return s >= hidden_until[i] && s >= dark_until;
+  };
+  std::size_t named = 0, carried = 0, seen_to_stand = 0;
+  for (int i = 0; i < 6000; ++i) {
+    w.look();
+    named += w.with(Why::moving).size();
+    carried += w.judge.take_carried().size();
+    seen_to_stand += 10 - w.judge.not_standing(w.now).size();
+  }
+  CHECK(named == 0);
+  CHECK(carried == 0);
+  CHECK(seen_to_stand > 10'000);
+}
+
+TEST_CASE("a robot out of sight never counts as standing, and one that is carried is told apart from one that walks") {
+  Watch w;
+  w.run(5s);
+  w.change = [](Observation& seen, double) { return seen.robot != 4; };
+  w.run(700ms);
+  CHECK(w.with(Why::not_in_sight) == std::vector<RobotId>{4});
+  w.change = [](Observation& seen, double s) {
+    if (seen.robot == 5) seen.pose.y_m += std::min(0.3, 0.3 * (s - 5.7));
+    if (seen.robot == 6) seen.age = LabTime{100'000};
+    return true;
+  };
+  bool called_moving = false;
+  std::size_t carried = 0;
+  for (int i = 0; i < 40; ++i) {
+    w.look();
+    called_moving = called_moving || !w.with(Why::moving).empty();
+    for (const RobotId robot : w.judge.take_carried()) carried += robot == 5;
+  }
+  CHECK_FALSE(called_moving);
+  CHECK(carried > 0);
+  CHECK(w.with(Why::not_in_sight) == std::vector<RobotId>{6});
+  CHECK(w.judge.not_standing(w.now).size() == 1);
+}
+
+TEST_CASE("who has not left its place is told") {
+  Watch w;
+  w.change = [](Observation& seen, double s) {
+    if (seen.robot >= 2) seen.pose.y_m += 0.01 * s;
+    return seen.robot != 9;
+  };
+  w.run(10s);
+  CHECK(w.judge.at_their_place() == std::vector<RobotId>{0, 1});
+}

@@ -1,0 +1,111 @@
+// The register decides alone whether robots run; what it decides is told once to the arena and the bus.
+#include "lab/run_register.hpp"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "hal/messages.hpp"
+#include "hal/random.hpp"
+#include "tests/lab/runner_bench.hpp"
+
+using namespace arkmesh;
+using Kind = hal::FleetCommand::Kind;
+using Who = lab::RunRegister::Who;
+
+namespace {
+
+struct RegisterBench {
+  tests::SlowArena arena;
+  hal::Bus bus{"memq://"};
+  lab::RunRegister wishes{arena, bus};
+
+  const std::vector<Kind>& told() { return arena.robots().commands; }
+  void say(Who who, Kind kind, hal::LabTime now = {}) { wishes.say(who, {.kind = kind}, now); }
+};
+
+}  // namespace
+
+TEST_CASE("robots run only if the experiment has begun and nobody wants otherwise") {
+  RegisterBench b;
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told().empty());
+  CHECK(b.wishes.kept_still_by() == "not begun");
+  b.wishes.begin(hal::LabTime{0});
+  CHECK(b.told() == std::vector{Kind::run});
+  CHECK(b.wishes.kept_still_by().empty());
+  for (const Who first : {Who::operators, Who::safety, Who::lost_peer, Who::scenario})
+    for (const Who second : {Who::operators, Who::safety, Who::lost_peer, Who::scenario}) {
+      if (first == second) continue;
+      b.say(first, Kind::pause);
+      b.say(second, Kind::pause);
+      b.say(first, Kind::run);
+      CHECK(b.wishes.wanted() == Kind::pause);
+      b.say(second, Kind::run);
+      CHECK(b.wishes.wanted() == Kind::run);
+    }
+  b.wishes.end(hal::LabTime{1});
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told().back() == Kind::pause);
+  CHECK(b.wishes.kept_still_by() == "end");
+}
+
+TEST_CASE("what is told is what is wanted, after any words, and nothing is told twice") {
+  RegisterBench b;
+  hal::RandomStream chance(1, "words");
+  for (int i = 0; i < 2000; ++i) {
+    const auto who = static_cast<Who>(chance.below(4));
+    const Kind kind = std::vector{Kind::run, Kind::pause, Kind::sleep}[chance.below(3)];
+    if (i == 500) b.wishes.begin(hal::LabTime{i});
+    b.say(who, kind, hal::LabTime{i});
+    CHECK((b.told().empty() ? Kind::pause : b.told().back()) == b.wishes.wanted());
+  }
+  for (std::size_t i = 1; i < b.told().size(); ++i) CHECK(b.told()[i] != b.told()[i - 1]);
+}
+
+TEST_CASE("robots that rest are not woken by a pause or by the end") {
+  for (const Kind rest : {Kind::sleep}) {
+    RegisterBench b;
+    b.wishes.begin(hal::LabTime{0});
+    b.say(Who::operators, rest);
+    b.say(Who::safety, Kind::pause);
+    b.wishes.end(hal::LabTime{1});
+    CHECK(b.told() == std::vector{Kind::run, rest});
+  }
+}
+
+TEST_CASE("a reset is done once and keeps robots still until the same one lets them run") {
+  RegisterBench b;
+  b.wishes.begin(hal::LabTime{0});
+  b.say(Who::operators, Kind::reset);
+  CHECK(b.wishes.wanted() == Kind::pause);
+  b.say(Who::scenario, Kind::run);
+  CHECK(b.wishes.wanted() == Kind::pause);
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told() == std::vector{Kind::run, Kind::reset, Kind::run});
+}
+
+TEST_CASE("what a platform does not carry is passed on to be refused, and changes nothing") {
+  RegisterBench b;
+  b.wishes.begin(hal::LabTime{0});
+  b.say(Who::operators, Kind::charge);
+  CHECK(b.wishes.wanted() == Kind::run);
+}
+
+TEST_CASE("each pause is listed with who wanted it, from when and until when") {
+  RegisterBench b;
+  b.say(Who::operators, Kind::pause, hal::LabTime{0});
+  CHECK(b.wishes.pauses().empty());  // the experiment has not begun
+  b.wishes.begin(hal::LabTime{1});
+  b.say(Who::safety, Kind::pause, hal::LabTime{2});
+  b.say(Who::operators, Kind::run, hal::LabTime{3});
+  b.say(Who::safety, Kind::run, hal::LabTime{4});
+  b.wishes.say(Who::operators, {.kind = Kind::pause}, hal::LabTime{5}, "operator of roark");
+  b.wishes.say(Who::operators, {.kind = Kind::pause}, hal::LabTime{6}, "operator");
+  b.wishes.end(hal::LabTime{7});
+  std::vector<std::string> lines;
+  for (const auto& pause : b.wishes.pauses())
+    lines.push_back(fmt::format("{} {} {}", pause.who, pause.from.count(), pause.until.value().count()));
+  CHECK(lines == std::vector<std::string>{"operator 1 3", "safety 2 4", "operator of roark 5 6", "operator 6 7"});
+}
