@@ -38,7 +38,9 @@ void RunRegister::say(Who who, const hal::FleetCommand& command, hal::LabTime no
   }
   wish.kind = command.kind == Kind::reset ? Kind::pause : command.kind;
   if (!name.empty()) wish.name = name;
+  const bool again = told_ == command.kind && (who == Who::operators || who == Who::scenario);
   update(now);
+  if (again && told_ == command.kind) tell(command, now);  // for robots that did not hear it
 }
 
 RunRegister::Kind RunRegister::wanted() const {
@@ -60,7 +62,7 @@ void RunRegister::tell(const hal::FleetCommand& command, hal::LabTime now) {
   arena_.robots().command(command);
 }
 
-// Nothing is said twice: the arena repeats what robots may not have heard.
+// The arena repeats what robots may not have heard.
 void RunRegister::update(hal::LabTime now) {
   keep_books(now);
   if (std::exchange(told_, wanted()) != told_) tell({.kind = told_}, now);

@@ -177,15 +177,16 @@ TEST_CASE("what an operator says before the experiment begins stands when it beg
     bench.step();
     bench.tell(said);
     while (bench.arena.late > 0) bench.step();
-    CHECK(bench.arena.robots().commands.empty());
+    const std::vector<Kind> early = bench.arena.robots().commands;
+    CHECK(std::ranges::count(early, Kind::run) == 0);
     while (bench.runner.period() == 0) bench.step();
     bench.step();
-    CHECK(bench.arena.robots().commands ==
-          (said == fleet_command_t::run ? std::vector{Kind::run} : std::vector<Kind>()));
-    if (said == fleet_command_t::run) continue;
+    const bool runs = said == fleet_command_t::run;
+    CHECK(std::ranges::count(bench.arena.robots().commands, Kind::run) == (runs ? 1 : 0));
+    if (runs) continue;
     bench.tell(fleet_command_t::run);
     bench.step();
-    CHECK(bench.arena.robots().commands == std::vector{Kind::run});
+    CHECK(bench.arena.robots().commands.back() == Kind::run);
   }
 }
 

@@ -70,9 +70,9 @@ void OverheadController::offer(std::span<const ToRobot> newest) {
 void OverheadController::command(const FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   if (is_word(command) && command.kind == wanted_) {
-    // it is on its way already; whoever says it once more wants it heard
-    again_at_ = TimePoint{};
-    urged_ = said_since_.has_value();
+    // whoever says it once more wants it heard by robots that did not, such as one that was switched on since
+    const bool is_on_its_way = commands_.has_word() || (on_air_command_ && on_air_command_->command.kind == command.kind);
+    if (!is_on_its_way) commands_.put(command);
     return;
   }
   if (const char* cost = commands_.put(command)) counters_.add(cost);
