@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "tracker/camera_guard.hpp"
+#include "tracker/hung_camera.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -19,23 +19,14 @@ namespace {
 struct Eye {
   std::string source;
   std::unique_ptr<tracker::CameraFeed> feed;
-  cv::Mat last;
+  tracker::HungCamera still;
   std::string trouble;  // as last said
   tracker::CameraGuard guard;
-  bool amiss = false,
-       moved = false;  // as last said: the picture does not show what it should; because the camera hangs elsewhere
+  // as last said: the picture does not show what it should; because the camera was moved; the picture never changes
+  bool amiss = false, moved = false, hung = false;
 };
 
 constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
-
-// Real cameras are never that quiet: their noise differs from picture to picture.
-bool same_picture(const cv::Mat& a, const cv::Mat& b) {
-  if (a.size() != b.size() || a.type() != b.type()) return false;
-  const std::size_t row_bytes = static_cast<std::size_t>(a.cols) * a.elemSize();
-  for (int row = 0; row < a.rows; ++row)
-    if (std::memcmp(a.ptr(row), b.ptr(row), row_bytes) != 0) return false;
-  return true;
-}
 
 class ArenaMonitor final : public hal::kilobot::RobotMonitor {
  public:
@@ -53,7 +44,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
     no_use_ = false;
-    for (Eye& eye : eyes_) pictures.push_back(newest(eye));
+    for (Eye& eye : eyes_) pictures.push_back(newest(eye, now));
     for (std::size_t i = 0; i < eyes_.size(); ++i)
       if (!pictures[i].empty() && !in_place(i, pictures[i])) pictures[i].release();
     if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
@@ -73,6 +64,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     if (observer_) observer_({now, pictures, tracker_, own_counters_});
   }
 
+  void robots_run(bool run) override { robots_run_ = run; }
   std::optional<hal::PoseFrame> latest() override { return poses_.latest(); }
   std::optional<hal::kilobot::Message> question() const override {
     const std::optional<tracker::Question> asked = names_->question();
@@ -92,8 +84,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   }
 
  private:
-  // Empty: nothing new, or nothing that differs from what was there before.
-  cv::Mat newest(Eye& eye) {
+  // Empty: nothing new, or nothing that can be believed to be new.
+  cv::Mat newest(Eye& eye, hal::LabTime now) {
     cv::Mat picture = eye.feed->newest();
     if (std::string trouble = eye.feed->trouble(); trouble != eye.trouble) {
       if (trouble.empty())
@@ -103,13 +95,21 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       eye.trouble = std::move(trouble);
     }
     if (picture.empty()) return picture;
-    if (same_picture(picture, eye.last)) {
-      own_counters_.add("camera.frozen");
-      no_use_ = true;
-      return {};
+    using Verdict = tracker::HungCamera::Verdict;
+    const Verdict verdict = eye.still.look(now, picture, robots_run_ || names_->question());
+    if (verdict != Verdict::changed) own_counters_.add("camera.same_picture");
+    if (verdict != Verdict::hung) {
+      if (std::exchange(eye.hung, false)) spdlog::info("the pictures of the camera {} change again", eye.source);
+      return picture;
     }
-    eye.last = picture;
-    return picture;
+    if (!std::exchange(eye.hung, true))
+      spdlog::warn(
+          "the camera {} repeats one picture although it should change: does the camera hang, or does no robot move? "
+          "Its pictures are not used until one differs",
+          eye.source);
+    own_counters_.add("camera.frozen");
+    no_use_ = true;
+    return {};
   }
 
   // Whether places in that picture can be believed.
@@ -203,6 +203,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
   std::uint32_t number_ = 0;
+  bool robots_run_ = false;  // as the arena says
   bool no_use_ = false;      // a camera gave a picture that shows nothing of now, or from elsewhere
   hal::LabTime seen_at_{0};  // when any camera last gave a picture
   std::vector<hal::RobotId> expected_, doubtful_;
@@ -220,7 +221,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
     const tracker::Lens& lens = settings.calibrations[i].data().lens;
     eyes.push_back({.source = source,
                     .feed = open(source, lens.width_px, lens.height_px),
-                    .last = {},
+                    .still = {},
                     .trouble = {},
                     .guard = tracker::CameraGuard()});
   }

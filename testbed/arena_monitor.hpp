@@ -29,7 +29,8 @@ using Observer = std::function<void(const Look&)>;
 // Opens the cameras; one that is not there is waited for. `names`: who finds out who is who, in place of what the
 // settings say.
 //
-// Counts what TableTracker, the identifier and the cameras count, and camera.frozen (the same picture again),
+// Counts what TableTracker, the identifier and the cameras count, and camera.same_picture (pictures equal to the one
+// before; they are used), camera.frozen (those that are not, since the camera must hang: see HungCamera),
 // frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
 // camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
 // .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).

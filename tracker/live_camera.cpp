@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int open_limit_ms = 4000, read_limit_ms = 3000;
-constexpr std::chrono::milliseconds first_pause = 500ms, longest_pause = 8s;
+constexpr std::chrono::milliseconds first_retry = 500ms, longest_retry = 8s;
 
 class LiveCamera final : public CameraFeed {
  public:
@@ -59,7 +59,7 @@ class LiveCamera final : public CameraFeed {
 
   // The thread: opens, reads until nothing comes, pauses, opens again.
   void run() {
-    std::chrono::milliseconds pause = first_pause;
+    std::chrono::milliseconds pause = first_retry;
     while (!stopping()) {
       std::string why;
       bool any = false;
@@ -73,12 +73,12 @@ class LiveCamera final : public CameraFeed {
       } catch (const cv::Exception&) {
         why = fmt::format("the camera {} failed", source_);
       }
-      if (any) pause = first_pause;
+      if (any) pause = first_retry;
       std::unique_lock lock(mutex_);
       if (trouble_.empty()) counters_.add("camera.gone");
       trouble_ = why;
       wake_.wait_for(lock, pause, [this] { return stopping_; });
-      pause = std::min(2 * pause, longest_pause);
+      pause = std::min(2 * pause, longest_retry);
     }
   }
 

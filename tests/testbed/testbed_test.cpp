@@ -19,20 +19,16 @@
 #include "testbed/kilobot_row.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
+#include "tests/testbed/watched_emulator.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/source.hpp"
 #include "tracker/table_tracker.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;
+using namespace arkmesh::tests;
 
 namespace {
-
-// As a lab reads them, at a testbed whose controller is the test's.
-testbed::KilobotSettings settings(const hal::Config& config) {
-  const hal::Section arena = config.root().section("arena");
-  return testbed::read_kilobot_settings(arena, "lab", testbed::read_cameras(arena.section("kilobot")).size());
-}
 
 const std::string pictures_folder = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/";
 
@@ -84,122 +80,10 @@ Detection detection_at(const Calibration& camera, Point place, double offset_m =
           .led_y_px = led->y};
 }
 
-// An emulated testbed as the testbed: its camera is what the monitor sees, and what the monitor asks is said by its
-// overhead controller.
-class EmulatedTestbed {
- public:
-  explicit EmulatedTestbed(const std::string& text)
-      : config_(hal::Config::from_text(text, "emulator.toml")), emulator_(config_.root()) {
-    emulator_.advance_to(hal::LabTime(2'500'000));
-  }
-
-  emulator::Emulator& emulator() { return emulator_; }
-
-  std::unique_ptr<hal::kilobot::RobotMonitor> monitor(const std::string& lab,
-                                                      const std::filesystem::path& calibration) {
-    std::vector<NamedCamera> cameras;
-    for (std::size_t k = 0; k < emulator_.cameras(); ++k) {
-      const auto& model = emulator_.camera(k).model_at_first();
-      CameraData data;
-      data.lens.width_px = model.width_px();
-      data.lens.height_px = model.height_px();
-      for (int i = 0; i < 9; ++i)
-        data.lens.matrix[i] = model.matrix().val[i], data.rotation[i] = model.rotation().val[i];
-      data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
-      for (int i = 0; i < 3; ++i) data.translation_m[i] = model.translation()[i];
-      cameras.push_back({emulator_.camera(k).settings().name, data});
-    }
-    write_calibrations(calibration, cameras);
-    const auto config = hal::Config::from_text(lab, "lab.toml");
-    return testbed::make_arena_monitor(settings(config), {}, [this](const std::string& source, int, int) {
-      return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
-    });
-  }
-
-  // The next picture, a tenth of a second later; meanwhile the controller says what the monitor asks.
-  void next(hal::kilobot::RobotMonitor& monitor) {
-    const auto question = monitor.question();
-    if (question != asked_) {
-      asked_ = question;
-      say(question);
-    }
-    emulator_.advance_to(emulator_.now() + hal::LabTime(100'000));
-    monitor.look(emulator_.now());
-  }
-
-  // Robots seen in this very frame whose id is another's, judged by what only the emulator knows.
-  int wrong_ids(hal::kilobot::RobotMonitor& monitor, int* named = nullptr) {
-    const auto frame = monitor.latest();
-    if (!frame) return 0;
-    int wrong = 0;
-    for (const hal::Observation& seen : frame->robots) {
-      if (seen.age.count() > 0) continue;
-      const auto truth = emulator_.truth();
-      const auto robot =
-          std::find_if(truth.begin(), truth.end(), [&](const auto& one) { return one.id == seen.robot; });
-      if (robot == truth.end() ||
-          std::hypot(robot->seen.pose.x_m - seen.pose.x_m, robot->seen.pose.y_m - seen.pose.y_m) > 0.02)
-        ++wrong;
-    }
-    if (named) *named = static_cast<int>(frame->robots.size());
-    return wrong;
-  }
-
- private:
-  class Feed final : public CameraFeed {
-   public:
-    Feed(EmulatedTestbed& testbed, std::size_t camera) : testbed_(testbed), camera_(camera) {}
-    cv::Mat newest() override {
-      cv::Mat picture;
-      if (!testbed_.emulator_.picture(camera_, picture)) return {};
-      return picture.clone();
-    }
-    std::string trouble() const override { return {}; }
-    hal::Counters counters() const override { return {}; }
-
-   private:
-    EmulatedTestbed& testbed_;
-    std::size_t camera_;
-  };
-
-  void say(const std::optional<hal::kilobot::Message>& message) {
-    std::array<std::uint8_t, 132> packet{};
-    packet[0] = 0x55;
-    if (message) {
-      packet[1] = 2;
-      std::copy(message->data.begin(), message->data.end(), packet.begin() + 2);
-      packet[11] = message->type;
-    }
-    for (std::size_t i = 0; i < 131; ++i) packet[131] ^= packet[i];
-    emulator_.write_serial(packet);
-  }
-
-  hal::Config config_;
-  emulator::Emulator emulator_;
-  std::optional<hal::kilobot::Message> asked_;
-};
-
-std::string emulator_text(const std::string& more = "") {
-  return fmt::format(
-      "[emulator]\nseed = 3\nids = \"shuffled\"\ncamera_port = 0\nohc_port = 0\ncontrol_port = 0\n"
-      "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 800\nheight_px = 640\nz_m = 1.0\n"
-      "distortion = [-0.09, 0.02, 0.0006, -0.0004, 0.0]\n{}\n"
-      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.ode]\n"
-      "controller = \"{}/tests/sim_ode/controllers/answers.c\"\n",
-      more, ARKMESH_SOURCE_DIR);
-}
-
-std::string lab_text(const std::filesystem::path& calibration, const std::string& more = "") {
-  return fmt::format(
-      "[arena]\nwidth_m = 0.5\nheight_m = 0.4\nrobots = 8\n[arena.kilobot]\n{}\n"
-      "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"{}\"\n",
-      more, calibration.string());
-}
-
 std::string refusal(const std::string& text) {
   try {
     const auto config = hal::Config::from_text(text, "lab.toml");
-    testbed::make_arena_monitor(settings(config));
+    testbed::make_arena_monitor(lab_settings(config));
   } catch (const hal::ConfigError& error) {
     return error.what();
   }
@@ -320,48 +204,6 @@ TEST_CASE("a monitor names the robots of an emulator, and again those that were 
   CHECK(both_doubted);
   CHECK(monitor->everybody_named());
   MESSAGE("both named again ", doubted_for / 10.0 - 1.5, " s after they were uncovered");
-}
-
-TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
-  // Proves that nothing is invented: looks without a picture and pictures that do not show the testbed make no frame,
-  // and all of it is counted.
-  const arkmesh::tests::TemporaryDirectory folder;
-  EmulatedTestbed testbed(emulator_text());
-  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
-  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
-  REQUIRE(monitor->everybody_named());
-  monitor->latest();
-
-  REQUIRE(testbed.emulator().command("camera camera0 frozen") == "ok");
-  testbed.next(*monitor);
-  monitor->latest();
-  for (int i = 0; i < 5; ++i) {
-    testbed.next(*monitor);
-    CHECK_FALSE(monitor->latest().has_value());
-  }
-  CHECK(monitor->counters()["camera.frozen"] == 5);
-
-  testbed.emulator().command("camera camera0 gone");
-  testbed.next(*monitor);
-  CHECK_FALSE(monitor->latest().has_value());
-  CHECK(monitor->counters()["frame.no_picture"] == 6);
-
-  testbed.emulator().command("camera camera0 ok");
-  testbed.emulator().command("camera camera0 dark");
-  for (int i = 0; i < 15; ++i) {
-    testbed.next(*monitor);
-    CHECK_FALSE(monitor->latest().has_value());
-  }
-  CHECK(monitor->doubtful().size() == 8);
-  CHECK(monitor->counters()["camera.unrecognised"] == 1);
-  CHECK(monitor->counters()["camera.refused.unrecognised"] == 15);
-
-  testbed.emulator().command("camera camera0 ok");
-  for (int i = 0; i < 250 && !monitor->everybody_named(); ++i) {
-    testbed.next(*monitor);
-    CHECK(testbed.wrong_ids(*monitor) == 0);
-  }
-  CHECK(monitor->everybody_named());
 }
 
 TEST_CASE("a monitor's configuration is refused with file, key and reason") {

@@ -18,6 +18,9 @@ class RobotMonitor : public PoseSource {
   // takes to look at. `now` is monotonic time since the arena was made, never decreasing: it passes while robots are
   // being named, when lab time stands still. The arena stamps and numbers the frames anew; ages are kept.
   virtual void look(LabTime now) = 0;
+  // Whether robots are wanted to run from now on, or to stand still; they stand until somebody says so. While they run,
+  // or while there is a question, pictures must change: a camera whose pictures stay the same hangs.
+  virtual void robots_run(bool run) = 0;
   // The broadcast that the robots should hear now, over and over until this changes; nothing when there is no question.
   virtual std::optional<Message> question() const = 0;
   // Robots that may be somebody else at the moment, ascending: nothing may be said to them by their id.

@@ -19,6 +19,7 @@ struct FakeTestbed {
   bool covered = false;       // no picture comes
   int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
   int looks = 0;
+  bool robots_run = false;  // as the monitor was last told
   std::vector<hal::LabTime> looked_at;
   double x_m = 0;  // of all robots
 };
@@ -36,6 +37,7 @@ class FakeMonitor final : public hal::kilobot::RobotMonitor {
     for (const hal::RobotId robot : testbed_->robots)
       frame_->robots.push_back({robot, {testbed_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
   }
+  void robots_run(bool run) override { testbed_->robots_run = run; }
   std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }
   std::optional<hal::kilobot::Message> question() const override { return testbed_->question; }
   std::span<const hal::RobotId> doubtful() const override { return testbed_->in_doubt; }

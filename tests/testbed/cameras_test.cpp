@@ -1,0 +1,91 @@
+// What a testbed's cameras show, and when it is believed.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "tests/support/processes/temporary_directory.hpp"
+#include "tests/testbed/watched_emulator.hpp"
+
+using namespace arkmesh;
+using namespace arkmesh::tests;
+
+TEST_CASE("a camera that freezes, goes dark or is gone gives no poses") {
+  // Proves that nothing is invented: looks without a picture and pictures that do not show the testbed make no frame,
+  // and all of it is counted.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text());
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  monitor->latest();
+
+  // Its noise was in every picture so far: from 0.5 s of one and the same on it hangs, though robots stand still.
+  REQUIRE(monitor->counters()["camera.same_picture"] == 0);
+  REQUIRE(testbed.emulator().command("camera camera0 frozen") == "ok");
+  for (int i = 0; i < 5; ++i) {
+    testbed.next(*monitor);
+    CHECK(monitor->latest().has_value());
+  }
+  for (int i = 0; i < 5; ++i) {
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
+  }
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.frozen"] == 5);
+  CHECK(monitor->counters()["camera.same_picture"] == 9);
+
+  testbed.emulator().command("camera camera0 gone");
+  testbed.next(*monitor);
+  CHECK_FALSE(monitor->latest().has_value());
+  CHECK(monitor->counters()["frame.no_picture"] == 6);
+
+  testbed.emulator().command("camera camera0 ok");
+  testbed.emulator().command("camera camera0 dark");
+  for (int i = 0; i < 15; ++i) {
+    testbed.next(*monitor);
+    CHECK_FALSE(monitor->latest().has_value());
+  }
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.unrecognised"] == 1);
+  CHECK(monitor->counters()["camera.refused.unrecognised"] == 15);
+
+  testbed.emulator().command("camera camera0 ok");
+  for (int i = 0; i < 250 && !monitor->everybody_named(); ++i) {
+    testbed.next(*monitor);
+    CHECK(testbed.wrong_ids(*monitor) == 0);
+  }
+  CHECK(monitor->everybody_named());
+}
+
+TEST_CASE("robots that stand before a camera without noise are seen, for as long as they are not told to run") {
+  // Proves that equal pictures are new ones: robots keep age 0, nobody is in doubt, and swapping two of them meanwhile
+  // would be seen. Told to run while the picture stays as it is, they are in doubt after 10 s.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text("noise = 0.0"));
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  for (int i = 0; i < 30 && monitor->question(); ++i) testbed.next(*monitor);
+  REQUIRE(!monitor->question());
+  monitor->latest();
+  const std::uint64_t before = monitor->counters()["camera.same_picture"];
+  const auto all_seen = [&] {
+    testbed.next(*monitor);
+    const auto frame = monitor->latest();
+    return frame && frame->robots.size() == 8 && monitor->doubtful().empty() &&
+           std::ranges::all_of(frame->robots, [](const hal::Observation& seen) { return seen.age.count() == 0; });
+  };
+  for (int i = 0; i < 150; ++i) CHECK(all_seen());
+  CHECK(monitor->counters()["camera.same_picture"] - before > 140);
+
+  monitor->robots_run(true);
+  for (int i = 0; i < 100; ++i) CHECK(all_seen());
+  CHECK(monitor->counters()["camera.frozen"] == 0);
+  testbed.next(*monitor);
+  CHECK_FALSE(monitor->latest());
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.frozen"] == 1);
+  testbed.emulator().command("robot 0 take");
+  testbed.next(*monitor);
+  CHECK(monitor->latest());
+}
