@@ -17,6 +17,7 @@
 #include "testbed/camera_calibration.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
+#include "tracker/camera_guard.hpp"
 #include "tracker/source.hpp"
 #include "tracker/table_corners.hpp"
 
@@ -47,17 +48,22 @@ tracker::FittedLens fit_lens(const CalibrateOptions& options) {
   return fit.fit();
 }
 
+cv::Mat arena_picture(const CalibrateOptions& options, const tracker::Lens& lens) {
+  cv::Mat picture = read_picture(options.corner_picture);
+  if (picture.cols != lens.width_px || picture.rows != lens.height_px)
+    throw std::runtime_error(
+        fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
+                    options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
+  return picture;
+}
+
 std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tracker::Lens& lens) {
   std::vector<tracker::Point> corners = options.given_corners();
   if (!corners.empty()) return corners;
   if (options.corner_picture.empty())
     throw CLI::ValidationError("--corner",
                                "give the arena's corners: four times --corner x,y, or a picture with --corners");
-  const cv::Mat picture = read_picture(options.corner_picture);
-  if (picture.cols != lens.width_px || picture.rows != lens.height_px)
-    throw std::runtime_error(
-        fmt::format("{} is {} x {} pixels, the chessboard pictures are {} x {}; use one camera at one resolution",
-                    options.corner_picture, picture.cols, picture.rows, lens.width_px, lens.height_px));
+  const cv::Mat picture = arena_picture(options, lens);
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
     throw std::runtime_error(
@@ -74,6 +80,20 @@ void draw_check(const CalibrateOptions& options, const tracker::CameraData& data
                         : read_picture(options.corner_picture);
   testbed::draw_arena(picture, data);
   tracker::write_picture(options.png, picture);
+}
+
+// What a lab compares its first pictures with.
+std::vector<tracker::Landmark> landmarks_in(const CalibrateOptions& options, const tracker::CameraData& data) {
+  std::vector<tracker::Landmark> found;
+  if (!options.corner_picture.empty()) found = testbed::landmarks_of(arena_picture(options, data.lens), data);
+  const bool enough = found.size() >= tracker::CameraGuard::fewest_marks;
+  fmt::print("landmarks of the arena: {}{}\n", found.size(),
+             enough                           ? ", by which a lab notices that the camera was moved since"
+             : options.corner_picture.empty() ? "; without a picture (--corners) a lab cannot notice that the camera "
+                                                "was moved since"
+                                              : ", too few to notice that the camera was moved since; stick some small "
+                                                "dark dots near the arena's border and take the picture again");
+  return found;
 }
 
 std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
@@ -104,7 +124,7 @@ void calibrate(const CalibrateOptions& options) {
              place[0], place[1], landmarks.empty() ? "corners" : "landmarks", data.error_px, data.error_mm);
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
-  const std::size_t cameras = testbed::put_into(options.out, options.name, data);
+  const std::size_t cameras = testbed::put_into(options.out, {options.name, data, landmarks_in(options, data)});
   fmt::print("{}: {} camera{} ({})\n", options.out, cameras, cameras == 1 ? "" : "s", options.name);
 }
 
@@ -118,7 +138,7 @@ void import_ark(const CalibrateOptions& options) {
   table.camera_height_m = options.camera_height_m;
   std::vector<tracker::NamedCamera> cameras;
   for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, table)) {
-    cameras.push_back({fmt::format("camera{}", cameras.size()), data});
+    cameras.push_back({fmt::format("camera{}", cameras.size()), data, {}});
     const auto place = tracker::Calibration(data).position_m();
     fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1],
                robot_width(data, {place[0], place[1]}));

@@ -37,8 +37,9 @@ void CalibrateOptions::add_to(CLI::App& command) {
                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
   command
       .add_option("--corners", corner_picture,
-                  "A picture of the whole arena; without --corner arkmesh finds the corners in it and takes "
-                  "the upper left one for the north-west one")
+                  "A picture of the whole arena, in which arkmesh finds the landmarks by which a lab notices that the "
+                  "camera was moved since; without --corner and --landmark also the corners, of which it takes the "
+                  "upper left one for the north-west one")
       ->check(CLI::ExistingFile);
   command
       .add_option("--landmark", landmarks,

@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
+#include <utility>
+
+#include "tracker/calibration_file.hpp"
+#include "tracker/landmarks.hpp"
 
 namespace arkmesh::emulator {
 namespace {
@@ -86,19 +91,25 @@ void write_calibration(const Emulator& emulator, const std::string& file) {
   if (!std::ofstream(file, std::ios::app))
     throw std::runtime_error(
         fmt::format("cannot write the calibration to {}; does the folder exist, and may you write in it?", file));
-  cv::FileStorage out(file, cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
-  out << "cameras"
-      << "[";
+  std::vector<tracker::NamedCamera> cameras;
   for (std::size_t k = 0; k < emulator.cameras(); ++k) {
-    const CameraModel& model = emulator.camera(k).model_at_first();
-    const cv::Mat distortion(1, 5, CV_64F, const_cast<double*>(model.distortion().data()));
-    out << "{"
-        << "name" << emulator.camera(k).settings().name << "image_width" << model.width_px() << "image_height"
-        << model.height_px() << "camera_matrix" << cv::Mat(model.matrix()) << "distortion_coefficients" << distortion
-        << "rotation" << cv::Mat(model.rotation()) << "translation" << cv::Mat(model.translation()) << "arena_width_m"
-        << emulator.config().scene.width_m << "arena_height_m" << emulator.config().scene.height_m << "}";
+    const Camera as_at_first(emulator.camera(k).settings(), emulator.config().scene);
+    const CameraModel& model = as_at_first.model_at_first();
+    tracker::CameraData data;
+    data.lens.width_px = model.width_px();
+    data.lens.height_px = model.height_px();
+    std::copy_n(model.matrix().val, 9, data.lens.matrix.begin());
+    data.lens.distortion.assign(model.distortion().begin(), model.distortion().end());
+    std::copy_n(model.rotation().val, 9, data.rotation.begin());
+    std::copy_n(model.translation().val, 3, data.translation_m.begin());
+    data.arena_width_m = emulator.config().scene.width_m;
+    data.arena_height_m = emulator.config().scene.height_m;
+    cv::Mat empty_arena;
+    as_at_first.picture({}, {}, 0, empty_arena);
+    std::vector<tracker::Landmark> landmarks = tracker::find_landmarks(empty_arena, {}, tracker::Calibration(data));
+    cameras.push_back({as_at_first.settings().name, std::move(data), std::move(landmarks)});
   }
-  out << "]";
+  tracker::write_calibrations(file, cameras);
 }
 
 void write_chessboards(const Emulator& emulator, int pictures, const std::string& folder) {

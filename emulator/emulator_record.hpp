@@ -37,9 +37,8 @@ class EmulatorRecord {
   std::vector<cv::Mat> last_;
 };
 
-// Calibration of all cameras as they hung at first, in the format of the tracker's calibration files: OpenCV YAML, a
-// list `cameras` of name, image size, camera_matrix, distortion_coefficients (k1 k2 p1 p2 k3), rotation and translation
-// from the arena frame to the camera's, arena size.
+// Calibration of all cameras as they hung at first, with landmarks of the empty arena. Throws std::runtime_error with
+// one sentence.
 void write_calibration(const Emulator& emulator, const std::string& file);
 // `pictures` pictures of a chessboard for each camera: FOLDER/NAME-NN.png, with 9 x 6 inner corners 25 mm apart.
 void write_chessboards(const Emulator& emulator, int pictures, const std::string& folder);

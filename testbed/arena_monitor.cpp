@@ -1,16 +1,16 @@
 #include "testbed/arena_monitor.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
-#include "tracker/camera_guard.hpp"
+#include "testbed/placed_camera.hpp"
 #include "tracker/hung_camera.hpp"
 
 namespace arkmesh::testbed {
@@ -21,16 +21,20 @@ struct Eye {
   std::unique_ptr<tracker::CameraFeed> feed;
   tracker::HungCamera still;
   std::string trouble;  // as last said
-  tracker::CameraGuard guard;
-  // as last said: the picture does not show what it should; because the camera was moved; the picture never changes
-  bool amiss = false, moved = false, hung = false;
+  bool hung = false;    // as last said
+};
+
+// What is known of where a camera should hang, and the command that finds it out anew.
+struct Place {
+  std::span<const tracker::Landmark> landmarks;
+  std::string remedy;
 };
 
 constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may have been moved
 
 class ArenaMonitor final : public hal::kilobot::RobotMonitor {
  public:
-  ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations,
+  ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations, std::span<const Place> places,
                const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
                std::vector<hal::RobotId> expected, Observer observer)
       : eyes_(std::move(eyes)),
@@ -39,14 +43,20 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
         observer_(std::move(observer)),
         poses_(own_counters_),
         expected_(std::move(expected)),
-        doubtful_(expected_) {}
+        doubtful_(expected_) {
+    for (std::size_t i = 0; i < places.size(); ++i)
+      placed_.emplace_back(i, eyes_[i].source, places[i].remedy, places[i].landmarks, tracker_, own_counters_);
+  }
 
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
     no_use_ = false;
     for (Eye& eye : eyes_) pictures.push_back(newest(eye, now));
     for (std::size_t i = 0; i < eyes_.size(); ++i)
-      if (!pictures[i].empty() && !in_place(i, pictures[i])) pictures[i].release();
+      if (!pictures[i].empty() && !placed_[i].in_place(pictures[i], tracker_, own_counters_)) {
+        no_use_ = true;
+        pictures[i].release();
+      }
     if (std::all_of(pictures.begin(), pictures.end(), [](const cv::Mat& picture) { return picture.empty(); })) {
       own_counters_.add("frame.no_picture");
       // one that is no use tells more than none at all
@@ -56,7 +66,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     }
     seen_at_ = now;
     const std::vector<tracker::Track>& tracks = tracker_.look(now, pictures);
-    for (std::size_t i = 0; i < eyes_.size(); ++i) learn(i, pictures[i]);
+    for (std::size_t i = 0; i < eyes_.size(); ++i) placed_[i].learn(pictures[i], tracker_, own_counters_);
     names_->on_frame(now, tracks);
     for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
     update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
@@ -74,6 +84,10 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   }
   std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
+  std::string trouble() const override {
+    const auto troubled = std::ranges::find_if(placed_, [](const auto& camera) { return !camera.trouble().empty(); });
+    return troubled == placed_.end() ? std::string() : troubled->trouble();
+  }
 
   const hal::Counters& counters() const override {
     counters_ = own_counters_;
@@ -110,56 +124,6 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     own_counters_.add("camera.frozen");
     no_use_ = true;
     return {};
-  }
-
-  // Whether places in that picture can be believed.
-  bool in_place(std::size_t camera, const cv::Mat& picture) {
-    Eye& eye = eyes_[camera];
-    const tracker::Calibration* const calibration = tracker_.calibration(camera);
-    if (!eye.guard.has_learnt() || !calibration || picture.cols != calibration->data().lens.width_px ||
-        picture.rows != calibration->data().lens.height_px)
-      return true;
-    using Verdict = tracker::CameraGuard::Verdict;
-    const Verdict verdict = eye.guard.look(picture, *calibration);
-    if (verdict == Verdict::in_place) {
-      eye.moved = false;
-      if (std::exchange(eye.amiss, false)) spdlog::info("the camera {} shows the arena again", eye.source);
-      return true;
-    }
-    no_use_ = true;
-    own_counters_.add(verdict == Verdict::moved ? "camera.refused.moved" : "camera.refused.unrecognised");
-    if (!std::exchange(eye.amiss, true) && verdict == Verdict::unrecognised) {
-      own_counters_.add("camera.unrecognised");
-      spdlog::warn("the camera {} does not show the arena: dark, covered, or turned away? Its pictures are not used",
-                   eye.source);
-    }
-    auto now = eye.guard.realigned();
-    if ((now || verdict == Verdict::moved) && !std::exchange(eye.moved, true)) {
-      own_counters_.add("camera.moved");
-      spdlog::warn("the camera {} was moved: its pictures are not used until its new position is known", eye.source);
-    }
-    if (now) {
-      const auto before = calibration->position_m(), after = now->position_m();
-      spdlog::warn(
-          "the camera {} hangs {:.1f} mm from its former position, and its calibration was corrected; calibrate it "
-          "again when possible",
-          eye.source, 1000 * std::hypot(after[0] - before[0], after[1] - before[1], after[2] - before[2]));
-      tracker_.realign(camera, std::move(*now));
-      own_counters_.add("camera.realigned");
-    }
-    return false;
-  }
-
-  // The first picture in which robots are is the one that the calibration is for.
-  void learn(std::size_t camera, const cv::Mat& picture) {
-    Eye& eye = eyes_[camera];
-    const tracker::Calibration* const calibration = tracker_.calibration(camera);
-    if (picture.empty() || eye.guard.has_learnt() || !calibration || tracker_.detections(camera).empty()) return;
-    std::vector<tracker::Circle> robots;
-    for (const tracker::Detection& robot : tracker_.detections(camera))
-      robots.push_back({robot.x_px, robot.y_px, robot.r_px});
-    eye.guard.learn(picture, robots, *calibration);
-    spdlog::debug("the camera {} is monitored by {} landmarks in the arena", eye.source, eye.guard.marks());
   }
 
   // Whoever is not in sight may be in somebody's hand: nothing is said to it from the first picture on that does not
@@ -200,6 +164,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   std::unique_ptr<tracker::NameKeeper> names_;
   Observer observer_;
   hal::Counters own_counters_;
+  std::vector<PlacedCamera> placed_;
   mutable hal::Counters counters_;
   hal::NewestFrame poses_;
   std::uint32_t number_ = 0;
@@ -216,19 +181,20 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
                                                                const tracker::OpenCamera& open,
                                                                std::unique_ptr<tracker::NameKeeper> names) {
   std::vector<Eye> eyes;
+  std::vector<Place> places;
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string& source = settings.cameras[i].source;
     const tracker::Lens& lens = settings.calibrations[i].data().lens;
-    eyes.push_back({.source = source,
-                    .feed = open(source, lens.width_px, lens.height_px),
-                    .still = {},
-                    .trouble = {},
-                    .guard = tracker::CameraGuard()});
+    eyes.push_back({.source = source, .feed = open(source, lens.width_px, lens.height_px), .still = {}, .trouble = {}});
+    const std::string& name = settings.cameras[i].name;
+    places.push_back({settings.landmarks[i],
+                      fmt::format("arkmesh calibrate ... {}--out {}", name.empty() ? "" : "--name " + name + " ",
+                                  settings.cameras[i].calibration.string())});
   }
   const std::vector<hal::RobotId>& expected = settings.arena.info.robots;
   if (!names) names = settings.known_to_ark ? tracker::make_ark_names(expected) : tracker::make_spelled_names(expected);
-  return std::make_unique<ArenaMonitor>(std::move(eyes), settings.calibrations, settings.tracking, std::move(names),
-                                        expected, std::move(observer));
+  return std::make_unique<ArenaMonitor>(std::move(eyes), settings.calibrations, places, settings.tracking,
+                                        std::move(names), expected, std::move(observer));
 }
 
 }  // namespace arkmesh::testbed

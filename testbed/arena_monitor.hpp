@@ -31,9 +31,7 @@ using Observer = std::function<void(const Look&)>;
 //
 // Counts what TableTracker, the identifier and the cameras count, and camera.same_picture (pictures equal to the one
 // before; they are used), camera.frozen (those that are not, since the camera must hang: see HungCamera),
-// frame.no_picture (looks for which no camera had anything new that could be believed), camera.moved and
-// camera.unrecognised (times that a picture did not show the testbed as the first one did), camera.refused.moved and
-// .unrecognised (pictures not used for that), camera.realigned (times a calibration followed a camera).
+// frame.no_picture (looks for which no camera had anything new that could be believed), and what PlacedCamera counts.
 std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSettings& settings, Observer observer = {},
                                                                const tracker::OpenCamera& open = tracker::open_camera,
                                                                std::unique_ptr<tracker::NameKeeper> names = nullptr);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "tracker/calibration_file.hpp"
+#include "testbed/kilobot_tracking.hpp"
 
 namespace arkmesh::testbed {
 
@@ -38,14 +38,21 @@ std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker:
   return (scale->largest + scale->smallest) / 2 * 2 * hal::kilobot::body_radius_m;
 }
 
-std::size_t put_into(const std::filesystem::path& file, const std::string& name, const tracker::CameraData& camera) {
+std::vector<tracker::Landmark> landmarks_of(const cv::Mat& picture, const tracker::CameraData& camera) {
+  const tracker::Calibration calibration(camera);
+  tracker::TableTracker robots({calibration}, kilobot_tracking());
+  robots.look(hal::LabTime{0}, {&picture, 1});
+  return tracker::find_landmarks(picture, robots.detections(0), calibration);
+}
+
+std::size_t put_into(const std::filesystem::path& file, const tracker::NamedCamera& camera) {
   std::vector<tracker::NamedCamera> cameras;
   if (std::filesystem::exists(file)) cameras = tracker::read_calibrations(file);
-  const auto same = std::ranges::find(cameras, name, &tracker::NamedCamera::name);
+  const auto same = std::ranges::find(cameras, camera.name, &tracker::NamedCamera::name);
   if (same != cameras.end())
-    same->data = camera;
+    *same = camera;
   else
-    cameras.push_back({name, camera});
+    cameras.push_back(camera);
   tracker::write_calibrations(file, cameras);
   return cameras.size();
 }

@@ -5,8 +5,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "tracker/calibration.hpp"
+#include "tracker/calibration_file.hpp"
 
 namespace arkmesh::testbed {
 
@@ -17,8 +18,11 @@ void draw_arena(cv::Mat& picture, const tracker::CameraData& camera);
 // look.
 std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker::Point at);
 
+// Landmarks by which a lab notices that the camera was moved since. The robots that the picture shows hold none.
+std::vector<tracker::Landmark> landmarks_of(const cv::Mat& picture, const tracker::CameraData& camera);
+
 // Adds the camera to those of the file, or takes the place of its namesake. Returns how many it holds then. Throws
 // std::runtime_error with one sentence.
-std::size_t put_into(const std::filesystem::path& file, const std::string& name, const tracker::CameraData& camera);
+std::size_t put_into(const std::filesystem::path& file, const tracker::NamedCamera& camera);
 
 }  // namespace arkmesh::testbed

@@ -61,7 +61,7 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
     tracker::Lens lens;  // 0 x 0 pixels: any
     std::string no_calibration = calibration.empty() ? "has no calibration in the lab's file" : "";
     try {
-      if (!calibration.empty()) lens = read_calibration_of(settings, number, all).lens;
+      if (!calibration.empty()) lens = read_calibration_of(settings, number, all).data.lens;
     } catch (const std::runtime_error& wrong) {
       no_calibration = wrong.what();
     }

@@ -15,7 +15,7 @@ namespace arkmesh::testbed {
 namespace {
 
 // The key of each camera's table that is wrong is refused there.
-tracker::Calibration calibration_of(const hal::Section& section, const CameraSettings& camera, std::size_t number,
+tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSettings& camera, std::size_t number,
                                     std::size_t all, const hal::ArenaConfig& arena) {
   if (tracker::source_kind(camera.source) == tracker::SourceKind::recording)
     section.refuse(
@@ -24,10 +24,10 @@ tracker::Calibration calibration_of(const hal::Section& section, const CameraSet
   if (camera.calibration.empty())
     section.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
   try {
-    tracker::CameraData data = read_calibration_of(camera, number, all);
-    data.arena_width_m = arena.width_m;
-    data.arena_height_m = arena.height_m;
-    return tracker::Calibration(std::move(data));
+    tracker::NamedCamera calibrated = read_calibration_of(camera, number, all);
+    calibrated.data.arena_width_m = arena.width_m;
+    calibrated.data.arena_height_m = arena.height_m;
+    return calibrated;
   } catch (const std::runtime_error& wrong) {
     section.refuse("calibration", wrong.what());
   }
@@ -61,10 +61,10 @@ std::vector<CameraSettings> read_cameras(const hal::Section& kilobot) {
   return kilobot.get("cameras", std::vector<CameraSettings>());
 }
 
-tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all) {
+tracker::NamedCamera read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all) {
   const std::vector<tracker::NamedCamera> cameras = tracker::read_calibrations(camera.calibration);
   // A file of the whole arena holds its cameras in the order of the configuration, unless they are named.
-  if (camera.name.empty() && cameras.size() > 1 && cameras.size() == all) return cameras[number].data;
+  if (camera.name.empty() && cameras.size() > 1 && cameras.size() == all) return cameras[number];
   return tracker::read_calibration(camera.calibration, camera.name);
 }
 
@@ -82,9 +82,12 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
     kilobot.refuse("cameras",
                    "give one to four cameras, each as [[arena.kilobot.cameras]] with source and calibration");
   if (cameras > 4) kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras));
-  for (std::size_t i = 0; i < cameras; ++i)
-    out.calibrations.push_back(
-        calibration_of(kilobot.section("cameras", static_cast<int>(i)), out.cameras[i], i, cameras, config));
+  for (std::size_t i = 0; i < cameras; ++i) {
+    tracker::NamedCamera calibrated =
+        calibration_of(kilobot.section("cameras", static_cast<int>(i)), out.cameras[i], i, cameras, config);
+    out.calibrations.emplace_back(std::move(calibrated.data));
+    out.landmarks.push_back(std::move(calibrated.landmarks));
+  }
   out.arena = hal::kilobot::read_arena_settings(arena, lab, !emulated_cameras);
   out.tracking.expected_robots = out.arena.info.robots.size();
   return out;

@@ -10,7 +10,7 @@
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/kilobot_tracking.hpp"
-#include "tracker/calibration.hpp"
+#include "tracker/calibration_file.hpp"
 
 namespace arkmesh::testbed {
 
@@ -35,9 +35,10 @@ struct KilobotSettings {
   tracker::TableSettings tracking = kilobot_tracking();
   double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
   bool known_to_ark = false;  // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
-  std::vector<CameraSettings> cameras;             // one to four
-  std::vector<tracker::Calibration> calibrations;  // of each camera, for an arena of this size
-  hal::kilobot::ArenaSettings arena;               // ids, the overhead controller, and what the beginning puts up with
+  std::vector<CameraSettings> cameras;                    // one to four
+  std::vector<tracker::Calibration> calibrations;         // of each camera, for an arena of this size
+  std::vector<std::vector<tracker::Landmark>> landmarks;  // of each camera, when it was calibrated
+  hal::kilobot::ArenaSettings arena;  // ids, the overhead controller, and what the beginning puts up with
 
   void fields(const hal::Section& kilobot);
 };
@@ -51,6 +52,6 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
 std::vector<CameraSettings> read_cameras(const hal::Section& kilobot);
 
 // The calibration of camera `number` of `all`. Throws std::runtime_error with one sentence.
-tracker::CameraData read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all);
+tracker::NamedCamera read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all);
 
 }  // namespace arkmesh::testbed

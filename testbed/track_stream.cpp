@@ -52,7 +52,7 @@ class OutageReport {
 
 std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) {
   if (options.calibration.empty()) return {};
-  return tracker::read_calibration(options.calibration, options.camera);
+  return tracker::read_calibration(options.calibration, options.camera).data;
 }
 
 tracker::TableTracker make_tracker(const StreamOptions& options,

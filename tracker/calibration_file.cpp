@@ -3,14 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/hex.hpp>
 #include <cmath>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
 namespace arkmesh::tracker {
 namespace {
 
-constexpr std::size_t max_cameras = 16;
+constexpr std::size_t max_cameras = 16, max_landmarks_read = 1000;
 constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& sentence) {
@@ -55,6 +57,20 @@ class CameraNode {
     refuse(file_, fmt::format("camera {}: {} must be 1 to 100000 pixels; {}", camera_, key, make_anew));
   }
 
+  // Grey levels as pairs of hexadecimal digits.
+  std::vector<std::uint8_t> bytes(const char* key, int count) const {
+    const cv::FileNode node = node_[key];
+    std::vector<std::uint8_t> out;
+    try {
+      if (node.isString()) boost::algorithm::unhex(static_cast<std::string>(node), std::back_inserter(out));
+    } catch (const boost::algorithm::hex_decode_error&) {
+      out.clear();
+    }
+    if (std::ssize(out) == count) return out;
+    refuse(file_, fmt::format("camera {}: a landmark's {} should be {} bytes in hexadecimal digits; {}", camera_, key,
+                              count, make_anew));
+  }
+
  private:
   cv::FileNode node_;
   const std::filesystem::path& file_;
@@ -64,6 +80,29 @@ class CameraNode {
 template <std::size_t n>
 void copy(const std::vector<double>& from, std::array<double, n>& to) {
   std::copy(from.begin(), from.end(), to.begin());
+}
+
+std::string in_hex(const std::vector<std::uint8_t>& bytes) {
+  std::string out;
+  boost::algorithm::hex_lower(bytes, std::back_inserter(out));
+  return out;
+}
+
+std::vector<Landmark> read_landmarks(const cv::FileNode& camera, const std::filesystem::path& file,
+                                     const std::string& name) {
+  const cv::FileNode nodes = camera["landmarks"];
+  if (!nodes.empty() && (!nodes.isSeq() || nodes.size() > max_landmarks_read))
+    refuse(file, fmt::format("camera {}: landmarks should be a list; {}", name, make_anew));
+  std::vector<Landmark> out;
+  for (const cv::FileNode& node : nodes) {
+    if (!node.isMap()) refuse(file, fmt::format("camera {}: a landmark is no map; {}", name, make_anew));
+    const CameraNode keys(node, file, name);
+    out.push_back({.x_px = keys.pixels("x_px"),
+                   .y_px = keys.pixels("y_px"),
+                   .grey = keys.bytes("grey", Landmark::side * Landmark::side),
+                   .rough = keys.bytes("rough", Landmark::rough_side * Landmark::rough_side)});
+  }
+  return out;
 }
 
 NamedCamera read_camera(const cv::FileNode& node, const std::filesystem::path& file, std::size_t number) {
@@ -92,6 +131,7 @@ NamedCamera read_camera(const cv::FileNode& node, const std::filesystem::path& f
   } catch (const std::invalid_argument& wrong) {
     refuse(file, fmt::format("camera {}: {}", camera.name, wrong.what()));
   }
+  camera.landmarks = read_landmarks(node, file, camera.name);
   return camera;
 }
 
@@ -121,12 +161,12 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
   }
 }
 
-CameraData read_calibration(const std::filesystem::path& file, const std::string& name) {
+NamedCamera read_calibration(const std::filesystem::path& file, const std::string& name) {
   const std::vector<NamedCamera> cameras = read_calibrations(file);
-  if (name.empty() && cameras.size() == 1) return cameras[0].data;
+  if (name.empty() && cameras.size() == 1) return cameras[0];
   std::string names;
   for (const NamedCamera& camera : cameras) {
-    if (camera.name == name) return camera.data;
+    if (camera.name == name) return camera;
     names += (names.empty() ? "" : ", ") + camera.name;
   }
   refuse(file, name.empty() ? fmt::format("holds several cameras; say which is meant: {}", names)
@@ -150,7 +190,16 @@ void write_calibrations(const std::filesystem::path& file, const std::vector<Nam
       out << "camera_matrix" << matrix(data.lens.matrix, 3) << "distortion_coefficients" << data.lens.distortion;
       out << "rotation" << matrix(data.rotation, 3) << "translation" << matrix(data.translation_m, 3);
       out << "arena_width_m" << data.arena_width_m << "arena_height_m" << data.arena_height_m;
-      out << "error_px" << data.error_px << "error_mm" << data.error_mm << "}";
+      out << "error_px" << data.error_px << "error_mm" << data.error_mm;
+      if (!camera.landmarks.empty())
+        out << "landmarks"
+            << "[";
+      for (const Landmark& landmark : camera.landmarks)
+        out << "{"
+            << "x_px" << landmark.x_px << "y_px" << landmark.y_px << "grey" << in_hex(landmark.grey) << "rough"
+            << in_hex(landmark.rough) << "}";
+      if (!camera.landmarks.empty()) out << "]";
+      out << "}";
     }
     out << "]";
   } catch (const cv::Exception&) {

@@ -6,19 +6,21 @@
 #include <vector>
 
 #include "tracker/calibration.hpp"
+#include "tracker/landmarks.hpp"
 
 namespace arkmesh::tracker {
 
 struct NamedCamera {
   std::string name;
   CameraData data;
+  std::vector<Landmark> landmarks = {};  // none: nobody can tell whether the camera was moved since
 };
 
 // One to sixteen cameras, in the file's order. Throws std::runtime_error with one sentence: not there, no calibration,
 // not possible.
 std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file);
 // The camera of that name; with an empty name the only one.
-CameraData read_calibration(const std::filesystem::path& file, const std::string& name = {});
+NamedCamera read_calibration(const std::filesystem::path& file, const std::string& name = {});
 void write_calibrations(const std::filesystem::path& file, const std::vector<NamedCamera>& cameras);
 
 // What ARK's file does not hold.

@@ -1,4 +1,4 @@
-// Marks are followed by Lucas and Kanade's method with templates that are learnt once, so that nothing drifts.
+// Landmarks are followed by Lucas and Kanade's method with templates that are learnt once, so that nothing drifts.
 #include "tracker/camera_guard.hpp"
 
 #include <Eigen/Dense>
@@ -11,25 +11,17 @@
 #include <utility>
 
 #include "tracker/median.hpp"
-#include "tracker/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
 namespace {
 
-constexpr int half = 10, side = 2 * half + 1;  // pixels of a template
-constexpr int columns = 12, rows = 9;          // the picture is divided into so many fields, each with its best mark
-constexpr std::size_t max_marks = 40;          // the best of them
-constexpr double certain_px = 0.12;            // a mark's place is known to so much, given the picture's noise
-constexpr double min_likeness = 0.75;          // correlation with the template
+constexpr int side = Template::side, half = side / 2;
+constexpr double min_likeness = 0.75;  // correlation with the template
 constexpr double roughly_px = 0.3, precisely_px = 0.05;
 constexpr std::size_t turns = 4;
 constexpr double farthest_px = 5;  // that a mark is followed without searching
-constexpr std::size_t fewest_marks = 8, fewest_for_fit = 6;
-constexpr int small_width = 480, small_half = 8, small_reach = 56;  // searching, in the shrunk picture
-
-float grey_of(const cv::Vec3b& pixel) {
-  return 0.25F * static_cast<float>(pixel[0] + 2 * pixel[1] + pixel[2]);
-}
+constexpr std::size_t fewest_for_fit = 6;
+constexpr int small_reach = 56;  // searching, in the shrunk picture
 
 // The patch round a place between pixels, without its mean; false when it does not lie inside the picture.
 bool patch(const cv::Mat& bgr, double x_px, double y_px, float* out) {
@@ -55,93 +47,53 @@ bool patch(const cv::Mat& bgr, double x_px, double y_px, float* out) {
   return true;
 }
 
-cv::Mat shrink(const cv::Mat& bgr, int by) {
-  cv::Mat small, grey;
-  cv::resize(bgr, small, {}, 1.0 / by, 1.0 / by, cv::INTER_AREA);
-  cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
-
 }  // namespace
 
-void CameraGuard::learn(const cv::Mat& bgr, std::span<const Circle> robots, const Calibration& calibration) {
+void CameraGuard::learn(std::span<const Landmark> landmarks, const Calibration& calibration) {
   learnt_ = true;
+  confirmed_ = false;
+  amiss_ = 0;
+  tried_.reset();
+  found_.reset();
   marks_.clear();
-  shrunk_ = std::max(1, (bgr.cols + small_width - 1) / small_width);
-  small_ = shrink(bgr, shrunk_);
-  const int by = (bgr.cols + 959) / 960;  // corners are chosen in a smaller picture
-  cv::Mat strength;
-  cv::cornerMinEigenVal(shrink(bgr, by), strength, std::max(3, side / by), 3);
-  const double noise = std::max(1.0, noise_of(bgr));
-  for (int field = 0; field < columns * rows; ++field) {
-    const int left = field % columns * strength.cols / columns, right = (field % columns + 1) * strength.cols / columns;
-    const int top = field / columns * strength.rows / rows, bottom = (field / columns + 1) * strength.rows / rows;
-    float best = 0;
-    cv::Point at(-1, -1);
-    for (int y = top; y < bottom; ++y)
-      for (int x = left; x < right; ++x) {
-        if (strength.at<float>(y, x) <= best) continue;
-        const cv::Point here(x * by + by / 2, y * by + by / 2);
-        // a robot and its light
-        const auto hidden = [&](const Circle& robot) {
-          return std::hypot(robot.x_px - here.x, robot.y_px - here.y) < 2 * robot.r_px + 1.5 * half;
-        };
-        if (std::any_of(robots.begin(), robots.end(), hidden)) continue;
-        best = strength.at<float>(y, x);
-        at = here;
-      }
-    if (at.x < 0) continue;
-    Mark mark{.x_px = static_cast<double>(at.x), .y_px = static_cast<double>(at.y)};
-    mark.at_x_px = mark.x_px, mark.at_y_px = mark.y_px;
-    const auto place = calibration.to_arena({mark.x_px, mark.y_px}, 0);
-    if (!place) continue;
+  shrunk_ = rough_block(calibration.data().lens.width_px);
+  for (const Landmark& landmark : landmarks) {
+    const Point at{static_cast<double>(landmark.x_px), static_cast<double>(landmark.y_px)};
+    const auto place = calibration.to_arena(at, 0);
+    Template look = template_of(landmark);
+    if (!place || look.xx * look.yy - look.xy * look.xy <= 0) continue;
+    Mark& mark = marks_.emplace_back();
+    mark.x_px = landmark.x_px, mark.y_px = landmark.y_px;
+    mark.at_x_px = at.x, mark.at_y_px = at.y;
     mark.on_table = *place;
-    mark.grey.resize(side * side), mark.along_x.resize(side * side), mark.along_y.resize(side * side);
-    std::vector<float> before(side * side), after(side * side);
-    if (!patch(bgr, mark.x_px, mark.y_px, mark.grey.data())) continue;
-    for (const bool across : {true, false}) {
-      auto& slope = across ? mark.along_x : mark.along_y;
-      if (!patch(bgr, mark.x_px - across, mark.y_px - !across, before.data()) ||
-          !patch(bgr, mark.x_px + across, mark.y_px + !across, after.data()))
-        break;
-      for (std::size_t k = 0; k < slope.size(); ++k) slope[k] = (after[k] - before[k]) / 2;
-    }
-    for (std::size_t k = 0; k < mark.grey.size(); ++k) {
-      mark.energy += mark.grey[k] * mark.grey[k];
-      mark.xx += mark.along_x[k] * mark.along_x[k];
-      mark.xy += mark.along_x[k] * mark.along_y[k];
-      mark.yy += mark.along_y[k] * mark.along_y[k];
-    }
-    // Noise has slopes of its own, half its variance a pixel.
-    const double own = 0.5 * noise * noise * side * side;
-    const double least = (mark.xx + mark.yy) / 2 - std::hypot((mark.xx - mark.yy) / 2, mark.xy) - own;
-    mark.sigma_px = least > 0 ? noise / std::sqrt(least) : 1;
-    if (mark.sigma_px < certain_px) marks_.push_back(std::move(mark));
+    mark.look = std::move(look);
+    mark.rough =
+        cv::Mat(Landmark::rough_side, Landmark::rough_side, CV_8U, const_cast<std::uint8_t*>(landmark.rough.data()))
+            .clone();
   }
-  std::ranges::stable_sort(marks_, {}, &Mark::sigma_px);
-  if (marks_.size() > max_marks) marks_.resize(max_marks);
 }
 
 // Follows a mark from a place where it may be; false when it is not to be seen near there.
 bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px, double within_px) const {
   std::array<float, side * side> now;
-  const double from_x_px = x_px, from_y_px = y_px, determinant = mark.xx * mark.yy - mark.xy * mark.xy;
+  const Template& look = mark.look;
+  const double from_x_px = x_px, from_y_px = y_px, determinant = look.xx * look.yy - look.xy * look.xy;
   double likeness = 0;
   for (int step = 0; step < 8; ++step) {
     if (!patch(bgr, x_px, y_px, now.data())) return false;
     double energy = 0, both = 0;
-    for (std::size_t k = 0; k < now.size(); ++k) energy += now[k] * now[k], both += now[k] * mark.grey[k];
+    for (std::size_t k = 0; k < now.size(); ++k) energy += now[k] * now[k], both += now[k] * look.grey[k];
     if (energy < 1) return false;
-    likeness = both / std::sqrt(energy * mark.energy);
+    likeness = both / std::sqrt(energy * look.energy);
     if (likeness < 0.2) return false;
-    const auto light = static_cast<float>(std::sqrt(mark.energy / energy));
+    const auto light = static_cast<float>(std::sqrt(look.energy / energy));
     double off_x = 0, off_y = 0;
     for (std::size_t k = 0; k < now.size(); ++k) {
-      const float error = now[k] * light - mark.grey[k];
-      off_x += mark.along_x[k] * error, off_y += mark.along_y[k] * error;
+      const float error = now[k] * light - look.grey[k];
+      off_x += look.along_x[k] * error, off_y += look.along_y[k] * error;
     }
-    const double move_x = (mark.yy * off_x - mark.xy * off_y) / determinant,
-                 move_y = (mark.xx * off_y - mark.xy * off_x) / determinant;
+    const double move_x = (look.yy * off_x - look.xy * off_y) / determinant,
+                 move_y = (look.xx * off_y - look.xy * off_x) / determinant;
     x_px -= std::clamp(move_x, -2.0, 2.0), y_px -= std::clamp(move_y, -2.0, 2.0);
     if (std::hypot(x_px - from_x_px, y_px - from_y_px) > farthest_px) return false;
     if (std::abs(move_x) + std::abs(move_y) < within_px) break;
@@ -165,18 +117,22 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
     }
     const bool recognised = static_cast<double>(off.size()) >=
                             std::max(4.0, (step > 1 ? 0.5 : settings_.min_seen) * static_cast<double>(looked_at));
+    if (step == 1) seen_part_ = static_cast<double>(off.size()) / static_cast<double>(looked_at);
     off_px_ = off.empty() ? 0 : median(off);
     return recognised;
   };
-  bool recognised = compare(turn_++ % turns, turns);
+  // The first picture must show it all.
+  bool recognised = confirmed_ && compare(turn_++ % turns, turns);
   if (!recognised || off_px_ > max_px) recognised = compare(0, 1);
   if (recognised && off_px_ <= max_px) {
+    confirmed_ = true;
     amiss_ = 0;
     tried_.reset();
     return Verdict::in_place;
   }
   if (++amiss_ % settings_.patience == 0) {
-    search(bgr);
+    const bool elsewhere = search(bgr, max_px);
+    recognised = recognised || elsewhere;
     const auto now = fit(calibration);
     // twice the same: nobody has it in the hand any more
     if (now && tried_) {
@@ -193,22 +149,20 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
 }
 
 // Where marks are that may be far from their places: first roughly, in shrunk pictures, then by what most of them agree
-// on.
-void CameraGuard::search(const cv::Mat& bgr) {
-  const cv::Mat small = shrink(bgr, shrunk_);
-  if (small.size() != small_.size()) return;
+// on. Whether enough of them are seen there, and it is farther off than `max_px`.
+bool CameraGuard::search(const cv::Mat& bgr, double max_px) {
+  const cv::Mat small = shrunk_grey(bgr, shrunk_);
   const cv::Rect all(0, 0, small.cols, small.rows);
   std::vector<cv::Point2f> from, to;
   for (const Mark& mark : marks_) {
     const cv::Point learnt(static_cast<int>(mark.x_px / shrunk_), static_cast<int>(mark.y_px / shrunk_));
     const cv::Point near(static_cast<int>(mark.at_x_px / shrunk_), static_cast<int>(mark.at_y_px / shrunk_));
-    const cv::Rect piece =
-        cv::Rect(learnt.x - small_half, learnt.y - small_half, 2 * small_half + 1, 2 * small_half + 1) & all;
+    const cv::Rect piece = rough_patch(static_cast<int>(mark.x_px), static_cast<int>(mark.y_px), shrunk_, small.size());
     const cv::Rect window =
         cv::Rect(near.x - small_reach, near.y - small_reach, 2 * small_reach + 1, 2 * small_reach + 1) & all;
     if (window.width <= piece.width || window.height <= piece.height) continue;
     cv::Mat likeness;
-    cv::matchTemplate(small(window), small_(piece), likeness, cv::TM_CCOEFF_NORMED);
+    cv::matchTemplate(small(window), mark.rough, likeness, cv::TM_CCOEFF_NORMED);
     double best = 0;
     cv::Point at;
     cv::minMaxLoc(likeness, nullptr, &best, nullptr, &at);
@@ -217,17 +171,20 @@ void CameraGuard::search(const cv::Mat& bgr) {
     to.emplace_back(static_cast<float>(mark.at_x_px + shrunk_ * (window.x + at.x - piece.x - (near.x - learnt.x))),
                     static_cast<float>(mark.at_y_px + shrunk_ * (window.y + at.y - piece.y - (near.y - learnt.y))));
   }
-  if (from.size() < fewest_for_fit) return;
+  if (from.size() < fewest_for_fit) return false;
   std::vector<std::uint8_t> agrees;
   const cv::Mat whole = cv::estimateAffinePartial2D(from, to, agrees, cv::RANSAC, 2.0 * shrunk_ + 1);
-  if (whole.empty() || cv::countNonZero(agrees) < static_cast<int>(fewest_for_fit)) return;
+  if (whole.empty() || cv::countNonZero(agrees) < static_cast<int>(fewest_for_fit)) return false;
+  std::vector<double> off;
   for (Mark& mark : marks_) {
     const double x =
         whole.at<double>(0, 0) * mark.at_x_px + whole.at<double>(0, 1) * mark.at_y_px + whole.at<double>(0, 2);
     const double y =
         whole.at<double>(1, 0) * mark.at_x_px + whole.at<double>(1, 1) * mark.at_y_px + whole.at<double>(1, 2);
     mark.seen = find(mark, bgr, x, y, precisely_px);
+    if (mark.seen) off.push_back(std::hypot(mark.off_x_px, mark.off_y_px));
   }
+  return off.size() >= std::max(fewest_marks, marks_.size() / 3) && median(off) > max_px;
 }
 
 // The camera's place and direction that explain where the marks are seen, by Gauss and Newton's method from those that
@@ -300,6 +257,7 @@ std::optional<Calibration> CameraGuard::realigned() {
   for (Mark& mark : marks_) {
     if (const auto at = out->to_pixel(mark.on_table, 0)) mark.at_x_px = at->x, mark.at_y_px = at->y;
   }
+  confirmed_ = true;
   tried_.reset();
   amiss_ = 0;
   return out;

@@ -1,5 +1,5 @@
-// Watches whether a camera still hangs where it was calibrated: follows a few dozen marks of the table (corners,
-// specks, edges of what lies about) from picture to picture. Knows no robots; what covers a mark hides it, that is all.
+// Watches whether a camera still hangs where it was calibrated: looks for a few dozen landmarks of the table in each
+// picture. Knows no robots; what covers a mark hides it, that is all.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tracker/calibration.hpp"
-#include "tracker/circle.hpp"
+#include "tracker/landmarks.hpp"
 
 namespace arkmesh::tracker {
 
@@ -31,10 +31,13 @@ class CameraGuard {
 
   explicit CameraGuard(const GuardSettings& settings = {}) : settings_(settings) {}
 
-  // The first picture teaches what the table looks like from where the camera was calibrated; `robots` are circles in
-  // it that are no marks. Later ones are compared with it. Pictures are 8-bit BGR, all of one size. Takes a fraction of
-  // a millisecond, the first one and those in which the camera is moved longer.
-  void learn(const cv::Mat& bgr, std::span<const Circle> robots, const Calibration& calibration);
+  // Fewer marks tell nothing.
+  static constexpr std::size_t fewest_marks = 8;
+
+  // What the table looks like from where the camera was calibrated: landmarks of a picture that fits `calibration`,
+  // and of the size that it is for. Later pictures are compared with it, which takes a fraction of a millisecond, for
+  // the first one and those in which the camera is moved longer. They are 8-bit BGR and of that size, too.
+  void learn(std::span<const Landmark> landmarks, const Calibration& calibration);
   bool has_learnt() const { return learnt_; }
   Verdict look(const cv::Mat& bgr, const Calibration& calibration);
   // Where the camera hangs now, once two attempts `patience` pictures apart agree on it; else nothing. Marks are in
@@ -44,6 +47,8 @@ class CameraGuard {
   std::size_t marks() const { return marks_.size(); }
   // How far marks were from their places in the last picture: median, of those that were seen.
   double off_px() const { return off_px_; }
+  // Which part of the marks the last picture showed in which all of them were looked for, as in the first.
+  double seen_part() const { return seen_part_; }
 
  private:
   struct Mark {
@@ -51,21 +56,20 @@ class CameraGuard {
     double at_x_px = 0, at_y_px = 0;    // where it belongs by the calibration of now
     double off_x_px = 0, off_y_px = 0;  // where it was last seen, from there
     bool seen = false;
-    Point on_table;                             // metres
-    std::vector<float> grey, along_x, along_y;  // the template, without its mean, and its slopes
-    double energy = 0, xx = 0, xy = 0, yy = 0, sigma_px = 0;
+    Point on_table;  // metres
+    Template look;
+    cv::Mat rough;
   };
 
   bool find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px, double within_px) const;
-  void search(const cv::Mat& bgr);
+  bool search(const cv::Mat& bgr, double max_px);
   std::optional<Calibration> fit(const Calibration& from) const;
 
   GuardSettings settings_;
-  bool learnt_ = false;
+  bool learnt_ = false, confirmed_ = false;  // confirmed: was seen in place since
   std::vector<Mark> marks_;
-  cv::Mat small_;  // the first picture, shrunk and grey
   int shrunk_ = 1;
-  double off_px_ = 0;
+  double off_px_ = 0, seen_part_ = 0;
   std::size_t turn_ = 0;
   int amiss_ = 0;  // pictures in a row
   std::optional<Calibration> tried_, found_;

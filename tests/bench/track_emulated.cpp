@@ -54,7 +54,7 @@ std::vector<tracker::Calibration> calibrations_of(const emulator::Emulator& emul
     } else if (options.calibration.empty())
       cameras.push_back(tests::true_calibration(emulator.camera(k).model_at_first(), scene.width_m, scene.height_m));
     else
-      cameras.emplace_back(tracker::read_calibration(options.calibration, emulator.camera(k).settings().name));
+      cameras.emplace_back(tracker::read_calibration(options.calibration, emulator.camera(k).settings().name).data);
   }
   return cameras;
 }

@@ -264,7 +264,8 @@ TEST_CASE("calibration and chessboards are written for every camera") {
   const cv::FileStorage read(file, cv::FileStorage::READ);
   REQUIRE(read.isOpened());
   REQUIRE(read["cameras"].size() == 2);
-  cv::Mat matrix, rotation, translation, distortion;
+  cv::Mat matrix, rotation, translation;
+  std::vector<double> distortion;
   read["cameras"][1]["camera_matrix"] >> matrix;
   read["cameras"][1]["rotation"] >> rotation;
   read["cameras"][1]["translation"] >> translation;
@@ -272,7 +273,10 @@ TEST_CASE("calibration and chessboards are written for every camera") {
   CHECK(static_cast<std::string>(read["cameras"][1]["name"]) == "b");
   CHECK(static_cast<int>(read["cameras"][1]["image_width"]) == 400);
   CHECK(static_cast<double>(read["cameras"][1]["arena_height_m"]) == 0.4);
-  CHECK(distortion.at<double>(3) == 0.002);
+  REQUIRE(distortion.size() == 5);
+  CHECK(distortion[3] == 0.002);
+  // and landmarks of the empty arena
+  CHECK(read["cameras"][0]["landmarks"].size() >= 8);
   // a point goes through these numbers to where the camera shows it
   const cv::Mat at = matrix * (rotation * (cv::Mat_<double>(3, 1) << 0.1, -0.1, 0) + translation);
   const cv::Point2d expected = *emulator.camera(1).model().project(0.1, -0.1, 0);

@@ -2,8 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/support/processes/temporary_directory.hpp"
+#include "tests/testbed/observed_testbed.hpp"
 #include "tests/testbed/watched_emulator.hpp"
 
 using namespace arkmesh;
@@ -88,4 +90,21 @@ TEST_CASE("robots that stand before a camera without noise are seen, for as long
   testbed.emulator().command("robot 0 take");
   testbed.next(*monitor);
   CHECK(monitor->latest());
+}
+
+TEST_CASE("a lab begins with a camera that was moved since it was calibrated") {
+  // Proves that the first frame already has everybody in its true place, in darker light than while calibrating.
+  ObservedTestbed testbed("brightness = 0.7\n");
+  testbed.happen("camera camera0 move 0.01 -0.004 1.5");
+  testbed.start();
+  CHECK(testbed.counted("camera.moved") == 1);
+  CHECK(testbed.counted("camera.realigned") == 1);
+  CHECK(testbed.counted("camera.refused.unrecognised") + testbed.counted("camera.refused.moved") <= 25);
+  CHECK(testbed.right() == ObservedTestbed::robots);
+  testbed.steps(3, [&] { CHECK(testbed.wrong() == 0); });
+  for (const hal::Observation& seen : testbed.frame.value_or(hal::PoseFrame{}).robots) {
+    const auto at = testbed.truth(seen.robot);
+    REQUIRE(at);
+    CHECK(std::hypot(at->x_m - seen.pose.x_m, at->y_m - seen.pose.y_m) < 0.003);
+  }
 }

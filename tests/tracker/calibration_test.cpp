@@ -168,17 +168,27 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
   for (const auto& [model, distortion] : lenses) {
     cameras.push_back({"camera" + std::to_string(cameras.size()), tilted(model, distortion)});
     cameras.back().data.error_mm = 0.4;
+    cameras.back().landmarks.push_back(
+        {.x_px = 30,
+         .y_px = 40 + static_cast<int>(cameras.size()),
+         .grey = std::vector<std::uint8_t>(Landmark::side * Landmark::side, 200),
+         .rough = std::vector<std::uint8_t>(Landmark::rough_side * Landmark::rough_side, 7)});
   }
   write_calibrations(file, cameras);
   CHECK(read_calibrations(file).size() == cameras.size());
-  for (const auto& [name, data] : cameras) {
-    const CameraData again = read_calibration(file, name);
+  for (const auto& [name, data, landmarks] : cameras) {
+    const CameraData again = read_calibration(file, name).data;
     CHECK(again.lens.model == data.lens.model);
     CHECK(again.lens.matrix == data.lens.matrix);
     CHECK(again.lens.distortion == data.lens.distortion);
     CHECK(again.rotation == data.rotation);
     CHECK(again.translation_m == data.translation_m);
     CHECK(again.error_mm == data.error_mm);
+    const std::vector<Landmark> kept = read_calibration(file, name).landmarks;
+    REQUIRE(kept.size() == 1);
+    CHECK(kept[0].y_px == landmarks[0].y_px);
+    CHECK(kept[0].grey == landmarks[0].grey);
+    CHECK(kept[0].rough == landmarks[0].rough);
   }
   CHECK(contains(refusal([&] { read_calibration(file); }), "which is meant: camera0, camera1"));
   CHECK(contains(refusal([&] { read_calibration(file, "north"); }), "no camera north"));
@@ -198,6 +208,15 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
   CHECK(
       contains(reason(head + "cameras:\n  - { name: a, image_width: 10, image_height: 10, camera_matrix: [ 1, 2 ] }\n"),
                "camera a: camera_matrix should hold 9"));
+  const std::string whole =
+      head +
+      "cameras:\n  - { name: a, image_width: 10, image_height: 10, camera_matrix: [ 9, 0, 5, 0, 9, 5, 0, 0, 1 ], "
+      "distortion_coefficients: [], rotation: [ 1, 0, 0, 0, -1, 0, 0, 0, -1 ], translation: [ 0, 0, 1 ]";
+  CHECK(reason(whole + " }\n").empty());
+  CHECK(contains(reason(whole + ", landmarks: 3 }\n"), "landmarks should be a list"));
+  CHECK(contains(reason(whole + ", landmarks: [ 3 ] }\n"), "a landmark is no map"));
+  CHECK(
+      contains(reason(whole + ", landmarks: [ { x_px: 3, y_px: 4, grey: \"0g\" } ] }\n"), "grey should be 529 bytes"));
   CHECK(contains(reason("\x7f"
                         "ELF {{{ ["),
                  file.string()));

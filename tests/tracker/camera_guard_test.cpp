@@ -48,7 +48,7 @@ TEST_CASE("camera guard: what leaves a camera in place") {
   const Calibration calibration = above();
   CameraGuard guard;
   CHECK_FALSE(guard.has_learnt());
-  guard.learn(table(), {}, calibration);
+  guard.learn(find_landmarks(table(), {}, calibration), calibration);
   REQUIRE(guard.marks() > 25);
   std::uint64_t noise = 2;
   for (const double light : {1.0, 0.5, 0.8, 1.3})
@@ -79,7 +79,7 @@ TEST_CASE("camera guard: a camera that moved") {
     CAPTURE(row.turn_deg);
     const Calibration calibration = above();
     CameraGuard guard;
-    guard.learn(table(), {}, calibration);
+    guard.learn(find_landmarks(table(), {}, calibration), calibration);
     std::optional<Calibration> now;
     std::uint64_t noise = 2;
     for (int k = 0; k < 25 && !now; ++k) {
@@ -107,7 +107,7 @@ TEST_CASE("camera guard: what it cannot know") {
   // Darkness and another table are no move, and nothing follows them; on a table without marks everything is in place.
   const Calibration calibration = above();
   CameraGuard guard;
-  guard.learn(table(), {}, calibration);
+  guard.learn(find_landmarks(table(), {}, calibration), calibration);
   cv::Mat other = table(0, 0, 0, 1, 3);
   cv::flip(other, other, -1);
   for (int k = 0; k < 40; ++k) {
@@ -121,7 +121,7 @@ TEST_CASE("camera guard: what it cannot know") {
   CHECK(guard.look(table(), calibration) == Verdict::in_place);
 
   CameraGuard blank;
-  blank.learn(cv::Mat(480, 640, CV_8UC3, cv::Scalar(150, 150, 150)), {}, calibration);
+  blank.learn(find_landmarks(cv::Mat(480, 640, CV_8UC3, cv::Scalar(150, 150, 150)), {}, calibration), calibration);
   CHECK(blank.marks() == 0);
   CHECK(blank.look(table(5, 5), calibration) == Verdict::in_place);
 }

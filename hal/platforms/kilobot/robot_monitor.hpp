@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "hal/arena.hpp"
@@ -27,6 +28,8 @@ class RobotMonitor : public PoseSource {
   virtual std::span<const RobotId> doubtful() const = 0;
   // Every expected robot has been found and named.
   virtual bool everybody_named() const = 0;
+  // Why pictures are not used until a person does something about it, one sentence; else empty.
+  virtual std::string trouble() const = 0;
   // Frames lost, tracks lost, swaps suspected, cameras gone, by reason.
   virtual const Counters& counters() const = 0;
 };

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct FakeTestbed {
   std::vector<hal::RobotId> in_doubt;
   std::optional<hal::kilobot::Message> question;
   bool covered = false;       // no picture comes
+  std::string trouble;        // what a person must do about it
   int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
   int looks = 0;
   bool robots_run = false;  // as the monitor was last told
@@ -44,6 +46,7 @@ class FakeMonitor final : public hal::kilobot::RobotMonitor {
   bool everybody_named() const override {
     return testbed_->in_doubt.empty() && testbed_->looks >= testbed_->named_after_looks;
   }
+  std::string trouble() const override { return testbed_->trouble; }
   const hal::Counters& counters() const override { return counters_; }
 
  private:
