@@ -347,7 +347,7 @@ std::uint8_t Runner::outcome_code() const {
 }
 
 std::vector<hal::NotStanding> Runner::not_standing() const {
-  if (arena_lost_ || register_.wanted() == hal::FleetCommand::Kind::run) return {};
+  if (register_.wanted() == hal::FleetCommand::Kind::run) return {};
   return arena_.not_standing();
 }
 

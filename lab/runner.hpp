@@ -79,7 +79,7 @@ class Runner {
   std::uint8_t phase() const;
   std::uint8_t outcome_code() const;
   const RunRegister& run_register() const { return register_; }
-  // Of robots that should stand those that were not seen to; none of an arena that was lost before it told.
+  // Of robots that should stand those that were not seen to.
   std::vector<hal::NotStanding> not_standing() const;
   std::uint32_t period() const { return data_.period; }
   std::uint32_t last_period() const { return peers_.gate().last_period(); }

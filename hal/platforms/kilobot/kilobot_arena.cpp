@@ -208,7 +208,7 @@ class KilobotArena final : public Arena {
     if (!controller_.is_up() && !port_.is_open())
       return port_.trouble().empty() ? "the overhead controller does not answer the connection" : port_.trouble();
     if (!controller_.is_up()) return "the overhead controller is starting";
-    if (!has_picture_) return "the cameras give no picture";
+    if (!has_picture_) return eyes_->trouble().empty() ? "the cameras give no picture" : eyes_->trouble();
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
@@ -252,6 +252,7 @@ class KilobotArena final : public Arena {
   // What was seen before robots had heard the word tells nothing.
   void begin_to_judge() {
     ran_ = ran_ || controller_.wanted() == FleetCommand::Kind::run;
+    eyes_->robots_run(controller_.wanted() == FleetCommand::Kind::run && controller_.said_since());
     const std::pair told{controller_.wanted(), controller_.said_since()};
     if (told == told_) return;
     told_ = told;
