@@ -15,6 +15,7 @@
 #include "hal/event_loop.hpp"
 #include "hal/picture_board.hpp"
 #include "hal/tap.hpp"
+#include "lab/command_audit.hpp"
 #include "lab/run_folder.hpp"
 #include "lab/runner.hpp"
 #include "view/view_config.hpp"
@@ -59,6 +60,8 @@ class ConfiguredLab {
   // The files that it was made from: configurations, and the program of simulated robots.
   std::vector<std::filesystem::path> inputs() const;
   const lab::RunFolder& folder() const { return *folder_; }
+  // The run's table of commands, for what its page refuses before the runner hears of it. After open_run().
+  lab::CommandAudit command_audit() { return {folder_->recorder(), arena_->clock()}; }
   const nlohmann::json& facts() const { return facts_; }
   std::uint64_t run_id() const { return run_id_; }
   hal::Bus& bus() { return private_bus_; }

@@ -49,6 +49,16 @@ std::optional<double> number_in(const json& what, const char* name) {
   return found->get<double>();
 }
 
+// Of what a viewer sent, which may be anything: "stop", "fault", ...; empty when it is none of ours.
+std::string_view word_of(const json& what) {
+  if (what.contains("fault")) return "fault";
+  if (what.contains("move")) return "move";
+  if (const auto name = "/command/name"_json_pointer; what.contains(name))
+    for (const auto& row : command_names)
+      if (what[name] == row.name) return row.name;
+  return {};
+}
+
 const json& wish_in(const json& what, const char* name) {
   const auto found = what.find(name);
   if (found == what.end() || !found->is_object()) throw std::runtime_error(fmt::format("'{}' must be an object", name));
@@ -110,6 +120,12 @@ class LiveView::Eye final : public hal::PictureWatcher {
   void show_picture(const std::string& camera, hal::LabTime at, std::span<const std::byte> jpeg) override {
     server_.show_picture(number_, at.count(), camera, jpeg);
   }
+  // Before the run there is no table.
+  void audit_refused(std::string_view command, std::string_view why) {
+    if (!lab_.has_run()) return;
+    if (!audit_) audit_.emplace(lab_.command_audit());
+    audit_->refused({}, command, why);
+  }
   void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
   bool has_emulator() const { return near_ || far_; }
   // As EmulatorLink::ask, of an emulated testbed in this process or elsewhere.
@@ -147,6 +163,7 @@ class LiveView::Eye final : public hal::PictureWatcher {
   std::int64_t speed_from_us_ = 0;
   double speed_ = 0;
   StatusNews news_;
+  std::optional<lab::CommandAudit> audit_;  // with a limit of its own: strangers leave room for what the lab refuses
   std::unique_ptr<hal::Bus::Subscription> heard_;
 };
 
@@ -202,7 +219,8 @@ json LiveView::about() {
   json names = json::array(), emulators = json::array();
   for (const ConfiguredLab* const lab : labs_) names.push_back(lab->name());
   for (const auto& eye : eyes_) emulators.push_back(eye->has_emulator());
-  return {{"mode", "live"}, {"labs", names}, {"control", control_}, {"run", run_}, {"emulator", emulators}};
+  return {{"mode", "live"}, {"labs", names},  {"control", control_},
+          {"run", run_},    {"folder", run_}, {"emulator", emulators}};
 }
 
 void LiveView::request(const json&, view::Answer& answer) {
@@ -213,8 +231,9 @@ void LiveView::refresh() {
   for (const auto& eye : eyes_) eye->show_status();
 }
 
-void LiveView::command(const json& what, view::Answer& answer) {
-  if (!control_) return answer.refuse("This lab takes no commands from its page: view.control is false.");
+void LiveView::command(const json& what, view::Answer& answer) try {
+  if (!control_)
+    return refuse(what, "no_control", "This lab takes no commands from its page: view.control is false.", answer);
   if (!what.contains("command")) return to_emulator(what, answer);
   const json& command = wish_in(what, "command");
   const auto name = command.find("name");
@@ -224,7 +243,24 @@ void LiveView::command(const json& what, view::Answer& answer) {
     answer.done();
     return;
   }
-  answer.refuse("There is no such command; there are stop, pause, resume, reset, arm and disarm.");
+  refuse(what, "unknown", "There is no such command; there are stop, pause, resume, reset, arm and disarm.", answer);
+} catch (const std::runtime_error&) {
+  refused(what, "unknown", {});
+  throw;
+}
+
+void LiveView::refused(const json& what, std::string_view why, const std::string& from) {
+  std::size_t lab = 0;
+  for (const char* const member : {"command", "fault", "move"})
+    if (what.contains(member) && what[member].is_object() && what[member].contains("lab"))
+      if (const json& number = what[member]["lab"]; number.is_number_unsigned() && number < labs_.size())
+        lab = number.get<std::size_t>();
+  eyes_[lab]->audit_refused(word_of(what), from.empty() ? std::string(why) : fmt::format("{} from {}", why, from));
+}
+
+void LiveView::refuse(const json& what, std::string_view reason, std::string_view why, view::Answer& answer) {
+  refused(what, reason, {});
+  answer.refuse(why);
 }
 
 // Of labs_ and eyes_.

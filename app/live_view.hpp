@@ -33,6 +33,8 @@ class LiveView final : public view::Desk, public hal::Counting {
   nlohmann::json about() override;
   void command(const nlohmann::json& what, view::Answer& answer) override;
   void request(const nlohmann::json& what, view::Answer& answer) override;
+  // A row in the audit of the lab that was meant, else of the first one.
+  void refused(const nlohmann::json& what, std::string_view why, const std::string& from) override;
   // Each lab's status as it is now, and its speed in wall time, for viewers alone: labs in one process say theirs each
   // second of a clock that counts steps, which takes long when steps do.
   void refresh() override;
@@ -42,6 +44,7 @@ class LiveView final : public view::Desk, public hal::Counting {
   class Eye;
   LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
            const std::vector<ConfiguredLab*>& labs, std::string run);
+  void refuse(const nlohmann::json& what, std::string_view reason, std::string_view why, view::Answer& answer);
   std::string obey(const nlohmann::json& what, std::uint8_t command);
   void to_emulator(const nlohmann::json& what, view::Answer& answer);
   std::size_t lab_of(const nlohmann::json& what) const;

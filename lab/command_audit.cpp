@@ -44,8 +44,12 @@ void CommandAudit::admitted(const std::string& peer, int command) {
 }
 
 void CommandAudit::refused(const std::string& peer, int command, std::string_view why) {
+  refused(peer, word_of(command), why);
+}
+
+void CommandAudit::refused(const std::string& peer, std::string_view command, std::string_view why) {
   if (refused_ > most_refused) return;
-  if (++refused_ <= most_refused) return row(peer, word_of(command), why);
+  if (++refused_ <= most_refused) return row(peer, command, why);
   row("", "", "further refused ones are only counted");
 }
 

@@ -18,6 +18,8 @@ class CommandAudit {
   void admitted(const std::string& peer, int command);
   // The first thousand of them.
   void refused(const std::string& peer, int command, std::string_view why);
+  // The same of what was no message: `command` in a word of ours, which goes into the table as it is.
+  void refused(const std::string& peer, std::string_view command, std::string_view why);
 
  private:
   void row(std::string_view peer, std::string_view command, std::string_view outcome);

@@ -48,6 +48,7 @@ class BeastConnection final : public Connection {
     error_code ignored;
     stream_.socket().set_option(tcp::no_delay(true), ignored);
     stream_.socket().set_option(tcp::socket::send_buffer_size(kernel_buffer_bytes), ignored);
+    from = stream_.socket().remote_endpoint(ignored).address();
     const auto here = stream_.socket().local_endpoint(ignored).address();
     reached_ = here.is_v6() && here.to_v6().is_v4_mapped()
                    ? asio::ip::make_address_v4(asio::ip::v4_mapped, here.to_v6()).to_string()
@@ -139,8 +140,8 @@ class BeastConnection final : public Connection {
     request.path = request.path.substr(0, request.path.find('?'));
     if (message.count(http::field::host) > 1 || message.count(http::field::origin) > 1)
       return refuse(400, "no_http", "The request has a header twice.\n");
-    if (!request.upgrade) return answer(reception_->reply_to(request), message.keep_alive());
-    Reply verdict = reception_->admit(request);
+    if (!request.upgrade) return answer(reception_->reply_to(*this, request), message.keep_alive());
+    Reply verdict = reception_->admit(*this, request);
     if (verdict.status != 101) return answer(std::move(verdict), false);
     accept();
   }
@@ -151,6 +152,13 @@ class BeastConnection final : public Connection {
   }
 
   void answer(Reply reply, bool keep_alive) {
+    if (const auto after = std::exchange(reply.after, {}); after.count() > 0) {
+      wait_for(progress_within, "takes_nothing");
+      pause_.expires_after(after);
+      return pause_.async_wait([self = self_(), reply = std::move(reply), keep_alive](error_code error) mutable {
+        if (!error && self->reception_) self->answer(std::move(reply), keep_alive);
+      });
+    }
     response_ = {};
     response_.version(11);
     response_.result(static_cast<unsigned>(reply.status));
@@ -218,12 +226,16 @@ class BeastConnection final : public Connection {
     if (error) return end("garbage");
     if (!ws_->got_text()) return end("garbage");
     const auto bytes = said_.cdata();
-    const bool good = reception_->said(*this, {static_cast<const char*>(bytes.data()), bytes.size()});
+    const Heard heard = reception_->said(*this, {static_cast<const char*>(bytes.data()), bytes.size()});
     if (!reception_) return;
     said_.consume(said_.size());
-    if (!good) return end("garbage");
+    if (!heard.good) return end("garbage");
     send();
-    read_on();
+    if (heard.wait.count() == 0) return read_on();
+    pause_.expires_after(heard.wait);
+    pause_.async_wait([self = self_()](error_code ended) {
+      if (!ended && self->reception_) self->read_on();
+    });
   }
 
   // No faster than anybody needs: a flood is read slowly, and the kernel holds it up.

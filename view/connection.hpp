@@ -5,6 +5,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -25,7 +26,14 @@ struct Reply {
   int status = 200;
   std::string_view type = "text/plain; charset=utf-8";
   std::string body;
-  std::string set_cookie;  // empty: none
+  std::string set_cookie;              // empty: none
+  std::chrono::milliseconds after{0};  // it goes out so much later
+};
+
+// What came of a viewer's message.
+struct Heard {
+  bool good = true;                   // false: the viewer is to be sent away
+  std::chrono::milliseconds wait{0};  // its next message is read so much later
 };
 
 class Connection;
@@ -35,13 +43,13 @@ class Reception {
  public:
   virtual ~Reception() = default;
   // To a request that wants no WebSocket.
-  virtual Reply reply_to(const Request& request) = 0;
+  virtual Reply reply_to(Connection& connection, const Request& request) = 0;
   // To one that does: nothing when it may have it (status 101), else what it is told.
-  virtual Reply admit(const Request& request) = 0;
+  virtual Reply admit(Connection& connection, const Request& request) = 0;
   // The WebSocket is open. What is put into its outbox goes out after Connection::send().
   virtual void joined(Connection& viewer, const Request& request) = 0;
-  // A text message of that viewer. False: it is to be sent away.
-  virtual bool said(Connection& viewer, std::string_view text) = 0;
+  // A text message of that viewer.
+  virtual Heard said(Connection& viewer, std::string_view text) = 0;
   // The last call for that connection.
   virtual void left(Connection& connection) = 0;
   virtual hal::Counters& counters() = 0;
@@ -63,7 +71,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   // Something is under way to the viewer.
   virtual bool sending() const = 0;
 
-  bool may_control = false;  // it has shown the token
+  bool may_control = false;  // it has shown the token, or the cookie that is given for it
+  boost::asio::ip::address from;
   int wrong_tokens = 0;
 
  private:

@@ -9,16 +9,15 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <deque>
-#include <set>
-#include <stdexcept>
 #include <utility>
 
-#include "hal/listen.hpp"
 #include "view/access.hpp"
 #include "view/channels.hpp"
 #include "view/connection.hpp"
+#include "view/door.hpp"
 #include "view/page_files.hpp"
-#include "view/view_config.hpp"
+#include "view/patience.hpp"
+#include "view/seats.hpp"
 
 namespace arkmesh::view {
 namespace {
@@ -35,29 +34,6 @@ constexpr auto accept_again_after = 100ms, rates_every = 1000ms, refresh_every =
 constexpr std::size_t max_lines = 500, max_line_bytes = 500;  // of the event log that late viewers get
 constexpr int max_wrong_tokens = 5;
 
-tcp::acceptor listen_from(hal::EventLoop& loop, const ServerOptions& options) {
-  std::string why;
-  for (int i = 0; i < std::max<int>(1, options.port == 0 ? 1 : options.ports) && options.port + i <= 65'535; ++i) try {
-      return hal::listen_on(loop, options.address, static_cast<std::uint16_t>(options.port + i), "the page");
-    } catch (const std::runtime_error& error) {
-      if (why.empty()) why = error.what();
-    }
-  throw std::runtime_error(why);
-}
-
-std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
-  if (is_loopback(options.address)) return nullptr;
-  if (!options.identity)
-    throw std::runtime_error(fmt::format(
-        "the page is shown beyond this machine ({}) over TLS only, and there is no key for it", options.address));
-  auto out = std::make_unique<asio::ssl::context>(asio::ssl::context::tlsv13_server);
-  error_code wrong;
-  out->use_certificate_chain(asio::buffer(options.identity->certificate_pem), wrong);
-  if (!wrong) out->use_private_key(asio::buffer(options.identity->key_pem), asio::ssl::context::pem, wrong);
-  if (wrong) throw std::runtime_error(fmt::format("OpenSSL cannot use the key for the page: {}", wrong.message()));
-  return out;
-}
-
 }  // namespace
 
 struct Server::State final : Reception, std::enable_shared_from_this<Server::State> {
@@ -71,7 +47,8 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
         rating(loop),
         refreshing(loop),
         port(acceptor.local_endpoint().port()),
-        access(options.hosts, port, tls != nullptr) {}
+        access(options.hosts, port, tls != nullptr),
+        seats(options.max_viewers, connections_beside_viewers) {}
 
   void accept() {
     acceptor.async_accept([weak = weak_from_this()](error_code error, tcp::socket socket) {
@@ -92,11 +69,16 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   }
 
   void take(tcp::socket socket) {
-    if (connections.size() >= options.max_viewers + connections_beside_viewers)
-      return totals.add("view.refused.too_many_connections");
+    if (!make_way(seats.for_connection())) return totals.add("view.refused.too_many_connections");
     const auto made = make_connection(std::move(socket), tls.get(), *this);
-    connections.insert(made);
+    seats.add(made);
     made->start();
+  }
+
+  // False: nobody can make way.
+  bool make_way(const Seats::Verdict& verdict) {
+    if (verdict.leaves) totals.add("view.sent_away.made_way"), verdict.leaves->leave();
+    return verdict.admitted;
   }
 
   // --- what connections ask ---
@@ -115,9 +97,11 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     return {};
   }
 
-  Reply reply_to(const Request& request) override {
+  Reply reply_to(Connection& connection, const Request& request) override {
+    seats.heard(connection);
     if (Reply refusal = strange(request); refusal.status != 200) return refusal;
-    if (request.path == "/token" && request.method == "POST") return reply_to_token(request);
+    connection.may_control = connection.may_control || access.has_cookie(request.cookie);
+    if (request.path == "/token" && request.method == "POST") return reply_to_token(connection, request);
     if (request.method != "GET" && request.method != "HEAD") {
       totals.add("view.refused.method");
       return {.status = 405, .body = "Only GET and HEAD.\n"};
@@ -128,15 +112,25 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     return {.status = 404, .body = "There is no such file here; / is the page.\n"};
   }
 
-  Reply reply_to_token(const Request& request) {
+  Reply reply_to_token(Connection& connection, const Request& request) {
     if (request.origin.empty() || !access.is_token(request.body)) {
       totals.add("view.refused.token");
-      return {.status = 403, .body = "This is not the token in the URL that the lab printed.\n"};
+      return {.status = 403,
+              .body = "This is not the token in the URL that the lab printed.\n",
+              .after = refused(connection, nullptr, "wrong_token")};
     }
+    connection.may_control = true;
     return {.status = 204, .body = {}, .set_cookie = access.set_cookie()};
   }
 
-  Reply admit(const Request& request) override {
+  // What a viewer was refused for want of a token is written down by the desk. Returns how long the viewer is to wait.
+  Patience::Wait refused(Connection& viewer, const json& what, std::string_view why) {
+    desk->refused(what, why, viewer.from.to_string());
+    return viewer.may_control ? Patience::Wait(0) : patience.after_wrong(viewer.from, Monotonic::now());
+  }
+
+  Reply admit(Connection& connection, const Request& request) override {
+    seats.heard(connection);
     if (Reply refusal = strange(request); refusal.status != 200) return refusal;
     if (request.origin.empty()) {
       totals.add("view.refused.origin");
@@ -146,7 +140,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
       totals.add("view.refused.no_such_file");
       return {.status = 404, .body = "The WebSocket is at /ws.\n"};
     }
-    if (watching.size() >= options.max_viewers) {
+    if (!make_way(seats.for_viewer(access.has_cookie(request.cookie)))) {
       totals.add("view.refused.too_many_viewers");
       return {.status = 503, .body = "Too many watch already.\n"};
     }
@@ -156,8 +150,8 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   void joined(Connection& viewer, const Request& request) override {
     totals.add("view.viewers");
     viewer.may_control = access.has_cookie(request.cookie);
-    if (watching.empty()) start_clocks();
-    watching.insert(&viewer);
+    if (seats.watching().empty()) start_clocks();
+    seats.watch(viewer);
     greet(viewer);
     if (!cameras.empty()) viewer.outbox().say(text_of({{"cameras", cameras}}));
     for (const Line& line : lines) viewer.outbox().event(as_event(line));
@@ -176,18 +170,20 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     return out;
   }
 
-  bool said(Connection& viewer, std::string_view text) override {
+  Heard said(Connection& viewer, std::string_view text) override {
     const json what = json::parse(text, nullptr, false);
-    if (!what.is_object()) return false;
+    if (!what.is_object()) return {.good = false};
     if (const auto token = what.find("token"); token != what.end()) return show_token(viewer, *token);
     const auto number = what.find("request");
     const bool numbered = number != what.end() && number->is_number_unsigned() && *number <= 0xffff'ffffu;
     Answer answer(viewer.weak_from_this(), numbered ? *number : json());
     const bool commands = what.contains("command") || what.contains("fault") || what.contains("move");
+    Heard heard;
     try {
-      if (commands && !viewer.may_control)
+      if (commands && !viewer.may_control) {
         refuse(answer, "no_token", "Only who has the lab's token may do this: open the URL that the lab printed.");
-      else if (commands)
+        heard.wait = refused(viewer, what, "no_token");
+      } else if (commands)
         desk->command(what, answer);
       else if (numbered)
         desk->request(what, answer);
@@ -196,18 +192,19 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     } catch (const std::exception& error) {
       refuse(answer, "request", error.what());
     }
-    return true;
+    return heard;
   }
 
-  bool show_token(Connection& viewer, const json& token) {
+  Heard show_token(Connection& viewer, const json& token) {
     viewer.may_control =
         viewer.may_control || (token.is_string() && access.is_token(token.get_ref<const std::string&>()));
+    Heard heard;
     if (!viewer.may_control) {
       totals.add("view.refused.token");
-      if (++viewer.wrong_tokens >= max_wrong_tokens) return false;
+      heard = {.good = ++viewer.wrong_tokens < max_wrong_tokens, .wait = refused(viewer, nullptr, "wrong_token")};
     }
     greet(viewer);
-    return true;
+    return heard;
   }
 
   void refuse(Answer& answer, std::string_view why, std::string_view sentence) {
@@ -216,11 +213,9 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   }
 
   void left(Connection& connection) override {
-    if (watching.erase(&connection) > 0) {
-      replaced_by_gone += connection.outbox().replaced();
-      if (watching.empty()) sampling.cancel(), rating.cancel(), refreshing.cancel();
-    }
-    connections.erase(connection.shared_from_this());
+    if (!seats.remove(connection)) return;
+    replaced_by_gone += connection.outbox().replaced();
+    if (seats.watching().empty()) sampling.cancel(), rating.cancel(), refreshing.cancel();
   }
 
   hal::Counters& counters() override { return totals; }
@@ -242,7 +237,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     timer.expires_after(every);
     timer.async_wait([weak = weak_from_this(), &timer, every, what](error_code error) {
       const auto self = weak.lock();
-      if (!self || error || self->watching.empty()) return;
+      if (!self || error || self->seats.watching().empty()) return;
       what(*self);
       self->repeat(timer, every, what);
     });
@@ -271,6 +266,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   // A viewer may leave when it is sent something.
   template <class What>
   void for_each_viewer(What what) {
+    const auto& watching = seats.watching();
     for (const std::vector<Connection*> all(watching.begin(), watching.end()); Connection * viewer : all) {
       if (!watching.contains(viewer)) continue;
       what(*viewer);
@@ -297,8 +293,8 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   asio::steady_timer again, sampling, rating, refreshing;
   std::uint16_t port;
   Access access;
-  std::set<std::shared_ptr<Connection>> connections;
-  std::set<Connection*> watching;  // of these
+  Seats seats;
+  Patience patience;
   Channels channels;
   std::deque<Line> lines;
   json cameras = json::array();
@@ -313,7 +309,7 @@ Server::Server(hal::EventLoop& loop, ServerOptions options, Desk& desk)
 }
 
 Server::~Server() {
-  for (const auto all = state_->connections; const auto& connection : all) connection->leave();
+  for (const auto& connection : state_->seats.all()) connection->leave();
 }
 
 std::uint16_t Server::port() const {
@@ -342,7 +338,8 @@ std::string Server::url_with_token() const {
 void Server::show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
   state_->channels.note(Kind::message, lab, t_us, channel, data);
   // Commands are few, and each counts.
-  if (state_->watching.empty() || !(channel.ends_with("operator_command") || channel == "fleet_command")) return;
+  if (state_->seats.watching().empty() || !(channel.ends_with("operator_command") || channel == "fleet_command"))
+    return;
   const Parcel event{std::make_shared<const std::string>(frame(Kind::message, lab, 0, t_us, channel, data))};
   state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().event(event); });
 }
@@ -369,13 +366,13 @@ void Server::tell(int lab, std::int64_t t_us, std::string_view text) {
   auto& lines = state_->lines;
   lines.push_back({lab, t_us, std::string(text.substr(0, max_line_bytes))});
   if (lines.size() > max_lines) lines.pop_front();
-  if (state_->watching.empty()) return;
+  if (state_->seats.watching().empty()) return;
   const Parcel event = State::as_event(lines.back());
   state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().event(event); });
 }
 
 std::size_t Server::viewers() const {
-  return state_->watching.size();
+  return state_->seats.watching().size();
 }
 
 void Server::sample() {
@@ -383,14 +380,14 @@ void Server::sample() {
 }
 
 bool Server::sending() const {
-  return std::ranges::any_of(state_->watching, [](const Connection* viewer) { return viewer->sending(); });
+  return std::ranges::any_of(state_->seats.watching(), [](const Connection* viewer) { return viewer->sending(); });
 }
 
 hal::Counters Server::counters() const {
   hal::Counters all = state_->totals;
   all.merge(state_->channels.counters());
   std::uint64_t replaced = state_->replaced_by_gone;
-  for (const Connection* viewer : state_->watching) replaced += viewer->outbox().replaced();
+  for (const Connection* viewer : state_->seats.watching()) replaced += viewer->outbox().replaced();
   if (replaced > 0) all.set("view.replaced", replaced);
   return all;
 }

@@ -34,6 +34,11 @@ class Desk {
   virtual void command(const nlohmann::json& what, Answer& answer) = 0;
   // A viewer asks: `what` has "request": n beside "seek", "frames", "events" or "series". No token is needed.
   virtual void request(const nlohmann::json& what, Answer& answer) = 0;
+  // The server refused a viewer at that address for want of the token: "wrong_token", with `what` null, or "no_token",
+  // with the object that it sent. Who keeps books about commands wants to know; unbounded many may come.
+  virtual void refused(const nlohmann::json& what, std::string_view why, const std::string& from) {
+    (void)what, (void)why, (void)from;
+  }
   // Twice a second while somebody watches, and when the first viewer comes: the time to show() what comes on no bus, or
   // too seldom.
   virtual void refresh() {}
@@ -50,7 +55,7 @@ struct ServerOptions {
   std::uint16_t ports = 100;          // how many to try from there on
   std::vector<std::string> hosts;     // names by which browsers may reach it, beside the address itself and loopback's
   double per_s = 30;                  // samples of each channel in a second of wall time, at most
-  std::size_t max_viewers = 32;       // further ones are told so
+  std::size_t max_viewers = 32;       // further ones are told so; who has the token gets the place of one without
   std::optional<Identity> identity;   // https and wss only. Without it the address must be one of loopback
 };
 

@@ -131,6 +131,8 @@ TEST_CASE("who has the token of a lab's page commands it as its own operator, an
   CHECK(browser.said("hello")["labs"] == json{"shark"});
   stranger.say({{"command", {{"name", "stop"}}}});
   CHECK(stranger.hears("refused"));
+  stranger.say({{"token", "a guess"}});
+  CHECK(browser.said("hello")["folder"] == labs.directory("shark").string());
   browser.say({{"token", token_in(url)}});
   browser.say({{"command", {{"lab", 0}, {"name", "pause"}}}, {"request", 1}});
   REQUIRE(browser.hears("done"));
@@ -152,6 +154,12 @@ TEST_CASE("who has the token of a lab's page commands it as its own operator, an
   CHECK(audit.find(",,reset,admitted") != std::string::npos);
   CHECK(audit.find(",,arm,no_peers") != std::string::npos);
   CHECK(audit.find(",,stop,admitted") != std::string::npos);
+  // What no lab heard of has a row, too, without the words that others chose.
+  CHECK(audit.find(",,stop,no_token from 127.0.0.1\n") != std::string::npos);
+  CHECK(audit.find(",,,wrong_token from 127.0.0.1\n") != std::string::npos);
+  CHECK(audit.find(",,stop,unknown\n") != std::string::npos);
+  CHECK(audit.find(",,,unknown\n") != std::string::npos);
+  CHECK(audit.find("dance") == std::string::npos);
   const json result = json::parse(tests::read_file(labs.directory("shark") / "result.json"));
   CHECK(result["counters"]["view.refused.no_token"] == 1);
   CHECK(result["counters"]["view.viewers"] == 2);

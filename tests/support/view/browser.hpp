@@ -77,9 +77,14 @@ class Browser {
       if (!value.empty()) request += name + ": " + value + "\r\n";
     in_.clear();
     if (!send(request + "\r\n" + std::string(body))) return {};
+    return heard_next();
+  }
+  // The answer to a request that was sent; as ask().
+  std::string heard_next() {
     comes_to(serve_, [&] { return read(), is_answered() || gone_; });
     return is_answered() ? in_ : std::string();
   }
+  bool has_answer() { return read(), is_answered(); }
   static int status(const std::string& answer) { return answer.size() < 12 ? 0 : std::stoi(answer.substr(9, 3)); }
 
   // The status of the answer; 101: it is a WebSocket now.
