@@ -106,6 +106,9 @@ class LiveTest(unittest.TestCase):
             late = max((t - clicked for t in self.moves(frames)), default=0)
             self.assertLess(late, 0.5, "seconds after the click in which a robot still moved")
             self.assertEqual(labs.wait(30), 3, "the operator stopped the run")
+            # The last word of the lab: where its results are, and whether cameras saw all robots stand.
+            self.until("return document.getElementById('ended').textContent.startsWith(arguments[0])", f"ended; results in {self.out}/run; replay with arkmesh view {self.out}/run\nroark: stopped; robots told to stand; ")
+            self.assertRegex(self.driver.execute_script("return document.getElementById('ended').textContent"), "all robots were seen to stand$|not seen to: ")
         self.assertEqual(json.loads((self.out / "run/result.json").read_text()).get("by_lab", {}).get("roark", {}).get("state", "stopped"), "stopped")
 
     def test_reset(self):
@@ -120,11 +123,13 @@ class LiveTest(unittest.TestCase):
             self.open(url)
             self.wait_for(walk)
             self.driver.find_element(By.ID, "command-reset").click()
-            self.until("return document.querySelector('.said').textContent === 'roark: reset done'")
+            self.until("return document.querySelector('.said').textContent .startsWith('roark: reset: said')")
             self.wait_for(lambda: not walk())
-            self.until("return /robots paused/.test(document.getElementById('side').textContent)")
+            self.until("return document.querySelector('.said').textContent === 'roark: reset: said; robots told to stand; all robots were seen to stand'")
+            self.until("return /^roark: robots are kept still by the operator; lab time runs on/.test(document.getElementById('kept').textContent)")
             self.driver.find_element(By.ID, "command-resume").click()
             self.wait_for(walk)
+            self.until("return document.getElementById('kept').hidden")
 
     def test_faults_reach_an_emulator_elsewhere(self):
         """Robots of an emulator that is a process of its own are moved from the lab's page, its cameras fail; when it is gone, a sentence says so."""

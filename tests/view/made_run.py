@@ -75,7 +75,7 @@ def rows(types, seconds=60, labs=("shark", "roark"), robots=(12, 6)):
                 "texts": [{"x_m": 0.1 / scale[lab], "y_m": 0.4 / scale[lab], "colour": "warning", "text": "a word"}],
                 "rasters": [{"x_m": 0.2 / scale[lab], "y_m": 0, "cell_m": 0.02 / scale[lab], "columns": 8, "rows": 8, "cells": [4 * i for i in range(64)], "colour": "pheromone", "label": "trace"}]})
             add("status", "lab_status_t", {
-                "lab": name, "nonce": 0x2599_0102_0304_0507, "state": "waiting for roark: link down" if period == 7 else "running", "stamp_us": t_us, "period": period, "last_period": int(seconds * 1e6) // PERIOD_US,
+                "lab": name, "nonce": 0x2599_0102_0304_0507, "phase": 1 if period == 7 else 2, "state": "waiting for roark: link down" if period == 7 else "running", "stamp_us": t_us, "period": period, "last_period": int(seconds * 1e6) // PERIOD_US,
                 "speed": 20.0, "can_wait": True, "counters": [{"name": "counts.completed", "value": period // 3}, {"name": "to_robots.replaced", "value": period}]})
             add("peers", "peers_t", {"lab": name, "peers": [{
                 "lab": labs[1 - lab], "up": period != 7, "why": "as asked", "version": "1.0.0", "round_trip_us": 850, "clock_offset_us": -120, "clock_uncertainty_us": 400,

@@ -17,6 +17,9 @@ import { align } from "../../view/page/panel_counts.js";
 import { describe } from "../../view/page/panel_channels.js";
 import { gate_words } from "../../view/page/panel_clock.js";
 import { differences } from "../../view/page/panel_runs.js";
+import { ended_words, silence_words } from "../../view/page/notices.js";
+import { kept_words, names, own_words, robots_words, standing_words } from "../../view/page/status.js";
+import { order_words } from "../../view/page/control_bar.js";
 import { frames_in, parse_frame } from "../../view/page/wire.js";
 import { token_of } from "../../view/page/token.js";
 import { time_words } from "../../view/page/words.js";
@@ -272,10 +275,114 @@ test("words and small things", () => {
   assert.equal(time_words(3_723_450_000), "1:02:03.4");
   assert.equal(token_of("#token=ab12"), "ab12");
   assert.equal(token_of(""), "");
-  assert.match(gate_words({ lab: "shark", state: "waiting for roark: link down" }), /shark waits for roark: link down/);
   const at = (x) => ({ robots: [{ id: 1, x: 0, y: 0 }, { id: 2, x, y: 0 }] });
   assert.match(differences(at(0), at(0.25)), /^1 robots lie apart; most: 2 by 250 mm$/);
   assert.deepEqual(align([{ t_s: [0, 2], y: [1, 2] }, { t_s: [1], y: [5] }]), [[0, 1, 2], [1, null, 2], [null, 5, null]]);
+});
+
+/** A status of this version: an experiment that goes on, as far as nothing else is said. */
+const status = (more = {}) => (
+  { lab: "shark", phase: 2, outcome: 0, state: "running", wanted: 0, kept_still: "", n_not_standing: 0, not_standing: [], stamp_us: 5e6, period: 2, last_period: 9, speed: 1, can_wait: false, n_counters: 0, counters: [], ...more });
+const unseen = [{ robot: 3, why: 3 }, { robot: 17, why: 2 }, { robot: 40, why: 3 }];
+const paused = (more = {}) => status({ wanted: 1, kept_still: "operator", state: "running, with its robots paused by the operator", ...more });
+
+test("names of phases, outcomes and reasons are those of lcmtypes/", () => {
+  const { types: told } = real_types(), constants = { ...told.lab_status_t.constants, ...told.not_standing_t.constants };
+  for (const list of Object.values(names)) list.forEach((name, value) => assert.equal(constants[name], value, name));
+  assert.equal(Object.values(names).flat().length, Object.keys(constants).length);
+});
+
+test("robots are named as the lab names them", () => {
+  assert.equal(robots_words([4, 7, 8, 9, 11, 12]), "4, 7-9, 11, 12");
+  assert.equal(robots_words(Array.from({ length: 20 }, (_, i) => 2 * i)), `${Array.from({ length: 12 }, (_, i) => 2 * i).join(", ")} and 8 more`);
+});
+
+test("whether robots stand is what cameras saw, never what was said", () => {
+  assert.equal(standing_words(paused({ not_standing: unseen })), "robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)");
+  assert.equal(standing_words(paused()), "robots told to stand; all robots were seen to stand");
+  assert.equal(standing_words(status()), "");
+  assert.equal(standing_words(status({ wanted: 2, not_standing: [{ robot: 1, why: 0 }, { robot: 2, why: 1 }] })), "robots told to sleep; not seen to stand: 1 (not told yet), 2 (still looked at)");
+  assert.match(standing_words(paused({ phase: 4, outcome: 3 })), /unknown after the failure/, "an arena that failed names nobody");
+  assert.doesNotMatch(own_words(paused({ not_standing: unseen })), /paused/);
+  assert.match(own_words(paused()), /paused by the operator/);
+});
+
+test("a banner stands while somebody keeps robots still in an experiment that goes on", () => {
+  assert.equal(kept_words("shark", paused({ not_standing: unseen })), "shark: robots are kept still by the operator; lab time runs on; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight).");
+  assert.match(kept_words("shark", paused({ kept_still: "lost peer", phase: 1 })), /by a lost peer; the lab waits/);
+  for (const none of [status(), paused({ kept_still: "not begun" }), paused({ kept_still: "end" }), paused({ phase: 0 }), paused({ phase: 3, outcome: 2 }), null]) assert.equal(kept_words("shark", none), "");
+});
+
+test("a command was only said; what comes of it is told from statuses that are newer", () => {
+  const lab = new Lab(0, "shark"), order = { name: "pause", refused: undefined, statuses: 0, took: false };
+  const hear = (s) => {
+    lab.absorb("status", s, 0);
+    return order_words(order, lab);
+  };
+  assert.equal(hear(status()), "pause: sent");
+  Object.assign(order, { refused: "", statuses: lab.statuses });
+  assert.equal(order_words(order, lab), "pause: said");
+  assert.equal(hear(status()), "pause: said", "it may be from before");
+  assert.equal(hear(paused({ not_standing: unseen })), "pause: said; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)");
+  assert.equal(hear(paused()), "pause: said; robots told to stand; all robots were seen to stand");
+  assert.equal(hear(status()), "pause: said; robots were told to run since then");
+  const reset = { name: "reset", refused: "", statuses: lab.statuses, took: false };
+  lab.absorb("status", paused(), 0);
+  assert.equal(order_words(reset, lab), "reset: said; robots told to stand", "that they stood may be from before the reset");
+  lab.absorb("status", paused(), 0);
+  assert.match(order_words(reset, lab), /all robots were seen to stand/);
+  const resume = { name: "resume", refused: "", statuses: 0, took: false };
+  lab.absorb("status", paused({ kept_still: "safety" }), 0);
+  assert.equal(order_words(resume, lab), "resume: said; robots are still kept still by safety");
+  lab.absorb("status", status(), 0);
+  assert.equal(order_words(resume, lab), "resume: said; robots told to run");
+  assert.equal(order_words({ name: "arm", refused: "no", statuses: 0, took: false }, lab), "arm was refused: no");
+});
+
+test("the gate is told from phase and outcome, not from sentences", () => {
+  assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "⏳ shark waits for roark: link down");
+  assert.match(gate_words(status({ state: "anything" })), /runs, waits for nobody/);
+  assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots kept still by the operator, lab time runs on; .* not seen to: 17/);
+  assert.match(gate_words(paused({ phase: 4, outcome: 2, kept_still: "end" })), /^■ ended: stopped; .*seen to stand$/);
+});
+
+test("a page that hears nothing for 3 s says so, and of labs that have ended their end", () => {
+  const world = new World(types), open = { open: true, why: "", heard_ms: 10_000 };
+  world.introduce({ version: "", mode: "live", labs: ["shark", "roark"], control: true, run: "runs/a b", folder: "runs/a b" });
+  assert.equal(silence_words(world, open, 12_999), "");
+  assert.equal(silence_words(world, open, 13_000), "Nothing was heard from the server of this page for 3 s. What you see is old.");
+  world.labs.forEach((lab) => (lab.heard_ms = 8_000));
+  assert.match(silence_words(world, open, 12_500), /^Nothing was heard of shark, roark for 4 s/);
+  world.labs[1].heard_ms = 12_000;
+  assert.equal(silence_words(world, open, 12_500), "");
+  const apart = { open: false, why: "the lab does not answer", heard_ms: 10_000 };
+  assert.match(silence_words(world, apart, 10_000), /^Not connected: the lab does not answer. What you see is old/);
+  assert.deepEqual(ended_words(world), []);
+  world.labs[0].absorb("status", paused({ phase: 4, outcome: 2, kept_still: "end", not_standing: unseen }), 0);
+  assert.deepEqual(ended_words(world), ["shark: stopped; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)"]);
+  world.labs[1].absorb("status", paused({ phase: 4, outcome: 2, kept_still: "end" }), 0);
+  assert.equal(ended_words(world)[0], "ended; results in runs/a b; replay with arkmesh view 'runs/a b'");
+  assert.equal(ended_words(world)[2], "roark: stopped; robots told to stand; all robots were seen to stand");
+  assert.match(silence_words(world, apart, 20_000), /has ended with its run/);
+});
+
+test("a status of a former version is decoded by its own type and shown; what it does not say is unknown", () => {
+  const json = real_types(), now = json.types.lab_status_t;
+  const lacks = ["phase", "outcome", "wanted", "kept_still", "n_not_standing", "not_standing"];
+  json.types["former.lab_status_t"] = { fingerprint: "00000000000000f1", fields: now.fields.filter((f) => !lacks.includes(f.name)) };
+  const text = (s) => [0, 0, 0, s.length + 1, ...Buffer.from(s), 0];
+  const bytes = Uint8Array.from([0, 0, 0, 0, 0, 0, 0, 0xf1, ...text("shark"), 0, 0, 0, 0, 0, 0, 0, 9, ...text("running"), 0, 0, 0, 0, 0, 0x4c, 0x4b, 0x40, 0, 0, 0, 2, 0, 0, 0, 9,
+    0x3f, 0xf0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0]);
+  const world = new World(new Types(json));
+  world.introduce({ version: "", mode: "recorded", labs: ["shark"], control: false, run: "" });
+  assert.equal(world.take({ kind: "message", lab: 0, request: 1, t_us: 5_000_000, channel: "status", data: bytes }), true, [...world.not_understood.keys()].join());
+  const [lab] = world.labs;
+  assert.deepEqual([lab.status.lab, lab.status.state, lab.status.period, "phase" in lab.status], ["shark", "running", 2, false]);
+  assert.equal(gate_words(lab.status), "running");
+  assert.equal(own_words(lab.status), "running");
+  assert.deepEqual([standing_words(lab.status), kept_words("shark", lab.status), ended_words(world)], ["", "", []]);
+  assert.equal(order_words({ name: "pause", refused: "", statuses: 0, took: false }, lab), "pause: said");
+  assert.equal(new Types(json).decode(bytes).type, "former.lab_status_t");
 });
 
 test("the library is the one whose hashes stand beside it", () => {

@@ -10,9 +10,10 @@ from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select
 
 from double_server import Double, packed, types_json  # also finds scripts/
-from made_run import pose, rows
+from made_run import encode, pose, rows
 from chromium import browser
 
 LABS = ["shark", "roark"]
@@ -174,7 +175,7 @@ class PageTest(unittest.TestCase):
         self.until("return !document.getElementById('stop').disabled && document.querySelector('.control select').offsetParent !== null")
         self.driver.find_element(By.ID, "stop").click()
         self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
-        self.until("return document.querySelector('.said').textContent === 'shark: stop done; roark: stop done'")
+        self.until("return document.querySelector('.said').textContent === 'shark: stop: said\\nroark: stop: said'")
         server.heard.clear()
         self.driver.find_element(By.TAG_NAME, "body").send_keys("s")
         self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
@@ -182,6 +183,59 @@ class PageTest(unittest.TestCase):
         self.driver.find_element(By.CSS_SELECTOR, ".control select").send_keys("roark")
         self.driver.find_element(By.ID, "command-pause").click()
         self.assertEqual(self.heard(server, "command"), [{"lab": 1, "name": "pause"}])
+
+    def status(self, lab, **values):
+        """A status of one of the labs; numbers as in lcmtypes/lab_status_t.lcm."""
+        return packed(lab, 3_000_000, "status", encode(self.of, "lab_status_t", {"lab": LABS[lab], "nonce": 7, "phase": 2, "state": "running", "stamp_us": 3_000_000, "period": 1, "last_period": 30, "speed": 1.0} | values))
+
+    def test_tells_what_cameras_saw_of_a_command(self):
+        """A pause is only said until cameras have seen all robots stand; meanwhile a banner names who keeps them still; the end tells where results are."""
+        server = self.serve(speed=0.01, about={"folder": "runs/demo"})
+        self.open(server, "1234")
+        self.until("return !document.getElementById('stop').disabled && document.querySelector('.control select').offsetParent !== null")
+        for lab in (0, 1):
+            server.tell(self.status(lab))
+        Select(self.driver.find_element(By.CSS_SELECTOR, ".control select")).select_by_visible_text("shark")  # not by its first letter, which is STOP
+        self.driver.find_element(By.ID, "command-pause").click()
+        self.until("return document.querySelector('.said').textContent === 'shark: pause: said'")
+        self.assertTrue(self.js("return document.getElementById('kept').hidden"))
+        words = "robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)"
+        kept = {"wanted": 1, "kept_still": "operator", "state": f"running, with its robots paused by the operator; {words}"}
+        unseen = [{"robot": 3, "why": 3}, {"robot": 17, "why": 2}, {"robot": 40, "why": 3}]
+        server.tell(self.status(0, **kept, not_standing=unseen))
+        self.until("return document.querySelector('.said').textContent === arguments[0]", f"shark: pause: said; {words}")
+        self.until("return document.getElementById('kept').innerText === arguments[0]", f"shark: robots are kept still by the operator; lab time runs on; {words}.")
+        self.until("return document.getElementById('side').innerText.includes(arguments[0])", words)
+        said = [self.js("return document.body.innerText") for _ in range(3) if not time.sleep(0.3)]
+        for text in said:
+            self.assertNotRegex(text, "paused|done|were seen to stand")
+        server.tell(self.status(0, **kept))
+        self.until("return document.querySelector('.said').textContent === 'shark: pause: said; robots told to stand; all robots were seen to stand'")
+        server.tell(self.status(0))
+        self.until("return document.getElementById('kept').hidden && /told to run since then/.test(document.querySelector('.said').textContent)")
+        end = {"phase": 4, "outcome": 2, "wanted": 1, "kept_still": "end", "state": "failed: stopped by the operator"}
+        server.tell(self.status(0, **end, not_standing=unseen))
+        server.tell(self.status(1, **end))
+        self.until("return document.getElementById('ended').innerText === arguments[0]", f"ended; results in runs/demo; replay with arkmesh view runs/demo\nshark: stopped; {words}\nroark: stopped; robots told to stand; all robots were seen to stand")
+        server.stop()
+        self.until("return /ended with its run/.test(document.getElementById('banner').textContent)")
+        self.assertFalse(self.js("return document.getElementById('ended').hidden"))
+
+    def test_says_when_it_hears_nothing(self):
+        """After 3 s in which nothing comes, of the server or of its labs, the page says so and greys what it shows; then all is as before."""
+        server = self.serve()
+        self.open(server)
+        self.assertTrue(self.js("return document.getElementById('banner').hidden"))
+        before = self.js("return getComputedStyle(document.getElementById('stage')).opacity")
+        for what, words in (("mute", "Nothing was heard from the server of this page for 3 s"), ("labs_mute", "Nothing was heard of shark, roark for 3 s")):
+            setattr(server, what, True)
+            since = time.monotonic()
+            self.until("return !document.getElementById('banner').hidden && document.getElementById('banner').textContent.startsWith(arguments[0])", words)
+            self.assertGreater(time.monotonic() - since, 2)
+            self.assertLess(float(self.js("return getComputedStyle(document.getElementById('stage')).opacity")), 0.5)
+            setattr(server, what, False)
+            self.until("return document.getElementById('banner').hidden && !document.body.classList.contains('apart')")
+            self.assertEqual(self.js("return getComputedStyle(document.getElementById('stage')).opacity"), before)
 
     def test_faults_and_moving_by_hand(self):
         """In an emulator the picked robot gets faults, and a drag puts a robot where it ends, in its arena's metres."""

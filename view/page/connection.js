@@ -3,7 +3,7 @@ import { frames_in, parse_frame } from "./wire.js";
 
 /**
  * @typedef {import("./wire.js").Frame} Frame
- * @typedef {{frame: (frame: Frame) => void, text: (name: string, value: any) => void, state: (open: boolean, why: string) => void}} Listener
+ * @typedef {{frame: (frame: Frame) => void, text: (name: string, value: any) => void, any: () => void, state: (open: boolean, why: string) => void}} Listener any: something came, whatever it is
  */
 
 /** Wait before the first, second, ... attempt to connect again, milliseconds. */
@@ -31,6 +31,7 @@ export class Connection {
     };
     socket.onmessage = (event) => {
       this.attempts = 0;
+      this.listener.any();
       this.heard(event.data);
     };
     socket.onclose = (event) => {

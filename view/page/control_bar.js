@@ -1,11 +1,38 @@
-// The operator's buttons, for who may: STOP, pause, resume, reset, arm, disarm. What the lab refused is shown.
+// The operator's buttons, for who may: STOP, pause, resume, reset, arm, disarm. A lab that has taken a command has only said it to its robots:
+// what comes of that is in its status, and is shown here as long as no other command is given.
 import { h } from "./dom.js";
+import { keeper, keeper_words, not_standing_words, standing_words, told_words, word } from "./status.js";
 
 /**
  * In the order of buttons: name, words, title.
  * @type {[string, string, string][]}
  */
 const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots begin their program again, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
+
+/**
+ * A command to one lab. `refused`: undefined before the answer, then empty or why. `statuses`: how many of the lab had come when the answer did. `took`: robots were told.
+ * @typedef {{name: string, refused: string | undefined, statuses: number, took: boolean}} Order
+ */
+
+/**
+ * What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only: the first
+ * may be from before the command.
+ * @param {Order} order @param {import("./lab.js").Lab} lab
+ */
+export function order_words(order, lab) {
+  const { name, refused } = order, { status } = lab;
+  if (refused === undefined) return `${name}: sent`;
+  if (refused) return `${name} was refused: ${refused}`;
+  const said = `${name}: said`, wanted = word(status, "wanted"), fresh = lab.statuses - order.statuses;
+  if (fresh < 1 || wanted === undefined || name === "arm" || name === "disarm") return said;
+  if (wanted === "run") {
+    if (name === "resume") return `${said}; robots told to run`;
+    return order.took ? `${said}; robots were told to run since then` : said;
+  }
+  if (name === "resume") return keeper(status) && fresh > 1 ? `${said}; robots are still kept still by ${keeper_words(keeper(status))}` : said;
+  order.took = true;
+  return `${said}; ${not_standing_words(status) || fresh > 1 ? standing_words(status) : told_words(status)}`;
+}
 
 export class ControlBar {
   /** @param {import("./world.js").World} world @param {(message: object) => Promise<{answer: any}>} ask resolves when the server has answered */
@@ -15,6 +42,8 @@ export class ControlBar {
     this.may = false;
     /** For which lab; -1: all. */
     this.lab = -1;
+    /** The newest commands, by lab. @type {Map<number, Order>} */
+    this.orders = new Map();
     this.said = h("output", { class: "said", role: "status" });
     this.choice = h("select", { "aria-label": "lab that the buttons are for", onchange: () => (this.lab = Number(this.choice.value)) });
     this.stop_button = h("button", { class: "stop", id: "stop", title: "Stops the robots of all labs (key S)", onclick: () => this.stop() }, "■ STOP");
@@ -56,13 +85,29 @@ export class ControlBar {
   /** @param {string} name @param {import("./lab.js").Lab[]} labs */
   async order(name, labs) {
     if (!this.may) return this.say(`${name} was not sent: this page may only look`);
-    this.say(`${name} sent to ${labs.map((lab) => lab.name).join(", ")}`);
-    const answers = await Promise.all(labs.map((lab) => this.ask({ command: { lab: lab.index, name } })));
-    this.say(answers.map(({ answer }, i) => `${labs[i].name}: ${answer.refused ? `${name} was refused: ${answer.refused}` : `${name} done`}`).join("; "));
+    this.orders = new Map(labs.map((lab) => [lab.index, { name, refused: undefined, statuses: 0, took: false }]));
+    this.update();
+    await Promise.all([...this.orders].map(async ([index, order]) => {
+      const { answer } = await this.ask({ command: { lab: index, name } });
+      order.refused = answer.refused ?? "";
+      order.statuses = this.world.labs[index]?.statuses ?? 0;
+      this.update();
+    }));
+  }
+
+  /** Shows what has become of the newest commands. */
+  update() {
+    if (!this.orders.size) return;
+    const words = [...this.orders].map(([index, order]) => {
+      const lab = this.world.labs[index];
+      return lab ? `${lab.name}: ${order_words(order, lab)}` : "";
+    }).join("\n");
+    if (this.said.textContent !== words) this.said.textContent = words;
   }
 
   /** @param {string} words */
   say(words) {
+    this.orders.clear();
     this.said.textContent = words;
   }
 }

@@ -40,6 +40,10 @@ export class Lab {
     this.arena = null;
     /** @type {Message | null} */
     this.status = null;
+    /** How many have come. */
+    this.statuses = 0;
+    /** When anything of it came, milliseconds of the page's clock; 0: never. */
+    this.heard_ms = 0;
     /** @type {Message | null} */
     this.peers = null;
     /** @type {Message | null} */
@@ -66,9 +70,9 @@ export class Lab {
 
   /** Drops everything that a jump in time makes wrong. */
   forget() {
-    const { newest, cameras, cameras_key, arena } = this;
+    const { newest, cameras, cameras_key, arena, heard_ms, statuses } = this;
     const versions = { floor_version: this.floor_version + 1, robots_version: this.robots_version + 1, trails_epoch: this.trails_epoch + 1 };
-    Object.assign(this, new Lab(this.index, this.name), { newest, cameras, cameras_key, arena }, versions);
+    Object.assign(this, new Lab(this.index, this.name), { newest, cameras, cameras_key, arena, heard_ms, statuses }, versions);
   }
 
   /**
@@ -85,8 +89,10 @@ export class Lab {
     } else if (channel === "overlay") {
       this.overlay = value;
       this.floor_version += 1;
-    } else if (channel === "status") this.status = value;
-    else if (channel === "peers") this.peers = value;
+    } else if (channel === "status") {
+      this.status = value;
+      this.statuses += 1;
+    } else if (channel === "peers") this.peers = value;
     if (t_us > this.t_us) this.t_us = t_us;
   }
 

@@ -102,7 +102,8 @@ export class Types {
   /** @param {string} name @returns {Decode} */
   decoder(name) {
     if (primitives[name]) return primitives[name];
-    const bare = name.slice(name.lastIndexOf(".") + 1);
+    // A field's type may have its package's name before its own.
+    const bare = this.types[name] ? name : name.slice(name.lastIndexOf(".") + 1);
     let decode = this.decoders.get(bare);
     if (!decode) {
       const type = this.types[bare];

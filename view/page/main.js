@@ -11,6 +11,7 @@ import { FaultsPanel } from "./panel_faults.js";
 import { Film } from "./film.js";
 import { Keys } from "./keys.js";
 import { LinksPanel } from "./panel_links.js";
+import { Notices } from "./notices.js";
 import { Options } from "./options.js";
 import { Player } from "./player.js";
 import { Pointer } from "./pointer.js";
@@ -51,10 +52,14 @@ const options = new Options();
 const stage = new Stage(place("stage"), world, options, new Colours(colour_table, dark.matches));
 dark.addEventListener("change", () => stage.recolour(new Colours(colour_table, dark.matches)));
 
+const notices = new Notices(place("banner"));
+place("banner").after(notices.kept, notices.ended);
+
 /** @type {Connection} */
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, {
   frame: (frame) => (frame.request ? player.take(frame) : show(frame)),
   text: heard,
+  any: () => notices.heard(performance.now()),
   state: connected,
 });
 /** @type {(message: object) => boolean} */
@@ -109,7 +114,9 @@ function show(frame) {
     picture?.take(frame.data).then((used) => used && (stage.pictures_version += 1));
     return;
   }
-  if (!world.take(frame)) return;
+  const taken = world.take(frame);
+  if (lab) lab.heard_ms = performance.now();
+  if (!taken) return;
   if (frame.channel === "status") counts.note(world);
   if (frame.channel === "poses" && lab?.own === options.pick?.lab) extend_path(lab);
 }
@@ -183,16 +190,16 @@ function hello(value) {
 
 /** @param {boolean} open @param {string} why */
 function connected(open, why) {
-  const banner = place("banner");
-  banner.hidden = open;
-  banner.textContent = `Not connected: ${why}. What you see is old; trying again…`;
-  document.body.classList.toggle("apart", !open);
+  notices.connected(open, why, performance.now());
+  notices.update(world, performance.now());
   if (!open) player.lost();
 }
 
 /** Writes all panels. */
 function write_panels() {
   for (const panel of panels) panel.update(world);
+  notices.update(world, performance.now());
+  control.update();
   view_bar.update(world.labs.length > 1, control.may && Boolean(world.about.emulator?.some(Boolean)));
   if (recorded()) scrub.update();
   const unread = [...world.not_understood.values()].reduce((a, b) => a + b, 0) + connection.refused;

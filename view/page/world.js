@@ -4,7 +4,7 @@ import { Lab } from "./lab.js";
 
 /**
  * @typedef {{t_us: number, lab: number, kind: string, text: string}} Event
- * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, emulator?: boolean[],
+ * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[],
  *   length_us?: number, growing?: boolean, runs?: string[], notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About
  * @typedef {{per_s: number, bytes_per_s: number, count: number}} Rate
  * @typedef {import("./wire.js").Frame} Frame

@@ -71,7 +71,8 @@ void OverheadController::command(const FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   if (is_word(command) && command.kind == wanted_) {
     // whoever says it once more wants it heard by robots that did not, such as one that was switched on since
-    const bool is_on_its_way = commands_.has_word() || (on_air_command_ && on_air_command_->command.kind == command.kind);
+    const bool is_on_its_way =
+        commands_.has_word() || (on_air_command_ && on_air_command_->command.kind == command.kind);
     if (!is_on_its_way) commands_.put(command);
     return;
   }
