@@ -50,6 +50,7 @@ class Double:
         self.labs, self.rows, self.mode, self.speed, self.token, self.hz = labs, rows, mode, speed, token, hz
         self.types = types
         self.deaf = False  # it answers no command
+        self.full = False  # it lets nobody more watch
         self.mute = False  # viewers get nothing any more
         self.labs_mute = False  # nothing of the labs, only what the server says by itself
         self.hold = hold  # viewers get nothing as long as it is true
@@ -70,7 +71,7 @@ class Double:
         asyncio.set_event_loop(self.loop)
         application = tornado.web.Application([
             ("/ws", Socket, {"double": self}), ("/types.json", Bytes, {"data": self.types}),
-            ("/token", Token, {"double": self}), ("/(.*)", File)])
+            ("/about.json", Bytes, {"data": json.dumps(self.about)}), ("/token", Token, {"double": self}), ("/(.*)", File)])
         sockets = tornado.netutil.bind_sockets(self.port, "127.0.0.1", reuse_port=False)
         self.port = sockets[0].getsockname()[1]
         self.server = tornado.httpserver.HTTPServer(application)
@@ -171,6 +172,12 @@ class File(tornado.web.RequestHandler):
 class Socket(tornado.websocket.WebSocketHandler):
     def initialize(self, double):
         self.double, self.may = double, self.get_cookie("token") == double.token
+
+    async def get(self, *arguments, **more):
+        if self.double.full:
+            self.set_status(503)
+            return self.finish()
+        await super().get(*arguments, **more)
 
     def put(self, frame):
         try:

@@ -331,6 +331,8 @@ test("a command was only said; what comes of it is told from statuses that are n
   assert.equal(order_words(reset, lab), "reset: said; robots told to stand", "that they stood may be from before the reset");
   lab.absorb("status", paused(), 0);
   assert.match(order_words(reset, lab), /all robots were seen to stand/);
+  lab.absorb("status", paused({ phase: 3, outcome: 2, kept_still: "end" }), 0);
+  assert.match(order_words({ name: "stop", refused: "", statuses: lab.statuses - 1, took: false }, lab), /all robots were seen to stand/);
   const resume = { name: "resume", refused: "", statuses: 0, took: false };
   lab.absorb("status", paused({ kept_still: "safety" }), 0);
   assert.equal(order_words(resume, lab), "resume: said; robots are still kept still by safety");

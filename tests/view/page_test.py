@@ -289,6 +289,16 @@ class PageTest(unittest.TestCase):
         self.until("return arkmesh.world.labs[0].robots_version > arguments[0] + 3", before)
         self.assertEqual(len(again.viewers), 1)
 
+    def test_says_when_its_place_went_to_somebody_else(self):
+        """A page that had to make way says that too many watch, not that the lab is gone, and watches again when there is room."""
+        server = self.serve()
+        self.open(server)
+        server.full = True
+        server.loop.call_soon_threadsafe(lambda: [viewer.close() for viewer in list(server.viewers)])
+        self.until("return /the lab answers, but too many watch it/.test(document.getElementById('banner').textContent)")
+        server.full = False
+        self.until("return document.getElementById('banner').hidden")
+
     def test_plays_a_recorded_run(self):
         """Scrubbing shows that moment exactly, a step is a frame, and it plays at the speed that was chosen to the end."""
         server = self.serve(mode="recorded")

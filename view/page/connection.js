@@ -36,9 +36,21 @@ export class Connection {
     };
     socket.onclose = (event) => {
       this.listener.state(false, event.reason || "the lab does not answer");
+      void this.ask_why(socket);
       const wait_ms = waits_ms[Math.min(this.attempts++, waits_ms.length - 1)];
       setTimeout(() => this.open(), wait_ms);
     };
+  }
+
+  /**
+   * A browser does not tell why a WebSocket was refused. A server that answers other requests has given the place to somebody else.
+   * @param {WebSocket} socket that was closed
+   */
+  async ask_why(socket) {
+    const answer = await fetch("about.json").catch(() => null);
+    if (answer?.ok && this.socket?.readyState !== WebSocket.OPEN && socket.readyState === WebSocket.CLOSED) {
+      this.listener.state(false, "the lab answers, but too many watch it, or this page was too slow; who has the token gets in");
+    }
   }
 
   /** @param {string | ArrayBuffer} data */

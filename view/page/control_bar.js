@@ -15,8 +15,8 @@ const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["
  */
 
 /**
- * What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only: the first
- * may be from before the command.
+ * What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only, or of one that
+ * tells the end: the first may be from before the command.
  * @param {Order} order @param {import("./lab.js").Lab} lab
  */
 export function order_words(order, lab) {
@@ -31,7 +31,8 @@ export function order_words(order, lab) {
   }
   if (name === "resume") return keeper(status) && fresh > 1 ? `${said}; robots are still kept still by ${keeper_words(keeper(status))}` : said;
   order.took = true;
-  return `${said}; ${not_standing_words(status) || fresh > 1 ? standing_words(status) : told_words(status)}`;
+  const newer = fresh > 1 || (name === "stop" && word(status, "outcome") !== "open");
+  return `${said}; ${not_standing_words(status) || newer ? standing_words(status) : told_words(status)}`;
 }
 
 export class ControlBar {

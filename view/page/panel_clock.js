@@ -14,7 +14,7 @@ export class ClockPanel {
   update(world) {
     this.body.replaceChildren(...world.labs.map((lab) => {
       const s = lab.status;
-      const waits = s ? gate_words(s) : "nothing heard yet";
+      const waits = s ? gate_words(s) : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet";
       return h("div", { class: "lab" }, h("h3", {}, lab.name), facts([
         ["clock", time_words(lab.t_us)],
         ["period", s ? `${s["period"]} of ${s["last_period"]}` + (lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : "") : "–"],
