@@ -8,51 +8,12 @@
 #include <vector>
 
 #include "tests/support/view/browser.hpp"
+#include "tests/support/view/server_bench.hpp"
 
 namespace arkmesh::tests {
 namespace {
 
 using nlohmann::json;
-
-struct TestDesk final : view::Desk {
-  json about() override { return {{"mode", "live"}, {"labs", {"a", "b"}}, {"control", true}}; }
-  void command(const json& what, view::Answer& answer) override {
-    commands.push_back(what);
-    answer.done();
-  }
-  void request(const json& what, view::Answer& answer) override {
-    if (what.contains("fail")) throw std::runtime_error("This cannot be.");
-    const std::string data(what.value("bytes", std::size_t{4}), 'x');
-    for (int i = 0; i < what.value("count", 1); ++i)
-      if (!answer.message(1, i, "poses", std::as_bytes(std::span(data)))) return answer.refuse("Ask for less.");
-    answer.done({{"count", what.value("count", 1)}});
-  }
-  void refused(const json& what, std::string_view why, const std::string& from) override {
-    refusals.push_back({{"what", what}, {"why", why}, {"from", from}});
-  }
-  void refresh() override { ++refreshed; }
-  std::vector<json> refusals;
-  std::vector<json> commands;
-  int refreshed = 0;
-};
-
-struct ServerBench {
-  boost::asio::io_context loop;
-  TestDesk desk;
-  view::Server server{loop, {.port = 0}, desk};
-
-  std::string token() const {
-    const std::string url = server.url_with_token();
-    return url.substr(url.find("#token=") + 7);
-  }
-  std::uint64_t count(const std::string& name) const { return server.counters()["view." + name]; }
-  void show(const std::string& channel, const std::string& data, int lab = 0, std::int64_t t_us = 1) {
-    server.show(lab, t_us, channel, std::as_bytes(std::span(data)));
-  }
-  bool counts(const std::string& name, std::uint64_t n = 1) {
-    return comes_to(serving(loop), [&] { return count(name) >= n; });
-  }
-};
 
 std::string newest(Browser& browser, const std::string& channel, int lab = 0) {
   std::string out;
@@ -205,30 +166,6 @@ TEST_CASE("only who has shown the token may command, by a message or by a cookie
   CHECK(again.said("hello")["token_ok"] == true);
 }
 
-TEST_CASE("who guesses tokens waits longer each time and is sent away; who has the right one does not wait") {
-  ServerBench bench;
-  Browser guesser(bench.loop, bench.server.port()), other(bench.loop, bench.server.port());
-  REQUIRE(guesser.join() == 101);
-  for (int i = 0; i < 5; ++i) guesser.say({{"token", i}});
-  const auto begun = std::chrono::steady_clock::now();
-  CHECK(comes_to(serving(bench.loop), [&] { return guesser.is_gone(); }));
-  // 50, 100, 200 and 400 ms; the fifth ends it.
-  CHECK(std::chrono::steady_clock::now() - begun >= std::chrono::milliseconds(750));
-  CHECK(bench.count("refused.token") == 5);
-  // The next wrong one of that address is answered after 1.6 s.
-  const std::map<std::string, std::string> own{{"Origin", other.origin()}};
-  Browser wrong(bench.loop, bench.server.port());
-  const std::string body = "guess";
-  wrong.send("POST /token HTTP/1.1\r\nHost: " + wrong.host() + "\r\nOrigin: " + wrong.origin() +
-             "\r\nContent-Length: 5\r\n\r\n" + body);
-  REQUIRE(bench.counts("refused.token", 6));
-  const auto asked = std::chrono::steady_clock::now();
-  CHECK(Browser::status(other.ask("POST /token", own, bench.token())) == 204);
-  CHECK_FALSE(wrong.has_answer());
-  CHECK(Browser::status(wrong.heard_next()) == 403);
-  CHECK(std::chrono::steady_clock::now() - asked >= std::chrono::milliseconds(1500));
-}
-
 TEST_CASE("requests are answered in their order; what fails, or is too much, is refused in a sentence") {
   ServerBench bench;
   Browser browser(bench.loop, bench.server.port());
@@ -346,87 +283,6 @@ TEST_CASE("a flood of messages is read slowly, and keeps nobody else waiting") {
   for (int i = 0; i < 2000; ++i) ping += Browser::framed("", 9);
   pings.send(ping);
   CHECK(comes_to(serving(bench.loop), [&] { return pings.is_gone(); }));
-}
-
-// The cookie that a page gets for the token.
-std::string cookie_of(boost::asio::io_context& loop, const view::Server& server) {
-  const std::string url = server.url_with_token();
-  Browser page(loop, server.port());
-  const std::string set =
-      page.ask("POST /token", {{"Origin", page.origin()}}, std::string_view(url).substr(url.find("#token=") + 7));
-  const auto at = set.find("Set-Cookie: ");
-  return at == std::string::npos ? std::string() : set.substr(at + 12, set.find(';', at) - at - 12);
-}
-
-TEST_CASE("so many may watch as was said; who has the token gets the place of the newest who has not") {
-  boost::asio::io_context loop;
-  TestDesk desk;
-  view::Server server(loop, {.port = 0, .max_viewers = 2}, desk);
-  Browser a(loop, server.port()), b(loop, server.port()), c(loop, server.port());
-  CHECK(a.join() == 101);
-  CHECK(b.join() == 101);
-  CHECK(c.join() == 503);
-  CHECK(server.counters()["view.refused.too_many_viewers"] == 1);
-  const std::string cookie = cookie_of(loop, server);
-  REQUIRE_FALSE(cookie.empty());
-  Browser first(loop, server.port()), second(loop, server.port()), third(loop, server.port());
-  const std::map<std::string, std::string> shown{{"Origin", a.origin()}, {"Cookie", cookie}};
-  CHECK(first.join(shown) == 101);
-  CHECK(comes_to(serving(loop), [&] { return b.is_gone(); }));
-  CHECK_FALSE(a.is_gone());
-  CHECK(second.join(shown) == 101);
-  CHECK(comes_to(serving(loop), [&] { return a.is_gone(); }));
-  CHECK(server.counters()["view.sent_away.made_way"] == 2);
-  // Now all have it: nobody makes way.
-  CHECK(third.join(shown) == 503);
-  CHECK_FALSE(first.is_gone());
-  CHECK(server.viewers() == 2);
-}
-
-TEST_CASE("however many connections strangers hold, the operator's page opens and commands") {
-  boost::asio::io_context loop;
-  TestDesk desk;
-  view::Server server(loop, {.port = 0, .max_viewers = 2}, desk);
-  std::vector<std::unique_ptr<Browser>> strangers;
-  const auto one_more = [&] {
-    strangers.push_back(std::make_unique<Browser>(loop, server.port()));
-    serving(loop)();
-  };
-  for (int i = 0; i < 2; ++i) {
-    one_more();
-    CHECK(strangers.back()->join() == 101);
-  }
-  for (int i = 0; i < 60; ++i) one_more();
-  CHECK(server.counters()["view.sent_away.made_way"] == 60 + 2 - 34);
-  CHECK_FALSE(strangers.front()->is_gone());  // those that watch stay
-  Browser page(loop, server.port());
-  CHECK(Browser::status(page.ask("GET /")) == 200);
-  const std::string cookie = cookie_of(loop, server);
-  const std::map<std::string, std::string> shown{{"Origin", page.origin()}, {"Cookie", cookie}};
-  CHECK(Browser::status(page.ask("GET /about.json", shown)) == 200);
-  // From now on this connection is the operator's, and stays whoever comes.
-  for (int i = 0; i < 60; ++i) one_more();
-  CHECK_FALSE(page.is_gone());
-  Browser operators(loop, server.port());
-  REQUIRE(operators.join(shown) == 101);
-  operators.say({{"command", {{"name", "stop"}}}});
-  CHECK(operators.hears("done"));
-  CHECK(desk.commands.size() == 1);
-}
-
-TEST_CASE("as long as all who are there have the token, nobody makes way for one more connection") {
-  boost::asio::io_context loop;
-  TestDesk desk;
-  view::Server server(loop, {.port = 0, .max_viewers = 1}, desk);
-  const std::string cookie = cookie_of(loop, server);
-  std::vector<std::unique_ptr<Browser>> pages;
-  for (int i = 0; i < 33; ++i) {
-    pages.push_back(std::make_unique<Browser>(loop, server.port()));
-    CHECK(Browser::status(pages.back()->ask("GET /about.json", {{"Cookie", cookie}})) == 200);
-  }
-  Browser late(loop, server.port());
-  CHECK(comes_to(serving(loop), [&] { return late.is_gone(); }));
-  CHECK(server.counters()["view.refused.too_many_connections"] == 1);
 }
 
 TEST_CASE("when the port is taken the next one is, and beyond loopback there is nothing without a key") {
