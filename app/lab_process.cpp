@@ -75,7 +75,12 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   bool moves = false;
   std::string_view outcome = runner.outcome();
   for (TimePoint before = time_.now();;) {
-    if (stop.stopped()) runner.stop("stopped by the operator");
+    if (stop.stopped()) {
+      if (const char* const failure = stop.failure())
+        runner.fail(failure);
+      else
+        runner.stop("stopped by the operator");
+    }
     const auto stepped = step();
     if (stepped == lab::Runner::Step::ended) break;
     if (std::exchange(outcome, runner.outcome()) != runner.outcome()) save_result();

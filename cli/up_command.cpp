@@ -54,7 +54,10 @@ class Group {
     while (goes_on()) {
       children_.serve(100ms);
       for (LabOfFile& lab : labs_) look_after(lab);
-      if (stop.stopped() || (end_at_ && Clock::now() >= *end_at_)) stop_labs();
+      if (stop.stopped())
+        stop_labs(SIGTERM);
+      else if (end_at_ && Clock::now() >= *end_at_)
+        stop_labs(group_failed_signal);
     }
     for (const LabOfFile& lab : labs_) children_.signal(lab.gateway, SIGTERM);
     for (const auto until = Clock::now() + 5s; Clock::now() < until && !all_ended();) children_.serve(100ms);
@@ -97,10 +100,10 @@ class Group {
     }
   }
 
-  void stop_labs() {
+  void stop_labs(int signal) {
     if (stopped_) return;
     stopped_ = true;
-    for (const LabOfFile& lab : labs_) children_.signal(lab.lab, SIGTERM);
+    for (const LabOfFile& lab : labs_) children_.signal(lab.lab, signal);
   }
 
   bool goes_on() const {

@@ -8,6 +8,8 @@ class StopRequest {
   virtual ~StopRequest() = default;
   // True from the moment on when somebody has wished it. Quick: loops ask in each turn.
   virtual bool stopped() = 0;
+  // Why it is no operator's wish but a failure elsewhere, one sentence; null: an operator wishes it.
+  virtual const char* failure() { return nullptr; }
 };
 
 // For work that nobody can stop. Lives as long as the process.

@@ -42,6 +42,10 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id,
   it->second.status = now;
   it->second.state = hal::printable(status.state, longest_words);
   it->second.failed = status.outcome == lab_status_t::failed || status.outcome == lab_status_t::stopped;
+  if (status.outcome == lab_status_t::open)
+    it->second.over.reset();
+  else if (!it->second.over)
+    it->second.over = now;
 }
 
 void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
@@ -91,6 +95,7 @@ std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const
     case Life::link_down:
       return p.why.empty() ? "link down" : fmt::format("link down ({})", p.why);
     case Life::unknown:
+      if (p.over) return fmt::format("its run is over ({})", without_explanation(p.state));
       return met(peer, now) ? fmt::format("it runs, but has not joined this run ({})", without_explanation(p.state))
                             : "not started yet";
     case Life::dead:

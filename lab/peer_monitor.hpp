@@ -36,6 +36,8 @@ class PeerMonitor {
   Life life(std::string_view peer, bool bound, Now now) const;
   // Since when a peer whose states do not count has given signs of life without a break; none when it gives none.
   std::optional<Now> met(std::string_view peer, Now now) const;
+  // Since when a peer's newest status says that its run is over, whether or not it has said anything since.
+  std::optional<Now> over(std::string_view peer) const { return peers_.find(peer)->second.over; }
   // Its life in words: "link down (connection refused)", "not started yet", "silent for 6 s".
   std::string words(std::string_view peer, bool bound, Now now) const;
   const hal::Counters& counters() const { return counters_; }
@@ -45,7 +47,8 @@ class PeerMonitor {
     std::optional<Now> status, up;  // when last heard; since when the link is up
     Now met{0};                     // when the first status came after a silence
     std::string state, why;
-    bool failed = false;  // it said so, or that its operator stopped it
+    bool failed = false;      // it said so, or that its operator stopped it
+    std::optional<Now> over;  // since when it has said that its run is over
   };
   std::string lab_;
   std::map<std::string, Peer, std::less<>> peers_;
