@@ -33,15 +33,15 @@ def events(path):
 
 
 def types():
-    """Our message classes by fingerprint, the 8 bytes that every message begins with."""
+    """Our message classes by fingerprint, the 8 bytes that every message begins with: today's, then those of former versions, which may lack fields."""
     if not types.known:
         if not TYPES_DIR.is_dir():
             raise SystemExit(f"The message types are not in {TYPES_DIR}: run scripts/build first.")
         sys.path.insert(0, str(TYPES_DIR))
-        package = importlib.import_module("arkmesh")
-        for module in pkgutil.iter_modules(package.__path__):
-            cls = getattr(importlib.import_module("arkmesh." + module.name), module.name)
-            types.known[cls._get_packed_fingerprint()] = cls
+        for name in ("arkmesh", *sorted(former.name for former in TYPES_DIR.glob("arkmesh_former_*"))):
+            for module in pkgutil.iter_modules(importlib.import_module(name).__path__):
+                cls = getattr(importlib.import_module(f"{name}.{module.name}"), module.name)
+                types.known.setdefault(cls._get_packed_fingerprint(), cls)
     return types.known
 
 

@@ -142,9 +142,11 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
   for (const Stream& stream : streams)
     for (std::size_t i = 0; i < stream.channels.size(); ++i)
       if (stream.channels[i].type && stream.channels[i].refused > 0)  // else it is in the run's own notes
-        out.notes.push_back(fmt::format(
-            "{}: {} messages on {} are damaged or of a type that this version does not know, and are left out",
-            stream.lab->name, stream.channels[i].refused, stream.lab->log->channels()[i]));
+        out.notes.push_back(
+            fmt::format("{}: {} messages on {} are damaged, of a type that this version does not know or of another "
+                        "version than those "
+                        "before them, and are left out",
+                        stream.lab->name, stream.channels[i].refused, stream.lab->log->channels()[i]));
   out.summary = fmt::format("{} channels with {} messages", mcap.channels(), mcap.messages());
   return out;
 }

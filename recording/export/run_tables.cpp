@@ -72,13 +72,15 @@ void write_messages(const RecordedLab& lab, const std::string& group, TableSink&
       if (which == Which::all || has_texts(*type))
         channel.tables = std::make_unique<MessageTables>(sink, group, channel.name, *type);
     }
-    const std::string_view why =
-        !type || type != channel.type ? "are of a type that this version does not know" : check(*type, message);
+    const std::string_view damage = type ? check(*type, message) : std::string_view();
+    const std::string why = !type                  ? "are of a type that this version does not know"
+                            : type != channel.type ? "are of another version than those before them"
+                            : !damage.empty()      ? fmt::format("are damaged ({})", damage)
+                                                   : "";
     if (why.empty() && channel.tables)
       channel.tables->add(entry.t_us, message);
     else if (!why.empty())
-      ++channel.refused[why == "are of a type that this version does not know" ? std::string(why)
-                                                                               : fmt::format("are damaged ({})", why)];
+      ++channel.refused[why];
   }
   // channels of which nothing is known are in the run's own notes
   for (std::size_t i = 0; i < channels.size(); ++i)
