@@ -15,7 +15,7 @@
 #include "app/batch_manifest.hpp"
 #include "app/plain_json.hpp"
 #include "hal/config.hpp"
-#include "lab/result_file.hpp"
+#include "hal/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -74,7 +74,7 @@ BatchFolder::BatchFolder(fs::path directory, const nlohmann::json& manifest, Use
     const std::string why = difference(read_json(file), manifest, use == Use::looking);
     if (!why.empty())
       throw hal::ConfigError(fmt::format("{}: {}; give another folder with --out", directory_.string(), why));
-  } else if (const int failed = lab::replace_json(file, manifest); failed != 0 && !fs::exists(file, error)) {
+  } else if (const int failed = hal::replace_json(file, manifest); failed != 0 && !fs::exists(file, error)) {
     throw std::runtime_error(fmt::format("{} cannot be written: {}", file.string(), std::strerror(failed)));
   }
 }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "app/plain_json.hpp"
+#include "hal/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -43,11 +44,12 @@ void take_lab(const std::string& lab, const nlohmann::json& said, std::map<std::
 }  // namespace
 
 bool read_row(const fs::path& directory, BatchRow& row) {
-  const nlohmann::json result = read_json(directory / "result.json");
-  if (!result.is_object() || text_in(result, "state") == "running") return false;
+  const hal::ResultFile file(directory);
+  if (!file.exists() || file.outcome() == hal::Outcome::running) return false;
+  const nlohmann::json& result = file.content();
   row.state = state_of_run(directory);
-  row.why = text_in(result, "ended");
-  row.final_hash = text_in(result, "final_hash");
+  row.why = file.ended();
+  row.final_hash = file.text("final_hash");
   take_numbers(object_in(result, "counts"), "", row.counts);
   for (const char* key : {"periods", "duration_s"})
     if (result.contains(key) && result.at(key).is_number()) row.numbers[key] = written(result.at(key));

@@ -9,8 +9,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "hal/result_file.hpp"
 #include "lab/result.hpp"
-#include "lab/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -92,7 +92,7 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   if (page_) page_->count();
   nlohmann::json running = labs_.front()->lab.facts();
   running.erase("lab");
-  lab::save_running(directory / "result.json", std::move(running));
+  hal::save_running(directory / "result.json", std::move(running));
   for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 
@@ -219,7 +219,7 @@ nlohmann::json JointRun::save(double wall_s) const {
   nlohmann::json result = lab::joint_result(results);
   result["wall"] = {{"total_s", wall_s}, {"speed", wall_s > 0 ? result.at("duration_s").get<double>() / wall_s : 0}};
   join_hashes(labs, directory_);
-  lab::save_json(directory_ / "result.json", result);
+  hal::save_json(directory_ / "result.json", result);
   return result;
 }
 

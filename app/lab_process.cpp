@@ -73,7 +73,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
   lab::Runner& runner = lab_.runner();
   const double period_s = static_cast<double>(lab_.config().period.count()) * 1e-6;
   bool moves = false;
-  std::string_view outcome = runner.outcome();
+  hal::Outcome outcome = lab::outcome_of(runner);
   for (TimePoint before = time_.now();;) {
     if (stop.stopped()) {
       if (const char* const failure = stop.failure())
@@ -83,7 +83,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
     }
     const auto stepped = step();
     if (stepped == lab::Runner::Step::ended) break;
-    if (std::exchange(outcome, runner.outcome()) != runner.outcome()) save_result();
+    if (std::exchange(outcome, lab::outcome_of(runner)) != lab::outcome_of(runner)) save_result();
     const TimePoint then = wanted_at(stepped), between = time_.now();
     serve_until(then);
     const TimePoint after = time_.now();
@@ -91,7 +91,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
       (then > between ? wall_.waiting_s : wall_.computing_s) += std::chrono::duration<double>(after - before).count();
     before = after;
     // From the first period until the last is complete; the lingering for slow peers afterwards is no part of the run.
-    moves = runner.period() > 0 && runner.outcome_code() == lab_status_t::open;
+    moves = runner.period() > 0 && lab::outcome_of(runner) == hal::Outcome::running;
     progress.show(runner.period(), runner.last_period(), period_s, runner.state_text());
   }
   progress.done();

@@ -1,6 +1,6 @@
 #include "app/plain_json.hpp"
 
-#include "recording/whole_file.hpp"
+#include "hal/whole_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -16,7 +16,7 @@ const nlohmann::json* member(const nlohmann::json& object, const char* key) {
 }  // namespace
 
 nlohmann::json read_json(const std::filesystem::path& file) {
-  const auto text = recording::whole_file(file, max_bytes);
+  const auto text = hal::whole_file(file, max_bytes);
   nlohmann::json out = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
   return out.is_discarded() ? nlohmann::json() : out;
 }

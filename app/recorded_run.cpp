@@ -47,31 +47,31 @@ std::vector<std::vector<std::string>> hash_rows(const fs::path& file) {
 }  // namespace
 
 RecordedRun::RecordedRun(const fs::path& place, std::optional<std::size_t> index)
-    : folder_(folder_of(place, index)), result_(read_json(folder_ / "result.json")) {
-  if (!result_.is_object() || !result_.contains("labs"))
+    : folder_(folder_of(place, index)), result_(folder_) {
+  if (!result_.exists() || !result_.content().contains("labs"))
     throw hal::ConfigError(fmt::format("{} holds no result.json of a run", folder_.string()));
-  const std::string state = text_in(result_, "state");
-  if (state == "running")
+  const auto outcome = result_.outcome();
+  if (outcome == hal::Outcome::running)
     throw hal::ConfigError(fmt::format(
         "the run of {} still goes on, or was killed, so there is no result to compare with", folder_.string()));
-  if (state != "finished" && state != "failed")
+  if (outcome != hal::Outcome::finished && outcome != hal::Outcome::failed)
     throw hal::ConfigError(fmt::format("the run of {} is {}, so there is no result to compare with", folder_.string(),
-                                       state.empty() ? "of an unknown state" : state));
-  if (text_in(result_, "gate") != "strict")
+                                       outcome ? result_.text("state") : "of an unknown state"));
+  if (result_.text("gate") != "strict")
     throw hal::ConfigError(
         fmt::format("the run of {} kept real time, and real time does not repeat itself", folder_.string()));
   find_labs();
 }
 
 void RecordedRun::find_labs() {
-  const nlohmann::json& labs = result_.at("labs");
+  const nlohmann::json& labs = result_.content().at("labs");
   const bool are_names = labs.is_array() && !labs.empty() && std::ranges::all_of(labs, [](const nlohmann::json& lab) {
                            return lab.is_string() && !lab.get<std::string>().empty() &&
                                   lab.get<std::string>().find('/') == std::string::npos;
                          });
   if (!are_names) throw hal::ConfigError(fmt::format("{} names no labs", (folder_ / "result.json").string()));
   // one lab's own result names it, and the others lie beside
-  const std::string own = text_in(result_, "lab");
+  const std::string own = result_.text("lab");
   const bool is_lab = !own.empty() && !fs::is_directory(folder_ / own);
   for (const std::string lab : labs) {
     const fs::path folder = !is_lab      ? folder_ / lab
@@ -98,10 +98,11 @@ std::vector<std::string> RecordedRun::changes() const {
     return fmt::format("{} (commit {})", text_in(facts, "arkmesh", "?"),
                        text_in(object_in(facts, "versions"), "commit", "?").substr(0, 12));
   };
-  if (version(result_) != version(now))
-    out.push_back(fmt::format("the run is of arkmesh {}, and this is {}", version(result_), version(now)));
+  if (version(result_.content()) != version(now))
+    out.push_back(fmt::format("the run is of arkmesh {}, and this is {}", version(result_.content()), version(now)));
   for (std::size_t i = 0; i < lab_folders_.size(); ++i) {
-    const nlohmann::json result = read_json(lab_folders_[i] / "result.json"), &hashes = object_in(result, "hashes");
+    const hal::ResultFile result(lab_folders_[i]);
+    const nlohmann::json& hashes = object_in(result.content(), "hashes");
     const auto config = hal::Config::from_file(config_files_[i]);
     const auto program = config.root().section("arena").section("ode").get("controller", fs::path());
     for (const fs::path& file : {fs::path(config_files_[i]), program})

@@ -3,13 +3,12 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/plain_json.hpp"
 #include "hal/config.hpp"
+#include "hal/result_file.hpp"
 
 namespace arkmesh::app {
 
@@ -22,7 +21,7 @@ class RecordedRun {
   const std::vector<std::string>& config_files() const { return config_files_; }
   // Of every lab; no message log is written, and nothing else is changed.
   std::vector<hal::Config> configs() const;
-  std::string final_hash() const { return text_in(result_, "final_hash"); }
+  std::string final_hash() const { return result_.text("final_hash"); }
   // In words, what is not as it was: this program, or files that the run was made from. Empty: nothing.
   std::vector<std::string> changes() const;
   // Where a run in `folder` first differs, by the joint hash.csv: "period 17, lab shark"; empty when that does not
@@ -33,7 +32,7 @@ class RecordedRun {
   void find_labs();
 
   std::filesystem::path folder_;
-  nlohmann::json result_;
+  hal::ResultFile result_;
   std::vector<std::filesystem::path> lab_folders_;
   std::vector<std::string> config_files_;
 };

@@ -20,8 +20,8 @@
 
 #include "app/joint_run.hpp"
 #include "app/plain_json.hpp"
+#include "hal/result_file.hpp"
 #include "lab/result.hpp"
-#include "lab/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -29,10 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kept_output = 16 << 10;  // of what a run prints
-
-nlohmann::json read_result(const fs::path& directory) {
-  return read_json(directory / "result.json");
-}
 
 // Counters of tables that were cut ("shark.recorder.not_recorded.disk_full").
 bool lost_records(const nlohmann::json& result) {
@@ -44,14 +40,13 @@ bool lost_records(const nlohmann::json& result) {
 
 // Of a run that could say nothing itself. On a full disk there is none.
 void save_failure(const RunTask& task, const std::string& why) {
-  nlohmann::json result = read_result(task.directory);
-  if (!result.is_object()) result = lab::program_facts();
+  const hal::ResultFile begun(task.directory);
+  nlohmann::json result = begun.exists() ? begun.content() : lab::program_facts();
   result["seed"] = task.seed;
-  result["state"] = "failed";
-  result["ended"] = why;
+  hal::set_outcome(result, hal::Outcome::failed, why);
   std::error_code error;
   fs::create_directories(task.directory, error);
-  lab::replace_json(task.directory / "result.json", result);
+  hal::replace_json(task.directory / "result.json", result);
 }
 
 int refuse(const RunTask& task, const std::string& why, int code) {
@@ -82,10 +77,12 @@ std::string death_of(int status) {
 }  // namespace
 
 RunState state_of_run(const fs::path& directory) {
-  const nlohmann::json result = read_result(directory);
-  if (!result.is_object() || lost_records(result)) return RunState::missing;
-  const std::string state = text_in(result, "state");
-  return state == "finished" ? RunState::finished : state == "failed" ? RunState::failed : RunState::missing;
+  const hal::ResultFile result(directory);
+  if (lost_records(result.content())) return RunState::missing;
+  const auto outcome = result.outcome();
+  return outcome == hal::Outcome::finished ? RunState::finished
+         : outcome == hal::Outcome::failed ? RunState::failed
+                                           : RunState::missing;
 }
 
 int run_task(const RunTask& task, hal::StopRequest& stop) try {
@@ -94,8 +91,8 @@ int run_task(const RunTask& task, hal::StopRequest& stop) try {
   JointRun run(read_labs(task.labs, task.seed), task.directory, JointRun::Folder::of_batch);
   const nlohmann::json result = run.run(stop, nullptr);
   if (run.finished()) return 0;
-  fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), result.at("ended").get<std::string>());
-  return result.at("state") == "stopped" ? 3 : 1;
+  fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), hal::ended_in(result));
+  return hal::outcome_in(result) == hal::Outcome::stopped ? 3 : 1;
 } catch (const hal::ConfigError& e) {
   return refuse(task, e.what(), 2);
 } catch (const fs::filesystem_error& e) {
@@ -173,7 +170,7 @@ RunPool::Ended RunPool::conclude(Running& run, int status) {
   ::close(run.out);
   RunState state = state_of_run(run.task.directory);
   const bool stopped = WIFEXITED(status) && WEXITSTATUS(status) == 3;
-  const bool disk_full = lost_records(read_result(run.task.directory)) || !has_room(run.task.directory);
+  const bool disk_full = lost_records(hal::ResultFile(run.task.directory).content()) || !has_room(run.task.directory);
   if (state == RunState::missing && !stopped && !disk_full) save_failure(run.task, death_of(status));
   if (state != RunState::finished && disk_full) {
     // what a full disk did to it says nothing about the run

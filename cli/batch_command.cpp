@@ -17,7 +17,7 @@
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "cli/slurm_array.hpp"
-#include "lab/result_file.hpp"
+#include "hal/result_file.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -96,7 +96,7 @@ int run_one(app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) 
     return 0;
   }
   const app::RunTask task = batch.task(run);
-  if (const std::string other = lab::running_in(task.directory); !other.empty())
+  if (const std::string other = hal::ResultFile(task.directory).goes_on_in_words(); !other.empty())
     throw hal::ConfigError(fmt::format("run {}: {} is the folder of {}", run, task.directory.string(), other));
   return app::run_task(task, stop);
 }

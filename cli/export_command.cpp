@@ -109,7 +109,7 @@ void add_export_command(CLI::App& app) {
       export_run(*options);
     } catch (const recording::Stopped& why) {
       fmt::print(stderr, "arkmesh: {}\n", why.what());
-      throw CLI::RuntimeError(exit_code("stopped"));
+      throw CLI::RuntimeError(exit_code(hal::Outcome::stopped));
     }
   });
 }

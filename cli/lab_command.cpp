@@ -40,7 +40,7 @@ int run(const LabOptions& options) {
   const lab::Runner& runner = process.lab().runner();
   if (!runner.finished()) {
     progress.say(fmt::format("arkmesh: lab {} ended early: {}", name, runner.reason()));
-    return exit_code(runner.outcome());
+    return exit_code(lab::outcome_of(runner));
   }
   fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", name, runner.period(),
              lab::hash_text(runner.final_hash()), directory.string());

@@ -59,7 +59,7 @@ int stand_in(const MarkOptions& options) {
   }
   if (runner.finished()) return 0;
   if (!original.conflict().empty()) throw hal::ConfigError(original.conflict());
-  return exit_code(runner.outcome());
+  return exit_code(lab::outcome_of(runner));
 }
 
 }  // namespace

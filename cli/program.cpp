@@ -135,8 +135,8 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
   }
 }
 
-int exit_code(std::string_view outcome) {
-  return outcome == "finished" ? 0 : outcome == "stopped" ? 3 : 1;
+int exit_code(hal::Outcome outcome) {
+  return outcome == hal::Outcome::finished ? 0 : outcome == hal::Outcome::stopped ? 3 : 1;
 }
 
 CLI::App* add_command(CLI::App& app, const char* name) {

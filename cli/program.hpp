@@ -3,10 +3,10 @@
 
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "cli/command_table.hpp"
+#include "hal/outcome.hpp"
 
 namespace CLI {
 class App;
@@ -24,8 +24,8 @@ struct OwnCommand {
 // exit code stay the caller's own. Returns the exit code; every failure is one sentence.
 int main(int argc, char** argv, std::span<const OwnCommand> own);
 
-// Of a command that ran labs whose outcome is "finished", "stopped" or "failed" (lab::Runner::outcome).
-int exit_code(std::string_view outcome);
+// Of a command that ran labs, or did something else, with this outcome.
+int exit_code(hal::Outcome outcome);
 
 // Adds the command of the table; whoever calls it adds its options and what it does.
 CLI::App* add_command(CLI::App& app, const char* name);

@@ -64,7 +64,7 @@ int rerun(const RerunOptions& options) {
   app::JointRun run(recorded.configs(), directory);
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
-  if (stop.stopped()) return exit_code("stopped");
+  if (stop.stopped()) return exit_code(hal::Outcome::stopped);
   const std::string now = result.at("final_hash").get<std::string>();
   const bool is_equal = now == recorded.final_hash();
   fmt::print("{}: final hash {}", is_equal ? "equal" : "different", now);

@@ -21,6 +21,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/result_file.hpp"
 #include "lab/run_folder.hpp"
 
 namespace arkmesh::cli {
@@ -52,8 +53,8 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
   ProgressLine progress(run.names());
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
-    progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), result.at("ended").get<std::string>()));
-    return exit_code(result.at("state").get<std::string>());
+    progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), hal::ended_in(result)));
+    return exit_code(hal::outcome_in(result).value_or(hal::Outcome::failed));
   }
   const nlohmann::json& wall = result.at("wall");
   fmt::print("{}, seed {}: {:.0f} s simulated in {:.1f} s ({:.0f}x), final hash {}\n", run.names(),
@@ -104,7 +105,9 @@ int run_batch(const RunOptions& options, const std::filesystem::path& directory,
   const std::filesystem::path table = directory / "seeds.csv";
   save_seeds(tasks, table);
   fmt::print("{} runs, {} failed; table in {}\n", tasks.size(), failed, table.string());
-  return exit_code(stop.stopped() ? "stopped" : failed == 0 && !pool.halted() ? "finished" : "failed");
+  return exit_code(stop.stopped()                  ? hal::Outcome::stopped
+                   : failed == 0 && !pool.halted() ? hal::Outcome::finished
+                                                   : hal::Outcome::failed);
 }
 
 int run(const RunOptions& options) {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "hal/loss.hpp"
-#include "lab/result_file.hpp"
+#include "hal/result_file.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -55,12 +55,25 @@ nlohmann::json run_facts(const RunConfig& config, const std::string& effective_c
   j["hashes"]["config.toml"] = hash_text(fingerprint(effective_config));
   if (const std::string hash = file_hash(controller); !hash.empty()) j["hashes"][controller.filename().string()] = hash;
   j["started"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  j["process"] = own_process();
+  j["process"] = hal::own_process();
   j["lab"] = config.lab;
   j["labs"] = config.labs;
   j["scenario"] = config.scenario;
   j["seed"] = config.seed;
   return j;
+}
+
+hal::Outcome outcome_of(const Runner& run) {
+  switch (run.outcome_code()) {
+    case lab_status_t::finished:
+      return hal::Outcome::finished;
+    case lab_status_t::stopped:
+      return hal::Outcome::stopped;
+    case lab_status_t::failed:
+      return hal::Outcome::failed;
+    default:
+      return hal::Outcome::running;
+  }
 }
 
 nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
@@ -70,8 +83,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
   nlohmann::json j = std::move(facts);
   j["gate"] = run.strict() ? "strict" : "free";
-  j["state"] = run.outcome();
-  j["ended"] = run.reason().empty() ? std::string(run.outcome()) : run.reason();
+  hal::set_outcome(j, outcome_of(run), run.reason());
   j["periods"] = run.period();
   j["duration_s"] = lab_s;
   j["final_hash"] = hash_text(run.final_hash());
@@ -105,20 +117,19 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
 
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
   nlohmann::json joint;
-  for (const char* key : {"arkmesh", "versions", "started", "process", "labs", "scenario", "seed", "gate", "state",
-                          "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts"})
+  for (const char* key : {"arkmesh", "versions", "started", "process", "labs", "scenario", "seed", "gate", "periods",
+                          "duration_s", "final_hash", "hash_by_lab", "counts"})
     joint[key] = labs.front().at(key);
+  hal::set_outcome(joint, hal::outcome_in(labs.front()).value_or(hal::Outcome::failed), hal::ended_in(labs.front()));
   joint["drops"] = nlohmann::json::object();
   for (const nlohmann::json& lab : labs) {
     const std::string name = lab.at("lab");
-    if (lab.at("state") != "finished") {
-      if (joint["state"] != "failed") joint["state"] = lab.at("state");
-      joint["ended"] = name + ": " + lab.at("ended").get<std::string>();
-    }
+    if (const auto outcome = hal::outcome_in(lab); outcome && outcome != hal::Outcome::finished)
+      hal::set_outcome(joint, hal::outcome_in(joint) == hal::Outcome::failed ? hal::Outcome::failed : *outcome,
+                       name + ": " + hal::ended_in(lab));
     for (const auto& [what, n] : lab.at("drops").items()) joint["drops"][name + "." + what] = n;
-    joint["by_lab"][name] = {{"counts", lab.at("counts")},     {"counters", lab.at("counters")},
-                             {"exchange", lab.at("exchange")}, {"wall", lab.at("wall")},
-                             {"peers", lab.at("peers")},       {"between_labs", lab.at("between_labs")}};
+    for (const char* key : {"counts", "counters", "exchange", "wall", "peers", "between_labs"})
+      joint["by_lab"][name][key] = lab.at(key);
   }
   return joint;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/outcome.hpp"
 #include "lab/runner.hpp"
 
 namespace arkmesh::lab {
@@ -32,6 +33,8 @@ std::string file_hash(const std::filesystem::path& file);
 // empty when there is no such file.
 nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
                          const std::filesystem::path& controller);
+// What came of the run; it is known before the lab has told everybody.
+hal::Outcome outcome_of(const Runner& run);
 // `facts` are those of the run.
 nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
                           const std::map<std::string, Traffic>& between_labs);

@@ -11,8 +11,8 @@
 #include <ctime>
 #include <fstream>
 
+#include "hal/result_file.hpp"
 #include "lab/result.hpp"
-#include "lab/result_file.hpp"
 
 namespace arkmesh::lab {
 
@@ -50,13 +50,25 @@ void make_room(const fs::path& file) {
   ::close(descriptor);
 }
 
+// In the folders of `directory`, and in those of their labs.
+void mark_killed_in(const fs::path& directory) {
+  std::error_code error;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code unknown;
+    if (!entry->is_directory(unknown)) continue;
+    hal::ResultFile result(entry->path());
+    if (!result.mark_killed()) continue;
+    for (const std::string& lab : result.labs()) hal::ResultFile(entry->path() / lab).mark_killed();
+  }
+}
+
 }  // namespace
 
 RunFolder::RunFolder(const fs::path& directory, const std::string& effective_config, hal::Recorder::Options options,
                      const nlohmann::json& facts)
     : recorder_(take(directory), wall_utime(), options), reserve_(directory / "reserve.tmp") {
   std::ofstream(directory / "config.toml") << effective_config;
-  save_running(directory / "result.json", facts);
+  hal::save_running(directory / "result.json", facts);
   make_room(reserve_);
 }
 
@@ -67,10 +79,10 @@ RunFolder::~RunFolder() {
 
 void RunFolder::save_result(const nlohmann::json& result) const {
   const fs::path file = directory() / "result.json";
-  if (replace_json(file, result) == 0) return;
+  if (hal::replace_json(file, result) == 0) return;
   std::error_code gone;
   fs::remove(reserve_, gone);
-  save_json(file, result);
+  hal::save_json(file, result);
 }
 
 void RecorderConfig::fields(const hal::Section& recorder) {
@@ -94,9 +106,9 @@ fs::path default_run_directory(const std::string& name) {
 void claim_run_folder(const fs::path& directory, bool force) {
   std::error_code error;
   const fs::path own = fs::absolute(directory / "").lexically_normal().parent_path();
-  mark_killed_beside(own);
+  mark_killed_in(own.parent_path());
   if (fs::exists(own, error) && !fs::is_empty(own, error)) {
-    if (const std::string run = running_in(own); !run.empty())
+    if (const std::string run = hal::ResultFile(own).goes_on_in_words(); !run.empty())
       throw hal::ConfigError(
           fmt::format("{} is the folder of {}; give another one with --out", directory.string(), run));
     if (!force)

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "recording/whole_file.hpp"
+#include "hal/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -63,7 +63,7 @@ double CsvTable::number(std::size_t column, std::size_t row) const {
 
 CsvTable read_csv_table(const std::filesystem::path& file) {
   CsvTable out;
-  const std::string all = whole_file(file, max_bytes).value_or("");
+  const std::string all = hal::whole_file(file, max_bytes).value_or("");
   std::size_t at = 0;
   std::vector<std::string> values;
   if (!read_row(all, at, values)) return out;

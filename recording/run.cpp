@@ -2,20 +2,16 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <limits>
 #include <map>
 #include <stdexcept>
 
 #include "hal/config.hpp"
+#include "hal/result_file.hpp"
 #include "recording/message.hpp"
-#include "recording/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -23,18 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_labs = 64;
-constexpr std::uintmax_t max_result_bytes = 16 << 20;
-
-nlohmann::json json_of(const fs::path& file) {
-  const auto text = whole_file(file, max_result_bytes);
-  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
-}
-
-std::string text_of(const nlohmann::json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
 // Links that lead in circles and what may not be looked at are none. `error` is of the folder itself.
 std::vector<fs::path> folders_in(const fs::path& folder, std::error_code& error) {
   std::vector<fs::path> out;
@@ -71,19 +55,11 @@ std::string configs_without_log(const fs::path& folder) {
   return fs::is_regular_file(folder / "config.toml", error) ? (folder / "config.toml").string() : std::string();
 }
 
-// Whether the process that a result.json calls running still writes to the log.
+// Whether the lab still writes to the log. Of a run on another machine only the file's age tells.
 bool is_written(const RecordedLab& lab) {
-  const nlohmann::json result = json_of(lab.folder / "result.json");
-  if (text_of(result, "state") != "running") return false;
-  char host[256] = {};
-  ::gethostname(host, sizeof host - 1);
-  const auto process = result.find("process");
-  if (process != result.end() && text_of(*process, "host") == host) {
-    const auto pid = process->find("pid");
-    if (pid != process->end() && pid->is_number_integer() && pid->get<std::int64_t>() > 1 &&
-        pid->get<std::int64_t>() <= std::numeric_limits<pid_t>::max())
-      return ::kill(static_cast<pid_t>(pid->get<std::int64_t>()), 0) == 0 || errno == EPERM;
-  }
+  using Runs = hal::ResultFile::Runs;
+  const Runs runs = hal::ResultFile(lab.folder).runs();
+  if (runs != Runs::unknown) return runs == Runs::yes;
   std::error_code error;
   const auto written = fs::last_write_time(lab.log->file(), error);
   return !error && fs::file_time_type::clock::now() - written < std::chrono::minutes(1);
@@ -130,8 +106,9 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
   for (const fs::path& each : folders) {
     RecordedLab lab;
     lab.folder = each;
-    lab.result = json_of(each / "result.json");
-    lab.name = text_of(lab.result, "lab");
+    const hal::ResultFile result(each);
+    lab.version = result.text("arkmesh");
+    lab.name = result.text("lab");
     if (lab.name.empty() || lab.name.find('/') != std::string::npos) lab.name = each.filename().string();
     lab.log = std::make_unique<Log>(each / "log.lcm");
     labs_.push_back(std::move(lab));
@@ -182,10 +159,9 @@ std::vector<std::string> Run::notes() const {
       if (types().of_channel(log.channels()[i]) && !type_of(message, types())) strange.push_back(log.channels()[i]);
     }
     if (strange.empty()) continue;
-    const std::string version = text_of(lab.result, "arkmesh");
     out.push_back(fmt::format(
         "{} is of another version of arkmesh{}: its messages on {} are left out, for this is {} and has other types",
-        log.file().string(), version.empty() ? "" : fmt::format(" ({})", version), fmt::join(strange, ", "),
+        log.file().string(), lab.version.empty() ? "" : fmt::format(" ({})", lab.version), fmt::join(strange, ", "),
         ARKMESH_VERSION));
   }
   return out;

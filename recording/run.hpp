@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -18,7 +17,7 @@ struct RecordedLab {
   std::string name;  // as its result says, or of its folder; each once in a run
   std::filesystem::path folder;
   std::unique_ptr<Log> log;
-  nlohmann::json result;  // its result.json; null when there is none
+  std::string version;  // of the arkmesh that made it, as its result says; may be empty
 };
 
 class Run {

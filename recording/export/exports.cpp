@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "hal/whole_file.hpp"
 #include "recording/export/csv.hpp"
 #include "recording/export/hdf5.hpp"
 #include "recording/export/json.hpp"
@@ -12,7 +13,6 @@
 #include "recording/export/names.hpp"
 #include "recording/export/run_tables.hpp"
 #include "recording/export/scene.hpp"
-#include "recording/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -76,7 +76,7 @@ Exported export_hdf5(const Run& run, const std::filesystem::path& file, Watch& w
   const std::vector<std::string> groups = groups_of(run);
   for (std::size_t i = 0; i < groups.size(); ++i)
     for (const char* name : {"config.toml", "result.json"})
-      if (const auto text = whole_file(run.labs()[i].folder / name, max_file_bytes))
+      if (const auto text = hal::whole_file(run.labs()[i].folder / name, max_file_bytes))
         tables.text(groups[i], name, *text);
   tables.finish();
   out.summary = rows_and_tables(tables.tables(), tables.rows());

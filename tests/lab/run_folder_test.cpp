@@ -11,7 +11,7 @@
 #include <iterator>
 #include <string>
 
-#include "lab/result_file.hpp"
+#include "hal/result_file.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;
@@ -28,7 +28,7 @@ nlohmann::json result_in(const std::filesystem::path& folder) {
 }
 
 nlohmann::json facts() {
-  return {{"labs", {"shark"}}, {"process", lab::own_process()}};
+  return {{"labs", {"shark"}}, {"process", hal::own_process()}};
 }
 
 // A process id that is nobody's.
@@ -78,37 +78,27 @@ TEST_CASE("a run that goes on keeps its folder, also by force, and says so in re
 
 TEST_CASE("the next start marks a run whose process is gone as killed") {
   tests::TemporaryDirectory root;
-  nlohmann::json left = {{"state", "running"}, {"labs", {"shark"}}, {"process", lab::own_process()}};
+  nlohmann::json left = {{"state", "running"}, {"labs", {"shark"}}, {"process", hal::own_process()}};
   for (const char* lives : {"lives", "lives/shark"}) {
     std::filesystem::create_directories(root.path() / lives);
-    lab::save_json(root.path() / lives / "result.json", left);
+    hal::save_json(root.path() / lives / "result.json", left);
   }
   nlohmann::json reused = left;  // by this process, which began at another time
   reused["process"]["began_ticks"] = 1;
   std::filesystem::create_directories(root.path() / "reused");
-  lab::save_json(root.path() / "reused" / "result.json", reused);
+  hal::save_json(root.path() / "reused" / "result.json", reused);
   std::filesystem::create_directories(root.path() / "pipe");
   REQUIRE(::mkfifo((root.path() / "pipe" / "result.json").c_str(), 0600) == 0);  // nobody ever writes to it
   left["process"]["pid"] = gone();
   for (const char* dead : {"dead", "dead/shark"}) {
     std::filesystem::create_directories(root.path() / dead);
-    lab::save_json(root.path() / dead / "result.json", left);
+    hal::save_json(root.path() / dead / "result.json", left);
   }
-  lab::save_json(root.path() / "result.json", {{"state", 3}});  // somebody else's
+  hal::save_json(root.path() / "result.json", {{"state", 3}});  // somebody else's
   lab::claim_run_folder(root.path() / "next", false);
   CHECK(result_in(root.path() / "dead").at("state") == "killed");
   CHECK(result_in(root.path() / "dead" / "shark").at("state") == "killed");
   CHECK(result_in(root.path() / "reused").at("state") == "killed");
   CHECK(result_in(root.path() / "lives").at("state") == "running");
   CHECK(result_in(root.path() / "lives" / "shark").at("state") == "running");
-}
-
-TEST_CASE("what is replaced is never half written") {
-  tests::TemporaryDirectory root;
-  const auto file = root.path() / "result.json";
-  CHECK(lab::replace_json(file, {{"n", 1}}) == 0);
-  CHECK(lab::replace_json(root.path() / "nowhere" / "result.json", {}) == ENOENT);
-  std::filesystem::create_directory(file.string() + ".new");  // in the way
-  CHECK(lab::replace_json(file, {{"n", 2}}) != 0);
-  CHECK(result_in(root.path()).at("n") == 1);
 }

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-namespace arkmesh::recording {
+namespace arkmesh::hal {
 
 // Nothing when there is no such file, or it is none of that kind, or it cannot be read.
 std::optional<std::string> whole_file(const std::filesystem::path& file, std::uintmax_t max_bytes);
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal

@@ -1,10 +1,10 @@
-#include "recording/whole_file.hpp"
+#include "hal/whole_file.hpp"
 
 #include <fstream>
 #include <sstream>
 #include <utility>
 
-namespace arkmesh::recording {
+namespace arkmesh::hal {
 
 std::optional<std::string> whole_file(const std::filesystem::path& file, std::uintmax_t max_bytes) {
   std::error_code error;
@@ -17,4 +17,4 @@ std::optional<std::string> whole_file(const std::filesystem::path& file, std::ui
   return std::move(out).str();
 }
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal
