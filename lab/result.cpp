@@ -23,6 +23,31 @@ std::uint64_t fingerprint(const std::string& bytes) {
   return hash;
 }
 
+const char* reason_of(const hal::NotStanding& robot) {
+  switch (robot.why) {
+    case hal::NotStanding::Why::not_told:
+      return "not told";
+    case hal::NotStanding::Why::not_yet:
+      return "not yet";
+    case hal::NotStanding::Why::moving:
+      return "moving";
+    case hal::NotStanding::Why::not_in_sight:
+      return "not in sight";
+  }
+  return "not told";
+}
+
+nlohmann::json pauses_of(const RunRegister& run) {
+  const auto seconds = [](hal::LabTime t) { return static_cast<double>(t.count()) / 1e6; };
+  nlohmann::json out = nlohmann::json::array();
+  for (const RunRegister::Pause& pause : run.pauses()) {
+    nlohmann::json& told = out.emplace_back();
+    told = {{"who", pause.who}, {"from_s", seconds(pause.from)}, {"until_s", nullptr}};
+    if (pause.until) told["until_s"] = seconds(*pause.until);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string hash_text(std::uint64_t hash) {
@@ -91,6 +116,10 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["exchange"] = run.exchange_figures();
   j["counts"] = nlohmann::json::object();
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
+  j["pauses"] = pauses_of(run.run_register());
+  j["not_standing"] = nlohmann::json::array();
+  for (const hal::NotStanding& robot : run.not_standing())
+    j["not_standing"].push_back({{"robot", robot.robot}, {"why", reason_of(robot)}});
   j["drops"] = nlohmann::json::object();
   j["counters"] = nlohmann::json::object();
   const hal::Counters counters = run.drops();
@@ -128,7 +157,8 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
       hal::set_outcome(joint, hal::outcome_in(joint) == hal::Outcome::failed ? hal::Outcome::failed : *outcome,
                        name + ": " + hal::ended_in(lab));
     for (const auto& [what, n] : lab.at("drops").items()) joint["drops"][name + "." + what] = n;
-    for (const char* key : {"counts", "counters", "exchange", "wall", "peers", "between_labs"})
+    for (const char* key :
+         {"counts", "pauses", "not_standing", "counters", "exchange", "wall", "peers", "between_labs"})
       joint["by_lab"][name][key] = lab.at(key);
   }
   return joint;

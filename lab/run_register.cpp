@@ -68,9 +68,11 @@ void RunRegister::update(hal::LabTime now) {
   if (std::exchange(told_, wanted()) != told_) tell({.kind = told_}, now);
 }
 
+// The end leaves open what stands.
 void RunRegister::keep_books(hal::LabTime now) {
+  if (ended_) return;
   for (std::size_t who = 0; who < wishes_.size(); ++who) {
-    const bool keeps = begun_ && !ended_ && wishes_[who].kind != Kind::run;
+    const bool keeps = begun_ && wishes_[who].kind != Kind::run;
     if (open_[who] && (!keeps || pauses_[*open_[who]].who != wishes_[who].name)) {
       pauses_[*open_[who]].until = now;
       open_[who].reset();

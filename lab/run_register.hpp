@@ -22,11 +22,11 @@ class RunRegister {
   using Kind = hal::FleetCommand::Kind;
   // Who may want robots to stand. Of several the first is named.
   enum class Who { operators, safety, lost_peer, scenario };
-  // While the experiment ran.
+  // Within the experiment. What stands at its end stays open.
   struct Pause {
     std::string who;
     hal::LabTime from{0};
-    std::optional<hal::LabTime> until;  // none: it stands
+    std::optional<hal::LabTime> until;  // none: it stands, or stood at the end
   };
 
   // Both outlive it.

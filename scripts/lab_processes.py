@@ -136,7 +136,8 @@ def join_results(results):
     common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts")
     joint = {key: first[key] for key in common if key in first}
     joint["drops"] = {f"{lab}.{name}": n for lab, result in results.items() for name, n in result["drops"].items()}
-    joint["by_lab"] = {lab: {key: result[key] for key in ("counts", "counters", "exchange", "wall", "peers", "between_labs") if key in result} for lab, result in results.items()}
+    joint["by_lab"] = {lab: {key: result[key] for key in ("counts", "pauses", "not_standing", "counters", "exchange", "wall", "peers", "between_labs") if key in result}
+                       for lab, result in results.items()}
     walls = [result["wall"] for result in results.values()]
     joint["wall"] = {"total_s": max(wall["total_s"] for wall in walls), "speed": min(wall["speed"] for wall in walls)}
     return joint

@@ -1,0 +1,112 @@
+// What a lab's result says of who kept its robots still, and of robots that were not seen to stand.
+#include "lab/result.hpp"
+
+#include <doctest/doctest.h>
+
+#include "hal/result_file.hpp"
+#include "tests/lab/runner_bench.hpp"
+
+using namespace arkmesh;
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+namespace {
+
+lab::RunConfig ten_periods() {
+  lab::RunConfig config = tests::config_of_one_lab();
+  config.last_period = 10;
+  return config;
+}
+
+json result_of(const lab::Runner& runner) {
+  return lab::lab_result({{"lab", "a"}}, runner, {}, {});
+}
+
+void go_on_to(tests::Bench& bench, std::uint32_t period) {
+  while (bench.runner.period() < period) {
+    REQUIRE(bench.step() != lab::Runner::Step::ended);
+    REQUIRE(bench.now < 10s);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a result lists who kept robots still and when, in lab time, and leaves open what stood at the end") {
+  tests::Bench bench(ten_periods());
+  go_on_to(bench, 2);
+  CHECK(result_of(bench.runner).at("pauses") == json::array());
+  bench.tell(fleet_command_t::pause);
+  go_on_to(bench, 4);
+  bench.tell(fleet_command_t::run);
+  go_on_to(bench, 6);
+  bench.tell(fleet_command_t::pause);
+  bench.run();
+  const json result = result_of(bench.runner);
+  CHECK(hal::outcome_in(result) == hal::Outcome::finished);
+  const json& pauses = result.at("pauses");
+  REQUIRE(pauses.size() == 2);
+  CHECK(pauses[0].at("who") == "operator");
+  CHECK(pauses[0].at("from_s").get<double>() == doctest::Approx(0.5).epsilon(0.3));
+  CHECK(pauses[0].at("until_s").get<double>() == doctest::Approx(1.0).epsilon(0.3));
+  CHECK(pauses[1].at("from_s").get<double>() == doctest::Approx(1.5).epsilon(0.2));
+  CHECK(pauses[1].at("until_s").is_null());
+}
+
+TEST_CASE("a result names robots that were not seen to stand, with the reason; those of a lost arena are not known") {
+  using Why = hal::NotStanding::Why;
+  tests::Bench bench;
+  bench.arena.seen_to_walk = {{3, Why::not_told}, {4, Why::not_yet}, {7, Why::moving}, {9, Why::not_in_sight}};
+  go_on_to(bench, 1);
+  CHECK(result_of(bench.runner).at("not_standing") == json::array());  // robots should run
+  bench.run();
+  const json expected = {{{"robot", 3}, {"why", "not told"}},
+                         {{"robot", 4}, {"why", "not yet"}},
+                         {{"robot", 7}, {"why", "moving"}},
+                         {{"robot", 9}, {"why", "not in sight"}}};
+  json result = result_of(bench.runner);
+  CHECK(result.at("not_standing") == expected);
+  CHECK(result.at("pauses") == json::array());
+  result.update({{"arkmesh", ""},
+                 {"versions", {}},
+                 {"started", ""},
+                 {"process", {}},
+                 {"labs", {"a"}},
+                 {"scenario", ""},
+                 {"seed", 1}});
+  const json joint = lab::joint_result({result});
+  CHECK(joint.at("by_lab").at("a").at("not_standing") == expected);
+  CHECK(joint.at("by_lab").at("a").at("pauses") == json::array());
+  CHECK_FALSE(joint.contains("not_standing"));
+
+  tests::Bench lost;
+  lost.arena.seen_to_walk = bench.arena.seen_to_walk;
+  go_on_to(lost, 1);
+  lost.arena.gone = true;
+  lost.run();
+  CHECK(hal::outcome_in(result_of(lost.runner)) == hal::Outcome::failed);
+  CHECK(result_of(lost.runner).at("not_standing") == json::array());
+}
+
+TEST_CASE("a joint result failed when any lab did, else it was stopped when any lab was, and names the lab") {
+  const auto one = [](const std::string& name, hal::Outcome outcome, const std::string& why) {
+    json lab = {{"lab", name}};
+    for (const char* key :
+         {"arkmesh",      "versions", "started",    "process",    "labs",        "scenario",    "seed",
+          "gate",         "periods",  "duration_s", "final_hash", "hash_by_lab", "counts",      "pauses",
+          "not_standing", "counters", "exchange",   "wall",       "peers",       "between_labs"})
+      lab[key] = nullptr;
+    lab["drops"] = json::object();
+    hal::set_outcome(lab, outcome, why);
+    return lab;
+  };
+  using hal::Outcome;
+  const auto outcome = [&](Outcome a, Outcome b) {
+    const json joint = lab::joint_result({one("a", a, "one reason"), one("b", b, "another")});
+    return std::pair(hal::outcome_in(joint).value(), hal::ended_in(joint));
+  };
+  CHECK(outcome(Outcome::finished, Outcome::stopped) == std::pair(Outcome::stopped, std::string("b: another")));
+  CHECK(outcome(Outcome::failed, Outcome::stopped) == std::pair(Outcome::failed, std::string("b: another")));
+  CHECK(outcome(Outcome::stopped, Outcome::failed) == std::pair(Outcome::failed, std::string("b: another")));
+  CHECK(outcome(Outcome::failed, Outcome::finished) == std::pair(Outcome::failed, std::string("a: one reason")));
+  CHECK(outcome(Outcome::finished, Outcome::finished).first == Outcome::finished);
+}
