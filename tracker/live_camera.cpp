@@ -8,6 +8,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
@@ -24,10 +25,19 @@ using namespace std::chrono_literals;
 constexpr int open_limit_ms = 4000, read_limit_ms = 3000;
 constexpr std::chrono::milliseconds first_retry = 500ms, longest_retry = 8s;
 
+// A row of undecoded bytes in place of a picture.
+bool is_undecoded(const cv::Mat& picture) {
+  return picture.rows == 1 && picture.type() == CV_8UC1;
+}
+
 class LiveCamera final : public CameraFeed {
  public:
-  LiveCamera(std::string source, int width_px, int height_px)
-      : source_(std::move(source)), width_px_(width_px), height_px_(height_px), thread_([this] { run(); }) {}
+  LiveCamera(std::string source, int width_px, int height_px, bool keep_bytes)
+      : source_(std::move(source)),
+        width_px_(width_px),
+        height_px_(height_px),
+        keep_bytes_(keep_bytes),
+        thread_([this] { run(); }) {}
 
   ~LiveCamera() override {
     {
@@ -40,7 +50,12 @@ class LiveCamera final : public CameraFeed {
 
   cv::Mat newest() override {
     const std::lock_guard lock(mutex_);
+    given_ = std::move(arrived_);
     return std::exchange(newest_, cv::Mat());
+  }
+  Arrival arrival() const override {
+    const std::lock_guard lock(mutex_);
+    return given_;
   }
   std::string trouble() const override {
     const std::lock_guard lock(mutex_);
@@ -108,6 +123,8 @@ class LiveCamera final : public CameraFeed {
       camera.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
     }
     camera.set(cv::CAP_PROP_BUFFERSIZE, 1);
+    if (keep_bytes_ && camera.get(cv::CAP_PROP_FOURCC) == cv::VideoWriter::fourcc('M', 'J', 'P', 'G'))
+      camera.set(cv::CAP_PROP_CONVERT_RGB, 0);
     return true;
   }
 
@@ -117,6 +134,16 @@ class LiveCamera final : public CameraFeed {
     while (!stopping()) {
       cv::Mat picture;  // a new one each time: the last was handed over
       if (!camera.read(picture) || picture.empty()) break;
+      Arrival arrived{.at = hal::machine_time().now(), .jpeg = {}};
+      if (is_undecoded(picture)) {
+        arrived.jpeg.assign(picture.data, picture.data + picture.total());
+        picture = cv::imdecode(arrived.jpeg, cv::IMREAD_COLOR);
+        if (picture.empty()) {  // cut on its way; the next one will be whole
+          const std::lock_guard lock(mutex_);
+          counters_.add("camera.refused.damaged");
+          continue;
+        }
+      }
       if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
       if (picture.type() != CV_8UC3) break;
       any = true;
@@ -124,16 +151,19 @@ class LiveCamera final : public CameraFeed {
       trouble_.clear();
       if (!newest_.empty()) counters_.add("camera.skipped");
       newest_ = std::move(picture);
+      arrived_ = std::move(arrived);
     }
     return any;
   }
 
   const std::string source_;
   const int width_px_, height_px_;
+  const bool keep_bytes_;
   mutable std::mutex mutex_;  // guards all below but the thread
   std::condition_variable wake_;
   bool stopping_ = false;
   cv::Mat newest_;
+  Arrival arrived_, given_;  // of newest_, and of the picture that newest() gave last
   std::string trouble_ = fmt::format("no picture has come yet from {}", source_);
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there
@@ -143,7 +173,12 @@ class LiveCamera final : public CameraFeed {
 
 std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px, int height_px) {
   quieten_libraries();
-  return std::make_unique<LiveCamera>(source, width_px, height_px);
+  return std::make_unique<LiveCamera>(source, width_px, height_px, false);
+}
+
+std::unique_ptr<CameraFeed> open_camera_with_bytes(const std::string& source, int width_px, int height_px) {
+  quieten_libraries();
+  return std::make_unique<LiveCamera>(source, width_px, height_px, true);
 }
 
 }  // namespace arkmesh::tracker

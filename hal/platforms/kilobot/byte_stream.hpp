@@ -23,8 +23,11 @@ class ByteStream {
   virtual ~ByteStream() = default;
   // Begins to open; no effect unless closed. Never blocks.
   virtual void open() = 0;
-  // Where it stands now. Throws away what came from the other side: controllers say nothing. Never blocks.
+  // Where it stands now. Takes what came from the other side out of the way: controllers say nothing. Never blocks.
   virtual State check() = 0;
+  // What the last check() took, for records: a robot at the debug header may talk. Valid until the next call of any
+  // other function.
+  virtual std::span<const std::uint8_t> heard() const { return {}; }
   // Takes as many bytes as fit, none unless open. Never blocks.
   virtual std::size_t write(std::span<const std::uint8_t> bytes) = 0;
   // Bytes taken that have not left this machine's buffers, as far as the system tells.

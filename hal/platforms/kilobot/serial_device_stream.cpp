@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -129,6 +129,7 @@ void SerialDeviceStream::open() {
 
 ByteStream::State SerialDeviceStream::check() {
   if (terminal_) return terminal_->check();
+  heard_bytes_ = 0;
   if (!port_) return State::closed;
   int fd = -1;
   sp_get_port_handle(port_, &fd);
@@ -138,11 +139,12 @@ ByteStream::State SerialDeviceStream::check() {
       lose(fmt::format("{} was unplugged", path_));
       return State::closed;
     }
-    std::array<std::uint8_t, 4096> ignored;
-    if (sp_nonblocking_read(port_, ignored.data(), ignored.size()) < 0 && sp_last_error_code() != EAGAIN) {
+    const int read = sp_nonblocking_read(port_, heard_.data(), heard_.size());
+    if (read < 0 && sp_last_error_code() != EAGAIN) {
       lose(fmt::format("{} was unplugged", path_));
       return State::closed;
     }
+    heard_bytes_ = static_cast<std::size_t>(std::max(read, 0));
   }
   return State::open;
 }

@@ -2,6 +2,7 @@
 // Its path may also lead to a pseudo-terminal.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,9 @@ class SerialDeviceStream final : public ByteStream {
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
+  std::span<const std::uint8_t> heard() const override {
+    return terminal_ ? terminal_->heard() : std::span(heard_.data(), heard_bytes_);
+  }
   const std::string& trouble() const override { return terminal_ ? terminal_->trouble() : trouble_; }
 
  private:
@@ -31,6 +35,8 @@ class SerialDeviceStream final : public ByteStream {
   sp_port* port_ = nullptr;               // owned; null while closed
   std::unique_ptr<ByteStream> terminal_;  // in its place, where the path was last found to lead to a pseudo-terminal
   std::string trouble_;
+  std::array<std::uint8_t, 4096> heard_{};
+  std::size_t heard_bytes_ = 0;
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -75,6 +74,7 @@ void TcpStream::open() {
 }
 
 ByteStream::State TcpStream::check() {
+  heard_bytes_ = 0;
   if (fd_ < 0) return State::closed;
   pollfd state{fd_, static_cast<short>(connected_ ? POLLIN : POLLOUT), 0};
   if (::poll(&state, 1, 0) <= 0) {
@@ -95,8 +95,8 @@ ByteStream::State TcpStream::check() {
     trouble_.clear();
     return State::open;
   }
-  std::array<std::uint8_t, 4096> ignored;
-  const ssize_t read = ::recv(fd_, ignored.data(), ignored.size(), 0);
+  const ssize_t read = ::recv(fd_, heard_.data(), heard_.size(), 0);
+  heard_bytes_ = static_cast<std::size_t>(std::max<ssize_t>(read, 0));
   if (read > 0 || (read < 0 && (errno == EAGAIN || errno == EINTR))) return State::open;
   fail("the connection ended", read < 0 ? errno : 0);
   return State::closed;

@@ -3,6 +3,7 @@
 
 #include <sys/socket.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ class TcpStream final : public ByteStream {
   State check() override;
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
+  std::span<const std::uint8_t> heard() const override { return {heard_.data(), heard_bytes_}; }
   const std::string& trouble() const override { return trouble_; }
 
  private:
@@ -39,6 +41,8 @@ class TcpStream final : public ByteStream {
   bool connected_ = false;
   TimePoint began_{};  // to connect
   std::string trouble_;
+  std::array<std::uint8_t, 4096> heard_{};
+  std::size_t heard_bytes_ = 0;
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -9,7 +9,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -42,13 +42,16 @@ void TerminalStream::open() {
 }
 
 ByteStream::State TerminalStream::check() {
+  heard_bytes_ = 0;
   if (!terminal_) return State::closed;
   pollfd state{terminal_.get(), POLLIN, 0};
   if (::poll(&state, 1, 0) <= 0) return State::open;
-  std::array<std::uint8_t, 4096> ignored;
-  const bool is_gone =
-      (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0 ||
-      (::read(terminal_.get(), ignored.data(), ignored.size()) <= 0 && errno != EAGAIN && errno != EINTR);
+  bool is_gone = (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
+  if (!is_gone) {
+    const ssize_t read = ::read(terminal_.get(), heard_.data(), heard_.size());
+    heard_bytes_ = static_cast<std::size_t>(std::max<ssize_t>(read, 0));
+    is_gone = read <= 0 && errno != EAGAIN && errno != EINTR;
+  }
   if (!is_gone) return State::open;
   lose(fmt::format("{} was unplugged", path_));
   return State::closed;

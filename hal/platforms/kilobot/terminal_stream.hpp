@@ -2,6 +2,7 @@
 // have no modem lines.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "hal/handle.hpp"
@@ -20,6 +21,7 @@ class TerminalStream final : public ByteStream {
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
   const std::string& trouble() const override { return trouble_; }
+  std::span<const std::uint8_t> heard() const override { return {heard_.data(), heard_bytes_}; }
 
  private:
   void lose(std::string why);
@@ -27,6 +29,8 @@ class TerminalStream final : public ByteStream {
   std::string path_;
   Handle terminal_;  // none while closed
   std::string trouble_;
+  std::array<std::uint8_t, 4096> heard_{};
+  std::size_t heard_bytes_ = 0;
 };
 
 }  // namespace arkmesh::hal::kilobot

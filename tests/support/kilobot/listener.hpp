@@ -30,6 +30,11 @@ class Listener {
     out.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return out;
   }
+  // To whoever is connected; false: nobody is yet.
+  bool say(const std::string& text) {
+    read();
+    return client_ >= 0 && ::send(client_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
   void hang_up() {
     if (client_ >= 0) ::close(client_);
     client_ = -1;

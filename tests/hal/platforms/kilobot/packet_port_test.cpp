@@ -148,6 +148,33 @@ TEST_CASE("serial device: a device that talks") {
   check_delivery(line, 3, [&] { return terminal.read(); });
 }
 
+TEST_CASE("serial device: what a device says is there for records until the next look") {
+  // Proves that each look gives the bytes that came since the last one, and that a look without any gives none.
+  PseudoTerminal terminal;
+  Listener listener;
+  for (const std::string& port : {terminal.port(), terminal.link(), listener.port()}) {
+    CAPTURE(port);
+    const bool tcp = port == listener.port();
+    const auto stream = make_byte_stream(port);
+    stream->open();
+    REQUIRE(eventually(deadline, [&] { return stream->check() == ByteStream::State::open; }));
+    CHECK(stream->heard().empty());
+    if (tcp)
+      REQUIRE(eventually(deadline, [&] { return listener.say("hello"); }));
+    else
+      terminal.say("hello");
+    std::string said;
+    CHECK(eventually(deadline, [&] {
+      stream->check();
+      for (const std::uint8_t byte : stream->heard()) said += static_cast<char>(byte);
+      return said.size() >= 5;
+    }));
+    CHECK(said == "hello");
+    stream->check();
+    CHECK(stream->heard().empty());
+  }
+}
+
 TEST_CASE("serial device: for one program alone") {
   // A second user of the same device is told that it is in use.
   PseudoTerminal terminal;
