@@ -6,16 +6,21 @@
 #include <stdexcept>
 
 #include "app/set_up.hpp"
+#include "hal/config.hpp"
 
 namespace arkmesh::cli {
 
 void SetUpOptions::add_to(CLI::App& command) {
   command.add_option("file", file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   command.add_option("--set", sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
+  command.add_option("--record", record,
+                     "At a testbed: keep serial bytes and pictures in this new folder, for `arkmesh testbed replay`");
 }
 
 testbed::SetUpArena SetUpOptions::open_arena(hal::StopRequest& stop) const {
-  return app::make_set_up_arena(file, sets, program.empty() ? "" : program + ".c", stop);
+  std::vector<std::string> all = sets;
+  if (!record.empty()) all.push_back("arena.kilobot.record=" + hal::to_toml(record));
+  return app::make_set_up_arena(file, all, program.empty() ? "" : program + ".c", stop);
 }
 
 std::vector<hal::RobotId> SetUpOptions::listed_ids(hal::RobotId largest) const {

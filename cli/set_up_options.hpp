@@ -15,10 +15,10 @@ namespace arkmesh::cli {
 
 struct SetUpOptions {
   std::string program;  // what robots must run, the name of one in firmware/; empty: their own
-  std::string file, ids;
+  std::string file, ids, record;
   std::vector<std::string> sets;
 
-  // The options FILE and --set.
+  // The options FILE, --set and --record.
   void add_to(CLI::App& command);
   // Waits until the arena is there.
   testbed::SetUpArena open_arena(hal::StopRequest& stop) const;

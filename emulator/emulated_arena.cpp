@@ -14,6 +14,7 @@
 #include "sim_ode/host/robot_program.hpp"
 #include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
+#include "testbed/recorded_devices.hpp"
 #include "testbed/tracks.hpp"
 
 namespace arkmesh::emulator {
@@ -122,13 +123,16 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
     config_.refuse_unknown();
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
     if (!observer) observer = testbed::make_window(arena.section("kilobot"), settings, request);
+    const auto record = testbed::make_record(arena.section("kilobot"), settings, request.lab, "emulated", false, time_);
     const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
       const std::size_t camera = next++;
       return std::make_unique<EmulatedFeed>(eyes_, camera, emulator_.camera(camera).settings().name);
     };
-    arena_ = hal::kilobot::make_kilobot_arena(
-        settings.arena, testbed::make_arena_monitor(settings, std::move(observer), open, std::move(names)),
-        std::make_unique<EmulatedStream>(emulator_), nullptr, time_);
+    auto eyes = testbed::make_arena_monitor(settings, testbed::recorded(std::move(observer), record),
+                                            testbed::recorded(open, record), std::move(names));
+    auto stream = testbed::recorded(std::make_unique<EmulatedStream>(emulator_), record);
+    arena_ = testbed::recorded(
+        hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), nullptr, time_), record);
   }
 
   const hal::ArenaInfo& info() const override { return arena_->info(); }

@@ -8,6 +8,7 @@
 #include "testbed/arena_monitor.hpp"
 #include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
+#include "testbed/recorded_devices.hpp"
 #include "testbed/tracks.hpp"
 
 namespace arkmesh::testbed {
@@ -16,18 +17,21 @@ namespace {
 std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequest& request) {
   const hal::Section kilobot = arena.section("kilobot");
   const KilobotSettings settings = read_kilobot_settings(arena, request.lab);
+  const std::shared_ptr<RawRecord> record = make_record(kilobot, settings, request.lab, "kilobot", true);
   std::unique_ptr<hal::kilobot::ByteStream> stream;
   try {
-    stream = hal::kilobot::open_byte_stream(settings.arena.port, request.lab);
+    stream = recorded(hal::kilobot::open_byte_stream(settings.arena.port, request.lab), record);
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
   auto guard = std::make_unique<hal::kilobot::StandGuard>(settings.arena.port);
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
-  auto eyes =
-      make_arena_monitor(settings, make_window(kilobot, settings, request), tracker::open_camera, std::move(names));
-  auto made = hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard));
+  auto eyes = make_arena_monitor(settings, recorded(make_window(kilobot, settings, request), record),
+                                 record ? recorded(tracker::open_camera_with_bytes, record) : tracker::open_camera,
+                                 std::move(names));
+  auto made = recorded(hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard)),
+                       record);
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

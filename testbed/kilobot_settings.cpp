@@ -54,6 +54,8 @@ void KilobotSettings::fields(const hal::Section& kilobot) {
       "identity", identity,
       {.help = "\"ark\": robots' programs know ARK's messages 120 and 119 only", .one_of = {"spelled", "ark"}});
   known_to_ark = identity == Identity::ark;
+  kilobot.field("record", record,
+                {.help = "keep serial bytes and pictures in this new folder, for `arkmesh testbed replay`"});
   kilobot.field("cameras", cameras);
 }
 

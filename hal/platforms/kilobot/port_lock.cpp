@@ -90,6 +90,7 @@ class LockedStream final : public ByteStream {
   State check() override { return stream_->check(); }
   std::size_t write(std::span<const std::uint8_t> bytes) override { return stream_->write(bytes); }
   std::size_t waiting_bytes() override { return stream_->waiting_bytes(); }
+  std::span<const std::uint8_t> heard() const override { return stream_->heard(); }
   const std::string& trouble() const override { return stream_->trouble(); }
 
  private:
