@@ -32,6 +32,7 @@ constexpr CommandRow rows[] = {
     {"controller", "Runs or checks a robot's program by itself", lab_program},
     {"emulator", "An emulated testbed: simulated Kilobots behind cameras and an overhead controller", testbed_program},
     {"ohc", "Drives an overhead controller by hand", light_program},
+    {"testbed", "Records everything that passes a testbed's devices, and replays it", testbed_program},
     {"track", "Finds the robots on pictures; follows them in videos and before cameras", testbed_program},
     {"calibrate", "Makes a camera's calibration from pictures of a chessboard and of the arena's corners",
      testbed_program},

@@ -42,6 +42,7 @@ void add_controller_command(CLI::App& app);
 void add_controller_run_command(CLI::App& controller);
 void add_emulator_command(CLI::App& app);
 void add_ohc_command(CLI::App& app);
+void add_testbed_command(CLI::App& app);
 void add_track_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
 void add_identify_command(CLI::App& app);

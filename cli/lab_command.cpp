@@ -1,4 +1,6 @@
 // `arkmesh lab`: one lab as a process of its own, on its LCM bus; its gateway is another process.
+#include "cli/lab_command.hpp"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -18,15 +20,8 @@
 #include "lab/run_folder.hpp"
 
 namespace arkmesh::cli {
-namespace {
 
-struct LabOptions {
-  std::string file, out;
-  std::vector<std::string> sets;
-  bool force = false, open = false;
-};
-
-int run(const LabOptions& options) {
+int run_lab(const LabOptions& options) {
   OperatorStop stop;
   hal::Config config = hal::Config::from_file(options.file, options.sets);
   const std::string name = config.root().section("lab").get("name", std::string(), {.required = true});
@@ -47,8 +42,6 @@ int run(const LabOptions& options) {
   return 0;
 }
 
-}  // namespace
-
 void add_lab_command(CLI::App& app) {
   auto options = std::make_shared<LabOptions>();
   CLI::App* command = add_command(app, "lab");
@@ -61,7 +54,7 @@ void add_lab_command(CLI::App& app) {
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml");
   command->callback([options] {
     hand_over_cameras({options->file}, options->sets);
-    if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
+    if (const int code = run_lab(*options); code != 0) throw CLI::RuntimeError(code);
   });
 }
 

@@ -39,6 +39,7 @@ int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios
 #if ARKMESH_CAMERAS
     {"doctor", [](CLI::App& app) { add_doctor_command(app, testbed::find_devices); }},
     {"emulator", add_emulator_command},
+    {"testbed", add_testbed_command},
     {"track", add_track_command},
     {"calibrate", add_calibrate_command},
     {"identify", add_identify_command},

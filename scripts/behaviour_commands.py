@@ -17,7 +17,7 @@ SHARK, ROARK, LYNX, ROARK_EMULATED = (f"TREE/experiments/dhtf/{name}.toml" for n
 EMULATOR = "TREE/experiments/emulator/roark.toml"
 PICTURES = "TREE/tests/data/kilobot-images/"
 HELP = ["", "run", "lab", "gateway", "doctor", "controller", "controller run", "controller check", "emulator", "ohc", "ohc upload", "track",
-        "calibrate", "identify", "assign-ids", "calibrate-motors"]
+        "calibrate", "identify", "assign-ids", "calibrate-motors", "testbed", "testbed record", "testbed replay"]
 OHC_COMMANDS = ["run", "pause", "reset", "sleep", "wake", "voltage", "charge", "stop", "lamp", "message", "set-uid", "left", "right", "straight",
                "save"]
 # Settings that `arkmesh run` of lab shark refuses, by the name of the text.
@@ -161,6 +161,8 @@ def track_and_controller_commands():
     yield Command("track-json-many", [["track", PICTURES + "bodyguard_f060.png", "--json"]])
     yield Command("track-clip", [["track", PICTURES + "bodyguard_clip.mp4", "--csv", "tracks.csv"]], short=False)
     yield Command("track-bad-diameter", [["track", PICTURES + "table_6robots.png", "--diameter", "1"]])
+    yield Command("testbed-record-simulated", [["testbed", "record", SHARK, "--out", "shark"]])
+    yield Command("testbed-replay-nothing", [["testbed", "replay", "FOLDER"]])
     yield Command("track-camera-without-calibration", [["track", PICTURES + "table_6robots.png", "--camera", "north"]])
     yield Command("track-unwritable", [["track", PICTURES + "table_6robots.png", "--png", "/nowhere/drawn.png"]])
     for i, name in enumerate(("gradient_hops", "refused_syntax", "style_text", "crash_stack", "refused_unknown", "refused_registers")):
