@@ -1,0 +1,94 @@
+// A testbed's record from anywhere: serial.txt or looks.txt, as it is or behind the right head, and the head of a
+// picture. Whatever comes, it is read, with times that never decrease and names of files that stay in their folder, or
+// ends in one sentence with the file's name and line. What was read of a serial line goes to the emulated controller.
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "emulator/said_words.hpp"
+#include "testbed/raw_folder.hpp"
+
+namespace {
+
+using namespace arkmesh;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void require_sentence(const testbed::RecordError& error) {
+  const std::string_view said = error.what();
+  require(said.starts_with("fuzz.txt") && said.find('\n') == std::string_view::npos);
+}
+
+void read_serial(const std::string& text, bool loses_power) {
+  std::int64_t last_us = 0;
+  bool short_enough = true;  // a week of one message repeated takes the controller seconds
+  try {
+    std::istringstream in(text);
+    for (testbed::SerialLines lines(in, "fuzz.txt"); const auto event = lines.next();) {
+      require(event->time_us >= last_us);
+      last_us = event->time_us;
+      short_enough = last_us < 600'000'000;
+    }
+    if (!short_enough) return;
+    std::istringstream again(text);
+    testbed::SerialLines lines(again, "fuzz.txt");
+    std::int64_t before_us = INT64_MIN;
+    emulator::replay_serial_line(lines, loses_power, [&before_us](const sim_ode::Transmission& sent) {
+      require(sent.start_us >= before_us);
+      before_us = sent.start_us;
+      require(!emulator::in_words(sent.message).empty());
+    });
+  } catch (const testbed::RecordError& error) {
+    require_sentence(error);
+  }
+}
+
+void read_looks(const std::string& text) {
+  hal::LabTime last{0};
+  try {
+    std::istringstream in(text);
+    for (testbed::LookLines lines(in, "fuzz.txt"); const auto line = lines.next();) {
+      const auto* const look = std::get_if<testbed::LookLine>(&*line);
+      if (!look) continue;
+      require(look->now >= last && !look->camera.empty() && look->camera.size() <= 4);
+      last = look->now;
+      for (const testbed::LookedAt& seen : look->camera)
+        require(std::ranges::all_of(
+                    seen.file, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || c == '.'; }) &&
+                std::ranges::count(seen.file, '.') <= 1);
+    }
+  } catch (const testbed::RecordError& error) {
+    require_sentence(error);
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  switch (data[0] % 5) {
+    case 0:
+      read_serial(text, false);
+      break;
+    case 1:
+      read_serial(std::string(testbed::serial_head) + "\n" + text, true);
+      break;
+    case 2:
+      read_looks(text);
+      break;
+    case 3:
+      read_looks(std::string(testbed::looks_head) + "\n" + text);
+      break;
+    default:
+      if (const auto found = testbed::picture_size(std::span(data, size).subspan(1)))
+        require(found->first >= 0 && found->second >= 0);
+  }
+  return 0;
+}
