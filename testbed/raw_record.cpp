@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t pictures_to_judge = 20;  // of each camera: then the rate is known
 constexpr double mb = 1e6;
+constexpr std::size_t patient_hold_bytes = 16u << 20;  // a lab that waits is so far ahead of its record at most
 
 std::string in_hex(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -216,7 +217,13 @@ std::shared_ptr<RawRecord> make_record(const hal::Section& kilobot, const Kilobo
   if (fs::exists(settings.record, error) && !fs::is_empty(settings.record, error))
     kilobot.refuse("record", "is a folder that holds something; give another one");
   return std::make_shared<RawRecord>(
-      RawRecord::Settings{{.folder = settings.record, .patient = !real_time}, lab, arena, settings}, wall);
+      RawRecord::Settings{{.folder = settings.record,
+                           .patient = !real_time,
+                           .hold_bytes = real_time ? RecordWriter::Settings{}.hold_bytes : patient_hold_bytes},
+                          lab,
+                          arena,
+                          settings},
+      wall);
 }
 
 }  // namespace arkmesh::testbed
