@@ -1,12 +1,42 @@
 """What the documents promise is there: tests that decisions.md names, and files that documents link to."""
+import functools
 import pathlib
 import re
+import shlex
 import subprocess
 import tempfile
 import tomllib
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@functools.cache
+def help_of(*words):
+    """What `arkmesh WORDS --help` prints."""
+    return subprocess.run([ROOT / "build/release/arkmesh", *words, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
+
+
+def commands_in(text):
+    below = re.search(r"\nSubcommands:\n(.*?)(\n\n|\Z)", text, re.S)
+    return re.findall(r"^  (\S+)", below[1], re.M) if below else []
+
+
+def wrong_in(command):
+    """What does not exist of a command line that begins with arkmesh: empty, or a word of it."""
+    words = shlex.split(command, comments=True)[1:]
+    name, rest = words[0], words[1:]
+    if name not in commands_in(help_of()):
+        return name
+    text = help_of(name)
+    known = commands_in(text)
+    if known:
+        sub = next((word for word in rest if word in known), None)
+        if sub is None:
+            return f"{name}, which wants one of {known}"
+        text += help_of(name, *rest[:rest.index(sub) + 1])
+    return next((word for word in rest if re.match("--?[a-z]", word) and
+                 not re.search(rf"(^|[\s,]){re.escape(word.split('=')[0])}\b", text)), "")
 
 
 class Documents(unittest.TestCase):
@@ -24,6 +54,19 @@ class Documents(unittest.TestCase):
         for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
             for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
                 self.assertTrue((document.parent / target).exists(), f"{document.name} links to {target}")
+
+    def test_commands_are_there(self):
+        """Every command line on the page of the first day exists as written, with each of its options."""
+        for document in ("docs/first-hardware-day.md", "docs/your-first-testbed.md"):
+            text = (ROOT / document).read_text()
+            blocks = "".join(re.findall(r"^```\n(.*?)^```", text, re.M | re.S))
+            commands = re.findall(r"^(arkmesh .*)$", blocks, re.M) + re.findall(r"`(arkmesh [^`]+)`", text)
+            self.assertGreater(len(commands), 10, document)
+            for command in commands:
+                self.assertEqual(wrong_in(command), "", f"{document}: {command}")
+        self.assertEqual(wrong_in("arkmesh fly away"), "fly")
+        self.assertEqual(wrong_in("arkmesh track 0 --serv 8095"), "--serv")
+        self.assertIn("ohc, which wants", wrong_in("arkmesh ohc /dev/ttyUSB0 lampe"))
 
     def test_every_key_is_documented(self):
         """Every key of a run's effective configuration stands in docs/formats.md or in the README of the simulated arena."""
