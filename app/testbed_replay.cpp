@@ -47,6 +47,8 @@ testbed::KilobotSettings settings_of(const TestbedRecord& record) {
         fmt::format("{} names {} cameras: it is of no testbed's run", file.string(), named.size()));
   for (std::size_t i = 0; i < named.size(); ++i) {
     const std::string calibration = fs::absolute(record.raw / testbed::calibration_file_of(i)).string();
+    if (!recording::whole_file(calibration, most_config))
+      throw std::runtime_error(fmt::format("{} is missing or no calibration file", calibration));
     list += fmt::format("{}{{source = \"{}\", calibration = {}, camera = {}}}", i == 0 ? "" : ", ", i,
                         hal::to_toml(calibration), hal::to_toml(named[i].name));
   }

@@ -206,7 +206,8 @@ void RawRecord::write_facts(bool ended) {
       {"ended", ended},
       {"written", {{"pictures", written.pictures}, {"bytes", written.bytes}}},
       {"counters", counters().all()}};
-  std::ofstream(settings_.writer.folder / "facts.json") << facts.dump(2) << '\n';
+  std::ofstream(settings_.writer.folder / "facts.json")
+      << facts.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }
 
 std::shared_ptr<RawRecord> make_record(const hal::Section& kilobot, const KilobotSettings& settings,

@@ -134,7 +134,7 @@ class LiveCamera final : public CameraFeed {
     while (!stopping()) {
       cv::Mat picture;  // a new one each time: the last was handed over
       if (!camera.read(picture) || picture.empty()) break;
-      Arrival arrived{.at = hal::machine_time().now(), .jpeg = {}};
+      Arrival arrived{.at = std::chrono::steady_clock::now(), .jpeg = {}};
       if (is_undecoded(picture)) {
         arrived.jpeg.assign(picture.data, picture.data + picture.total());
         picture = cv::imdecode(arrived.jpeg, cv::IMREAD_COLOR);

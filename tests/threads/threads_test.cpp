@@ -8,6 +8,8 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
@@ -19,6 +21,7 @@
 #include "emulator/serial_reader.hpp"
 #include "gateway/host_lookup.hpp"
 #include "hal/mjpeg_server.hpp"
+#include "testbed/record_writer.hpp"
 #include "tracker/live_camera.hpp"
 
 using namespace arkmesh;
@@ -37,6 +40,36 @@ bool soon(const std::function<bool()>& each) {
 }
 
 }  // namespace
+
+TEST_CASE("threads: a record is written beside the lab") {
+  // Lines and pictures come while others are written, totals and troubles are asked meanwhile, and the end waits until
+  // all of it lies in the folder. Pictures that are still looked at are only read.
+  const auto folder = std::filesystem::temp_directory_path() / fmt::format("arkmesh-threads-{}", ::getpid());
+  const cv::Mat picture(60, 80, CV_8UC3, cv::Scalar(10, 20, 30));
+  {
+    testbed::RecordWriter writer({.folder = folder, .patient = true, .hold_bytes = 50'000});
+    writer.line("serial.txt", "before");
+    writer.begin();
+    for (int i = 0; i < 200; ++i) {
+      writer.line("serial.txt", std::to_string(i));
+      CHECK(writer.picture(fmt::format("camera0/{}.png", i), picture, {}));
+      CHECK(cv::sum(picture)[0] == 48'000);
+      CHECK(writer.written().pictures <= static_cast<std::uint64_t>(i) + 1);
+      CHECK(writer.trouble().empty());
+    }
+    writer.finish();
+    CHECK(writer.written().pictures == 200);
+    CHECK(writer.counters().all().empty());
+  }
+  std::size_t files = 0;
+  for (const auto& each : std::filesystem::directory_iterator(folder / "camera0")) files += each.file_size() > 0;
+  CHECK(files == 200);
+  std::ifstream in(folder / "serial.txt");
+  std::size_t lines = 0;
+  for (std::string line; std::getline(in, line);) ++lines;
+  CHECK(lines == 201);
+  std::filesystem::remove_all(folder);
+}
 
 TEST_CASE("threads: hosts are looked up, and lookups are given up") {
   // Each lookup tells once, also when it is given up while its thread is at work or has just found something, and when
