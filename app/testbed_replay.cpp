@@ -14,7 +14,7 @@
 #include "emulator/said_words.hpp"
 #include "hal/config.hpp"
 #include "hal/log_arena.hpp"
-#include "recording/whole_file.hpp"
+#include "hal/whole_file.hpp"
 #include "testbed/pose_replay.hpp"
 
 namespace arkmesh::app {
@@ -35,7 +35,7 @@ double turn_between(double a, double b) {
 // The lab's settings, with the calibrations that lie in the record.
 testbed::KilobotSettings settings_of(const TestbedRecord& record) {
   const fs::path file = record.run / "config.toml";
-  const auto text = recording::whole_file(file, most_config);
+  const auto text = hal::whole_file(file, most_config);
   if (!text) throw std::runtime_error(fmt::format("{} cannot be read", file.string()));
   const auto cameras = [](const hal::Config& config) {
     return testbed::read_cameras(config.root().section("arena").section("kilobot"));
@@ -47,7 +47,7 @@ testbed::KilobotSettings settings_of(const TestbedRecord& record) {
         fmt::format("{} names {} cameras: it is of no testbed's run", file.string(), named.size()));
   for (std::size_t i = 0; i < named.size(); ++i) {
     const std::string calibration = fs::absolute(record.raw / testbed::calibration_file_of(i)).string();
-    if (!recording::whole_file(calibration, most_config))
+    if (!hal::whole_file(calibration, most_config))
       throw std::runtime_error(fmt::format("{} is missing or no calibration file", calibration));
     list += fmt::format("{}{{source = \"{}\", calibration = {}, camera = {}}}", i == 0 ? "" : ", ", i,
                         hal::to_toml(calibration), hal::to_toml(named[i].name));
@@ -159,7 +159,7 @@ TestbedRecord find_testbed_record(const fs::path& folder) {
         fmt::format("{} is no record of a testbed: it holds neither raw/{} nor {}; `arkmesh testbed record` makes one",
                     folder.string(), testbed::serial_file, testbed::serial_file));
   if (out.raw != folder && holds(folder, "config.toml") && holds(folder, "log.lcm")) out.run = folder;
-  const auto text = recording::whole_file(out.raw / "facts.json", most_facts);
+  const auto text = hal::whole_file(out.raw / "facts.json", most_facts);
   const auto facts = nlohmann::json::parse(text.value_or(""), nullptr, false);
   if (!facts.is_object() || facts.value("record", nlohmann::json()) != 1)
     throw std::runtime_error(

@@ -65,7 +65,7 @@ PeerWait PeerPatience::wait_for_one(const std::string& peer, Now now) const {
     wait.give_up = fmt::format(
         "{} refuses every state of {} at period {}: {}; do both run the same program with the same settings?", lab_,
         peer, period_, contact.refusal);
-  } else if (const auto since = bound                ? std::optional(contact.counted)
+  } else if (const auto since = bound                 ? std::optional(contact.counted)
                                 : monitor_.over(peer) ? monitor_.over(peer)
                                                       : monitor_.met(peer, now)) {
     // A cut link may be waited for not at all; what lives has a moment to speak.

@@ -30,8 +30,8 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   auto eyes = make_arena_monitor(settings, recorded(make_window(kilobot, settings, request), record),
                                  record ? recorded(tracker::open_camera_with_bytes, record) : tracker::open_camera,
                                  std::move(names));
-  auto made = recorded(hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard)),
-                       record);
+  auto made = recorded(
+      hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard)), record);
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

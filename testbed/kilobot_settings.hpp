@@ -34,7 +34,7 @@ struct KilobotSettings {
   WindowSettings window;
   tracker::TableSettings tracking = kilobot_tracking();
   double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
-  bool known_to_ark = false;  // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
+  bool known_to_ark = false;     // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
   std::filesystem::path record;  // a new folder for everything at the devices, as it came (raw_record.hpp); or nothing
   std::vector<CameraSettings> cameras;                    // one to four
   std::vector<tracker::Calibration> calibrations;         // of each camera, for an arena of this size

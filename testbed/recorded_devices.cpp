@@ -30,7 +30,6 @@ class RecordedStream final : public ByteStream {
   std::size_t waiting_bytes() override { return stream_->waiting_bytes(); }
   const std::string& trouble() const override { return stream_->trouble(); }
   std::span<const std::uint8_t> heard() const override { return stream_->heard(); }
-  int descriptor() const override { return stream_->descriptor(); }
 
  private:
   void note(State now) {

@@ -116,7 +116,7 @@ TEST_CASE("each pause is listed with who wanted it, from when and until when") {
   b.wishes.end(hal::LabTime{7});
   std::vector<std::string> lines;
   for (const auto& pause : b.wishes.pauses())
-    lines.push_back(fmt::format("{} {} {}", pause.who, pause.from.count(),
-                                pause.until.value_or(hal::LabTime{-1}).count()));
+    lines.push_back(
+        fmt::format("{} {} {}", pause.who, pause.from.count(), pause.until.value_or(hal::LabTime{-1}).count()));
   CHECK(lines == std::vector<std::string>{"operator 1 3", "safety 2 4", "operator of roark 5 6", "operator 6 -1"});
 }
