@@ -48,7 +48,7 @@ std::string unknown(std::string_view what) {
 
 std::string_view Emulator::help_text() {
   return "camera NAME ok|frozen|gone|dark; camera NAME move DX_M DY_M [TURN_DEG]; ohc unplug|plug; ohc garbage BYTES; "
-         "ohc noise SHARE; "
+         "ohc noise SHARE; ohc stall SECONDS; "
          "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M [HEADING_DEG]; robot "
          "N kill|revive; "
          "robot N cover SECONDS; robot id:ID ...; swap A B SECONDS; status; help";
@@ -116,6 +116,10 @@ std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
     if (!bytes)
       return fmt::format("error: `ohc garbage` needs a number of bytes, at most {}", OhcSerialPort::max_waiting);
     serial_.garbage(static_cast<std::size_t>(*bytes), now_us);
+  } else if (words[1] == "stall") {
+    const auto seconds = number(words.size() > 2 ? words[2] : "");
+    if (!seconds || *seconds < 0 || *seconds > 3600) return "error: `ohc stall` needs seconds, at most 3600";
+    serial_.stall(static_cast<std::int64_t>(*seconds * 1e6), now_us);
   } else if (words[1] == "noise") {
     const auto share = number(words.size() > 2 ? words[2] : "");
     if (!share || *share < 0 || *share > 1) return "error: `ohc noise` needs a share of the bytes, 0 to 1";

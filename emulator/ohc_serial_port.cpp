@@ -48,6 +48,10 @@ void OhcSerialPort::plug_in(std::int64_t now_us) {
   if (!plugged()) device_.plug_in(now_us);
 }
 
+void OhcSerialPort::stall(std::int64_t lasts_us, std::int64_t now_us) {
+  free_at_12_ = std::max(free_at_12_, 12 * (now_us + lasts_us));
+}
+
 void OhcSerialPort::garbage(std::size_t bytes, std::int64_t now_us) {
   std::vector<std::uint8_t> noise;
   for (std::size_t k = std::min(bytes, free()); k > 0; --k) noise.push_back(static_cast<std::uint8_t>(chance_.next()));

@@ -30,6 +30,8 @@ class OhcSerialPort final : public sim_ode::OverheadSource {
   void plug_in(std::int64_t now_us);
   bool plugged() const { return device_.plugged(); }
   void garbage(std::size_t bytes, std::int64_t now_us);
+  // Bytes that are written from now on arrive so much later at the earliest; none is lost.
+  void stall(std::int64_t lasts_us, std::int64_t now_us);
   // From now on that share of the bytes comes with a wrong bit.
   void set_noise(double share) { noise_ = share; }
 
