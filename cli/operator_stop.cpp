@@ -13,7 +13,9 @@ void wish(int number) {
 }
 
 void end_with_other(int) {
-  if (wished == 0) wished = other_failed = 1;
+  if (wished != 0) return;
+  other_failed = 1;
+  wished = 1;
 }
 
 bool listen() {

@@ -26,6 +26,9 @@ PATIENCE_S = 8                          # gate.patience_s
 LONG_PATIENCE_S = 40                    # where a lab stands still for 20 s, or its link is mended again
 NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that, on a busy machine
 STANDS_STILL_S = 20
+LINE_AWAY_S = 8
+SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
+STAND_WITHIN_S = 3.5                    # of the lab's end, or of when its controller can be reached: settle_s + 1
 ROBOTS = 3
 
 
@@ -61,6 +64,7 @@ class Cell:
         self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
         self.figures = {}  # what was measured, for the record
         self.waits = ""  # what it said while it waited
+        self.line_back_s = 0.0  # of the emulator's time
         self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
 
     # ------------------------------------------------------------ preparation
@@ -143,10 +147,17 @@ class Cell:
 
     def do_fault(self):
         fault, process = self.fault, self.process()
-        if fault in ("Ctrl-C", "SIGTERM", "SIGKILL"):
-            process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[fault])
-            if fault == "SIGKILL":
+        name = fault.partition(", line away")[0]
+        if name in ("Ctrl-C", "SIGTERM", "SIGKILL"):
+            if name != fault:
+                self.tell_emulator("ohc unplug")
+            process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[name])
+            if name == "SIGKILL":
                 process.wait()
+            if name != fault:
+                time.sleep(LINE_AWAY_S)
+                self.tell_emulator("ohc plug")
+                self.line_back_s = self.emulator_time_s()
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)
@@ -205,7 +216,7 @@ class Cell:
         """How long after the fault a lab may take to end so."""
         if end == "finished":
             return 180 + (0 if self.arena == "simulated" else self.pace.duration_s)
-        return NOTICES_S + (self.patience_s if end == "failed" else 0)
+        return NOTICES_S + (self.patience_s if end == "failed" else 0) + (SEEN_TO_STAND_S if self.arena == "hardware" else 0)
 
     def wait_for_ends(self, since):
         """{lab: seconds from the fault to its end}; a lab that is not over in time is a problem. The hardware's robots are looked at meanwhile."""
@@ -218,28 +229,28 @@ class Cell:
                 if not self.lives(lab):
                     self.ended[lab] = time.monotonic() - since
                     if lab == "roark" and self.arena == "hardware":
-                        still = self.emulator_time_s()
+                        still = max(self.emulator_time_s(), self.line_back_s)
                 elif time.monotonic() - since > self.limit_s(wanted[lab]):
                     self.ended[lab] = None
                     self.problems.append(f"{lab} has not ended {self.limit_s(wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
             time.sleep(0.02)
         if still is not None:
-            self.until(30, lambda: self.emulator_time_s() > still + 4.5, "the emulator's time")
+            self.until(30, lambda: self.emulator_time_s() > still + STAND_WITHIN_S + 2.5, "the emulator's time")
             self.judge_stillness(still)
 
     def judge_stillness(self, end_s):
-        """By the emulator's truth robots stand still from two seconds after the lab's end."""
+        """By the emulator's truth robots stand still from then on."""
         places = {}
         with open(self.out / "truth.csv", newline="") as truth:
             for row in csv.DictReader(truth):
                 with contextlib.suppress(TypeError, ValueError):  # the last row may be half written
-                    if end_s + 2 <= float(row["time_s"]) <= end_s + 4:
+                    if end_s + STAND_WITHIN_S <= float(row["time_s"]) <= end_s + STAND_WITHIN_S + 2:
                         places.setdefault(row["robot"], []).append([float(row[key]) for key in ("x_m", "y_m", "heading_rad")])
         if len(places) != ROBOTS:
             self.problems.append(f"the emulator's record holds {len(places)} of {ROBOTS} robots after the end")
         moved = sum(max(abs(a - b) for a, b in zip(way[0], way[-1])) > 5e-4 for way in places.values())
         if moved:
-            self.problems.append(f"{moved} of {ROBOTS} robots move 2 s after the end")
+            self.problems.append(f"{moved} of {ROBOTS} robots move {STAND_WITHIN_S} s after the end")
 
     def result_of(self, lab):
         if lab == "roark" and self.fault == "run folder removed":

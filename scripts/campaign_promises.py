@@ -21,6 +21,8 @@ FAULTS = {
     "Ctrl-C": "the lab's operator presses Ctrl-C",
     "SIGTERM": "the lab is asked to end",
     "SIGKILL": "the lab's process is killed",
+    "Ctrl-C, line away": "the line to the controller is cut, the operator presses Ctrl-C, and the line comes back after 8 s",
+    "SIGKILL, line away": "the line to the controller is cut, the lab's process is killed, and the line comes back after 8 s",
     "SIGSTOP 20 s": "the lab's process stands still for 20 s",
     "program crash": "a robot's program crashes; on hardware a robot fails",
     "scenario exception": "the scenario fails",
@@ -127,6 +129,10 @@ def promise(arena, phase, fault):
         return NoSense("plain TCP knows no certificates") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
+    if fault.endswith(", line away"):
+        if arena != "hardware" or phase != "running":
+            return NoSense("only the hardware has a controller, and only robots that run have to stand")
+        return STOPPED if fault.startswith("Ctrl-C") else KILLED
     if fault in ("Ctrl-C", "SIGTERM"):
         if ending:
             return Promise(note="the result stands")
@@ -185,6 +191,8 @@ SHORT = [
     ("paced", "ending", "SIGTERM"),
     ("hardware", "waiting at 0", "SIGTERM"),
     ("hardware", "running", "SIGKILL"),
+    ("hardware", "running", "Ctrl-C, line away"),
+    ("hardware", "running", "SIGKILL, line away"),
 ]
 
 # And of faults between gateways: each once, over one kind of link or the other by turns.
@@ -234,8 +242,8 @@ def page():
              "what came of it by these tables; `scripts/campaign --docs` writes this page.", "",
              "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and that of its peer where it differs. In each cell the lab ends or",
              "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
-             "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 2 s of the lab's end, by the",
-             "emulator's record, however it ended. A strict run that finishes has the hash of an undisturbed one.", ""]
+             "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 3.5 s of the lab's end, and",
+             "of when its controller can be reached again, by the emulator's record, however it ended. A strict run that finishes has the hash of an undisturbed one.", ""]
     lines += links_page()
     notes = []
     for arena, words in ARENAS.items():

@@ -26,14 +26,10 @@ struct StandingFault {
 
 // A hundredth of the bytes wrong spoils three packets of four.
 const std::vector<StandingFault> standing_faults{
-    {"ohc unplug", "ohc plug", 3, 3.75},
-    {"ohc unplug", "ohc plug", 8, 3.75},
-    {"ohc unplug", "ohc plug", 30, 3.75},
-    {"ohc stall 9", "status", 9, 2},
-    {"ohc noise 0.01", "status", 0, 6},
-    {"ohc garbage 4000", "status", 1.1, 1.5},
-    {"robot 2 take", "robot 2 put 0 0", 5, 4},
-    {"camera camera0 dark", "status", 3, 1, false},
+    {"ohc unplug", "ohc plug", 3, 3.75},       {"ohc unplug", "ohc plug", 8, 3.75},
+    {"ohc unplug", "ohc plug", 30, 3.75},      {"ohc stall 9", "status", 9, 2},
+    {"ohc noise 0.01", "status", 0, 6},        {"ohc garbage 4000", "status", 1.1, 1.5},
+    {"robot 2 take", "robot 2 put 0 0", 5, 4}, {"camera camera0 dark", "status", 3, 1, false},
 };
 
 // Where robots truly are, and who has moved.

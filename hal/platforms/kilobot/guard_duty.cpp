@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <exception>
+#include <memory>
 #include <optional>
 
 #include "hal/platforms/kilobot/body.hpp"
@@ -20,6 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds speaks_for = 60s;             // robots may walk
 constexpr std::chrono::milliseconds speaks_briefly_for = 2500ms;  // they stood when the program went
+constexpr std::chrono::milliseconds lock_is_left_within = 2s;
 constexpr std::chrono::milliseconds guards_stop_takes = 300ms;
 constexpr std::chrono::milliseconds says_again_each = 100ms;
 
@@ -37,12 +39,21 @@ std::optional<StandGuard::State> hear(int word) {
   }
 }
 
+// The program that is gone may lose its lock a moment later than its voice.
+std::unique_ptr<ByteStream> claim(const std::string& port) {
+  for (const TimePoint until = machine_time().now() + lock_is_left_within;;) try {
+      return claim_byte_stream(port, std::string(StandGuard::process_name) + ", for a program that is gone");
+    } catch (const PortError&) {
+      if (machine_time().now() >= until) throw;
+      machine_time().wait_until(machine_time().now() + 10ms);
+    }
+}
+
 // The controller may start anew when its port opens, or not: it is told at once, and again and again.
 void speak(const std::string& port, FleetCommand::Kind wanted, std::chrono::milliseconds lasts) {
   ArenaInfo info{model};
   Counters counters;
-  PacketPort line(claim_byte_stream(port, std::string(StandGuard::process_name) + ", for a program that is gone"),
-                  counters);
+  PacketPort line(claim(port), counters);
   OverheadController controller(info, line, {.again_after = says_again_each, .settle = 0us}, counters);
   controller.command({.kind = wanted});
   WallTime& time = machine_time();
