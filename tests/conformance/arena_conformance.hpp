@@ -299,6 +299,29 @@ inline void check_reset(const ArenaRow& row) {
   CHECK(mean_way_m(FleetCommand::Kind::run) > 0.004);
 }
 
+// Robots that should run are not judged. Those that are told to stand, or whose run is over, are seen to after a while,
+// and it is the newest word that counts.
+inline void check_standing(const ArenaRow& row) {
+  using namespace std::chrono_literals;
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  hal::advance(*arena, LabTime{0});
+  arena->robots().command({FleetCommand::Kind::run});
+  hal::advance(*arena, 1 * info.frame_period);
+  CHECK(arena->not_standing().empty());
+  arena->robots().command({FleetCommand::Kind::pause});
+  arena->robots().command({FleetCommand::Kind::run});
+  arena->robots().command({FleetCommand::Kind::pause});
+  for (const NotStanding& robot : arena->not_standing())
+    CHECK(std::binary_search(info.robots.begin(), info.robots.end(), robot.robot));
+  LabTime now = info.frame_period;
+  if (!info.can_wait)
+    while (!arena->not_standing().empty() && now < 8s) hal::advance(*arena, now += info.frame_period);
+  CHECK(arena->not_standing().empty());
+  hal::end(*arena);
+  CHECK(arena->not_standing().empty());
+}
+
 // No call blocks: one that is not there yet changes no lab time and says when it wants to be called again, and then it
 // gets there. Nor does serve() let lab time pass, or end().
 inline void check_waits_for_nobody(const ArenaRow& row) {

@@ -159,6 +159,11 @@ TEST_CASE("arena: reset") {
     }
 }
 
+TEST_CASE("arena: standing") {
+  // Every arena comes to know that its robots stand when they were told to, and keeps them standing at the end.
+  for_each_arena(check_standing);
+}
+
 TEST_CASE("arena: no call blocks") {
   // Whoever runs an arena does the waiting: calls are quick, and what is not there yet says when to ask again.
   for_each_arena(check_waits_for_nobody);

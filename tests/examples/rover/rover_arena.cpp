@@ -72,6 +72,7 @@ class RoverArena final : public hal::Arena {
 
   std::string waiting_for() const override { return called_at_ && frames_ == 0 ? missing() : std::string(); }
 
+  std::vector<hal::NotStanding> not_standing() const override { return base_.not_standing(); }
   bool end() override {
     const TimePoint now = wall_.now();
     if (!ending_at_) {

@@ -40,6 +40,13 @@ class RoverBase final : public hal::RobotLink {
   void stop();
   // Every rover has said that it stands, since the fleet was last told to drive, and since stop().
   bool all_stand() const { return standing_.size() == info_.robots.size(); }
+  // Those of a fleet that should stand that have not said so.
+  std::vector<hal::NotStanding> not_standing() const {
+    std::vector<hal::NotStanding> out;
+    for (const hal::RobotId robot : info_.robots)
+      if (!drives_ && !standing_.contains(robot)) out.push_back({robot, hal::NotStanding::Why::not_told});
+    return out;
+  }
 
  private:
   void send(const Packet& packet) { stream_.write(encode(packet)); }
