@@ -18,8 +18,8 @@ namespace {
 constexpr auto guarded_deadline = 300s;
 
 const std::string spinner = R"(#include <kilolib.h>
-static void setup(void) { spinup_motors(); set_motors(kilo_turn_left, 0); }
-static void loop(void) {}
+static void setup(void) {}
+static void loop(void) { spinup_motors(); set_motors(kilo_turn_left, 0); delay(200); }
 int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 )";
 
