@@ -58,6 +58,16 @@ struct UpBench {
   std::unique_ptr<tests::Process> up;
 };
 
+// Of the lab that runs this file; 0 when none does.
+pid_t lab_process(const std::string& file) {
+  for (const auto& process : fs::directory_iterator("/proc")) {
+    const std::string words = tests::read_file(process.path() / "cmdline");
+    if (words.find(std::string("lab") + '\0' + file) != std::string::npos)
+      return std::stoi(process.path().filename().string());
+  }
+  return 0;
+}
+
 // Whether a process has this word in its command line.
 bool somebody_has(const std::string& word) {
   for (const auto& process : fs::directory_iterator("/proc"))
@@ -66,6 +76,18 @@ bool somebody_has(const std::string& word) {
 }
 
 }  // namespace
+
+TEST_CASE("a lab that ends because another one of its group was killed says so") {
+  UpBench bench;
+  REQUIRE(bench.says("period 1"));
+  const pid_t a = lab_process(bench.file("a"));
+  REQUIRE(a > 0);
+  ::kill(a, SIGKILL);
+  CHECK(bench.up->wait(60s) == 1);
+  CHECK(bench.state("b") == "failed");
+  const auto result = nlohmann::json::parse(tests::read_file(bench.folder.path() / "out/b/result.json"));
+  CHECK(result.at("ended") == "another process of the same arkmesh up has ended");
+}
 
 TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
   tests::LabProcesses labs({.labs = {"shark"}, .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"}});

@@ -102,7 +102,7 @@ test("a status of a former version is read, and the lab takes it", () => {
     ...new Array(8).fill(0), 0, 0, 0, 3, 0, 0, 0, 9, ...new Array(8).fill(0), 1, 0, 0, 0, 1, ...text("late"), 0, 0, 0, 0, 0, 0, 0, 5]);
   const { type, value } = types.decode(former);
   assert.equal(type, "lab_status_t-1");
-  assert.equal(gate_words(value), "⏳ a waits for b");
+  assert.equal(gate_words(value), "waiting for b");
   assert.equal(value.phase, undefined);
   lab.absorb("status", value, 0);
   assert.equal(lab.counter("late"), 5);
