@@ -16,6 +16,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/robot_words.hpp"
 #include "lab/result.hpp"
 #include "lab/run_folder.hpp"
 
@@ -33,6 +34,8 @@ int run_lab(const LabOptions& options) {
   process.run(stop, progress);
 
   const lab::Runner& runner = process.lab().runner();
+  if (const std::string not_seen = hal::in_words(runner.not_standing()); !not_seen.empty())
+    progress.say(fmt::format("arkmesh: robots were told to stand; not seen to: {}", not_seen));
   if (!runner.finished()) {
     progress.say(fmt::format("arkmesh: lab {} ended early: {}", name, runner.reason()));
     return exit_code(lab::outcome_of(runner));
