@@ -122,9 +122,8 @@ class KilobotArena final : public Arena {
     serve_controller();
     if (phase_ == Phase::ending && !see_them_stand()) return false;
     if (phase_ == Phase::ending) {
-      last_seen_ = not_standing();
-      if (guard_)
-        guard_->tell({*controller_.wanted(), last_seen_.empty() && controller_.said_since() && port_.is_open(), true});
+      judged_ = not_standing();
+      if (guard_) guard_->tell({*controller_.wanted(), judged_.empty() && port_.is_open(), true});
       phase_ = Phase::stopping;
       controller_.stop_sending(now());
       last_until_ = now() + last_stop_takes;
@@ -138,9 +137,9 @@ class KilobotArena final : public Arena {
   }
 
   std::vector<NotStanding> not_standing() const override {
-    if (phase_ > Phase::ending) return last_seen_;
+    if (phase_ > Phase::ending) return judged_;
     if (!should_stand()) return {};
-    if (controller_.said_since()) return judge_.not_standing(now());
+    if (controller_.said_since()) return judged_;
     std::vector<NotStanding> all;
     for (const RobotId robot : info_.robots) all.push_back({robot, NotStanding::Why::not_told});
     return all;
@@ -221,7 +220,7 @@ class KilobotArena final : public Arena {
   void serve_controller() {
     controller_.poll(now());
     serve_at_ = controller_.due(now());
-    begin_to_judge();
+    if (phase_ < Phase::stopping) begin_to_judge();  // then what was seen last stands
     tell_guard();
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
     if (controller_.is_up())
@@ -238,6 +237,7 @@ class KilobotArena final : public Arena {
     serve_controller();
     auto frame = eyes_->latest();
     if (frame) judge_.look(*frame, now());
+    judged_ = judge_.not_standing(now());
     if (phase_ > Phase::beginning) supervise();
     return frame;
   }
@@ -257,6 +257,7 @@ class KilobotArena final : public Arena {
     if (told == told_) return;
     told_ = told;
     judge_.begin();
+    judged_ = judge_.not_standing(now());
     walkers_.clear();
     set_out_at_.reset();
     if (told_.second && !should_stand()) set_out_at_ = *told_.second + sets_out_within;
@@ -277,9 +278,8 @@ class KilobotArena final : public Arena {
     if (!carried.empty()) spdlog::info("somebody carries robots: {}", in_words(carried));
     carried_.insert(moved_by_hand.begin(), moved_by_hand.end());
     bool all_judged = true;  // of those in sight
-    const std::vector<NotStanding> not_seen = judge_.not_standing(now());
-    std::erase_if(carried_, [&](RobotId robot) { return !std::ranges::count(not_seen, robot, &NotStanding::robot); });
-    for (const NotStanding& robot : not_seen) {
+    std::erase_if(carried_, [&](RobotId robot) { return !std::ranges::count(judged_, robot, &NotStanding::robot); });
+    for (const NotStanding& robot : judged_) {
       if (robot.why == NotStanding::Why::moving) walkers.push_back(robot.robot);
       if (robot.why == NotStanding::Why::not_yet) all_judged = false;
     }
@@ -369,9 +369,9 @@ class KilobotArena final : public Arena {
   std::set<RobotId> carried_;                                                    // likewise, until they stand
   std::optional<TimePoint> set_out_at_;                                          // when all should have
   TimePoint last_until_{};                                                       // of the ending
-  std::vector<NotStanding> last_seen_;
-  std::int64_t frames_ = 0;  // made or lost so far; also the next one's number
-  LabTime seen_at_{0};       // stamp of the last frame that was made
+  std::vector<NotStanding> judged_;  // at the last look: whoever asks between looks learns nothing newer
+  std::int64_t frames_ = 0;          // made or lost so far; also the next one's number
+  LabTime seen_at_{0};               // stamp of the last frame that was made
 };
 
 }  // namespace
