@@ -19,6 +19,13 @@ using boost::system::error_code;
 
 constexpr std::size_t max_clients = 8, max_line_bytes = 1024;
 
+// "POST / HTTP/1.1": the line with which browsers begin, whatever a page lets them send behind it.
+bool is_http_request(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  const std::size_t version = line.rfind(' ');
+  return version != std::string_view::npos && line.substr(version + 1).starts_with("HTTP/");
+}
+
 }  // namespace
 
 struct ControlPort::State : std::enable_shared_from_this<State> {
@@ -32,6 +39,7 @@ struct ControlPort::State : std::enable_shared_from_this<State> {
   asio::steady_timer again;
   std::function<std::string(std::string_view)> answer;
   std::size_t clients = 0;
+  hal::Counters counters;
 
   State(asio::io_context& loop, tcp::acceptor listening, std::function<std::string(std::string_view)> answers)
       : acceptor(std::move(listening)), again(loop), answer(std::move(answers)) {}
@@ -61,10 +69,23 @@ struct ControlPort::State : std::enable_shared_from_this<State> {
                              const auto self = alive.lock();
                              if (!self) return;
                              if (error) return static_cast<void>(--clients);
-                             client->out = answer(std::string_view(client->in).substr(0, bytes - 1)) + "\n";
+                             const auto line = std::string_view(client->in).substr(0, bytes - 1);
+                             if (is_http_request(line)) return refuse(client);
+                             client->out = answer(line) + "\n";
                              client->in.erase(0, bytes);
                              write(client);
                            });
+  }
+
+  // Nothing that it sent behind this line is read.
+  void refuse(const std::shared_ptr<Client>& client) {
+    counters.add("control.refused.http");
+    client->out =
+        "error: this port takes no HTTP, so that no web page commands the emulator; say lines of text, as with nc\n";
+    asio::async_write(client->socket, asio::buffer(client->out),
+                      [this, alive = weak_from_this(), client](error_code, std::size_t) {
+                        if (const auto self = alive.lock()) --clients;
+                      });
   }
 
   void write(const std::shared_ptr<Client>& client) {
@@ -88,6 +109,10 @@ ControlPort::~ControlPort() = default;
 
 std::uint16_t ControlPort::port() const {
   return state_->acceptor.local_endpoint().port();
+}
+
+const hal::Counters& ControlPort::counters() const {
+  return state_->counters;
 }
 
 }  // namespace arkmesh::emulator

@@ -1,5 +1,6 @@
 // Lines of text over TCP, each answered with one. Nothing here blocks; what clients can make it hold is bounded: in
-// number and in the length of a line, and who takes no answer is not read from.
+// number and in the length of a line, and who takes no answer is not read from. Who says a line of HTTP is told so and
+// sent away, and nothing behind that line is a command: browsers let any web page post text to a port of this machine.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "hal/counters.hpp"
 #include "hal/event_loop.hpp"
 
 namespace arkmesh::emulator {
@@ -22,6 +24,8 @@ class ControlPort {
   ControlPort(const ControlPort&) = delete;
   ControlPort& operator=(const ControlPort&) = delete;
   std::uint16_t port() const;
+  // `control.refused.http`: connections that spoke HTTP.
+  const hal::Counters& counters() const;
 
  private:
   struct State;

@@ -133,7 +133,7 @@ void EmulatorServer::take_pictures() {
 
 hal::Counters EmulatorServer::counters() const {
   hal::Counters out = emulator_.counters();
-  for (const hal::Counters* part : {&counters_, &pictures_.counters()})
+  for (const hal::Counters* part : {&counters_, &pictures_.counters(), &control_.counters()})
     for (const auto& [name, total] : part->all()) out.add(name, total);
   return out;
 }

@@ -32,8 +32,8 @@ class EmulatorServer {
   // Hears when the terminal has become another one, or none.
   void listen(std::function<void()> on_terminal) { on_terminal_ = std::move(on_terminal); }
 
-  // The emulator's and the pictures' counters, and `emulator.frames_skipped` for pictures that came too late to be
-  // taken.
+  // The emulator's, the pictures' and the control port's counters, and `emulator.frames_skipped` for pictures that came
+  // too late to be taken.
   hal::Counters counters() const;
 
  private:

@@ -2,7 +2,10 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <termios.h>
 
 #include <array>
@@ -46,6 +49,21 @@ PseudoTerminal::PseudoTerminal(const std::string& link)
 PseudoTerminal::~PseudoTerminal() {
   std::error_code ignored;
   if (!link_.empty() && std::filesystem::read_symlink(link_, ignored) == path_) std::filesystem::remove(link_, ignored);
+}
+
+void free_if_left(int master, hal::Handle& slave) {
+  int exclusive = 0;
+  struct stat as_it_is {};
+  if (!slave || ::ioctl(slave.get(), TIOCGEXCL, &exclusive) != 0 || exclusive == 0) return;
+  // We could not come back to it otherwise; and meanwhile nobody may open it by its name.
+  if (::fstat(slave.get(), &as_it_is) != 0 || ::fchmod(slave.get(), 0) != 0) return;
+  ::ioctl(slave.get(), TIOCNXCL);
+  slave = hal::Handle();
+  pollfd state{master, 0, 0};
+  const bool held = ::poll(&state, 1, 0) == 0;
+  slave = hal::Handle(::ioctl(master, TIOCGPTPEER, O_RDWR | O_NOCTTY | O_CLOEXEC));
+  if (held) ::ioctl(slave.get(), TIOCEXCL);
+  ::fchmod(slave.get(), as_it_is.st_mode & 07777);
 }
 
 }  // namespace arkmesh::emulator

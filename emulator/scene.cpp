@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::emulator {
@@ -50,14 +51,14 @@ class Surface {
                          0,
                          {95, 98, 100}});
     if (!scene.distractors) return;
-    const double beside = 0.09;
+    const double beside = 0.09, robot_m = hal::kilobot::body_radius_m;
     things_.push_back({Thing::Shape::box, -w - beside, 0.4 * h, 0.1, 0.06, 0.045, {238, 238, 236}});
     things_.push_back({Thing::Shape::disc, w + beside, -0.5 * h, 0, 0.04, 0, {70, 96, 62}});
     things_.push_back({Thing::Shape::disc, w + beside, -0.5 * h, 0, 0.012, 0, {40, 44, 40}});
     things_.push_back({Thing::Shape::cable, 0.2 * w, h + 0.05, 0, 0.5 * w, 0.0022, {30, 30, 32}});
     things_.push_back({Thing::Shape::cable, w + 0.05, 0.3 * h, 1.5, 0.4 * h, 0.0025, {36, 34, 34}});
     things_.push_back({Thing::Shape::box, -0.4 * w, -h - 0.06, 0.5, 0.07, 0.004, {150, 60, 40}});
-    things_.push_back({Thing::Shape::disc, -w - 0.05, -0.6 * h, 0, 0.0165, 0, {190, 190, 192}});  // a coin cell's size
+    things_.push_back({Thing::Shape::disc, -w - 0.05, -0.6 * h, 0, robot_m, 0, {190, 190, 192}});
     for (int k = 0; k < 3; ++k)
       things_.push_back({Thing::Shape::box, chance.uniform(-0.8 * w, 0.8 * w), chance.uniform(-0.8 * h, 0.8 * h),
                          chance.uniform(0, 3), 0.01, 0.004, k == 0 ? Colour{150, 120, 215} : Colour{120, 190, 200}});

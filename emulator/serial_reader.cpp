@@ -33,14 +33,16 @@ struct Source {
 
 struct SerialReader::Thread {
   static constexpr std::chrono::milliseconds accept_again_after{100};  // out of descriptors, say
+  static constexpr std::chrono::milliseconds look_who_left_every{100};
 
   asio::io_context own{1};
   asio::executor_work_guard<asio::io_context::executor_type> work{own.get_executor()};
   asio::io_context& loop;
   std::weak_ptr<std::function<void(Chunk)>> take;
   tcp::acceptor acceptor;
-  asio::steady_timer again{own};
+  asio::steady_timer again{own}, look{own};
   Source<asio::posix::stream_descriptor> terminal{asio::posix::stream_descriptor(own)};
+  hal::Handle slave;
   Source<tcp::socket> host{tcp::socket(own)};
   bool plugged = false;
   std::size_t held_bytes = 0;
@@ -82,6 +84,12 @@ struct SerialReader::Thread {
     });
   }
 
+  void look_who_left() {
+    if (plugged) free_if_left(terminal.stream.native_handle(), slave);
+    look.expires_after(look_who_left_every);
+    look.async_wait([this](error_code) { look_who_left(); });
+  }
+
   template <class Stream>
   static void close(Stream& stream) {
     error_code ignored;
@@ -97,6 +105,7 @@ SerialReader::SerialReader(hal::EventLoop& loop, const std::string& address, std
   port_ = reading_->acceptor.local_endpoint().port();
   reading_->take = take_;
   reading_->accept();
+  reading_->look_who_left();
   set_plugged(true);
   thread_ = std::thread([this] { reading_->own.run(); });
 }
@@ -121,15 +130,18 @@ void SerialReader::set_plugged(bool plugged) {
     return asio::post(reading_->own, [t = reading_.get()] {
       t->plugged = false;
       t->close(t->terminal.stream);
+      t->slave = hal::Handle();
       t->close(t->host.stream);
     });
   }
   terminal_.emplace(link_);
-  asio::post(reading_->own, [t = reading_.get(), master = terminal_->take_master()]() mutable {
-    t->plugged = true;
-    t->terminal.stream.assign(master.release());
-    t->read(t->terminal);
-  });
+  asio::post(reading_->own,
+             [t = reading_.get(), master = terminal_->take_master(), slave = terminal_->take_slave()]() mutable {
+               t->plugged = true;
+               t->slave = std::move(slave);
+               t->terminal.stream.assign(master.release());
+               t->read(t->terminal);
+             });
 }
 
 }  // namespace arkmesh::emulator

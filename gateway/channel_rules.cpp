@@ -97,6 +97,10 @@ Rule ChannelRule::on_link(const std::string& channel) const {
           .max_age_s = limit(max_age_s)};
 }
 
+PeerLimits PeerLimits::or_usual() const {
+  return {std::isnan(rate_hz) ? usual_rate_hz : rate_hz, std::isnan(bytes_per_s) ? usual_bytes_per_s : bytes_per_s};
+}
+
 ChannelRules::ChannelRules(const std::vector<Rule>& exports, const std::vector<std::string>& imports) {
   for (const Rule& rule : exports) rules_.push_back({.allow = rule.channel, .delivery = rule.delivery});
   for (const std::string& channel : imports) rules_.push_back({.allow = channel, .direction = Direction::imports});

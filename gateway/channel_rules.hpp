@@ -48,6 +48,11 @@ struct ChannelRule {
 // What a peer may publish here in all; a NaN is no limit.
 struct PeerLimits {
   double rate_hz = not_given, bytes_per_s = not_given;
+
+  // Where each lab is a process of its own. Two labs of 1000 robots at a hundred times real time need 100 messages and
+  // 5 MB in a second.
+  static constexpr double usual_rate_hz = 10'000, usual_bytes_per_s = 20e6;
+  PeerLimits or_usual() const;
 };
 
 class ChannelRules {

@@ -53,13 +53,13 @@ void PeerConfig::fields(const hal::Section& peer) {
               .unit = "Hz",
               .help = "messages that it may publish here, of all channels together; more are refused",
               .sample = "1000",
-              .default_is = "no limit"});
+              .default_is = "10000; arkmesh run: no limit"});
   peer.field("import_bytes_per_s", limits.bytes_per_s,
              {.range = {1, 1e12},
               .unit = "bytes/s",
               .help = "the same of bytes",
               .sample = "1000000",
-              .default_is = "no limit"});
+              .default_is = "20000000; arkmesh run: no limit"});
 }
 
 void PeerConfig::check(const hal::Section& peer) const {

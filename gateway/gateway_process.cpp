@@ -77,6 +77,7 @@ ProcessConfig read_process_config(const hal::Config& config) {
   if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
+  for (const PeerConfig& peer : out.gateway.peers) out.gateway.rules.limit(peer.lab, peer.limits.or_usual());
   config.refuse_unknown("gateway");
   for (const std::string& lab : labs)
     if (lab != out.lab && std::ranges::find(out.gateway.peers, lab, &PeerConfig::lab) == out.gateway.peers.end())

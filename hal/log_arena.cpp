@@ -69,6 +69,16 @@ bool is_sane(const pose_frame_t& part) {
   return true;
 }
 
+// lcmtypes/former/2 has all fields of today but the last one, which is a robot's radius: 0 here.
+std::vector<std::byte> in_todays_layout(std::vector<std::byte> bytes) {
+  constexpr std::uint64_t former = 0xb5a3935d2ecac998;
+  const auto today = static_cast<std::uint64_t>(arena_info_t::getHash());
+  if (bytes.size() < 8 || (std::uint64_t{number_at(bytes, 0)} << 32 | number_at(bytes, 4)) != former) return bytes;
+  for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(today >> (56 - 8 * i));
+  bytes.resize(bytes.size() + sizeof(double));
+  return bytes;
+}
+
 // Whether the stamp is number * period. Divides, for the product of a log's numbers may be anything.
 bool is_even(const PoseFrame& frame, LabTime period) {
   if (frame.number == 0) return frame.stamp == LabTime{0};
@@ -108,7 +118,8 @@ class FrameReader {
  private:
   void take_info(const std::vector<std::byte>& bytes) {
     arena_info_t message;
-    if (!info && can_hold_what_it_claims(bytes) && decode(bytes, message)) info = std::move(message);
+    const std::vector<std::byte> today = in_todays_layout(bytes);
+    if (!info && can_hold_what_it_claims(today) && decode(today, message)) info = std::move(message);
   }
 
   std::optional<PoseFrame> take_part(const std::vector<std::byte>& bytes) {
@@ -320,6 +331,8 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.kinds = static_cast<std::uint8_t>(found.info->kinds);
     info.values = static_cast<std::uint16_t>(found.info->values);
   }
+  if (found.info && found.info->body_radius_m > 0 && found.info->body_radius_m < info.width_m)
+    info.body_radius_m = found.info->body_radius_m;
   if (found.info && !read_solids(*found.info, info)) refuse("the log's description of its arena contradicts itself");
   if (!found.same_objects || info.objects.size() != found.objects)
     refuse(fmt::format("the log's frames do not all hold the {} objects of its arena", info.objects.size()));

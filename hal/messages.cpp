@@ -191,6 +191,7 @@ arena_info_t to_message(const ArenaInfo& info) {
   out.n_solids = static_cast<std::int32_t>(out.solids.size());
   out.n_corners = static_cast<std::int32_t>(out.corners.size());
   out.n_objects = static_cast<std::int32_t>(info.objects.size());
+  out.body_radius_m = info.body_radius_m;
   return out;
 }
 

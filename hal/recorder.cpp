@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "hal/growth_watch.hpp"
 #include "hal/record_file.hpp"
 
 namespace arkmesh::hal {
@@ -24,6 +25,7 @@ namespace {
 
 constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
 constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
+constexpr std::uint64_t most_refused = 1000, most_refused_bytes = 4 << 20;
 
 void put_big_endian(std::byte* to, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i, value >>= 8) to[i] = static_cast<std::byte>(value);
@@ -42,6 +44,8 @@ struct Recorder::State {
   Counters& counters;
   bool recording = true;
   std::uint64_t events = 0;
+  std::uint64_t refused = 0, refused_bytes = 0;  // recorded of what nobody accepted
+  GrowthWatch growth_{options.fast_bytes_per_s};
   std::uint64_t unchecked_bytes = check_every_bytes;  // written since free space was last looked at
   std::unique_ptr<RecordFile> log;
   std::map<std::string, std::unique_ptr<RecordFile>, std::less<>> tables;
@@ -99,6 +103,19 @@ struct Recorder::State {
     if (file.waiting_bytes() >= buffer_bytes) write_out(file);
   }
 
+  void watch_growth(LabTime stamp, std::string_view channel, std::size_t bytes) {
+    const auto wall = std::chrono::steady_clock::now().time_since_epoch();
+    const auto growth = growth_.add(stamp, std::chrono::duration_cast<LabTime>(wall), channel, bytes);
+    if (!growth) return;
+    if (counters["recorder.grew_fast"] == 0)
+      spdlog::warn(
+          "recording in {} grows by {:.0f} MB/s, more than recorder.fast_mb_per_s = {:g}; {:.0f} % of that is on the "
+          "channel {}",
+          directory.string(), growth->bytes_per_s / 1e6, options.fast_bytes_per_s / 1e6, 100 * growth->share,
+          growth->channel);
+    counters.add("recorder.grew_fast");
+  }
+
   int stopped_by = 0;  // errno
 };
 
@@ -136,11 +153,22 @@ void Recorder::record(LabTime stamp, std::string_view channel, std::span<const s
   state_->log->append(bytes_of(channel));
   state_->log->append(bytes);
   state_->end_record(*state_->log);
+  state_->watch_growth(stamp, channel, header.size() + channel.size() + bytes.size());
 }
 
-std::unique_ptr<Bus::Subscription> Recorder::record_all(Bus& bus, const Clock& clock) {
-  return bus.subscribe(".*", [this, &clock](std::string_view channel, std::span<const std::byte> bytes) {
-    record(clock.now(), channel, bytes);
+void Recorder::record_refused(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes) {
+  if (!state_->log) return;
+  if (state_->refused == most_refused || state_->refused_bytes + bytes.size() > most_refused_bytes)
+    return counters_.add("recorder.not_recorded.refused");
+  ++state_->refused;
+  state_->refused_bytes += bytes.size();
+  record(stamp, channel, bytes);
+}
+
+std::unique_ptr<Bus::Subscription> Recorder::record_all(Bus& bus, const Clock& clock,
+                                                        std::function<bool(std::string_view channel)> left_out) {
+  return bus.subscribe(".*", [this, &clock, left_out](std::string_view channel, std::span<const std::byte> bytes) {
+    if (!left_out(channel)) record(clock.now(), channel, bytes);
   });
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <memory>
@@ -23,6 +24,7 @@ class Recorder {
   struct Options {
     bool log = true;                           // write the LCM log (tables are always written)
     std::uint64_t keep_free_bytes = 64 << 20;  // stop recording while the disk has less free than this
+    double fast_bytes_per_s = 10e6;            // a log that grows faster is said and counted (GrowthWatch)
   };
   // Writes `directory`/log.lcm and `directory`/<table>.csv; makes the directory. Throws std::runtime_error when it
   // cannot. `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the log.
@@ -33,8 +35,12 @@ class Recorder {
   void start_now();
   // One message at lab time `stamp`.
   void record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes);
-  // Whatever passes `bus`, stamped by `clock`, while what it returns lives; all three outlive that.
-  [[nodiscard]] std::unique_ptr<Bus::Subscription> record_all(Bus& bus, const Clock& clock);
+  // One that nobody accepted: the first 1000 of a run, as long as they have 4 MiB together; of further ones the number.
+  void record_refused(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes);
+  // Whatever passes `bus`, stamped by `clock`, while what it returns lives; all three outlive that. Channels that are
+  // `left_out` are recorded by whoever knows what came of them.
+  [[nodiscard]] std::unique_ptr<Bus::Subscription> record_all(Bus& bus, const Clock& clock,
+                                                              std::function<bool(std::string_view channel)> left_out);
   // One row of table `name`; the first call of a table gives its header row.
   void row(std::string_view name, std::string_view header, std::string_view values);
   // Everything so far reaches the file system: called at each period, so that a killed process leaves whole periods.

@@ -16,6 +16,8 @@
 #include <iterator>
 #include <sstream>
 
+#include "hal/handle.hpp"
+#include "hal/replace_file.hpp"
 #include "hal/whole_file.hpp"
 
 namespace arkmesh::hal {
@@ -65,6 +67,23 @@ std::string text_of(const nlohmann::json& object, const char* key) {
 std::int64_t whole_number_of(const nlohmann::json& object, const char* key) {
   const nlohmann::json& found = member_of(object, key);
   return found.is_number_integer() ? found.get<std::int64_t>() : 0;
+}
+
+// On a full disk, or in a folder that takes no new file: the bytes that the file has hold what the run is and how it
+// ended. False: not even that.
+bool say_outcome_in_place(const fs::path& file, const nlohmann::json& result) {
+  const auto before = whole_file(file, largest_result_bytes);
+  const auto outcome = outcome_in(result);
+  if (!before || !outcome) return false;
+  nlohmann::json facts = nlohmann::json::parse(*before, nullptr, false);
+  if (!facts.is_object()) return false;
+  set_outcome(facts, *outcome, ended_in(result));
+  if (facts.dump().size() > before->size()) set_outcome(facts, *outcome, "");
+  std::string text = facts.dump();
+  if (text.size() > before->size()) return false;
+  text.resize(before->size(), ' ');
+  const Handle handle(::open(file.c_str(), O_WRONLY | O_CLOEXEC));
+  return handle && ::pwrite(handle.get(), text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
 }
 
 }  // namespace
@@ -134,28 +153,12 @@ bool ResultFile::mark_killed() {
 }
 
 int replace_json(const fs::path& file, const nlohmann::json& json) {
-  const std::string text = json.dump(2) + "\n";
-  const fs::path written = file.string() + ".new";
-  const int descriptor = ::open(written.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) return errno;
-  int error = 0;
-  for (std::size_t done = 0; done < text.size() && error == 0;) {
-    const ssize_t n = ::write(descriptor, text.data() + done, text.size() - done);
-    if (n >= 0)
-      done += static_cast<std::size_t>(n);
-    else if (errno != EINTR)
-      error = errno;
-  }
-  if (error == 0 && ::fsync(descriptor) != 0) error = errno;
-  ::close(descriptor);
-  if (error == 0 && ::rename(written.c_str(), file.c_str()) != 0) error = errno;
-  if (error != 0) ::unlink(written.c_str());
-  return error;
+  return replace_file(file, json.dump(2) + "\n");
 }
 
-void save_running(const fs::path& file, nlohmann::json facts) {
+int save_running(const fs::path& file, nlohmann::json facts) {
   set_outcome(facts, Outcome::running);
-  replace_json(file, facts);
+  return replace_json(file, facts);
 }
 
 void save_json(const fs::path& file, const nlohmann::json& json) {
@@ -163,6 +166,8 @@ void save_json(const fs::path& file, const nlohmann::json& json) {
   if (error == 0) return;
   spdlog::warn("{} cannot be written ({}); it is printed instead", file.string(), std::strerror(error));
   std::puts(json.dump(2).c_str());
+  if (!say_outcome_in_place(file, json))
+    spdlog::warn("{} still says that the run goes on; what was printed is its result", file.string());
 }
 
 nlohmann::json own_process() {

@@ -60,9 +60,9 @@ class ResultFile {
 
 // Returns errno, 0 when the file is replaced.
 int replace_json(const std::filesystem::path& file, const nlohmann::json& json);
-// Of a run that has begun: what is known of it, and that it is running.
-void save_running(const std::filesystem::path& file, nlohmann::json facts);
-// What cannot be written goes to the standard output.
+// Of a run that has begun: what is known of it, and that it is running. As replace_json().
+int save_running(const std::filesystem::path& file, nlohmann::json facts);
+// What cannot be written goes to the standard output; of a run's result the file then says its outcome, if it can.
 void save_json(const std::filesystem::path& file, const nlohmann::json& json);
 
 // Who runs in this process: the facts by which others find out whether it still does.

@@ -48,7 +48,7 @@ std::optional<Refusal> PeriodGate::event_refusal(const Peer& peer, const WorldMe
   const auto because = [&](std::string sentence) { return Refusal{"event", std::move(sentence)}; };
   if (message.window.empty() || event.period != message.window.back().period + 1)
     return because(fmt::format("its event is of period {}, which is not its next", event.period));
-  if (event.period > options_.last_period || !event.settings.empty())
+  if (event.period > newest_of_peers() || !event.settings.empty())
     return because(fmt::format("its event is of period {}, of the future", event.period));
   if (!rules_) return {};
   const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;

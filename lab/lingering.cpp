@@ -12,8 +12,9 @@ constexpr Lingering::Now linger_more = 500ms, linger_most = 60s, fail_linger = 1
 bool lacks_nothing(const PeriodGate& gate, const PeerMonitor& monitor, const std::string& peer, std::uint32_t last,
                    Lingering::Now now) {
   const auto life = monitor.life(peer, gate.bound(peer), now);
-  return gate.acknowledged(peer, last) || life == PeerMonitor::Life::dead || life == PeerMonitor::Life::failed ||
-         (gate.mode() != PeriodGate::Mode::strict && gate.done(peer));
+  if (life == PeerMonitor::Life::dead || life == PeerMonitor::Life::failed) return true;
+  // A free peer may be behind, and the final hash is made of its last state.
+  return gate.mode() == PeriodGate::Mode::strict ? gate.acknowledged(peer, last) : gate.done(peer);
 }
 
 }  // namespace

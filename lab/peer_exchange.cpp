@@ -57,23 +57,32 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
       patience_(config, gate_, monitor_),
       news_(config.lab, limit_of(config, can_wait)),
       events_(config.exchange.confirmed_within(config.slack)) {
-  subscriptions_.push_back(bus_.subscribe(
-      "[^/]+/world", [this](std::string_view channel, auto bytes) { hear_world(origin_of(channel), bytes); }));
-  subscriptions_.push_back(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
-    const std::string_view peer = origin_of(channel);
-    monitor_.hear_status(peer, gate_.run_id(peer), bytes, now_);
-  }));
+  subscriptions_.push_back(
+      bus_.subscribe("[^/]+/(world|status)", [this](std::string_view channel, std::span<const std::byte> bytes) {
+        const std::string_view peer = origin_of(channel);
+        const bool accepted = channel.ends_with("/world") ? hear_world(peer, bytes)
+                                                          : monitor_.hear_status(peer, gate_.run_id(peer), bytes, now_);
+        if (recording_) recording_(channel, bytes, accepted);
+      }));
   subscriptions_.push_back(
       bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { monitor_.hear_peers(bytes, now_); }));
 }
 
-void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
+bool PeerExchange::hears(std::string_view channel) {
+  const auto slash = channel.find('/');
+  if (slash == 0 || slash == std::string_view::npos) return false;
+  const std::string_view name = channel.substr(slash + 1);
+  return name == hal::channel::world || name == hal::channel::status;
+}
+
+bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
   WorldMessage message;
   if (const std::string_view why = decode_world(bytes, message); !why.empty()) {
     patience_.note_refused(origin, fmt::format("its message is ill-formed ({})", why), now_);
-    return counters_.add(fmt::format("world.refused.{}", why));
+    counters_.add(fmt::format("world.refused.{}", why));
+    return false;
   }
-  tally_.heard(origin, message, bytes.size());
+  if (std::ranges::count(gate_.peers(), origin) > 0) tally_.heard(origin, message, bytes.size());
   const std::uint64_t before = gate_.run_id(origin);
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
@@ -82,9 +91,9 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
       if (before != 0 && before != gate_.run_id(origin))
         spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, period_, lab_);
       if (!message.can_wait) last_state_ = now_;
-      break;
+      return true;
     case PeriodGate::Heard::taught:
-      publish_world();  // so that the peer learns our run id without waiting for a repetition
+      answer(origin);
       break;
     case PeriodGate::Heard::refused:
       if (gate_.published() >= 0) patience_.note_refused(origin, gate_.newest_refusal(), now_);
@@ -96,6 +105,17 @@ void PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
       if (failure_.empty()) failure_ = fmt::format("the labs' settings differ: {}", gate_.difference());
       break;
   }
+  return false;
+}
+
+// A peer that does not know our run id learns it without waiting for a repetition. It is answered once a period, so
+// that its few bytes cannot call up our whole state as often as it likes.
+void PeerExchange::answer(std::string_view peer) {
+  const auto answered = answered_.find(peer);
+  if (answered != answered_.end() && now_ - answered->second < period_length_)
+    return counters_.add("world.answered_before");
+  answered_.insert_or_assign(std::string(peer), now_);
+  publish_world();
 }
 
 void PeerExchange::publish(LabState own) {

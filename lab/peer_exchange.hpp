@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -33,6 +34,12 @@ class PeerExchange {
   PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus);
   PeerExchange(const PeerExchange&) = delete;
 
+  // Called with each world and status of other labs, which nobody else need record: `accepted` or not.
+  using Recording = std::function<void(std::string_view channel, std::span<const std::byte> bytes, bool accepted)>;
+  void on_heard(Recording recording) { recording_ = std::move(recording); }
+  // Whether that is told of this channel.
+  static bool hears(std::string_view channel);
+
   // Time of the current step: to be set before the bus is drained.
   void set_now(Now now) { now_ = now; }
   // What was heard that ends the run, in one sentence; empty when nothing was.
@@ -41,6 +48,8 @@ class PeerExchange {
   PeriodGate& gate() { return gate_; }
   const PeriodGate& gate() const { return gate_; }
   bool strict() const { return gate_.mode() == PeriodGate::Mode::strict; }
+
+  bool all_met() const { return monitor_.all_met(now_); }
 
   // Publishes the own state of the next boundary.
   void publish(LabState own);
@@ -79,7 +88,9 @@ class PeerExchange {
  private:
   // The own events have come through as far as others say.
   void note_confirmed(const std::vector<MergedState>& merged);
-  void hear_world(std::string_view origin, std::span<const std::byte> bytes);
+  // False: it was not accepted.
+  bool hear_world(std::string_view origin, std::span<const std::byte> bytes);
+  void answer(std::string_view peer);
 
   const std::string lab_, owner_;
   const Exchange exchange_;
@@ -97,8 +108,10 @@ class PeerExchange {
   bool complete_ = false;     // lingers after the last period
   std::uint32_t period_ = 0;  // the boundary passed last
   std::string failure_;
+  std::map<std::string, Now, std::less<>> answered_;  // peers that did not know our run id, and when
   Now now_{0}, world_due_{0}, merged_{0}, last_state_{0};
   hal::Counters counters_;
+  Recording recording_;
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;
 };
 

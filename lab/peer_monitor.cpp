@@ -27,17 +27,19 @@ PeerMonitor::PeerMonitor(std::string lab, const std::vector<std::string>& peers)
   for (const std::string& peer : peers) peers_.emplace(peer, Peer{});
 }
 
-void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes,
+bool PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes,
                               Now now) {
   const auto it = peers_.find(peer);
-  if (it == peers_.end()) return counters_.add("status.refused.unknown_lab");
-  if (const std::string_view why = check_status(bytes); !why.empty())
-    return counters_.add(fmt::format("status.refused.{}", why));
+  const auto refuse = [this](std::string_view why) {
+    counters_.add(fmt::format("status.refused.{}", why));
+    return false;
+  };
+  if (it == peers_.end()) return refuse("unknown_lab");
+  if (const std::string_view why = check_status(bytes); !why.empty()) return refuse(why);
   lab_status_t status;
-  if (!hal::decode(bytes, status)) return counters_.add("status.refused.undecodable");
-  if (status.lab != peer) return counters_.add("status.refused.other_name");
-  if (bound_run_id != 0 && static_cast<std::uint64_t>(status.nonce) != bound_run_id)
-    return counters_.add("status.refused.other_run");
+  if (!hal::decode(bytes, status)) return refuse("undecodable");
+  if (status.lab != peer) return refuse("other_name");
+  if (bound_run_id != 0 && static_cast<std::uint64_t>(status.nonce) != bound_run_id) return refuse("other_run");
   if (!met(peer, now)) it->second.met = now;
   it->second.status = now;
   it->second.state = hal::printable(status.state, longest_words);
@@ -46,6 +48,7 @@ void PeerMonitor::hear_status(std::string_view peer, std::uint64_t bound_run_id,
     it->second.over.reset();
   else if (!it->second.over)
     it->second.over = now;
+  return true;
 }
 
 void PeerMonitor::hear_peers(std::span<const std::byte> bytes, Now now) {
@@ -83,6 +86,10 @@ PeerMonitor::Life PeerMonitor::life(std::string_view peer, bool bound, Now now) 
 std::optional<PeerMonitor::Now> PeerMonitor::met(std::string_view peer, Now now) const {
   const Peer& p = peers_.find(peer)->second;
   return p.status && now - *p.status <= status_limit ? std::optional(p.met) : std::nullopt;
+}
+
+bool PeerMonitor::all_met(Now now) const {
+  return std::ranges::all_of(peers_, [&](const auto& peer) { return met(peer.first, now) && !peer.second.over; });
 }
 
 std::string PeerMonitor::words(std::string_view peer, bool bound, Now now) const {

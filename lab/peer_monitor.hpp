@@ -25,8 +25,8 @@ class PeerMonitor {
 
   // `<peer>/status` and our gateway's `peers`, as they came; what is ill-formed or about others is refused and counted.
   // `bound_run_id`: the run id of the run that counts, 0 before it is known. A status of another run is ignored and
-  // counted.
-  void hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes, Now now);
+  // counted. False: it was refused.
+  bool hear_status(std::string_view peer, std::uint64_t bound_run_id, std::span<const std::byte> bytes, Now now);
   void hear_peers(std::span<const std::byte> bytes, Now now);
   // A state of the peer counted: as much a sign of life as a status, which a fast run may not have come to yet.
   void hear_state(std::string_view peer, Now now) { peers_.find(peer)->second.status = now; }
@@ -36,6 +36,8 @@ class PeerMonitor {
   Life life(std::string_view peer, bool bound, Now now) const;
   // Since when a peer whose states do not count has given signs of life without a break; none when it gives none.
   std::optional<Now> met(std::string_view peer, Now now) const;
+  // Each peer gives signs of life, and of a run that is not over.
+  bool all_met(Now now) const;
   // Since when a peer's newest status says that its run is over, whether or not it has said anything since.
   std::optional<Now> over(std::string_view peer) const { return peers_.find(peer)->second.over; }
   // Its life in words: "link down (connection refused)", "not started yet", "silent for 6 s".

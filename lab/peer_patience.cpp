@@ -103,7 +103,10 @@ PeerWait PeerPatience::lost(Now now, hal::Counters& counters) {
     if (!was) {
       counters.add("gate.lost." + peer);
       if (one.give_up.empty()) say_lost(peer, words);
+    } else if (!contact.refusal.empty() && !contact.refusal_said) {
+      spdlog::warn("{} refuses what comes from {} at period {}: {}", lab_, peer, period_, contact.refusal);
     }
+    contact.refusal_said = !contact.refusal.empty();
     all.text += (all.text.empty() ? "" : "; ") + one.text;
     if (all.give_up.empty()) all.give_up = std::move(one.give_up);
   }

@@ -51,7 +51,7 @@ class PeerPatience {
     Now counted{0};                    // when a message counted last
     Now refused_since{0}, refused{0};  // first and last message refused since one counted
     std::string refusal;               // what was wrong with that
-    bool lost = false;
+    bool lost = false, refusal_said = false;
   };
   PeerWait wait_for_one(const std::string& peer, Now now) const;
   PeerWait lose_one(const std::string& peer, Now counted, const std::string& words, Now now) const;

@@ -12,7 +12,7 @@ namespace arkmesh::lab {
 // Of one peer in one run of this lab. Each is remembered.
 constexpr std::size_t max_former_runs = 100;
 
-PeriodGate::PeriodGate(Options options) : options_(std::move(options)) {
+PeriodGate::PeriodGate(Options options) : options_(std::move(options)), last_period_(options_.last_period) {
   if (options_.window == 0) options_.window = window_of(options_.slack);
   std::sort(options_.labs.begin(), options_.labs.end());
   for (const std::string& lab : options_.labs)
@@ -43,7 +43,7 @@ WorldMessage PeriodGate::message() const {
   m.lab = options_.lab;
   m.run_id = options_.run_id;
   m.can_wait = options_.can_wait;
-  m.done = published_ == static_cast<std::int64_t>(options_.last_period);
+  m.done = published_ == static_cast<std::int64_t>(last_period_);
   bool initial_known = true;
   for (const auto& [name, peer] : peers_) {
     m.acks.emplace(name, Ack{peer.run_id, peer.received});
@@ -89,7 +89,7 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
     if (period > last + 1 && last > 0)
       return because("gap", fmt::format("its state {} follows state {}", period, last));
     last = period;
-    if (period > options_.last_period || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
+    if (period > newest_of_peers() || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
       return because("period", fmt::format("its state {} is of the future", period));
     if ((period == 0) == state.settings.empty())
       return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
@@ -176,7 +176,7 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
 std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& message) {
   if (peer.former_runs.size() >= max_former_runs)
     return Refusal{"restarted", fmt::format("it was restarted {} times; start all labs again", max_former_runs)};
-  if (published_ >= static_cast<std::int64_t>(options_.last_period))
+  if (published_ >= static_cast<std::int64_t>(last_period_))
     return Refusal{"restarted", "it was restarted after the last period"};
   if (message.window.empty() || message.window.front().period != 0)
     return Refusal{"before_initial", "it was restarted and has no state 0"};
@@ -185,6 +185,8 @@ std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& me
   Peer anew{.run_id = message.run_id, .former_runs = peer.former_runs};
   anew.former_runs.push_back(peer.run_id);
   if (auto refused = refusal(anew, message)) return refused;
+  if (rules_)
+    if (auto refused = rules_->world_refusal(peer.initial, message.window.front())) return refused;
   // What comes now is in time for our next boundary.
   if (!message.can_wait) anew.ahead = message.window.back().period - (published_ + 1);
   anew.bound = true;
@@ -278,6 +280,10 @@ bool PeriodGate::bound(std::string_view peer) const {
 }
 bool PeriodGate::done(std::string_view peer) const {
   return peers_.find(peer)->second.done;
+}
+std::int64_t PeriodGate::ended_at(std::string_view peer) const {
+  const Peer& p = peers_.find(peer)->second;
+  return p.done ? p.received - p.ahead : -1;
 }
 bool PeriodGate::acknowledged(std::string_view peer, std::uint32_t period) const {
   return peers_.find(peer)->second.acknowledged >= static_cast<std::int64_t>(period);

@@ -30,7 +30,7 @@ class PeriodGate {
     std::string lab;
     std::vector<std::string> labs;  // all, own included
     std::uint32_t slack = 0;        // 0..8
-    std::uint32_t last_period = 0;  // K
+    std::uint32_t last_period = 0;  // K, by the settings
     std::uint64_t run_id = 1;       // of this lab and run, never 0
     bool can_wait = true;
     std::uint32_t window = 0;  // own states per message; 0 means window_of(slack)
@@ -55,8 +55,8 @@ class PeriodGate {
   // Payloads made at boundaries to this one need no further telling.
   void confirm(std::int64_t period) { confirmed_ = std::max(confirmed_, period); }
   // Boundary `period` becomes the last one.
-  void finish_at(std::uint32_t period) { options_.last_period = period; }
-  std::uint32_t last_period() const { return options_.last_period; }
+  void finish_at(std::uint32_t period) { last_period_ = period; }
+  std::uint32_t last_period() const { return last_period_; }
   // What to publish on `world` now.
   WorldMessage message() const;
 
@@ -95,6 +95,8 @@ class PeriodGate {
   std::int64_t received(std::string_view peer) const;  // highest period received (strict: without gap); -1 none
   bool bound(std::string_view peer) const;             // its states count
   bool done(std::string_view peer) const;              // its newest state is its last
+  // Free mode: our boundary that merges the last state of a peer that is done, with slack 0; -1 before it is done.
+  std::int64_t ended_at(std::string_view peer) const;
   bool acknowledged(std::string_view peer, std::uint32_t period) const;
   const LabState* newest(std::string_view peer) const;   // null before state 0
   const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
@@ -134,10 +136,13 @@ class PeriodGate {
   bool find_difference(std::string_view peer, const LabState& initial);
   void accept(Peer& peer, const LabState& state);
   void decide_mode();
+  // Free: a peer whose clock is ahead has gone on when this lab finishes, and is still heard.
+  std::uint32_t newest_of_peers() const { return mode_ == Mode::free ? options_.last_period : last_period_; }
   std::uint32_t wanted(std::uint32_t k) const { return k > options_.slack ? k - options_.slack : 0; }
   std::size_t kept() const;
 
   Options options_;
+  std::uint32_t last_period_;  // the settings', or where finish_at() put it
   std::optional<StateRules> rules_;
   std::vector<std::string> peer_names_;
   Mode mode_ = Mode::undecided;

@@ -9,8 +9,9 @@
 #include <chrono>
 #include <cstring>
 #include <ctime>
-#include <fstream>
 
+#include "hal/handle.hpp"
+#include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
 #include "lab/result.hpp"
 
@@ -43,11 +44,12 @@ fs::path take(const fs::path& directory) {
   return directory;
 }
 
-void make_room(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (descriptor < 0) return;
-  ::posix_fallocate(descriptor, 0, reserve_bytes);
-  ::close(descriptor);
+// Returns errno. Where room cannot be kept there may be some all the same.
+int make_room(const fs::path& file) {
+  const hal::Handle handle(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644));
+  if (!handle) return errno;
+  const int error = ::posix_fallocate(handle.get(), 0, reserve_bytes);
+  return error == ENOSPC || error == EDQUOT ? error : 0;
 }
 
 // In the folders of `directory`, and in those of their labs.
@@ -67,9 +69,15 @@ void mark_killed_in(const fs::path& directory) {
 RunFolder::RunFolder(const fs::path& directory, const std::string& effective_config, hal::Recorder::Options options,
                      const nlohmann::json& facts)
     : recorder_(take(directory), wall_utime(), options), reserve_(directory / "reserve.tmp") {
-  std::ofstream(directory / "config.toml") << effective_config;
-  hal::save_running(directory / "result.json", facts);
-  make_room(reserve_);
+  int error = hal::replace_file(directory / "config.toml", effective_config);
+  if (error == 0) error = hal::save_running(directory / "result.json", facts);
+  if (error == 0) error = make_room(reserve_);
+  if (error == 0) return;
+  std::error_code gone;
+  for (const char* name : {"config.toml", "result.json", "reserve.tmp", "log.lcm"}) fs::remove(directory / name, gone);
+  throw std::runtime_error(
+      fmt::format("cannot record in {}: {}; make room there, or choose another directory with --out",
+                  directory.string(), std::strerror(error)));
 }
 
 RunFolder::~RunFolder() {
@@ -90,10 +98,17 @@ void RecorderConfig::fields(const hal::Section& recorder) {
   recorder.field(
       "keep_free_mib", keep_free_mib,
       {.range = {0, 1 << 20}, .unit = "MiB", .help = "recording stops when the disk has less left; the run goes on"});
+  recorder.field("fast_mb_per_s", fast_mb_per_s,
+                 {.range = {1e-3, 1e6},
+                  .unit = "MB/s",
+                  .help = "the run says when log.lcm grows faster, and what makes it grow: in each 10 s of the machine "
+                          "or of lab time, whichever is longer"});
 }
 
 hal::Recorder::Options RecorderConfig::options() const {
-  return {.log = log, .keep_free_bytes = static_cast<std::uint64_t>(keep_free_mib) << 20};
+  return {.log = log,
+          .keep_free_bytes = static_cast<std::uint64_t>(keep_free_mib) << 20,
+          .fast_bytes_per_s = fast_mb_per_s * 1e6};
 }
 
 fs::path default_run_directory(const std::string& name) {

@@ -37,6 +37,7 @@ class RunFolder {
 struct RecorderConfig {
   bool log = true;
   int keep_free_mib = 64;
+  double fast_mb_per_s = 10;
 
   void fields(const hal::Section& recorder);
   hal::Recorder::Options options() const;

@@ -28,13 +28,18 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       bus_(private_bus),
       recorder_(recorder),
       run_id_(run_id),
-      recording_(recorder_.record_all(bus_, arena_.clock())),
+      recording_(recorder_.record_all(bus_, arena_.clock(), &PeerExchange::hears)),
       port_(arena, private_bus),
       register_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info().can_wait, run_id, private_bus),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
-      data_(make_lab_data(config_, arena.info())) {}
+      data_(make_lab_data(config_, arena.info())) {
+  peers_.on_heard([this](std::string_view channel, std::span<const std::byte> bytes, bool accepted) {
+    const hal::LabTime now = arena_.clock().now();
+    return accepted ? recorder_.record(now, channel, bytes) : recorder_.record_refused(now, channel, bytes);
+  });
+}
 
 // ---------------------------------------------------------------- one step
 
@@ -98,6 +103,8 @@ Runner::Step Runner::start() {
     data_.declaring = false;
     peers_.gate().set_rules({config_.owner, data_.rules, config_.projections});
   }
+  met_ = met_ || !arena_.info().starts_with_labs || peers_.all_met();
+  if (!met_) return wait_for_peers(0);
   if (!advance_to(hal::LabTime{0})) return wait_for_arena();
   close_period();
   return Step::advanced;
@@ -189,8 +196,10 @@ void Runner::merge_period() {
   state_.has_merged();
   PeriodGate& gate = peers_.gate();
   if (scenario_.finished(lab_)) gate.finish_at(k);
-  // In free mode the owner's end is everybody's.
-  if (!strict() && config_.lab != config_.owner && gate.done(config_.owner)) gate.finish_at(k);
+  // In free mode the owner's end is everybody's: who is behind goes on to that boundary.
+  if (!strict() && config_.lab != config_.owner && gate.done(config_.owner))
+    gate.finish_at(static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(gate.ended_at(config_.owner), k, std::max(k, gate.last_period()))));
   if (k < gate.last_period()) return enter(Phase::running);
   if (peer_lost_ || no_news_)
     return fail(fmt::format("{} reached its last period {} without a peer: {}", config_.lab, k, state_.does));

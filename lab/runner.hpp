@@ -143,6 +143,7 @@ class Runner {
   Lab lab_{data_};
   Phase phase_ = Phase::starting;
   bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
+  bool met_ = false;  // the arena may start: it need not wait for the other labs, or they are there
   bool arena_lost_ = false, arena_ended_ = false;  // it failed after the run's end and is left alone
   bool peers_done_ = false;                        // none waits for this lab any more
   bool peer_lost_ = false, no_news_ = false;       // robots stand still until that is over

@@ -11,6 +11,7 @@
 namespace arkmesh::lab {
 namespace {
 
+constexpr std::string_view own_prefix = "lab.";  // of what a lab tells of itself, whatever the scenario
 constexpr std::string_view arena_field = "lab.arena";
 constexpr double outside_m = 0.1;  // what tracking noise and a pushed frame may add
 
@@ -88,6 +89,24 @@ std::optional<Refusal> StateRules::refusal(std::string_view lab, const LabState&
       return Refusal{"position",
                      fmt::format("robot {} is at {:.3f}, {:.3f} m, outside its arena of {} x {} m", robot.robot, at.x_m,
                                  at.y_m, static_cast<double>(arena[0]) * 1e-6, static_cast<double>(arena[1]) * 1e-6)};
+  }
+  return {};
+}
+
+std::optional<Refusal> StateRules::world_refusal(const LabState& before, const LabState& now) const {
+  for (const FieldRule& rule : fields_) {
+    if (!rule.initial_only || rule.name.starts_with(own_prefix)) continue;
+    const auto was = before.fields.find(rule.name), is = now.fields.find(rule.name);
+    const bool had = was != before.fields.end(), has = is != now.fields.end();
+    std::string change;
+    if (had != has) {
+      change = fmt::format("its {} is {}", rule.name, has ? "new" : "missing");
+    } else if (had && was->second != is->second) {
+      const auto [a, b] = std::ranges::mismatch(was->second, is->second);
+      change = fmt::format("value {} of its {} was {} and is {}", a - was->second.begin(), rule.name, *a, *b);
+    }
+    if (!change.empty())
+      return Refusal{"world", fmt::format("it was restarted with another world: {}; start all labs again", change)};
   }
   return {};
 }

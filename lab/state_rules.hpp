@@ -56,6 +56,9 @@ class StateRules {
 
   // Why `state` of `lab` cannot be true, given its state 0; none when it can.
   std::optional<Refusal> refusal(std::string_view lab, const LabState& state, const LabState& initial) const;
+  // Why a restarted lab cannot go on in the place of its former run: what it decides once is not what it was. Scenarios
+  // read that once. `now`: a state 0 that refusal() takes.
+  std::optional<Refusal> world_refusal(const LabState& before, const LabState& now) const;
   const std::vector<FieldRule>& fields() const { return fields_; }
 
  private:

@@ -20,6 +20,8 @@ class Conversation {
   virtual void hear(const Message& message) = 0;
   // What it is to be told now, without delimiter; none: nothing. Asked each time that something can be sent.
   virtual std::optional<std::string> say() const = 0;
+  // It was sent what say() answered last.
+  virtual void said() = 0;
   // The lab's state 0 can be made. Before, `awaited` says what of the original is missing.
   virtual bool may_begin() const = 0;
   virtual std::string awaited() const = 0;

@@ -18,6 +18,7 @@ class CreServerConversation final : public Conversation {
   void gone() override {}
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
+  void said() override {}
   bool may_begin() const override { return !active_.empty(); }
   std::string awaited() const override { return "its resources"; }
   void end() override { ended_ = true; }
@@ -45,6 +46,7 @@ class CreClientConversation final : public Conversation {
   void gone() override { robots_.clear(); }
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
+  void said() override {}
   bool may_begin() const override { return !robots_.empty(); }
   std::string awaited() const override { return "its robots"; }
   void end() override {}

@@ -37,10 +37,10 @@ void DhtfClientConversation::hear(const Message& message) {
       hear_init(message.text);
       break;
     case Word::empty:
-      knows_us_ = go_;
+      acked_ = go_;
       break;
     case Word::accomplished:
-      knows_us_ = go_;
+      acked_ = go_;
       hear_accomplished(message.text);
       break;
     default:
@@ -51,7 +51,8 @@ void DhtfClientConversation::hear(const Message& message) {
 void DhtfClientConversation::hear_init(const std::string& text) {
   const auto init = read_init(text);
   if (!init) return;
-  knows_us_ = false;
+  // ARK-Qt's may have left it before our acknowledgement arrived; one behind T is of an experiment that began anew.
+  if (flavour_ == Flavour::argos || ready_said_) acked_ = ready_said_ = false;
   if (init->cells.size() != ready_.size())
     return conflict(
         fmt::format("{}: scenario.dhtf.sites = {}, and the Init of the original server has {} sites ('{}'): "
@@ -74,12 +75,20 @@ void DhtfClientConversation::hear_accomplished(const std::string& text) {
 
 std::optional<std::string> DhtfClientConversation::say() const {
   if (!init_ || !go_) return std::string(missing_text(flavour_));
-  if (!knows_us_) return std::string(ack_text(flavour_));
+  if (!acked_) return std::string(ack_text(flavour_));
   if (ended_) return to_text('T', std::vector<int>(ready_.size(), 0));
   // A site that it has closed is not ready, whatever boundaries have told so far.
   std::vector<int> ready = ready_;
   for (std::size_t i = 0; i < ready.size(); ++i) ready[i] = ready[i] == 1 && inactive_[i] == 0;
   return to_text('T', ready);
+}
+
+// ARGoS may overwrite an acknowledgement before it looks, so that it hears it until it answers. ARK-Qt hears it once:
+// it says nothing while that is the newest that it has heard.
+void DhtfClientConversation::said() {
+  if (!init_ || !go_ || flavour_ == Flavour::argos) return;
+  ready_said_ = acked_;
+  acked_ = true;
 }
 
 }  // namespace arkmesh::mark

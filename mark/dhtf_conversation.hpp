@@ -19,6 +19,7 @@ class DhtfServerConversation final : public Conversation {
   void gone() override { ready_.assign(ready_.size(), 0); }
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
+  void said() override {}
   bool may_begin() const override { return true; }
   std::string awaited() const override { return {}; }
   void end() override {}  // what is inactive stays so: nothing more is done
@@ -42,10 +43,11 @@ class DhtfClientConversation final : public Conversation {
   // `sites`: scenario.dhtf.sites, of `file`.
   DhtfClientConversation(std::size_t sites, Flavour flavour, std::string file)
       : flavour_(flavour), file_(std::move(file)), ready_(sites, 0), inactive_(sites, 0), executed_(sites, 0) {}
-  void came() override { knows_us_ = false; }
+  void came() override { acked_ = ready_said_ = false; }
   void gone() override {}
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
+  void said() override;
   bool may_begin() const override { return init_.has_value(); }
   std::string awaited() const override { return "its Init"; }
   void end() override { ended_ = true; }
@@ -67,7 +69,8 @@ class DhtfClientConversation final : public Conversation {
   std::string file_;
   std::optional<Init> init_;
   bool go_ = false, ended_ = false;
-  bool knows_us_ = false;  // it has seen our acknowledgement
+  bool acked_ = false;       // what comes next is T
+  bool ready_said_ = false;  // ARK-Qt, since the acknowledgement
   std::vector<int> ready_, inactive_;
   std::vector<std::int64_t> executed_;
 };

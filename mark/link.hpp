@@ -24,6 +24,8 @@ class Link {
   virtual ~Link() = default;
   // Once. `events` outlives the link. Throws std::runtime_error with one sentence, of a port that is taken.
   virtual void start(Events& events) = 0;
+  // From now on the original may come, or is connected to. Once, after start(). Throws as start().
+  virtual void open() = 0;
   // Hands over what has come. Quick; to be called often, at next_service() at the latest.
   virtual void serve() = 0;
   virtual hal::TimePoint next_service() const = 0;

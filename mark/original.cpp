@@ -33,7 +33,12 @@ Original::Original(const Settings& settings, Role role, const Grammar& grammar, 
   link_->start(*this);
 }
 
+void Original::open() {
+  if (!std::exchange(open_, true)) link_->open();
+}
+
 void Original::serve() {
+  if (!open_) return;
   link_->serve();
   if (settings_.flavour == Flavour::ark_qt && begun_ && quiet() && !std::exchange(quiet_, true)) {
     spdlog::warn("{}", absence());
@@ -180,6 +185,7 @@ void Original::say() {
   said_at_ = now;
   counters_.add("mark.messages_sent");
   link_->send(message);
+  conversation_.said();
 }
 
 // ---------------------------------------------------------------- for people

@@ -25,10 +25,12 @@ class Original final : private Link::Events {
   // What lab time does while the original is away.
   enum class Away : std::uint8_t { stands_still, goes_on };
 
-  // Starts the link. `conversation`, `counters` and `wall` outlive it.
+  // Starts the link, and does not open it. `conversation`, `counters` and `wall` outlive it.
   Original(const Settings& settings, Role role, const Grammar& grammar, Conversation& conversation,
            std::unique_ptr<Link> link, Away away, hal::Counters& counters, hal::WallTime& wall = hal::machine_time());
 
+  // From now on the original may come: its time passes as soon as it does. The first call counts. Throws as Link::open.
+  void open();
   // Hears what has come, and says what is due. To be called often, also when the lab has ended.
   void serve();
   hal::TimePoint next_service() const;
@@ -75,6 +77,7 @@ class Original final : private Link::Events {
   const Settings settings_;
   const Role role_;
   const Away away_;
+  bool open_ = false;
   Conversation& conversation_;
   hal::Counters& counters_;
   hal::WallTime& wall_;

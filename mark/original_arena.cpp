@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "mark/cre_conversation.hpp"
 
 namespace arkmesh::mark {
@@ -14,8 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using OnPeerLost = lab::RunConfig::OnPeerLost;
-
-constexpr double kilobot_radius_m = 0.0165;
 
 constexpr hal::Led led_of(int commitment) {
   return commitment == 1 ? hal::Led::red : commitment == 2 ? hal::Led::blue : hal::Led::off;
@@ -35,9 +34,10 @@ OriginalArena::OriginalArena(OriginalParts parts, const lab::RunConfig& run, hal
                 counters_, wall) {
   info_.name = run.lab;
   info_.platform = "m-ark";
-  info_.body_radius_m = kilobot_radius_m;
+  info_.body_radius_m = hal::kilobot::body_radius_m;
   info_.width_m = info_.height_m = side_m_;
   info_.can_wait = false;
+  info_.starts_with_labs = true;
   info_.frame_period = parts.settings.flavour == Flavour::argos ? parts.settings.period : hal::LabTime{100ms};
   if (flying_)
     for (int i = 0; i < parts.settings.robots; ++i) info_.robots.push_back(static_cast<hal::RobotId>(i));
@@ -52,6 +52,7 @@ void OriginalArena::serve() {
 bool OriginalArena::advance_to(hal::LabTime t) {
   if (made_ >= 0 && t <= clock_.now()) return true;
   if (!conversation_->conflict().empty()) throw std::runtime_error(conversation_->conflict());
+  original_.open();
   if (t == hal::LabTime{0} ? !original_.may_begin() : !original_.reached(t)) {
     give_up_on_the_absent();
     return false;

@@ -24,6 +24,7 @@ using boost::asio::ip::tcp;
 using Error = boost::system::error_code;
 
 constexpr auto try_again = 200ms;
+constexpr const char* port_is_for = "the original M-ARK client (mark.port)";
 constexpr std::size_t read_at_once = 16 << 10;  // in one serve(), so that a flood keeps nobody from his work
 
 class TcpLink final : public Link {
@@ -43,6 +44,11 @@ class TcpLink final : public Link {
 
   void start(Events& events) override {
     events_ = &events;
+    // Taken, so that a port in use is told at once. A port that listens would already take an original.
+    if (role_ == Role::server) state_->acceptor = hal::take_port(state_->loop, address_, port_, port_is_for);
+  }
+  void open() override {
+    state_->acceptor.reset();
     role_ == Role::server ? listen() : connect();
   }
 
@@ -91,7 +97,7 @@ class TcpLink final : public Link {
   void listen() {
     State& s = *state_;
     s.socket = tcp::socket(s.loop);
-    s.acceptor = hal::listen_on(s.loop, address_, port_, "the original M-ARK client (mark.port)");
+    s.acceptor = hal::listen_on(s.loop, address_, port_, port_is_for);
     s.acceptor->async_accept(s.socket, [state = state_](Error error) {
       if (!state->alive) return;
       // It takes exactly one, as the original server does.

@@ -135,7 +135,9 @@ void ContactSolver::solve(double step_s) {
     const std::size_t size = index(-clusters_[index(all[at].seen_at)].contacts);
     solve_here(all.subspan(at, size));
     at += size;
+    alone_ += size == 1;
   }
+  solved_by_ode_ += all.size() - end_of_[here];
   const std::span<Contact> robots = all.subspan(end_of_[here], end_of_[by_ode] - end_of_[here]),
                            objects = all.subspan(end_of_[by_ode]);
   if (!robots.empty()) ode_.solve(robots, {}, points_, places_, bodies_, rounds_, step_s);

@@ -41,7 +41,11 @@ class ContactSolver {
   bool in_contact(int body) { return clusters_[index(root(body))].closes; }
   // The contacts that counted, by cluster.
   std::span<const Contact> solved() const { return ordered_; }
+  // What solve() was given so far: calls of ODE's step, contacts that ODE solved, and contacts that touched no other
+  // one and were solved in closed form. The rest was solved in place (Solver::fast).
   std::uint64_t ode_steps() const { return ode_.steps(); }
+  std::uint64_t solved_by_ode() const { return solved_by_ode_; }
+  std::uint64_t alone() const { return alone_; }
   // How far any body has come out of the plane in one step.
   double drift_m() const { return ode_.drift_m(); }
 
@@ -77,7 +81,8 @@ class ContactSolver {
   std::size_t end_of_[ways] = {};     // in ordered_
   std::vector<ContactPoint> points_;  // of contacts of objects
   std::vector<int> sliding_;          // objects on their way
-  int now_ = 0;                       // counts within solve_here
+  std::uint64_t alone_ = 0, solved_by_ode_ = 0;
+  int now_ = 0;  // counts within solve_here
   OdeContacts ode_;
 };
 

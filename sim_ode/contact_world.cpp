@@ -20,7 +20,7 @@ constexpr double tick_s = tick_us * 1e-6;
 constexpr double least_reach_m = 0.0015, largest_reach_m = 0.002;
 // Pairs are listed while nearer than a diameter plus this; the list then serves many steps.
 constexpr double skin_m = 0.02;
-constexpr std::uint64_t align_steps = 64;
+constexpr std::uint64_t align_ticks = 64;
 
 double within_pi(double angle) {
   while (angle > std::numbers::pi) angle -= 2 * std::numbers::pi;
@@ -90,6 +90,8 @@ void ContactWorld::take_off(int robot) {
 
 void ContactWorld::tick() {
   divide_tick();
+  // Before the tick's first place is kept: within it headings stay unwrapped, so that pose() turns the way they turned.
+  if (ticks_++ % align_ticks == 0) align_headings();
   if (steps_per_tick_ > 1) tick_began_ = now_;
   solids_.begin_tick();
   for (int step = 0; step < steps_per_tick_; ++step) {
@@ -164,7 +166,6 @@ std::pair<double, double> ContactWorld::motion(int robot) const {
 }
 
 void ContactWorld::move_alone() {
-  if (totals_.steps % align_steps == 0) align_headings();
   std::swap(now_, before_);
   const std::size_t n = now_.x.size();
   const double *const x0 = before_.x.data(), *const y0 = before_.y.data(), *const h0 = before_.heading.data(),
@@ -274,6 +275,8 @@ void ContactWorld::correct_touched() {
   }
   totals_.contacts += solver_.solved().size();
   totals_.ode_steps = solver_.ode_steps();
+  totals_.by_ode = solver_.solved_by_ode();
+  totals_.alone = solver_.alone();
   totals_.drift_m = solver_.drift_m();
 }
 

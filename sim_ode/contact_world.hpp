@@ -44,11 +44,12 @@ class ContactWorld {
   double longest_path_m() const { return longest_path_m_; }
 
   struct Totals {
-    std::uint64_t steps = 0, contacts = 0, ode_steps = 0;
-    std::uint64_t touching = 0;  // robot-steps in contact
-    std::uint64_t deep = 0;      // contacts that ended a step more than 1 mm deep
-    double deepest_m = 0;        // penetration after a step
-    double drift_m = 0;          // out of the plane, in a step
+    std::uint64_t steps = 0, contacts = 0;
+    std::uint64_t ode_steps = 0, by_ode = 0, alone = 0;  // as ContactSolver has them
+    std::uint64_t touching = 0;                          // robot-steps in contact
+    std::uint64_t deep = 0;                              // contacts that ended a step more than 1 mm deep
+    double deepest_m = 0;                                // penetration after a step
+    double drift_m = 0;                                  // out of the plane, in a step
   };
   const Totals& totals() const { return totals_; }
   const SolidBodies& solids() const { return solids_; }
@@ -86,6 +87,7 @@ class ContactWorld {
   std::vector<double> ahead_, left_;                // metres per step at mid-turn, robot frame
   std::vector<double> turn_, turn_cos_, turn_sin_;  // per step
   std::vector<std::uint8_t> in_arena_;
+  std::uint64_t ticks_ = 0;
   double fastest2_ = 0;  // square of the longest step that motors made since headings were aligned
   std::vector<Pair> pairs_, walls_;
   std::vector<int> body_of_;  // by robot, in this step; -1

@@ -158,6 +158,10 @@ class OdeArena final : public SimulatedArena {
     counters_.set("infrared.backed_off", air.backed_off);
     if (host_.failed_robots() > 0) counters_.set("robots.failed", host_.failed_robots());
     counters_.set("contacts.robot_ticks", world.touching);
+    counters_.set("contacts.solved", world.contacts);
+    counters_.set("contacts.by_ode", world.by_ode);
+    counters_.set("contacts.alone", world.alone);
+    counters_.set("contacts.ode_steps", world.ode_steps);
     counters_.set("contacts.deeper_than_1mm", world.deep);
     return counters_;
   }

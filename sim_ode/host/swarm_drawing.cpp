@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
@@ -25,7 +26,8 @@ void draw_swarm(const SwarmDrawing& drawing, const std::optional<std::filesystem
   if (drawing.png.empty() && drawing.video.empty()) return;
   const std::filesystem::path script = script_of_arkmesh("draw_swarm");
   std::vector<std::string> command = {script.string(), "--arena",
-                                      fmt::format("{}x{}", drawing.width_m, drawing.height_m)};
+                                      fmt::format("{}x{}", drawing.width_m, drawing.height_m), "--diameter",
+                                      fmt::format("{}", 2 * hal::kilobot::body_radius_m)};
   command.push_back(poses ? poses->string() : "--try");
   if (drawing.light) command.push_back(fmt::format("--light={},{}", drawing.light->x_m, drawing.light->y_m));
   for (const hal::Obstacle& obstacle : drawing.obstacles)

@@ -194,9 +194,12 @@ class Pair {
  public:
   Pair(const std::string& program, bool tls) : program_(program), port_(first_port + (tls ? ports_of_a_pair : 0)) {
     if (tls) make_keys();
+    const std::string unlimited = "import_rate_hz = 1e6, import_bytes_per_s = 1e12";
     const std::string scheme = tls ? "tls://" : "", here = fmt::format("{}127.0.0.1:{}", scheme, port_ + 2);
-    shark_ = start("shark", port_, fmt::format("listen = \"{}\"\npeers = [{{lab = \"roark\"}}]", here), tls);
-    roark_ = start("roark", port_ + 1, fmt::format("peers = [{{lab = \"shark\", connect = \"{}\"}}]", here), tls);
+    shark_ =
+        start("shark", port_, fmt::format("listen = \"{}\"\npeers = [{{lab = \"roark\", {}}}]", here, unlimited), tls);
+    roark_ = start("roark", port_ + 1,
+                   fmt::format("peers = [{{lab = \"shark\", connect = \"{}\", {}}}]", here, unlimited), tls);
   }
   // Processor time of both so far.
   double cpu_s() const { return cpu_s(*shark_) + cpu_s(*roark_); }

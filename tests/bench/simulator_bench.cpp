@@ -92,6 +92,11 @@ void ours(benchmark::State& state, Size size, const char* solver) {
     k.arena->advance_to(k.at += hal::LabTime{100'000});
     benchmark::DoNotOptimize(k.arena->poses().latest());
   });
+  const auto count = [&](const char* name) { return static_cast<double>(k.arena->counters()[name]); };
+  if (const double solved = count("contacts.solved"); solved > 0) {
+    state.counters["by_ode_share"] = count("contacts.by_ode") / solved;
+    state.counters["alone_share"] = count("contacts.alone") / solved;
+  }
 }
 
 // The same parts put together by hand, to see what each one takes and how true the contacts are.

@@ -4,8 +4,11 @@
 #include <arpa/inet.h>
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -49,6 +52,25 @@ bool run_until(hal::EventLoop& loop, const std::function<bool()>& condition, int
   }
   return true;
 }
+
+// While it lives this thread, and those that it starts, may not open what another one took with TIOCEXCL, nor what its
+// mode forbids: root is as anybody else there.
+class NoAdministrator {
+ public:
+  NoAdministrator() {
+    REQUIRE(::syscall(SYS_capget, &header_, before_) == 0);
+    __user_cap_data_struct without[2] = {before_[0], before_[1]};
+    without[0].effective &= ~(1U << CAP_SYS_ADMIN | 1U << CAP_DAC_OVERRIDE);
+    REQUIRE(::syscall(SYS_capset, &header_, without) == 0);
+  }
+  ~NoAdministrator() { ::syscall(SYS_capset, &header_, before_); }
+  NoAdministrator(const NoAdministrator&) = delete;
+  NoAdministrator& operator=(const NoAdministrator&) = delete;
+
+ private:
+  __user_cap_header_struct header_{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct before_[2] = {};
+};
 
 // What the control port answers.
 std::string ask(hal::EventLoop& loop, const EmulatorServer& server, const std::string& line) {
@@ -164,6 +186,30 @@ TEST_CASE("bytes keep the time of their arrival while the emulator draws") {
   CHECK(bytes < 4096 + 1024);
 }
 
+TEST_CASE("a terminal that a host took for itself is free when the host has gone, and not before") {
+  // As with a serial line; what the host wrote last is read, too. Three hosts, one after the other, and each keeps the
+  // terminal for longer than the emulator takes to look.
+  const NoAdministrator nobody;
+  hal::EventLoop loop;
+  std::size_t bytes = 0;
+  SerialReader reader(loop, "127.0.0.1", 0, "", [&](SerialReader::Chunk chunk) { bytes += chunk.bytes.size(); });
+  const std::string path = reader.terminal();
+  const auto open = [&path] { return Handle(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK)); };
+  for (std::size_t turn = 1; turn <= 3; ++turn) {
+    Handle host;
+    CHECK(run_until(
+        loop, [&] { return static_cast<bool>(host = open()); }, 5));
+    REQUIRE(host);
+    REQUIRE(::ioctl(host.get(), TIOCEXCL) == 0);
+    const auto later = std::chrono::steady_clock::now() + std::chrono::milliseconds(250);
+    CHECK(run_until(loop, [&] { return std::chrono::steady_clock::now() > later; }));
+    CHECK_FALSE(open());
+    REQUIRE(::write(host.get(), "abc", 3) == 3);
+    host = Handle();
+    CHECK(run_until(loop, [&] { return bytes == 3 * turn; }));
+  }
+}
+
 TEST_CASE("OpenCV opens an emulator's camera, loses it while it is gone, and opens it again") {
   // The picture is the emulator's own; a camera that is gone ends its stream and is not found.
   Emulator emulator = TestEmulator{.robots = 2}.make();
@@ -225,6 +271,40 @@ TEST_CASE("the control port answers line by line, and sends away who never ends 
     const ssize_t n = ::recv(rude.get(), &byte, 1, 0);
     return n == 0 || (n < 0 && errno == ECONNRESET);
   }));
+}
+
+TEST_CASE("the control port takes no commands from a browser") {
+  // A web page may post any text to a port of this machine: of that no line is a command, and the connection ends with
+  // a sentence, however the request comes in pieces.
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  const std::string head = "Host: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: 30\r\n\r\n",
+                    command = "\nrobot 0 take\nohc unplug\n";
+  std::uint64_t refused = 0;
+  for (const std::string& request : {"POST / HTTP/1.1\r\n" + head + command, "GET /x HTTP/1.0\n" + head + command,
+                                     "OPTIONS * HTTP/2.0\r\n" + command, std::string("POST / HTTP/1.1\r\n")}) {
+    CAPTURE(request);
+    const Handle browser = connect_to(server.control_port());
+    std::string got;
+    for (const std::string& piece : {request.substr(0, 9), request.substr(9), command}) {
+      ::send(browser.get(), piece.data(), piece.size(), MSG_NOSIGNAL);
+      run_until(loop, [&, turns = 0]() mutable { return ++turns > 20; });
+    }
+    CHECK(run_until(loop, [&] {
+      char some[256];
+      const ssize_t n = ::recv(browser.get(), some, sizeof some, 0);
+      if (n > 0) got.append(some, static_cast<std::size_t>(n));
+      return n == 0 || (n < 0 && errno == ECONNRESET);
+    }));
+    CHECK(got.starts_with("error: this port takes no HTTP"));
+    CHECK(std::count(got.begin(), got.end(), '\n') == 1);
+    CHECK(server.counters()["control.refused.http"] == ++refused);
+  }
+  CHECK(emulator.truth()[0].seen.in_arena);
+  CHECK(emulator.ohc_plugged());
+  CHECK(ask(loop, server, "robot 0 take\n") == "ok\n");  // who is none goes on as before
 }
 
 TEST_CASE("a taken port, a link that is a file and a video without a folder are refused with a sentence") {

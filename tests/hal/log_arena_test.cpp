@@ -59,10 +59,11 @@ void record_frames(Recorder& recorder, std::uint32_t from, std::uint32_t to, int
     for (const auto& part : to_messages(frame_of(n, robots))) record(recorder, frame_of(n).stamp, channel::poses, part);
 }
 
-std::unique_ptr<Arena> replay(const std::filesystem::path& log, LabTime length, const std::string& more = {}) {
+std::unique_ptr<Arena> replay(const std::filesystem::path& log, LabTime length, const std::string& more = {},
+                              const RobotModel& robot = {}) {
   const Config config =
       Config::from_text("[arena]\n" + more + "\n[arena.replay]\nlog = \"" + log.string() + "\"\n", "a.toml");
-  auto out = make_log_arena(config.root().section("arena"), "lab", {}, length);
+  auto out = make_log_arena(config.root().section("arena"), "lab", robot, length);
   config.refuse_unknown();
   return out;
 }
@@ -116,6 +117,35 @@ TEST_CASE("a log's poses come back with its robots, size and frame period") {
     CHECK(!arena->poses().latest());
   }
   CHECK(arena->counters().all().empty());
+}
+
+TEST_CASE("robots are as large as the log tells, and Kilobots where its layout did not tell it yet") {
+  // The former layout is today's without its last field.
+  constexpr double kilobot_m = 0.0165;
+  for (const bool former : {false, true}) {
+    CAPTURE(former);
+    TemporaryDirectory directory;
+    const auto log = make_log(directory, [&](Recorder& recorder) {
+      ArenaInfo info = info_of();
+      info.body_radius_m = 0.02;
+      const arena_info_t message = to_message(info);
+      std::vector<std::byte> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+      message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+      if (former) {
+        bytes.resize(bytes.size() - sizeof(double));
+        constexpr std::uint64_t fingerprint = 0xb5a3935d2ecac998;
+        for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(fingerprint >> (56 - 8 * i));
+      }
+      recorder.record(LabTime{0}, channel::arena, bytes);
+      record_frames(recorder, 0, 3);
+    });
+    RobotModel robot;
+    robot.body_radius_m = kilobot_m;
+    const auto arena = replay(log, LabTime{2 * 55'000}, {}, robot);
+    CHECK(arena->info().body_radius_m == (former ? kilobot_m : 0.02));
+    CHECK(arena->info().width_m == 0.5);
+    CHECK(arena->info().kinds == 8);
+  }
 }
 
 TEST_CASE("size comes from the keys when the log does not tell") {

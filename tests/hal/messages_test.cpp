@@ -113,12 +113,14 @@ TEST_CASE("arena and counters become messages") {
   info.name = "shark";
   info.platform = "ode";
   info.width_m = 1.5;
+  info.body_radius_m = 0.02;
   info.robots = {1, 5};
   info.can_wait = false;
   const arena_info_t message = to_message(info);
   CHECK(message.lab == "shark");
   CHECK(message.platform == "ode");
   CHECK(message.width_m == 1.5);
+  CHECK(message.body_radius_m == 0.02);
   CHECK(message.robots == 2);
   CHECK(message.max_robot == 1022);
   CHECK(message.frame_period_us == 100'000);

@@ -192,6 +192,41 @@ TEST_CASE("recording stops before the disk is full") {
   CHECK(warnings.lines() == 1);
 }
 
+TEST_CASE("of messages that nobody accepted a sample is recorded, and the number of all others") {
+  for (const std::size_t size : {std::size_t{78}, std::size_t{100'000}}) {
+    CAPTURE(size);
+    TemporaryDirectory directory;
+    Recorder recorder(directory.path(), 0, {});
+    for (int i = 0; i < 5000; ++i) recorder.record_refused(LabTime{i}, "roark/world", payload(size));
+    recorder.record(LabTime{5000}, "roark/world", payload(size));
+    recorder.flush();
+    bool truncated = true;
+    const std::size_t events = events_of(directory.path() / "log.lcm", truncated).size();
+    CHECK(events == 1 + std::min<std::size_t>(1000, (4 << 20) / size));
+    CHECK(recorder.counters()["recorder.not_recorded.refused"] == 5001 - events);
+  }
+}
+
+TEST_CASE("a log that grows fast is said once, with the channel that makes it grow, and counted") {
+  TemporaryDirectory directory;
+  const Warnings warnings;
+  Recorder recorder(directory.path(), 0, {.fast_bytes_per_s = 1000});
+  const auto seconds = [&](int from, int to, std::size_t size) {
+    for (int second = from; second < to; ++second) {
+      recorder.record(std::chrono::seconds{second}, "poses", payload(100));
+      recorder.record(std::chrono::seconds{second}, "roark/cam", payload(size));
+    }
+  };
+  seconds(0, 21, 700);
+  CHECK(warnings.lines() == 0);
+  seconds(21, 61, 8000);
+  CHECK(warnings.lines() == 1);
+  CAPTURE(warnings.text());
+  CHECK(warnings.text().find("more than recorder.fast_mb_per_s = 0.001; 98 % of that is on the channel roark/cam") !=
+        std::string::npos);
+  CHECK(recorder.counters()["recorder.grew_fast"] >= 3);
+}
+
 TEST_CASE("a directory that cannot be made is refused in one sentence") {
   // A file stands where the directory should be.
   TemporaryDirectory directory;

@@ -106,6 +106,24 @@ TEST_CASE("only a run whose process is certainly gone is marked as killed, and i
   }
 }
 
+TEST_CASE("a result that cannot take the file's place is told in place: at least how the run ended") {
+  const tests::TemporaryDirectory root;
+  const auto file = root.path() / "result.json";
+  hal::save_running(file, {{"labs", {"shark"}}, {"process", hal::own_process()}});
+  std::filesystem::create_directory(file.string() + ".new");  // in the way
+  const auto size = std::filesystem::file_size(file);
+  for (const std::string& ended : {std::string("the line was cut"), std::string(1000, 'x')}) {
+    json result{{"counts", {{"n", 1}}}};
+    hal::set_outcome(result, Outcome::failed, ended);
+    hal::save_json(file, result);
+    CHECK(std::filesystem::file_size(file) == size);
+    const ResultFile now(root.path());
+    CHECK(now.outcome() == Outcome::failed);
+    CHECK(now.labs() == std::vector<std::string>{"shark"});
+    CHECK(now.ended() == (ended.size() < 100 ? ended : "failed"));
+  }
+}
+
 TEST_CASE("what is replaced is never half written") {
   const tests::TemporaryDirectory root;
   const auto file = root.path() / "result.json";

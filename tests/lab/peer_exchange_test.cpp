@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -218,6 +219,29 @@ TEST_CASE("exchange: in free mode a lost peer is waited for, gone without, or th
     CHECK(a.exchange.failure() == "");
     CHECK(a.exchange.counters()["gate.lost.b"] == 1);
   }
+}
+
+TEST_CASE("exchange: who does not know our run is answered once a period, whatever run ids it makes up") {
+  LabA a;
+  a.own(0);
+  int told = 0;
+  const auto worlds = a.bus.subscribe("world", [&](auto, auto) { ++told; });
+  const auto ask = [&](const char* peer, std::uint64_t run_id) {
+    lab::WorldMessage m{.lab = peer, .run_id = run_id, .can_wait = true};
+    m.acks["a"] = {run_id, -1};  // not ours
+    a.bus.publish(std::string(peer) + "/world", lab::to_message(m));
+    a.bus.drain();
+  };
+  for (std::uint64_t i = 0; i < 100; ++i) ask("b", 1000 + i);
+  for (std::uint64_t i = 0; i < 100; ++i) ask("stranger", 1000 + i);
+  CHECK(told == 1);
+  CHECK(a.exchange.counters()["world.taught"] == 100);
+  CHECK(a.exchange.counters()["world.answered_before"] == 99);
+  CHECK(a.exchange.counters()["world.refused.unknown_lab"] == 100);
+  CHECK_FALSE(a.exchange.exchange_figures()["received"].contains("stranger"));
+  a.exchange.set_now(a.config.period);
+  ask("b", 1000);
+  CHECK(told == 2);
 }
 
 TEST_CASE("exchange: a lab that itself stood still has lost nobody") {

@@ -251,6 +251,19 @@ TEST_CASE("a free lab merges the newest at or before and counts what is late or 
   CHECK(a.counters()["gate.late.b"] == 2);
 }
 
+TEST_CASE("a free lab that has finished hears a peer whose clock is ahead") {
+  // It is how it learns that nobody needs it any more.
+  PeriodGate a = gate(0, false);
+  a.publish(state(0));
+  REQUIRE(a.hear("b", from_b({state(0, 10)})) == PeriodGate::Heard::counted);
+  a.merge(0);
+  a.finish_at(0);
+  CHECK(a.message().done);
+  CHECK(a.hear("b", from_b({state(3, 13), state(4, 14)}, 0)) == PeriodGate::Heard::counted);
+  CHECK(a.acknowledged_by_all(0));
+  CHECK(a.hear("b", from_b({state(100), state(101)}, 0)) == PeriodGate::Heard::refused);  // past the settings' end
+}
+
 TEST_CASE("a free lab takes a restarted peer's new run for the former one") {
   // Its state 0 is told anew, and states are as old as they are since the two runs have met.
   PeriodGate a = beside_real_time_b(false);
@@ -277,6 +290,27 @@ TEST_CASE("a free lab takes a restarted peer's new run for the former one") {
   }
   CHECK(a.counters()["gate.late.b"] == late + 1);
   CHECK(a.counters()["world.restarted"] == 1);
+}
+
+TEST_CASE("a free lab refuses a restarted peer that has decided its world anew") {
+  // Scenarios read once what is decided once: sites, and what kind each is. What a lab tells of its arena may change.
+  PeriodGate a = gate(0, false);
+  a.set_rules({"b", {{.name = "site", .length = 2, .high = 15, .initial_only = true}, lab::arena_rule()}, {{"b", {}}}});
+  const auto world = [](std::vector<std::int64_t> sites, std::int64_t robots) {
+    LabState initial = state(0);
+    initial.fields = {{"site", std::move(sites)}, {"lab.arena", {1'000'000, 1'000'000, robots, 9}}};
+    return initial;
+  };
+  a.publish(state(0));
+  REQUIRE(a.hear("b", from_real_time_b(2, {world({1, 2}, 10)})) == PeriodGate::Heard::counted);
+  a.merge(0);
+  CHECK(a.hear("b", from_real_time_b(3, {world({1, 3}, 10)})) == PeriodGate::Heard::refused);
+  CHECK(a.newest_refusal() ==
+        "it was restarted with another world: value 1 of its site was 2 and is 3; start all labs again");
+  CHECK(a.counters()["world.refused.world"] == 1);
+  CHECK(a.run_id("b") == 2);
+  CHECK(a.hear("b", from_real_time_b(4, {world({1, 2}, 8)})) == PeriodGate::Heard::counted);
+  CHECK(a.run_id("b") == 4);
 }
 
 TEST_CASE("a peer that is restarted without end is refused at last") {

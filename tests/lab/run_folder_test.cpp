@@ -76,6 +76,20 @@ TEST_CASE("a run that goes on keeps its folder, also by force, and says so in re
   lab::claim_run_folder(folder, true);
 }
 
+TEST_CASE("a run that cannot say what it is does not begin, and leaves nothing") {
+  tests::TemporaryDirectory root;
+  for (const char* file : {"config.toml", "result.json"}) {
+    const auto folder = root.path() / file;
+    std::filesystem::create_directories(folder / (std::string(file) + ".new"));  // in the way
+    CHECK_THROWS_WITH_AS(lab::RunFolder(folder, "", {}, facts()),
+                         ("cannot record in " + folder.string() +
+                          ": Is a directory; make room there, or choose another directory with --out")
+                             .c_str(),
+                         std::runtime_error);
+    CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
+  }
+}
+
 TEST_CASE("the next start marks a run whose process is gone as killed") {
   tests::TemporaryDirectory root;
   nlohmann::json left = {{"state", "running"}, {"labs", {"shark"}}, {"process", hal::own_process()}};

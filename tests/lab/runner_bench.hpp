@@ -44,6 +44,7 @@ class SlowArena final : public hal::Arena {
     info_.commands = {Kind::run, Kind::pause, Kind::reset, Kind::sleep};
   }
   const hal::ArenaInfo& info() const override { return info_; }
+  void start_with_labs() { info_.starts_with_labs = true; }
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return frames_; }
   NotingLink& robots() override { return link_; }

@@ -79,6 +79,31 @@ TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
   CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0"});
 }
 
+TEST_CASE("an arena that starts with the labs is not asked before they are there") {
+  // What it starts would use up its time alone. The lab of a run that is over is not there yet.
+  Bench bench(config_of_two_labs(), false);
+  bench.arena.start_with_labs();
+  std::chrono::microseconds now{0};
+  const auto pass = [&](const char* state) {
+    lab_status_t m{};
+    m.lab = "b";
+    m.nonce = 2;
+    m.state = state;
+    m.outcome = std::string_view(state) == "finished" ? lab_status_t::finished : lab_status_t::open;
+    for (int i = 0; i < 30; ++i) {
+      if (*state) bench.bus.publish("b/status", m);
+      bench.runner.step(now += 100ms);
+    }
+  };
+  pass("");
+  CHECK(bench.arena.asked.empty());
+  CHECK(bench.runner.state_text().starts_with("waiting for b"));
+  pass("finished");
+  CHECK(bench.arena.asked.empty());
+  pass("waiting for a");
+  CHECK(bench.arena.asked == std::vector<hal::LabTime>{0us});
+}
+
 TEST_CASE("a lab whose arena is late tells its peers each second that it counts") {
   Bench bench;
   bench.arena.late = 3000;
@@ -198,6 +223,44 @@ TEST_CASE("a lab that can wait merges at each boundary what a real-time arena sa
     CHECK(runner.period() == k);
     CHECK(runner.lab().state("b").period == k);
   }
+}
+
+TEST_CASE("a lab that hears of the owner's end before it is there goes on to that boundary") {
+  // The owner's last state is there when this lab is two boundaries behind. Ended where it is, the labs of one run
+  // would not be as long as each other.
+  NewsBench b([](lab::RunConfig& run) { run.owner = "b", run.last_period = 10; }, true);
+  const Runner& runner = b.bench.runner;
+  for (std::uint32_t k = 0; k < 5; ++k) b.pass(1s, k);
+  lab::WorldMessage m{.lab = "b", .run_id = 2, .can_wait = false, .done = true};
+  m.acks["a"] = {5, 4};
+  for (std::uint32_t period : {5, 6, 7}) m.window.push_back({.period = period});
+  b.bench.bus.publish("b/world", lab::to_message(m));
+  for (int i = 0; i < 1000 && b.bench.runner.step(b.now) == Runner::Step::advanced; ++i) continue;
+  CHECK(runner.period() == 7);
+  CHECK(runner.last_period() == 7);
+  CHECK(runner.lab().state("b").period == 7);
+  CHECK(runner.outcome() == "finished");
+}
+
+TEST_CASE("a free lab that has finished stays until it has its peers' last states") {
+  // The final hash is made of them. This peer has everything of ours, and is a boundary behind.
+  NewsBench b([](lab::RunConfig& run) { run.owner = "a", run.last_period = 4; });
+  Runner& runner = b.bench.runner;
+  const auto says = [&](std::uint32_t period, bool done) {
+    lab::WorldMessage m{.lab = "b", .run_id = 2, .can_wait = false, .done = done};
+    m.acks["a"] = {5, 4};
+    m.window.push_back({.period = period, .hash = done ? 104u : 0u});
+    b.bench.bus.publish("b/world", lab::to_message(m));
+    for (const auto until = b.now + 2s; b.now < until; b.now += 100ms) runner.step(b.now);
+  };
+  for (std::uint32_t k = 0; k < 4; ++k) b.pass(1s, k);
+  for (int i = 0; i < 1000 && runner.outcome() != "finished"; ++i) runner.step(b.now += 10ms);
+  CHECK(runner.period() == 4);
+  says(3, false);
+  CHECK_FALSE(runner.finished());
+  says(4, true);
+  CHECK(runner.finished());
+  CHECK(runner.hash_by_lab().at("b") == 104);
 }
 
 TEST_CASE("robots of a real-time arena stand still when no new state of any peer was applied for 10 s") {

@@ -1,6 +1,7 @@
 // ARK-Qt: no NUL, no ticks, the wall's clock; messages far enough apart that it never reads two at once.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <vector>
@@ -55,7 +56,7 @@ TEST_CASE("ark-qt: as the client, the banner is no answer, and a stop empties it
   bench.link->events->heard("11Ibc0111");
   CHECK(talk.may_begin());
   talk.go();
-  CHECK(bench.pass(300ms) == std::vector<std::string>{"Received initialisation"});
+  CHECK(bench.pass(200ms) == std::vector<std::string>{"Received initialisation"});
   bench.link->events->heard("A00A10A11A01");
   CHECK(talk.executed() == std::vector<std::int64_t>{1, 1});
   CHECK(talk.inactive() == std::vector<int>{0, 1});
@@ -64,6 +65,45 @@ TEST_CASE("ark-qt: as the client, the banner is no answer, and a stop empties it
   bench.link->events->heard("0");
   CHECK(bench.counters["mark.stopped"] == 1);
   CHECK(bench.original.refusals().all().empty());
+}
+
+TEST_CASE("ark-qt: a server that is silent while it holds our acknowledgement hears it once, and then T") {
+  // Each 100 ms it sends Init, nothing, or, each two seconds, A, by what it has heard last; T takes the place of the
+  // ack.
+  mark::DhtfClientConversation talk(2, mark::Flavour::ark_qt, "lab.toml");
+  OriginalBench bench(table, mark::Role::client, talk);
+  std::string held;
+  bool knows_us = false;
+  int since_told = 0, told = 0;
+  std::vector<std::string> heard;
+  const auto pass = [&](int hundreds_of_ms) {
+    for (; hundreds_of_ms > 0; --hundreds_of_ms, ++since_told) {
+      if (held.starts_with('R')) {
+        knows_us = true;
+      } else if (!knows_us || held.starts_with('M')) {
+        bench.link->events->heard("Ibc0111");
+      } else if (since_told >= 20) {
+        since_told = 0;
+        ++told;
+        bench.link->events->heard("A00");
+      }
+      if (held.starts_with('T')) held.clear();
+      for (const std::string& text : bench.pass(100ms)) heard.push_back(held = text);
+    }
+  };
+  const auto acks = [&] { return std::ranges::count(heard, "Received initialisation"); };
+  pass(30);
+  CHECK(talk.may_begin());
+  talk.go();
+  pass(100);
+  CHECK(acks() == 1);
+  CHECK(std::ranges::count(heard, "T00") >= 4);
+  CHECK(told >= 4);
+  // Its operator begins anew on the same connection.
+  knows_us = false;
+  pass(50);
+  CHECK(acks() == 2);
+  CHECK(heard.back() == "T00");
 }
 
 TEST_CASE("ark-qt: lab time is the wall's") {

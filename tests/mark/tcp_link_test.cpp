@@ -100,11 +100,12 @@ int free_port() {
 // A link and the loop that serves it.
 class LinkBench {
  public:
-  LinkBench(mark::Role role, int port) {
+  LinkBench(mark::Role role, int port, bool open = true) {
     mark::Settings settings;
     settings.port = static_cast<std::uint16_t>(port);
     link = mark::make_tcp_link(loop_, settings, role);
     link->start(events);
+    if (open) link->open();
   }
   template <class Condition>
   bool until(Condition condition) {
@@ -128,6 +129,25 @@ class LinkBench {
 };
 
 }  // namespace
+
+TEST_CASE("nobody can connect to a server, and no client connects, before the link is open") {
+  // An original counts its time from the moment when it is connected; the kernel connects it to whoever listens.
+  const int port = free_port();
+  LinkBench server(mark::Role::server, port, false);
+  PlainSocket original;
+  CHECK_FALSE(original.connect(port));
+  server.link->open();
+  CHECK(original.connect(port));
+  CHECK(server.until([&] { return server.events.comings == 1; }));
+
+  PlainSocket other;
+  const int there = other.listen();
+  LinkBench client(mark::Role::client, there, false);
+  client.for_a_while();
+  CHECK(other.accept() < 0);
+  client.link->open();
+  CHECK(client.until([&] { return client.events.comings == 1; }));
+}
 
 TEST_CASE("the server takes one client, and another one after it has gone") {
   // While one is there the port is closed, so that a second one tries in vain and is not hurt by being closed on.

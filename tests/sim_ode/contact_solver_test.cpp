@@ -94,6 +94,55 @@ TEST_CASE("the fast solver gives what ODE gives") {
   CHECK(off <= robots / 100);
 }
 
+TEST_CASE("a contact that touches no other one goes as ODE lets it go") {
+  // The closed form beside ODE's step with 300 rounds: two robots, or a robot and a wall, of any gap, direction, motion
+  // and turn. Equal at a wall and where robots just touch; otherwise ODE's point of contact, on the first robot's rim,
+  // is not on the second one's.
+  hal::RandomStream chance(2, "alone");
+  double furthest = 0, furthest_touching = 0;
+  int closing = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double angle = chance.uniform(0, 2 * std::numbers::pi), nx = std::cos(angle), ny = std::sin(angle),
+                 gap_m = k % 4 == 0 ? 0 : chance.uniform(-way_m / 2, way_m);
+    const bool wall = k % 2 == 1;
+    const ContactSettings settings{.friction = k % 3 == 0 ? 0 : chance.uniform(0, 1)};
+    ContactSolver alone(settings, 1);
+    OdeContacts ode(settings, 1, {});
+    std::vector<ContactBody> bodies;
+    std::vector<ContactPoint> places;
+    for (int i = 0; i < 2; ++i) {
+      ContactBody body{chance.uniform(-way_m, way_m), chance.uniform(-way_m, way_m), chance.uniform(-way_m, way_m), i,
+                       0};
+      if (wall && i == 1) body = {0, 0, 0, -1, 0};
+      const double x_m = i * (diameter_m + gap_m) * nx, y_m = i * (diameter_m + gap_m) * ny;
+      if (body.robot >= 0) alone.add_body(i, x_m, y_m, body.dx, body.dy, body.roll);
+      bodies.push_back(body);
+      places.push_back({x_m, y_m});
+    }
+    const bool closes = (bodies[0].dx - bodies[1].dx) * nx + (bodies[0].dy - bodies[1].dy) * ny > gap_m;
+    if (wall)
+      alone.add_wall(0, nx, ny, gap_m, closes, 0, 0, -1);
+    else
+      alone.add(0, 1, nx, ny, gap_m, closes, 0, 0, 0);
+    alone.solve(step_s);
+    if (!closes) continue;
+    ++closing;
+    Contact contact{0, 1, nx, ny, gap_m, 0, 0, wall ? 1.0F : 0.5F, 0, 0};
+    ode.solve({&contact, 1}, {}, {}, places, bodies, 300, step_s);
+    for (std::size_t i = 0; i < (wall ? 1U : 2U); ++i) {
+      const ContactBody& one = alone.bodies()[i];
+      const double apart =
+          std::max(std::hypot(one.dx - bodies[i].dx, one.dy - bodies[i].dy), std::abs(one.roll - bodies[i].roll));
+      furthest = std::max(furthest, apart);
+      if (wall || gap_m == 0) furthest_touching = std::max(furthest_touching, apart);
+    }
+  }
+  MESSAGE(closing << " contacts, furthest " << furthest / way_m << " of a free step");
+  CHECK(closing > 400);
+  CHECK(furthest_touching < way_m * 1e-6);
+  CHECK(furthest < way_m / 100);
+}
+
 TEST_CASE("pushed robots share the pusher's motion, whatever the last step's pushes were") {
   // One that pushes k others moves at 1/(k+1) of its speed, and so do they; the last step's pushes say only where the
   // search begins.

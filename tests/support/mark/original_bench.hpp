@@ -24,6 +24,7 @@ class BenchWall final : public hal::WallTime {
 
 struct BenchLink final : mark::Link {
   void start(Events& given) override { events = &given; }
+  void open() override { is_open = true; }
   void serve() override {}
   hal::TimePoint next_service() const override { return hal::TimePoint::max(); }
   bool up() const override { return is_up; }
@@ -33,7 +34,7 @@ struct BenchLink final : mark::Link {
   std::string trouble() const override { return {}; }
 
   Events* events = nullptr;
-  bool is_up = false, has_settled = true;
+  bool is_open = false, is_up = false, has_settled = true;
   std::vector<std::string> sent;
 };
 
@@ -42,6 +43,7 @@ struct OriginalBench {
   OriginalBench(const mark::Settings& settings, mark::Role role, mark::Conversation& conversation)
       : original(settings, role, {.role = role, .flavour = settings.flavour, .sites = 2}, conversation, make(),
                  mark::Original::Away::stands_still, counters, wall) {
+    original.open();
     link->is_up = true;
     link->events->came();
   }

@@ -30,6 +30,7 @@ class ScriptedLink final : public mark::Link {
   explicit ScriptedLink(ScriptedNetwork& network) : network_(network) {}
 
   void start(Events& events) override { events_ = &events; }
+  void open() override {}
   void serve() override {
     if (up_ && (!network_.original || network_.was_replaced)) {
       up_ = false;
