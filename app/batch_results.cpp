@@ -35,6 +35,9 @@ BatchResults::BatchResults(const BatchPlan& plan, const std::filesystem::path& d
   // of what is alike everywhere there is nothing to tell, but of counts that is news, too
   const std::vector<std::string> counts = columns_of(rows_, true);
   for (const std::string& column : columns_) {
+    // what a lab counted bears its name
+    const bool is_result = std::ranges::find(counts, column) != counts.end() || column.find('.') == column.npos;
+    (is_result ? results_ : counters_).push_back(column);
     std::set<std::string> values;
     for (const BatchRow& row : rows_)
       if (is_finished(row)) values.insert(cell(row, column));
@@ -58,19 +61,29 @@ std::string BatchResults::label_cells(std::size_t setting) const {
   return out;
 }
 
-std::string BatchResults::runs() const {
-  std::string out = "run,setting" + factor_names() + ",seed,state,why,final_hash";
-  for (const std::string& column : columns_) out += "," + csv_text(column);
+std::string BatchResults::table(const std::string& head, const std::vector<std::string>& columns,
+                                const std::function<std::string(const BatchRow&)>& cells) const {
+  std::string out = "run,setting" + factor_names() + ",seed" + head;
+  for (const std::string& column : columns) out += "," + csv_text(column);
   out += "\n";
   for (const BatchRow& row : rows_) {
     const std::size_t setting = plan_.setting_of(row.run);
-    out += fmt::format("{},{}{},{},{},{},{}", row.run, setting, label_cells(setting), row.seed,
-                       is_finished(row) ? "finished" : "failed", is_finished(row) ? "" : csv_text(row.why),
-                       row.final_hash);
-    for (const std::string& column : columns_) out += "," + cell(row, column);
+    out += fmt::format("{},{}{},{}{}", row.run, setting, label_cells(setting), row.seed, cells(row));
+    for (const std::string& column : columns) out += "," + cell(row, column);
     out += "\n";
   }
   return out;
+}
+
+std::string BatchResults::runs() const {
+  return table(",state,why,final_hash", results_, [](const BatchRow& row) {
+    return fmt::format(",{},{},{}", is_finished(row) ? "finished" : "failed", is_finished(row) ? "" : csv_text(row.why),
+                       row.final_hash);
+  });
+}
+
+std::string BatchResults::counters() const {
+  return table("", counters_, [](const BatchRow&) { return std::string(); });
 }
 
 std::vector<std::vector<double>> BatchResults::by_setting(const std::string& column) const {
@@ -128,6 +141,7 @@ std::string BatchResults::effects() const {
 
 void BatchResults::save() const {
   replace_file(directory_ / "runs.csv", runs());
+  replace_file(directory_ / "counters.csv", counters());
   replace_file(directory_ / "summary.csv", summary());
   replace_file(directory_ / "effects.csv", effects());
 }

@@ -1,7 +1,8 @@
-// The tables of a batch: runs.csv, summary.csv and effects.csv, docs/formats.md.
+// The tables of a batch: runs.csv, counters.csv, summary.csv and effects.csv, docs/formats.md.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "app/batch_plan.hpp"
@@ -17,11 +18,15 @@ class BatchResults {
   // A row for each run that has ended.
   const std::vector<BatchRow>& rows() const { return rows_; }
   std::size_t finished() const;
-  // Writes the three tables. Throws std::runtime_error when the disk is full.
+  // Writes the four tables. Throws std::runtime_error when the disk is full.
   void save() const;
 
  private:
+  // A row for each run: which it is, the cells below `head`, and its numbers of these columns.
+  std::string table(const std::string& head, const std::vector<std::string>& columns,
+                    const std::function<std::string(const BatchRow&)>& cells) const;
   std::string runs() const;
+  std::string counters() const;
   std::string summary() const;
   std::string effects() const;
   // Finite numbers of a column, of the finished runs of each setting.
@@ -33,7 +38,9 @@ class BatchResults {
   const BatchPlan& plan_;
   std::filesystem::path directory_;
   std::vector<BatchRow> rows_;
-  std::vector<std::string> columns_, told_;  // told_: those that the summary tells of
+  std::vector<std::string> columns_;             // of any table
+  std::vector<std::string> results_, counters_;  // those of the two tables of runs
+  std::vector<std::string> told_;                // those that the summary tells of
 };
 
 // seeds.csv, the table of `arkmesh run --seeds`: a row for each seed that has a result, and counts alone.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "app/count_history.hpp"
 #include "app/status_news.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
@@ -28,11 +29,13 @@ class BusView final : public view::Desk {
   void request(const nlohmann::json& what, view::Answer& answer) override;
 
  private:
+  std::string name() const;
   void hear(std::string_view channel, std::span<const std::byte> bytes);
 
   hal::Bus bus_;
   std::string lab_;
   StatusNews news_;
+  CountHistory history_;  // since this program listens
   std::int64_t newest_us_ = 0;
   view::Server server_;
   std::unique_ptr<hal::Bus::Subscription> heard_;

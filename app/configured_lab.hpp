@@ -51,6 +51,7 @@ class ConfiguredLab {
   lab::Runner& runner() { return *runner_; }
   const lab::Runner& runner() const { return *runner_; }
   hal::Arena& arena() { return *arena_; }
+  const hal::Arena& arena() const { return *arena_; }
   const lab::RunConfig& config() const { return run_config_; }
   const gateway::GatewayConfig& gateway() const { return gateway_config_; }
   const hal::BusConfig& bus_config() const { return bus_config_; }

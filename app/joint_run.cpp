@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <stdexcept>
@@ -92,7 +93,10 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   if (page_) page_->count();
   nlohmann::json running = labs_.front()->lab.facts();
   running.erase("lab");
-  hal::save_running(directory / "result.json", std::move(running));
+  if (const int error = hal::save_running(directory / "result.json", std::move(running)); error != 0)
+    throw std::runtime_error(
+        fmt::format("{} cannot be written: {}; make room there, or choose another directory with --out",
+                    (directory / "result.json").string(), std::strerror(error)));
   for (const auto& member : labs_) start_gateway(member->lab.name());
 }
 
@@ -129,7 +133,13 @@ bool JointRun::step() {
   }
   for (; turn_ < labs_.size(); ++turn_) {
     Member& m = *labs_[turn_];
+    if (goes_last(m)) {
+      going_ = true;
+      exchange(m, now);
+      continue;
+    }
     const auto step = m.lab.runner().step(now);
+    m.went_on = step == lab::Runner::Step::advanced;
     if (m.lab.runner().awaits_arena()) {
       const TimePoint wanted = m.lab.arena().next_service();
       // One that computes its own time: the others stand still meanwhile, so that the course does not depend on how
@@ -140,10 +150,9 @@ bool JointRun::step() {
       }
       wake_ = std::min(wake_, wanted);
     }
-    advanced_ = advanced_ || step == lab::Runner::Step::advanced;
+    advanced_ = advanced_ || m.went_on;
     going_ = going_ || step != lab::Runner::Step::ended;
-    m.public_bus.drain();
-    if (m.gateway) m.gateway->tick(now);
+    exchange(m, now);
   }
   turn_ = 0;
   ++steps_;
@@ -156,6 +165,20 @@ bool JointRun::step() {
   if (idle_steps_ > deadlock_steps)
     for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
   return going_;
+}
+
+void JointRun::exchange(Member& m, std::chrono::microseconds now) {
+  m.public_bus.drain();
+  if (m.gateway) m.gateway->tick(now);
+}
+
+// A lab that can wait computes ahead of one that keeps time, and has told its state when that comes to the boundary: so
+// it is where each has a process of its own. Whose arena must be served is never kept from it.
+bool JointRun::goes_last(const Member& m) const {
+  const hal::Arena& arena = m.lab.arena();
+  if (arena.info().can_wait || arena.next_service() != TimePoint::max()) return false;
+  return std::ranges::any_of(labs_,
+                             [](const auto& other) { return other->lab.arena().info().can_wait && other->went_on; });
 }
 
 bool JointRun::viewers_wait() {

@@ -70,8 +70,11 @@ class JointRun {
     ConfiguredLab lab;
     std::optional<ConfiguredLab::Membership> membership;
     std::unique_ptr<gateway::Gateway> gateway;
+    bool went_on = false;  // in its last step
   };
   Member& member(const std::string& name);
+  static void exchange(Member& m, std::chrono::microseconds now);
+  bool goes_last(const Member& m) const;
   void wait_for_arenas();
   bool viewers_wait();
   bool links_up() const;

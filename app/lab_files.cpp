@@ -12,9 +12,13 @@ std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
   std::vector<std::string> overrides, own, names;
   for (const std::string& set : labs.sets) (set.find(':') < set.find('=') ? own : overrides).push_back(set);
   if (seed >= 0) overrides.push_back(fmt::format("run.seed={}", seed));
-  for (const std::string& file : labs.files)
-    names.push_back(
-        hal::Config::from_file(file, overrides).root().section("lab").get("name", std::string(), {.required = true}));
+  for (const std::string& file : labs.files) {
+    const auto root = hal::Config::from_file(file, overrides).root();
+    const std::string name = root.section("lab").get("name", std::string(), {.required = true});
+    if (std::ranges::find(names, name) != names.end())
+      throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
+    names.push_back(name);
+  }
   for (const std::string& set : own)
     if (const std::string lab = set.substr(0, set.find(':')); std::ranges::find(names, lab) == names.end())
       throw hal::ConfigError(

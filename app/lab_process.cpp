@@ -28,7 +28,7 @@ LabProcess::LabProcess(hal::Config config, const std::filesystem::path& director
       page_(page ? LiveView::make(loop_, {&lab_}, directory.string()) : nullptr),
       public_bus_(lab_.bus_config().url, lab_.bus_config().hear),
       heard_(loop_, public_bus_.descriptor(), [this] { public_bus_.drain(); }),
-      traffic_(lab_.bus()) {
+      traffic_(lab_.bus(), lab_.config().labs) {
   refuse_neighbours();
   lab::claim_run_folder(directory, force);
   lab_.open_run();

@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/count_history.hpp"
 #include "app/emulator_link.hpp"
+#include "app/frame_part.hpp"
 #include "app/status_news.hpp"
 #include "app/view_identity.hpp"
 #include "arkmesh/fleet_command_t.hpp"
@@ -98,9 +100,12 @@ class LiveView::Eye final : public hal::PictureWatcher {
         lab_(lab),
         near_(dynamic_cast<hal::FaultPort*>(&lab.arena())),
         heard_(lab.bus().subscribe(".*", [this](auto channel, auto bytes) {
+          // Once a period.
+          if (channel == hal::channel::shared) history_.note(now_us(), lab_.runner().lab().counts());
           // Viewers have the status from refresh(), with another speed.
           const bool is_status = channel == hal::channel::status;
-          if (!is_status || server_.viewers() == 0) server_.show(number_, now_us(), channel, bytes);
+          if (!is_status || server_.viewers() == 0)
+            server_.show(number_, now_us(), channel, bytes, frame_part(channel, bytes).value_or(FramePart{}).part);
           if (!is_status) return;
           for (const std::string& line : news_.read(bytes)) tell(line);
         })) {
@@ -127,6 +132,7 @@ class LiveView::Eye final : public hal::PictureWatcher {
     audit_->refused({}, command, why);
   }
   void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
+  json series() const { return history_.series(lab_.name()); }
   bool has_emulator() const { return near_ || far_; }
   // As EmulatorLink::ask, of an emulated testbed in this process or elsewhere.
   void ask_emulator(const std::string& line, EmulatorLink::Heard heard) {
@@ -163,6 +169,7 @@ class LiveView::Eye final : public hal::PictureWatcher {
   std::int64_t speed_from_us_ = 0;
   double speed_ = 0;
   StatusNews news_;
+  CountHistory history_;
   std::optional<lab::CommandAudit> audit_;  // with a limit of its own: strangers leave room for what the lab refuses
   std::unique_ptr<hal::Bus::Subscription> heard_;
 };
@@ -223,7 +230,14 @@ json LiveView::about() {
           {"run", run_},    {"folder", run_}, {"emulator", emulators}};
 }
 
-void LiveView::request(const json&, view::Answer& answer) {
+void LiveView::request(const json& what, view::Answer& answer) {
+  if (what.contains("series")) {
+    json all = json::array();
+    for (const auto& eye : eyes_)
+      for (json& one : eye->series()) all.push_back(std::move(one));
+    if (!answer.done({{"series", all}})) answer.refuse("there is no room for the curves now; ask again later");
+    return;
+  }
   answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
 }
 

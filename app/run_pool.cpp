@@ -39,11 +39,11 @@ bool lost_records(const nlohmann::json& result) {
 }
 
 // Of a run that could say nothing itself. On a full disk there is none.
-void save_failure(const RunTask& task, const std::string& why) {
+void save_failure(const RunTask& task, const std::string& why, hal::Outcome outcome = hal::Outcome::failed) {
   const hal::ResultFile begun(task.directory);
   nlohmann::json result = begun.exists() ? begun.content() : lab::program_facts();
   result["seed"] = task.seed;
-  hal::set_outcome(result, hal::Outcome::failed, why);
+  hal::set_outcome(result, outcome, why);
   std::error_code error;
   fs::create_directories(task.directory, error);
   hal::replace_json(task.directory / "result.json", result);
@@ -68,7 +68,14 @@ class ChildStop final : public hal::StopRequest {
   inline static volatile std::sig_atomic_t wished = 0;
 };
 
+// SIGKILL comes from outside, mostly of a machine without memory: the run itself is not at fault.
+bool was_killed(int status) {
+  return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+}
+
 std::string death_of(int status) {
+  if (was_killed(status))
+    return "its process was killed from outside, perhaps because the memory was full: use fewer --jobs then";
   if (WIFSIGNALED(status))
     return fmt::format("its process was ended by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
   return fmt::format("its process ended with exit code {} and no result", WEXITSTATUS(status));
@@ -171,7 +178,10 @@ RunPool::Ended RunPool::conclude(Running& run, int status) {
   RunState state = state_of_run(run.task.directory);
   const bool stopped = WIFEXITED(status) && WEXITSTATUS(status) == 3;
   const bool disk_full = lost_records(hal::ResultFile(run.task.directory).content()) || !has_room(run.task.directory);
-  if (state == RunState::missing && !stopped && !disk_full) save_failure(run.task, death_of(status));
+  if (state == RunState::missing && !stopped && !disk_full) {
+    save_failure(run.task, death_of(status), was_killed(status) ? hal::Outcome::killed : hal::Outcome::failed);
+    if (was_killed(status)) run.said = death_of(status);
+  }
   if (state != RunState::finished && disk_full) {
     // what a full disk did to it says nothing about the run
     std::error_code error;

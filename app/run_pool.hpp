@@ -38,8 +38,9 @@ class RunPool {
     std::string said;       // what the run printed
   };
   // Starts runs where there is room, none after a stop or on a full disk, and waits at most `wait` until one ends. A
-  // run that fails leaves a result.json that says why, also when its process was killed; but none when the disk is
-  // full, which is no fault of the run.
+  // run that fails leaves a result.json that says why, also when its process died; but none when the disk is full,
+  // which is no fault of the run. One that somebody killed (SIGKILL) is none that failed: it says so, and is still to
+  // be done.
   std::optional<Ended> next(hal::StopRequest& stop, std::chrono::milliseconds wait);
   // Nothing runs, and nothing is going to be started.
   bool done() const { return running_.empty() && (tasks_.empty() || halted()); }
@@ -69,7 +70,7 @@ class RunPool {
 
 // Of a run's folder.
 enum class RunState : std::uint8_t { missing, finished, failed };
-// missing: not begun, half-written, stopped by the operator, or with tables that a full disk cut.
+// missing: not begun, half-written, stopped by the operator, killed from outside, or with tables that a full disk cut.
 RunState state_of_run(const std::filesystem::path& directory);
 
 // The run of a task in this process, which goes on or ends as the run did: 0 finished, 1 failed, 2 refused, 3 stopped.

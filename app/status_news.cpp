@@ -15,6 +15,7 @@ namespace arkmesh::app {
 namespace {
 
 constexpr std::size_t longest_state = 200, longest_counter = 80;
+constexpr std::string_view counted = "counts.";
 
 }  // namespace
 
@@ -27,7 +28,11 @@ std::vector<std::string> StatusNews::read(std::span<const std::byte> bytes) {
   std::string state = hal::printable(status.state, longest_state);
   if (state != state_) lines.push_back(state);
   state_ = std::move(state);
+  counts_ = {};
   for (const counter_t& counter : status.counters) {
+    if (counter.value >= 0 && counter.name.starts_with(counted))
+      counts_.set(hal::printable(std::string_view(counter.name).substr(counted.size()), longest_counter),
+                  static_cast<std::uint64_t>(counter.value));
     if (counter.value <= 0 || losses_.size() >= max_losses || !hal::is_loss(counter.name)) continue;
     const std::string name = hal::printable(counter.name, longest_counter);
     if (losses_.insert(name).second) lines.push_back(fmt::format("first loss: {} {}", counter.value, name));

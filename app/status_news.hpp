@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/counters.hpp"
+
 namespace arkmesh::app {
 
 class StatusNews {
@@ -18,6 +20,8 @@ class StatusNews {
   // Of the newest one. Lab time in microseconds; the lab's name, empty before the first.
   std::int64_t stamp_us() const { return stamp_us_; }
   const std::string& lab() const { return lab_; }
+  // What its scenario has counted.
+  const hal::Counters& counts() const { return counts_; }
 
  private:
   static constexpr std::size_t max_losses = 1000;
@@ -25,6 +29,7 @@ class StatusNews {
   std::int64_t stamp_us_ = 0;
   std::string lab_, state_;
   std::set<std::string> losses_;
+  hal::Counters counts_;
 };
 
 }  // namespace arkmesh::app

@@ -7,10 +7,13 @@
 
 namespace arkmesh::app {
 
-TrafficMonitor::TrafficMonitor(hal::Bus& private_bus)
-    : arrived_(private_bus.subscribe("[^/]+/.+",
+TrafficMonitor::TrafficMonitor(hal::Bus& private_bus, const std::vector<std::string>& labs)
+    : labs_(labs.begin(), labs.end()),
+      arrived_(private_bus.subscribe("[^/]+/.+",
                                      [this](std::string_view channel, std::span<const std::byte> bytes) {
-                                       lab::Traffic& t = by_peer_[std::string(channel.substr(0, channel.find('/')))];
+                                       const auto lab = labs_.find(channel.substr(0, channel.find('/')));
+                                       if (lab == labs_.end()) return;
+                                       lab::Traffic& t = by_peer_[*lab];
                                        ++t.received_messages;
                                        t.received_bytes += bytes.size();
                                      })),
@@ -18,8 +21,10 @@ TrafficMonitor::TrafficMonitor(hal::Bus& private_bus)
         peers_t message;
         if (!lab::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
         for (const peer_t& peer : message.peers) {
+          if (!labs_.contains(peer.lab)) continue;
           lab::Traffic& t = by_peer_[peer.lab];
           if (hal::is_label(peer.version)) t.version = peer.version;
+          t.counters.clear();
           for (const counter_t& c : peer.counters) t.counters[c.name] = static_cast<std::uint64_t>(c.value);
         }
       })) {}

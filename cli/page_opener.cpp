@@ -33,8 +33,12 @@ bool open_in_browser(const std::string& target) {
 
 }  // namespace
 
+std::string page_words(const std::string& url) {
+  return fmt::format("see it at {}", url);
+}
+
 void show_page(const std::string& url, const std::filesystem::path& directory, bool open) {
-  fmt::print(stderr, "see it at {}\n", url);
+  fmt::print(stderr, "{}\n", page_words(url));
   if (!open) return;
   try {
     std::string target = url;

@@ -30,6 +30,7 @@ ProgressLine::ProgressLine(std::string what, std::string unit)
 
 void ProgressLine::show(const std::string& text) {
   const auto now = Clock::now();
+  say_later(now);
   if (now < due_ || (text == text_ && now < same_due_)) return;
   due_ = now + (terminal_ ? 100ms : 2000ms);
   same_due_ = now + (terminal_ ? 100ms : 30'000ms);
@@ -41,6 +42,7 @@ void ProgressLine::show(const std::string& text) {
 
 void ProgressLine::show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state) {
   const auto now = Clock::now();
+  say_later(now);
   // A wait, and work without a peer, is said at once and then every five seconds; running work each second.
   const bool waits = state.starts_with("waiting") || state.find(" without ") != std::string::npos;
   if (now < due_ && !(waits && state_ == "running")) return;
@@ -65,6 +67,15 @@ void ProgressLine::done() {
 void ProgressLine::say(const std::string& line) {
   done();
   put(line + "\n");
+}
+
+void ProgressLine::say_after(std::chrono::milliseconds time, std::string line) {
+  later_ = std::move(line);
+  later_due_ = Clock::now() + time;
+}
+
+void ProgressLine::say_later(Clock::time_point now) {
+  if (!later_.empty() && now >= later_due_) say(std::exchange(later_, {}));
 }
 
 }  // namespace arkmesh::cli

@@ -23,12 +23,15 @@ class ProgressLine final : public hal::Progress {
   void done() override;
   // A line that stays.
   void say(const std::string& line);
+  // The same once the work has gone on for `time`; never when it ends before.
+  void say_after(std::chrono::milliseconds time, std::string line);
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string what_, unit_, text_, state_;
+  void say_later(Clock::time_point now);
+  std::string what_, unit_, text_, state_, later_;
   bool terminal_, open_ = false;
-  Clock::time_point begun_, due_, same_due_;
+  Clock::time_point begun_, due_, same_due_, later_due_;
 };
 
 }  // namespace arkmesh::cli

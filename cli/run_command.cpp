@@ -17,6 +17,7 @@
 #include "app/lab_check.hpp"
 #include "app/run_pool.hpp"
 #include "cli/commands.hpp"
+#include "cli/count_words.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
@@ -49,8 +50,10 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
   using Folder = app::JointRun::Folder;
   app::JointRun run(app::read_labs(options.labs, options.seed), directory,
                     options.force ? Folder::moved_aside : Folder::must_be_empty, {}, true);
-  if (run.page()) show_page(run.page()->url(), directory, options.open);
   ProgressLine progress(run.names());
+  if (run.page() && options.open) show_page(run.page()->url(), directory, true);
+  // A run that is over in a moment takes its page with it.
+  if (run.page() && !options.open) progress.say_after(2s, page_words(run.page()->url()));
   const nlohmann::json result = run.run(stop, &progress);
   if (!run.finished()) {
     progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), hal::ended_in(result)));
@@ -61,8 +64,9 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
              result.at("seed").get<std::uint64_t>(), result.at("duration_s").get<double>(),
              wall.at("total_s").get<double>(), wall.at("speed").get<double>(),
              result.at("final_hash").get<std::string>());
-  for (const auto& [name, n] : result.at("counts").items()) fmt::print("  {}: {}\n", name, n.get<std::uint64_t>());
-  fmt::print("  results in {}\n", directory.string());
+  for (const auto& [name, n] : result.at("counts").items())
+    fmt::print("  {}\n", count_words(name, n.get<std::uint64_t>()));
+  fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
   return 0;
 }
 

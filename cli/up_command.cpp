@@ -43,7 +43,10 @@ class Group {
   explicit Group(const UpOptions& options) {
     for (const std::string& file : options.files) {
       const hal::Section root = hal::Config::from_file(file, options.sets).root();
-      labs_.push_back({.name = root.section("lab").get("name", std::string(), {.required = true})});
+      const std::string name = root.section("lab").get("name", std::string(), {.required = true});
+      if (std::ranges::find(labs_, name, &LabOfFile::name) != labs_.end())
+        throw hal::ConfigError(fmt::format("{}: lab '{}' is given twice; each file must name another lab", file, name));
+      labs_.push_back({.name = name});
     }
     for (std::size_t i = 0; i < labs_.size(); ++i) start(options, options.files[i], labs_[i]);
   }

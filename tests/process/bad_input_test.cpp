@@ -186,6 +186,12 @@ TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
     CHECK(said.code == 2);
     CHECK_FALSE(said.text.empty());
   }
+  for (const char* command : {"run", "up"}) {
+    const Said said = say({command, lab_file("shark"), lab_file("roark"), lab_file("shark")});
+    CHECK(said.code == 2);
+    CHECK(said.text ==
+          "arkmesh: " + lab_file("shark") + ": lab 'shark' is given twice; each file must name another lab\n");
+  }
   for (const char* command : {"run", "lab", "gateway", "doctor"}) {
     const Said said = say({command, "--help"});
     CHECK(said.code == 0);

@@ -23,7 +23,8 @@ namespace {
 
 // All tables of a batch as one text.
 std::string tables(const BatchBench& bench, const std::string& out) {
-  return bench.table(out) + bench.table(out, "summary.csv") + bench.table(out, "effects.csv");
+  return bench.table(out) + bench.table(out, "counters.csv") + bench.table(out, "summary.csv") +
+         bench.table(out, "effects.csv");
 }
 
 // When each finished run's result was written, in nanoseconds.
@@ -144,7 +145,8 @@ TEST_CASE("a run that fails is a row that says why, and the others go on") {
   CHECK(bench.table("out") == table);
 }
 
-TEST_CASE("a run whose process is killed is a failed row, and the others go on") {
+TEST_CASE("a run whose process is killed is still to be done, the others go on, and the same command does it") {
+  // As the kernel kills it when the memory is full. The table is that of a batch in which nobody was killed.
   BatchBench bench;
   const fs::path file = bench.file(small_labs + "seeds = \"1..3\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n");
   const fs::path out = bench.folder.path() / "out";
@@ -157,10 +159,19 @@ TEST_CASE("a run whose process is killed is a failed row, and the others go on")
   }));
   ::kill(victim, SIGKILL);
   CHECK(batch.wait(120s) == 1);
-  const std::string table = bench.table("out");
-  CAPTURE(table);
-  CHECK(rows(table) == 3);
-  CHECK(table.find("\n1,0,2,failed,its process was ended by signal 9 (Killed),") != std::string::npos);
+  const std::string said = batch.output();
+  CAPTURE(said);
+  CHECK(said.find("run 1 (seed 2) did not finish: its process was killed from outside") != std::string::npos);
+  CHECK(said.find("1 run is still to be done; the same command goes on with it") != std::string::npos);
+  CHECK(said.find("2 of 3 runs finished, 0 failed") != std::string::npos);
+  CHECK(nlohmann::json::parse(tests::read_file(out / "runs/00001/result.json")).at("state") == "killed");
+  CHECK(rows(bench.table("out")) == 2);
+  const auto before = results(out);
+  CHECK(bench.batch(file, "out").first == 0);
+  CHECK(rows(bench.table("out")) == 3);
+  for (const auto& [number, written] : before) CHECK(results(out).at(number) == written);
+  CHECK(bench.batch(file, "whole").first == 0);
+  CHECK(tables(bench, "out") == tables(bench, "whole"));
 }
 
 TEST_CASE("a full disk stops a batch in plain words, and loses no finished run") {

@@ -57,6 +57,8 @@ TEST_CASE("plot draws a run at a moment, and several runs as curves") {
   bench.draws({bench.path("one/sky")}, "one/sky/picture.png");
   bench.draws({bench.path("one"), "--curves"}, "one/curves.png");
   bench.draws({bench.path("one"), bench.path("two")}, "one/curves.png");
+  bench.refuses({bench.path("one"), "--at", "9999"}, "has moments from 0 to 10 s of lab time");
+  bench.refuses({bench.path("one"), bench.path("one")}, "is named twice; each run counts once");
   bench.refuses({bench.path("one"), "--series", "dances"}, "no run has dances; there are swarms.uncommitted");
   for (const char* lab : {"meadow", "sky"}) fs::remove(bench.path("two/" + std::string(lab) + "/log.lcm"));
   bench.draws({bench.path("two")}, "two/curves.png");  // of its tables
