@@ -37,6 +37,20 @@ std::string_view view_of(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
+// How many of something came in this second.
+class ThisSecond {
+ public:
+  int add() {
+    if (const auto now = Monotonic::now(); now >= end()) begin_ = now, count_ = 0;
+    return ++count_;
+  }
+  Monotonic::time_point end() const { return begin_ + std::chrono::seconds(1); }
+
+ private:
+  Monotonic::time_point begin_{};
+  int count_ = 0;
+};
+
 class BeastConnection final : public Connection {
  public:
   BeastConnection(tcp::socket socket, asio::ssl::context* tls, Reception& reception)
@@ -189,9 +203,9 @@ class BeastConnection final : public Connection {
     ws_->read_message_max(max_message_bytes);
     ws_->binary(true);
     ws_->auto_fragment(false);
-    // Pings count as messages do; Beast reads on by itself after each.
+    // Beast reads on by itself after each ping and pong.
     ws_->control_callback([this](websocket::frame_type, beast::string_view) {
-      if (++this_second_ == 5 * max_messages_per_s)
+      if (controls_.add() == max_controls_per_s)
         asio::post(stream_.get_executor(), [self = self_()] { self->end("garbage"); });
     });
     wait_for(handshake_within, "no_handshake");
@@ -240,14 +254,13 @@ class BeastConnection final : public Connection {
 
   // No faster than anybody needs: a flood is read slowly, and the kernel holds it up.
   void read_on() {
-    if (const auto now = Monotonic::now(); now - second_ >= std::chrono::seconds(1)) second_ = now, this_second_ = 0;
     if (outbox().busy()) {
       paused_ = true;
       return;
     }
-    if (++this_second_ <= max_messages_per_s) return read_message();
+    if (messages_.add() <= max_messages_per_s) return read_message();
     reception_->counters().add("view.late.too_many_messages");
-    pause_.expires_at(second_ + std::chrono::seconds(1));
+    pause_.expires_at(messages_.end());
     pause_.async_wait([self = self_()](error_code error) {
       if (!error && self->reception_) self->read_on();
     });
@@ -265,8 +278,7 @@ class BeastConnection final : public Connection {
   std::shared_ptr<const std::string> writing_;
   bool served_ = false, joined_ = false;
   bool paused_ = false;  // nothing is read until answers have gone
-  Monotonic::time_point second_{};
-  int this_second_ = 0;
+  ThisSecond messages_, controls_;
 };
 
 }  // namespace

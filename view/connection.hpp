@@ -59,6 +59,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
  public:
   static constexpr std::size_t max_request_bytes = 8192, max_body_bytes = 256, max_message_bytes = 64 << 10;
   static constexpr int max_messages_per_s = 200;
+  static constexpr int max_controls_per_s = 1000;  // pings and pongs
 
   virtual ~Connection() = default;
   virtual void start() = 0;

@@ -35,6 +35,15 @@ std::string frame(Kind kind, int lab, std::uint32_t request, std::int64_t t_us, 
   return out;
 }
 
+std::string bundle(std::span<const std::string> frames) {
+  std::string out(bundle_head);
+  for (const std::string& one : frames) {
+    put(out, static_cast<std::uint32_t>(one.size()));
+    out += one;
+  }
+  return out;
+}
+
 bool Outbox::say(std::string text) {
   if (words_.size() >= max_words) return false;
   words_.push_back({std::make_shared<const std::string>(std::move(text)), true});
@@ -94,15 +103,16 @@ Parcel Outbox::take_newest() {
 
 // Each message costs a system call at both ends, so what waits goes as one, as far as it is no text and not too long.
 Parcel Outbox::take_bundle() {
+  const auto is_bundle = [](const Parcel& parcel) { return parcel.bytes->starts_with(bundle_head); };
   const auto next = [&]() -> const Parcel& { return slots_[waiting_.front()]; };
   if (next().text || next().bytes->size() > max_bundle_bytes) return take_newest();
-  std::string bundle(bundle_head);
-  while (!waiting_.empty() && !next().text && bundle.size() + next().bytes->size() <= max_bundle_bytes) {
+  std::string out(bundle_head);
+  while (!waiting_.empty() && !next().text && out.size() + next().bytes->size() <= max_bundle_bytes) {
     const Parcel one = take_newest();
-    put(bundle, static_cast<std::uint32_t>(one.bytes->size()));
-    bundle += *one.bytes;
+    if (!is_bundle(one)) put(out, static_cast<std::uint32_t>(one.bytes->size()));
+    out += is_bundle(one) ? one.bytes->substr(bundle_head.size()) : *one.bytes;
   }
-  return {std::make_shared<const std::string>(std::move(bundle))};
+  return {std::make_shared<const std::string>(std::move(out))};
 }
 
 }  // namespace arkmesh::view

@@ -29,6 +29,9 @@ enum class Kind : std::uint8_t { message = 1, picture = 2 };
 std::string frame(Kind kind, int lab, std::uint32_t request, std::int64_t t_us, std::string_view channel,
                   std::span<const std::byte> data);
 
+// Several of them as one binary message.
+std::string bundle(std::span<const std::string> frames);
+
 class Outbox {
  public:
   static constexpr std::size_t max_words = 64, max_events = 512, max_event_bytes = 1 << 20, max_answer_bytes = 32 << 20;

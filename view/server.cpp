@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "view/access.hpp"
-#include "view/channels.hpp"
 #include "view/connection.hpp"
 #include "view/door.hpp"
 #include "view/page_files.hpp"
@@ -335,8 +334,8 @@ std::string Server::url_with_token() const {
   return fmt::format("{}#token={}", url(), state_->access.token());
 }
 
-void Server::show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data) {
-  state_->channels.note(Kind::message, lab, t_us, channel, data);
+void Server::show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data, Part part) {
+  state_->channels.note(Kind::message, lab, t_us, channel, data, part);
   // Commands are few, and each counts.
   if (state_->seats.watching().empty() || !(channel.ends_with("operator_command") || channel == "fleet_command"))
     return;

@@ -18,6 +18,7 @@
 #include "hal/counters.hpp"
 #include "hal/event_loop.hpp"
 #include "view/answer.hpp"
+#include "view/channels.hpp"
 
 namespace arkmesh::view {
 
@@ -73,8 +74,9 @@ class Server {
   std::string url() const;
   std::string url_with_token() const;
 
-  // The newest message of a channel of lab number `lab`; t_us as in Answer. Costs a copy when nobody watches.
-  void show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data);
+  // The newest message of a channel of lab number `lab`, or a part of the newest frame; t_us as in Answer. Costs a copy
+  // when nobody watches.
+  void show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data, Part part = {});
   // The newest picture of a camera, as JPEG.
   void show_picture(int lab, std::int64_t t_us, std::string_view camera, std::span<const std::byte> jpeg);
   // How pictures lie in the arena: {"lab", "name", "width_px", "height_px", "arena_to_px"}. Viewers that come later get

@@ -38,6 +38,7 @@ const json& list(const json& object, const char* key) {
 // Robots of a frame, which are many and often: written as text at once.
 class RobotDrawing : public Visitor {
  public:
+  explicit RobotDrawing(double radius_m) : radius_m_(radius_m) {}
   void value(const Field& field, const Value& value) override {
     if (depth_ == 0 && field.name == "part") part = value.integer;
     if (depth_ == 0) return;
@@ -59,12 +60,12 @@ class RobotDrawing : public Visitor {
                                "\"x\":0,\"y\":0,\"z\":0,\"w\":1}}}},"
                                "\"size\":{{\"x\":{},\"y\":{},\"z\":{}}},\"bottom_scale\":1,\"top_scale\":1,"
                                "\"color\":{{\"r\":{},\"g\":{},\"b\":{},\"a\":1}}}}"),
-                   cylinders.empty() ? "" : ",", x_, y_, robot_height_m / 2, 2 * robot_radius_m, 2 * robot_radius_m,
+                   cylinders.empty() ? "" : ",", x_, y_, robot_height_m / 2, 2 * radius_m_, 2 * radius_m_,
                    robot_height_m, c.r, c.g, c.b);
     fmt::format_to(std::back_inserter(headings),
                    FMT_COMPILE("{}{{\"x\":{:.5f},\"y\":{:.5f},\"z\":{}}},{{\"x\":{:.5f},\"y\":{:.5f},\"z\":{}}}"),
-                   headings.empty() ? "" : ",", x_, y_, heading_z, x_ + robot_radius_m * std::cos(heading_),
-                   y_ + robot_radius_m * std::sin(heading_), heading_z);
+                   headings.empty() ? "" : ",", x_, y_, heading_z, x_ + radius_m_ * std::cos(heading_),
+                   y_ + radius_m_ * std::sin(heading_), heading_z);
   }
 
   std::int64_t part = 0;
@@ -76,12 +77,13 @@ class RobotDrawing : public Visitor {
 
   int depth_ = 0;
   bool is_robot_ = false;
+  const double radius_m_;
   double x_ = 0, y_ = 0, heading_ = 0;
   std::size_t led_ = 0;
 };
 
 // Robots of other labs, from the shared frame to this arena's.
-Parts others_of(const json& view, const std::string& own) {
+Parts others_of(const json& view, const std::string& own, double robot_radius_m) {
   Parts out;
   const double scale = number(view, "scale"), turn = number(view, "turn_rad");
   if (scale <= 0) return out;
@@ -158,7 +160,7 @@ std::string Scene::update(std::string_view channel, std::int64_t t_us, std::uint
     // swarms above 1000 robots come in parts of one time
     if (robots_us_ >= 0 && t_us != robots_us_ && t_us < robots_us_ + robots_every_us) return {};
     robots_us_ = t_us;
-    RobotDrawing robots;
+    RobotDrawing robots(robot_radius_m_);
     visit(type, message, robots);
     const json headings = line(segments, json::array(), {1, 1, 1});
     std::string lines = "[" + headings.dump() + "]";
@@ -178,7 +180,9 @@ std::string Scene::update(std::string_view channel, std::int64_t t_us, std::uint
     append_json(text, type, message);
     const json told = json::parse(text, nullptr, false);
     if (!told.is_object()) return {};
-    parts = channel == "shared" ? others_of(told, lab_) : arena_of(told);
+    if (const double radius_m = number(told, "body_radius_m"); channel == "arena" && radius_m > 0 && radius_m < 1)
+      robot_radius_m_ = radius_m;
+    parts = channel == "shared" ? others_of(told, lab_, robot_radius_m_) : arena_of(told);
   }
   const auto dumped = [](const json& part) { return part.dump(-1, ' ', true, json::error_handler_t::replace); };
   return entity(channel, dumped(parts.cylinders), dumped(parts.lines), dumped(parts.triangles), dumped(parts.texts));

@@ -22,7 +22,8 @@ class Scene {
 
  private:
   std::string lab_;
-  std::int64_t robots_us_ = -1;  // when robots were drawn last
+  std::int64_t robots_us_ = -1;     // when robots were drawn last
+  double robot_radius_m_ = 0.0165;  // of a Kilobot, until the arena tells another; recordings of before do not
 };
 
 // The JSON schema of foxglove.SceneUpdate.

@@ -2,6 +2,7 @@
 #include "recording/view/recorded_view.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <bit>
 #include <boost/asio/io_context.hpp>
@@ -131,7 +132,8 @@ TEST_CASE("what makes no sense is refused, and the page goes on") {
                            {{"frames", {{"from_us", 0}, {"step_us", 0}, {"count", 3}}}},
                            {{"frames", {{"from_us", 0}, {"step_us", 1}, {"count", 1'000'000'000}}}},
                            {{"frames", json::array({1, 2})}},
-                           {{"open", {{"run", 0}}}},
+                           {{"open", {{"run", 1}}}},
+                           {{"open", nullptr}},
                            {{"dance", true}}};
   for (const json& what : nonsense) CHECK(bench.ask(what).contains("refused"));
   CHECK(bench.ask({{"seek", {{"t_us", 0}}}}).contains("done"));
@@ -157,9 +159,38 @@ TEST_CASE("of a batch the first run is shown, and others are opened") {
   tests::record_lab(directory.path() / "seed-2" / "shark", "shark", 20);
   ViewBench bench({directory.path()});
   CHECK(bench.browser.said("hello").at("runs") == json({"seed-1", "seed-2"}));
+  CHECK(bench.browser.said("hello").at("number") == 0);
   CHECK(bench.browser.said("hello").at("length_us") == 900'000);
   const json done = bench.ask({{"open", {{"run", 1}}}});
+  CHECK(done.at("done").at("about").at("number") == 1);
   CHECK(done.at("done").at("about").at("length_us") == 1'900'000);
+  for (const json& wrong : {json(2), json(-1), json(1e300), json("first"), json()}) {
+    CHECK(bench.ask({{"open", {{"run", wrong}}}}).contains("refused"));
+    CHECK(bench.ask({{"run", wrong}, {"seek", {{"t_us", 0}}}}).contains("refused"));
+  }
+}
+
+TEST_CASE("each viewer of a batch sees the run that it named, whatever others open") {
+  const TemporaryDirectory directory;
+  constexpr int runs = 40;  // more than are open at a time
+  for (int i = 0; i < runs; ++i) {
+    const std::string name = fmt::format("seed-{:02}", i);
+    tests::record_lab(directory.path() / name / "shark", "shark", 10 + i);
+  }
+  ViewBench bench({directory.path()});
+  const auto length = [&](const json& answer) { return answer.at("done").at("length_us").get<int>() / 100'000 + 1; };
+  for (int i = 1; i < runs; ++i) CHECK(bench.ask({{"open", {{"run", i}}}}).contains("done"));
+  // One who names none sees the first run, also when others were opened since.
+  CHECK(length(bench.ask({{"seek", {{"t_us", 0}}}})) == 10);
+  // Those that were closed meanwhile are opened again.
+  for (int i = 0; i < runs; ++i) {
+    CHECK(length(bench.ask({{"run", i}, {"seek", {{"t_us", 60'000'000}}}})) == 10 + i);
+    CHECK(bench.given() == std::vector<std::string>{fmt::format("0 poses {}", (9 + i) * 100'000)});
+  }
+  // A log holds a file open while it is.
+  const auto files = std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+  CHECK(files < 32 + 40);
+  CHECK(bench.browser.said("hello").at("number") == 0);
 }
 
 TEST_CASE("a run that goes on gives what is written meanwhile") {

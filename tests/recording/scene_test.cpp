@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "hal/drawing_message.hpp"
+#include "hal/messages.hpp"
 #include "recording/types.hpp"
 
 using namespace arkmesh;
@@ -20,11 +21,15 @@ using nlohmann::json;
 
 namespace {
 
-std::vector<std::byte> drawing_bytes(const Drawing& drawing) {
-  const overlay_t message = hal::to_message(drawing, hal::LabTime{0});
+template <class Message>
+std::vector<std::byte> bytes_of(const Message& message) {
   std::vector<std::byte> out(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(out.data(), 0, static_cast<int>(out.size()));
   return out;
+}
+
+std::vector<std::byte> drawing_bytes(const Drawing& drawing) {
+  return bytes_of(hal::to_message(drawing, hal::LabTime{0}));
 }
 
 // The one entity of a scene that holds this drawing.
@@ -116,6 +121,24 @@ TEST_CASE("scene: rasters by cells, many cells by fewer squares") {
       hal::Raster{.corner = {0, 0, 1}, .cell_m = 0.01, .columns = 250, .cells = std::vector<std::uint8_t>(62'500, 9)});
   CHECK(area_m2(entity) == doctest::Approx(6.25).epsilon(1e-3));
   CHECK(entity["triangles"][0]["points"].size() <= 4 * 48 * 48);
+}
+
+TEST_CASE("scene: robots are as large as the arena told, and Kilobots before it did") {
+  recording::Scene scene("shark");
+  const auto width_m = [&](hal::LabTime stamp) {
+    hal::PoseFrame frame;
+    frame.stamp = stamp;
+    frame.robots.push_back({hal::RobotId{1}, {0.1, 0.2, 0}, hal::Led::off, 1, {}});
+    const std::string update = scene.update("poses", stamp.count(), 0, *recording::types().find("pose_frame_t"),
+                                            bytes_of(hal::to_messages(frame).at(0)));
+    return json::parse(update).at("entities").at(0).at("cylinders").at(0).at("size").at("x").get<double>();
+  };
+  CHECK(width_m(hal::LabTime{0}) == doctest::Approx(0.033));
+  hal::ArenaInfo info;
+  info.name = "shark";
+  info.body_radius_m = 0.02;
+  scene.update("arena", 0, 0, *recording::types().find("arena_info_t"), bytes_of(hal::to_message(info)));
+  CHECK(width_m(hal::LabTime{10'000'000}) == doctest::Approx(0.04));
 }
 
 TEST_CASE("scene: texts where they are, and an empty drawing takes all away") {

@@ -156,6 +156,39 @@ class LiveTest(unittest.TestCase):
                 said = self.driver.execute_async_script(ask, {"fault": {"lab": 0, "line": "camera camera0 ok"}})
                 self.assertEqual(said, "refused: the emulator at 127.0.0.1:8092 (view.emulator) does not answer: Connection refused")
 
+    def test_curves_begin_with_the_run(self):
+        """A page that is opened late shows what was counted since the run began, and goes on with it; so does it after a reload."""
+        with self.run_labs(SHARK, ROARK, "--set", "run.duration_s=1000000") as (_, url):
+            self.open(url, labs=2)
+            self.until("return arkmesh.world.labs.every((l) => l.t_us > 60e6)", seconds=60)
+            for _ in range(2):
+                self.open(url, labs=2)
+                opened_us = self.until("return arkmesh.counts.series.has('shark completed') && arkmesh.world.labs[0].t_us")
+                t_s, y, now = self.until("""arkmesh.counts.note(arkmesh.world);
+                    const {t_s, y} = arkmesh.counts.series.get('shark completed'), lab = arkmesh.world.labs.find((l) => l.own === 'shark');
+                    return t_s.at(-1) > arguments[0] / 1e6 + 5 && t_s.at(-1) === lab.status.stamp_us / 1e6 && [t_s, y, Number(lab.counter('counts.completed'))]""", opened_us)
+                self.assertLessEqual(t_s[0], 2)
+                self.assertEqual(t_s, sorted(set(t_s)))
+                self.assertEqual((y[0], y[-1], y), (0, now, sorted(y)))
+                self.assertGreater(len([t for t in t_s if t < opened_us / 1e6 - 5]), 15, "points from before the page was opened")
+
+    def test_a_short_run_names_no_page_that_is_gone(self):
+        """A run that is over at once tells how to see it, and no address of a page that nobody answers at any more; one that goes on tells its address."""
+        out = self.out / "run"
+        said = subprocess.run([PROGRAM, "run", ROARK, "--set", "shared.owner=roark", "--set", "run.duration_s=20", "--out", out], check=True, capture_output=True, text=True)
+        self.assertNotIn("http://", said.stdout + said.stderr)
+        self.assertIn(f"see it with arkmesh view {out}\n", said.stdout)
+        with self.run_labs(ROARK, "--set", "arena.pace=1", "--set", "shared.owner=roark", "--set", "run.duration_s=600", out="long") as (_, url):
+            self.open(url)
+
+    def test_all_robots_of_a_large_swarm(self):
+        """Of a lab with so many robots that a frame comes as two messages the page draws all, of one moment."""
+        more = ["arena.robots=1023", "arena.width_m=3", "arena.height_m=3", "arena.pace=1", "shared.owner=roark", "run.duration_s=600"]
+        with self.run_labs(ROARK, *(word for key in more for word in ("--set", key))) as (_, url):
+            self.open(url)
+            self.until("return arkmesh.world.labs[0].t_us > 5e5 && arkmesh.world.labs[0].robots.length === 1023", seconds=60)
+            self.assertEqual(self.driver.execute_script("return [arkmesh.world.labs[0].robots.map((r) => r.id).join() === [...Array(1023).keys()].join(), [...arkmesh.world.not_understood]]"), [True, []])
+
     def test_reconnects_after_the_lab_restarts(self):
         """The page of a lab that went says so, and goes on by itself when a lab is there again; to command it takes the new address."""
         more = ["--set", "arena.pace=1", "--set", "shared.owner=roark", "--set", "run.duration_s=600"]
@@ -202,6 +235,43 @@ class LiveTest(unittest.TestCase):
             before = self.driver.execute_script("return arkmesh.world.labs[0].t_us")
             self.until("return arkmesh.world.labs[0].t_us > arguments[0] + 1e6", before)
             self.assertIsNone(labs.poll(), "the run goes on")
+
+    def test_each_browser_of_a_batch_has_its_run(self):
+        """Of two browsers before a batch one opens another run: the other one stays where it is, and each goes on with its own when the program is there again."""
+        batch = self.out / "batch"
+        subprocess.run([PROGRAM, "run", ROARK, "--set", "shared.owner=roark", "--seeds", "1..2", "--set", "run.duration_s=20", "--out", batch], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        shown = {}
+        for seed in (1, 2):
+            log = events(batch / f"seed-{seed}" / "roark/log.lcm")
+            frames = [m for m in (decode(data) for _, channel, data in log if channel == "poses") if m.stamp_us <= 10_000_000]
+            shown[f"seed-{seed}"] = [[r.robot, r.x_m, r.y_m] for r in frames[-1].robots]
+        self.assertNotEqual(shown["seed-1"], shown["seed-2"])
+        places = "return JSON.stringify(arkmesh.world.labs[0].robots.map((r) => [r.id, r.x, r.y])) === JSON.stringify(arguments[0]) && arkmesh.world.about.run === arguments[1]"
+        with contextlib.ExitStack() as server:
+            url = server.enter_context(served([batch]))
+            self.open(url)
+            first = self.driver.current_window_handle
+            self.driver.switch_to.new_window("tab")
+            second = self.driver.current_window_handle
+            try:
+                self.open(url)
+                self.driver.execute_script("const c = document.querySelector('#side select'); c.selectedIndex = 1; c.dispatchEvent(new Event('change'))")
+                for again in (False, True):
+                    if again:
+                        server.close()
+                        self.until("return !document.getElementById('banner').hidden")
+                        server.enter_context(served([batch]))
+                    for tab, run in ((first, "seed-1"), (second, "seed-2"), (first, "seed-1")):
+                        self.driver.switch_to.window(tab)
+                        self.until("return document.getElementById('banner').hidden && arkmesh.world.about.run === arguments[0]", run)
+                        for t_us in (0, 10_000_000):
+                            self.driver.execute_script("arkmesh.player.seek(arguments[0])", t_us)
+                        self.until(places, shown[run], run)
+                        self.until("return document.querySelector('#side select').selectedOptions[0].textContent === arguments[0]", run)
+            finally:
+                self.driver.switch_to.window(second)
+                self.driver.close()
+                self.driver.switch_to.window(first)
 
     def test_recorded_run(self):
         """Scrubbing a run folder shows the poses of its log at that time; every message of it is decoded as Python's decoder does."""

@@ -52,7 +52,7 @@ def rows(types, seconds=60, labs=("shark", "roark"), robots=(12, 6)):
             if t_us % 60_000_000 == 0:
                 add("arena", "arena_info_t", {
                     "lab": name, "platform": "ode", "width_m": side_m, "height_m": side_m, "can_wait": True, "frame_period_us": FRAME_US, "robots": robots[lab], "max_robot": 1022,
-                    "kinds": 16, "values": 1024, "solids": [{"x_m": 0.3, "y_m": 0.3, "radius_m": 0.05}, {"x_m": -0.3, "y_m": 0.3, "first_corner": 0, "n_corners": 4},
+                    "kinds": 16, "values": 1024, "body_radius_m": 0.0165, "solids": [{"x_m": 0.3, "y_m": 0.3, "radius_m": 0.05}, {"x_m": -0.3, "y_m": 0.3, "first_corner": 0, "n_corners": 4},
                                                             {"x_m": 0, "y_m": 0, "radius_m": 0.04, "mass_kg": 0.1}] if lab == 0 else [],
                     "corners": [{"x_m": x, "y_m": y} for x, y in ((-0.05, -0.02), (0.05, -0.02), (0.05, 0.02), (-0.05, 0.02))] if lab == 0 else [],
                     "object_names": ["box"] if lab == 0 else []})

@@ -7,22 +7,23 @@ import { tmpdir } from "node:os";
 import test from "node:test";
 import { DecodeError, Types } from "../../view/page/lcm.js";
 import { Lab } from "../../view/page/lab.js";
+import { place_label } from "../../view/page/label_place.js";
 import { Panes } from "../../view/page/panes.js";
 import { Placement, projection } from "../../view/page/placement.js";
 import { Player } from "../../view/page/player.js";
 import { Trail, points_each, step_m } from "../../view/page/trail.js";
 import { View } from "../../view/page/view.js";
 import { World } from "../../view/page/world.js";
-import { align } from "../../view/page/panel_counts.js";
+import { align, values_at } from "../../view/page/panel_counts.js";
 import { describe } from "../../view/page/panel_channels.js";
-import { gate_words } from "../../view/page/panel_clock.js";
+import { clock_rows, gate_words } from "../../view/page/panel_clock.js";
 import { differences } from "../../view/page/panel_runs.js";
 import { ended_words, silence_words } from "../../view/page/notices.js";
 import { kept_words, names, own_words, robots_words, standing_words } from "../../view/page/status.js";
 import { order_words } from "../../view/page/control_bar.js";
 import { frames_in, parse_frame } from "../../view/page/wire.js";
 import { token_of } from "../../view/page/token.js";
-import { time_words } from "../../view/page/words.js";
+import { count_name, count_value, rate_words, time_words } from "../../view/page/words.js";
 
 const types = new Types({
   types: {
@@ -189,6 +190,16 @@ test("what the page cannot read is counted with its reason, and breaks nothing",
   assert.deepEqual([...world.not_understood.values()], [1, 1]);
 });
 
+test("what the page cannot read takes no more room the longer it goes on, and every message counts", () => {
+  const world = new World(types);
+  world.introduce({ version: "", mode: "live", labs: ["a"], control: false, run: "" });
+  for (let i = 0; i < 5000; ++i) world.take({ kind: "message", lab: 1 + i, request: 0, t_us: 0, channel: "poses", data: good });
+  world.take({ kind: "message", lab: 1, request: 0, t_us: 0, channel: "poses", data: good });
+  assert.equal(world.not_understood.size, 101);
+  assert.equal(world.not_understood.get("lab 1 is none of 1"), 2);
+  assert.equal(world.not_understood.get("other reasons"), 4900);
+});
+
 test("after a new connection to the same labs robots stay and events are told anew; other labs begin anew", () => {
   const world = new World(types), about = { version: "", mode: "live", labs: ["a"], control: false, run: "" };
   world.introduce(about);
@@ -284,8 +295,30 @@ test("at its end a run that grows goes on when more has come", () => {
   assert.equal(player.playing, false);
 });
 
+test("a count's name gives its unit", () => {
+  const words = (name, n) => `${count_name(name).words} ${count_value(name, n)}`;
+  assert.equal(words("flying.south_ppm", 975_000), "flying south 97.5 %");
+  assert.equal(words("consensus.ms", 58_000), "consensus 58.0 s");
+  assert.equal(words("ground.followed_ms", 190_060), "ground followed 190.1 s");
+  assert.equal(words("sent_bytes", 1500), "sent 1.5 kB");
+  assert.equal(words("harvested.south", 1200), "harvested south 1\u2009200");
+  assert.equal(words("ms", 3), "ms 3");
+});
+
+test("labels that would lie on each other go up, as far as there is room", () => {
+  const placed = [], y_of = (x, y) => place_label(placed, { x, y, width: 95, height: 13.2 }).y;
+  assert.equal(y_of(100, 50), 50);
+  assert.equal(y_of(166, 50), 50 - 13.2);
+  assert.equal(y_of(232, 50), 50);
+  assert.equal(y_of(100, 64), 64, "a line lower is room enough");
+  assert.deepEqual([2, 3].map(() => y_of(100, 50)), [50 - 2 * 13.2, 50 - 3 * 13.2]);
+  assert.equal(y_of(100, 50), 50, "no room");
+});
+
 test("words and small things", () => {
+  assert.deepEqual([0, 0.02, 16, 679.4, 13_612.5].map(rate_words), ["0", "0.02", "16.0", "679", "13\u2009613"]);
   assert.equal(time_words(3_723_450_000), "1:02:03.4");
+  assert.equal(time_words(260_400_000), "4:20.4");
   assert.equal(token_of("#token=ab12"), "ab12");
   assert.equal(token_of(""), "");
   const at = (x) => ({ robots: [{ id: 1, x: 0, y: 0 }, { id: 2, x, y: 0 }] });
@@ -355,10 +388,22 @@ test("a command was only said; what comes of it is told from statuses that are n
 });
 
 test("the gate is told from phase and outcome, not from sentences", () => {
-  assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "⏳ shark waits for roark: link down");
+  assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "◔ shark waits for roark: link down");
   assert.match(gate_words(status({ state: "anything" })), /runs, waits for nobody/);
   assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots kept still by the operator, lab time runs on; .* not seen to: 17/);
   assert.match(gate_words(paused({ phase: 4, outcome: 2, kept_still: "end" })), /^■ ended: stopped; .*seen to stand$/);
+});
+
+test("of a recorded run the panel tells the period of the moment that is shown, and when the lab said what it says", () => {
+  const lab = new Lab(0, "shark");
+  lab.absorb("status", status({ stamp_us: 260_400_000, period: 130, last_period: 300, speed: 87.5 }), 260_400_000);
+  lab.absorb("shared", { ...shared(0), stamp_us: 300_000_000, period: 150 }, 300_000_000);
+  const rows = Object.fromEntries(clock_rows(lab, true));
+  assert.deepEqual(rows, { clock: "5:00.0", period: "150 of 300, 2 s each", said: "at 4:20.4: running", speed: "87.5× up to 4:20.4", arena: "–" });
+  assert.equal(Object.fromEntries(clock_rows(new Lab(0, "shark"), true)).said, undefined);
+  const live = Object.fromEntries(clock_rows(lab, false));
+  assert.deepEqual([live.period, live.speed, live.gate], ["130 of 300, 2 s each", "87.5×, real time", "▶ runs, waits for nobody"]);
+  assert.deepEqual(values_at([{ name: "shark.a.b", t_s: [0, 10, 20], y: [0, 1, 2] }, { name: "shark.c", t_s: [30], y: [1] }], 19.9, ["roark", "shark"]), [{ lab: "shark", name: "a.b", n: 1 }]);
 });
 
 test("a page that hears nothing for 3 s says so, and of labs that have ended their end", () => {
@@ -405,4 +450,11 @@ test("the library is the one whose hashes stand beside it", () => {
   const rows = readFileSync(new URL("SHA256SUMS", folder), "utf8").trim().split("\n").map((row) => row.split(/\s+/));
   assert.equal(rows.length, 4);
   for (const [hash, name] of rows) assert.equal(createHash("sha256").update(readFileSync(new URL(name, folder))).digest("hex"), hash, name);
+});
+
+test("robots are as large as the arena tells, and Kilobots before it did", () => {
+  const lab = new Lab(0, "a");
+  assert.equal(lab.body_radius_m(), 0.0165);
+  lab.arena = { body_radius_m: 0.02 };
+  assert.equal(lab.body_radius_m(), 0.02);
 });

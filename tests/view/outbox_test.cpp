@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace arkmesh::tests {
 namespace {
@@ -51,6 +52,11 @@ TEST_CASE("binary messages that wait go as one bundle, texts and long ones alone
   CHECK(*out.take()->bytes == "text");
   CHECK(out.take()->bytes->size() == 300'000);
   CHECK(*out.take()->bytes == "d");
+  CHECK(out.empty());
+  // A bundle joins another one as what is in it.
+  out.newest(0, binary("ab"));
+  out.newest(1, binary(view::bundle(std::vector<std::string>{"c", "d"})));
+  CHECK(*out.take()->bytes == std::string("\3\0\0\0\2\0\0\0ab\1\0\0\0c\1\0\0\0d", 20));
   CHECK(out.empty());
 }
 

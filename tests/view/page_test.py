@@ -109,6 +109,34 @@ class PageTest(unittest.TestCase):
         self.until(r"""const words = document.querySelector('.message')?.textContent;
             return /world_t, \d+ B\nlab = roark\nnonce = 6\n/.test(words) && /window\[0\]\n  period = \d+\n  behaviour = 1\d\d\d/.test(words)""")
 
+    def test_tables_break_no_word(self):
+        """In the side column numbers and the parts of names stand whole on a line, of long names and large numbers, and nothing is cut off."""
+        server = self.serve()
+        self.open(server)
+        channels = [{"channel": f"roark/{name}", "age_us": 72_345_000, "messages": 154_369, "bytes": 468_000_000} for name in ("operator_command", "world")]
+        server.tell(packed(0, 3_000_000, "peers", encode(self.of, "peers_t", {"lab": "shark", "peers": [{
+            "lab": "roark", "up": True, "why": "connected", "version": "1", "round_trip_us": 850, "channels": channels,
+            "counters": [{"name": "link.dropped.no_room_in_the_outbox_of_this_channel", "value": 1_154_369}]}]})))
+        server.loop.call_soon_threadsafe(server.send, [json.dumps({"rates": {"t_us": 0, "labs": [
+            {"channels": {c: {"per_s": 13_612.5, "bytes_per_s": 468_000, "count": 1_154_369} for c in ("roark/operator_command", "roark/world", "poses")}}] * 2, "viewer": {"replaced": 0}}})])
+        self.js("document.querySelectorAll('#side details').forEach((d) => (d.open = true))")
+        self.until("return /154.369/.test(document.getElementById('side').innerText) && /13.613/.test(document.getElementById('side').innerText)")
+        broken = self.js(r"""const broken = [], nodes = document.createTreeWalker(document.getElementById('side'), NodeFilter.SHOW_TEXT), side = document.getElementById('side').getBoundingClientRect();
+            for (let node; (node = nodes.nextNode());) {
+                const cell = node.parentElement.closest('td, th');
+                if (!cell) continue;
+                const words = cell.cellIndex ? /.+/g : /[^\s./:_]+[./:_]*/g;
+                for (const word of node.data.matchAll(words)) {
+                    const range = document.createRange();
+                    range.setStart(node, word.index);
+                    range.setEnd(node, word.index + word[0].length);
+                    const boxes = [...range.getClientRects()];
+                    if (new Set(boxes.map((b) => Math.round(b.top))).size > 1 || boxes.some((b) => b.right > side.right)) broken.push(word[0]);
+                }
+            }
+            return broken""")
+        self.assertEqual(broken, [])
+
     def test_pick_follow_and_measure(self):
         """A click picks the robot under it, its panel tells its messages, the view follows it, and a drag measures metres."""
         self.open(self.serve(speed=0.1))
@@ -134,7 +162,7 @@ class PageTest(unittest.TestCase):
             self.assertFalse(self.driver.find_element(By.ID, "stop").is_enabled())
             self.driver.find_element(By.TAG_NAME, "body").send_keys("s")
             self.until("return /was not sent/.test(document.querySelector('.said').textContent)")
-        self.assertEqual(server.heard, [])
+        self.assertEqual([m for m in server.heard if "series" not in m], [])
 
     def test_nothing_to_press_before_the_page_is_ready(self):
         """Until the server has said what there is, no button, list or bar is to be seen or reached; then only those that are of use."""
@@ -319,6 +347,9 @@ class PageTest(unittest.TestCase):
         self.until("return arkmesh.player.t_us === 60000000 && !arkmesh.player.playing", seconds=120)
         self.assertGreater(time.monotonic() - begin, 1.8, "40 s of lab time at 20x")
         self.assertEqual(self.js("return arkmesh.world.labs[1].newest.get('poses').t_us"), 60_000_000)
+        self.until(r"return /period\s+30 of 30, 2 s each\s+said\s+at 1:00.0: running\s+speed\s+20.0× up to 1:00.0/.test(document.getElementById('side').innerText)")
+        self.assertNotRegex(self.text(), "waits for nobody|can wait|real time")
+        self.until(r"return /^\s*shark\s+completed\s+1$/.test(document.querySelector('.counts').innerText)")  # as the curve, not as the newest status
         self.js("[...document.querySelectorAll('.events button')].find((b) => b.textContent === '0:50.0').click()")
         self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 50_000_000)["x_m"])
 
@@ -377,6 +408,30 @@ class PageTest(unittest.TestCase):
         self.until(has.replace("return n", "return n > 50"))  # site_hard's outline
         self.js("arkmesh.options.toggle('overlay')")
         self.until(has.replace("return n", "return n === 0"))
+
+    def test_leds_look_different(self):
+        """Any two LED colours differ in a good part of their mark, on light and dark grounds, of robots and of ghosts, large and small."""
+        self.open(self.serve())
+        least = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
+            const {Sprites} = await import('/page/sprites.js'), {Colours, led_names} = await import('/page/colours.js'), table = arkmesh.stage.sprites.colours.table, least = {};
+            for (const dark of [false, true]) for (const ghost of [false, true]) for (const radius of [4, 12]) {
+                const colours = new Colours(table, dark), sprites = new Sprites(colours);
+                const pixels = led_names.map((_, led) => {
+                    const sprite = sprites.robot(led, 0.3, radius, ghost), c = new OffscreenCanvas(sprite.width, sprite.height).getContext('2d');
+                    c.fillStyle = colours.inks.ground;
+                    c.fillRect(0, 0, sprite.width, sprite.height);
+                    c.drawImage(sprite, 0, 0);
+                    return c.getImageData(0, 0, sprite.width, sprite.height).data;
+                });
+                const area = Math.PI * (0.55 * radius) ** 2;
+                pixels.forEach((a, i) => pixels.forEach((b, j) => {
+                    let apart = 0;
+                    for (let p = 0; p < a.length; p += 4) apart += Math.max(...[0, 1, 2].map((k) => Math.abs(a[p + k] - b[p + k]))) > 50;
+                    if (i < j) least[`${dark ? 'dark' : 'light'} ${ghost ? 'ghost' : 'robot'} ${radius} ${led_names[i]} ${led_names[j]}`] = apart / area;
+                }));
+            }
+            done(least); })()""")
+        self.assertEqual({what: round(share, 2) for what, share in least.items() if share < 0.3}, {})
 
     def test_phone(self):
         """On a phone nothing is wider than the screen, STOP is in reach, and two fingers zoom."""

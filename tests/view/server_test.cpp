@@ -4,16 +4,19 @@
 #include <doctest/doctest.h>
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <string>
 #include <vector>
 
 #include "tests/support/view/browser.hpp"
 #include "tests/support/view/server_bench.hpp"
+#include "view/connection.hpp"
 
 namespace arkmesh::tests {
 namespace {
 
 using nlohmann::json;
+using view::Connection;
 
 std::string newest(Browser& browser, const std::string& channel, int lab = 0) {
   std::string out;
@@ -283,6 +286,23 @@ TEST_CASE("a flood of messages is read slowly, and keeps nobody else waiting") {
   for (int i = 0; i < 2000; ++i) ping += Browser::framed("", 9);
   pings.send(ping);
   CHECK(comes_to(serving(bench.loop), [&] { return pings.is_gone(); }));
+}
+
+TEST_CASE("a viewer that says nothing but answers pings stays, however many there were") {
+  ServerBench bench;
+  Browser viewer(bench.loop, bench.server.port());
+  REQUIRE(viewer.join() == 101);
+  std::string pongs;
+  for (int i = 0; i < Connection::max_controls_per_s - 1; ++i) pongs += Browser::framed("", 10);
+  for (int seconds = 0; seconds < 3; ++seconds) {
+    viewer.send(pongs);
+    const auto next = std::chrono::steady_clock::now() + std::chrono::milliseconds(1001);
+    comes_to(serving(bench.loop), [&] { return viewer.is_gone() || std::chrono::steady_clock::now() > next; });
+  }
+  CHECK_FALSE(viewer.is_gone());
+  viewer.say({{"request", 1}});
+  CHECK(viewer.hears("done"));
+  CHECK(bench.count("sent_away.garbage") == 0);
 }
 
 TEST_CASE("when the port is taken the next one is, and beyond loopback there is nothing without a key") {

@@ -18,12 +18,20 @@ export function h(tag, attributes = {}, ...children) {
 }
 
 /**
+ * A name that may be broken behind its dots, lines and colons, and nowhere else.
+ * @param {string} name
+ */
+export function breakable(name) {
+  return h("span", {}, ...name.split(/(?<=[./:_])/).flatMap((part, i) => (i ? [h("wbr"), part] : [part])));
+}
+
+/**
  * A table: its head, and rows of texts or nodes.
- * @param {string[]} head @param {(string | number | Node)[][]} rows
+ * @param {string[]} head @param {(string | number | Node)[][]} rows the first of each row is a name, the others are not broken
  */
 export function table(head, rows) {
   return h("table", {}, h("thead", {}, h("tr", {}, ...head.map((t) => h("th", { scope: "col" }, t)))),
-    h("tbody", {}, ...rows.map((row) => h("tr", {}, ...row.map((cell) => h("td", {}, cell))))));
+    h("tbody", {}, ...rows.map((row) => h("tr", {}, ...row.map((cell, i) => h("td", {}, i || typeof cell !== "string" ? cell : breakable(cell)))))));
 }
 
 /**

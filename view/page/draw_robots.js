@@ -10,8 +10,6 @@ import { solid_path } from "./draw_floor.js";
  * @typedef {{lab: string, id: number}} Pick lab: its name among labs
  */
 
-/** Radius of a Kilobot's body, metres: 33 mm across (Rubenstein et al. 2012). No message tells it. */
-export const body_radius_m = 0.0165;
 /** Ids are written where a body is at least so large, pixels across. */
 const labelled_px = 11;
 /** A ghost's opacity when new, and how much lab time makes it fade to 1/e: this many exchange periods, at least a second. */
@@ -53,7 +51,7 @@ export function draw_objects(c, lab, p, sprites, px) {
 export function draw_ghosts(c, lab, p, sprites, px, labels, scales) {
   const own = lab.projection().scale;
   for (const fleet of lab.ghosts) {
-    const radius = Math.max(2 * px, (body_radius_m * p.scale * (scales.get(fleet.lab) ?? own)) / own);
+    const radius = Math.max(2 * px, (lab.body_radius_m() * p.scale * (scales.get(fleet.lab) ?? own)) / own);
     c.globalAlpha = opacity_of(lab, fleet);
     for (const ghost of fleet.robots) robot(c, ghost, p, sprites, radius, true);
     if (labels && 2 * radius >= labelled_px * px) {
@@ -65,7 +63,7 @@ export function draw_ghosts(c, lab, p, sprites, px, labels, scales) {
 
 /** @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {boolean} labels */
 export function draw_robots(c, lab, p, sprites, px, labels) {
-  const radius = Math.max(2 * px, body_radius_m * p.scale);
+  const radius = Math.max(2 * px, lab.body_radius_m() * p.scale);
   for (const r of lab.robots) {
     const doubtful = r.confidence < 0.5;
     if (doubtful) c.globalAlpha = 0.45;
@@ -105,7 +103,7 @@ export function draw_pick(c, lab, p, ink, px, pick, path) {
   }
   if (!at) return;
   c.beginPath();
-  c.arc(p.x(at.x, at.y), p.y(at.x, at.y), Math.max(9 * px, body_radius_m * p.scale * 1.8), 0, 2 * Math.PI);
+  c.arc(p.x(at.x, at.y), p.y(at.x, at.y), Math.max(9 * px, lab.body_radius_m() * p.scale * 1.8), 0, 2 * Math.PI);
   c.stroke();
 }
 

@@ -158,6 +158,12 @@ export class Lab {
     return fleet.age_us + Math.max(0, this.t_us - (this.shared?.stamp_us ?? 0));
   }
 
+  /** Radius of a robot seen from above, metres: that of a Kilobot (33 mm across, Rubenstein et al. 2012) until the arena tells it, which recordings of before do not. */
+  body_radius_m() {
+    const told = this.arena?.body_radius_m ?? 0;
+    return told > 0 ? told : 0.0165;
+  }
+
   /** Sides of the arena, metres. */
   get size() {
     return { width: this.arena?.width_m ?? 1, height: this.arena?.height_m ?? 1 };

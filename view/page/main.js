@@ -63,7 +63,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
   state: connected,
 });
 /** @type {(message: object) => boolean} */
-const send = (message) => connection.send(message);
+const send = (message) => connection.send(recorded() ? { run: world.about.number ?? 0, ...message } : message);
 /** @type {Player} */
 const player = new Player({ send, show, jumped: () => world.labs.forEach((lab) => lab.forget()) });
 const control = new ControlBar(world, (message) => player.ask(message));
@@ -151,7 +151,7 @@ function extend_path(lab) {
 
 /** @param {string} name @param {any} value */
 function heard(name, value) {
-  if (name === "hello") hello(value);
+  if (name === "hello") void greeted(value);
   else if (name === "rates") {
     value.labs.forEach((/** @type {any} */ lab, /** @type {number} */ i) => (world.rates[i] = lab.channels));
     world.replaced = value.viewer?.replaced ?? 0;
@@ -168,6 +168,20 @@ function heard(name, value) {
   }
 }
 
+/**
+ * A server tells each new connection of the first run of its batch; the page goes on with the one that it showed.
+ * @param {any} value
+ */
+async function greeted(value) {
+  const { runs, number: run = 0 } = world.about;
+  if (run > 0 && value.runs?.[run] === runs?.[run]) {
+    const { answer } = await player.ask({ open: { run } });
+    if (!answer.refused) return hello({ ...answer.about, token_ok: value.token_ok });
+    if (connection.socket?.readyState !== WebSocket.OPEN) return; // the next connection is greeted, too
+  }
+  hello(value);
+}
+
 /** @param {any} value */
 function hello(value) {
   world.introduce(value.about ?? value);
@@ -180,12 +194,13 @@ function hello(value) {
   scrub.element.hidden = !recorded();
   player.introduce(recorded() ? (value.length_us ?? 0) : 0, Boolean(value.growing));
   player.reconnect();
+  counts.set([], recorded());
+  player.ask({ series: {} }).then(({ answer }) => answer.series && counts.set(answer.series, recorded()));
   if (!recorded()) return;
   player.ask({ events: {} }).then(({ answer }) => {
     world.events = [];
     world.tell(answer.events ?? []);
   });
-  player.ask({ series: {} }).then(({ answer }) => counts.set(answer.series ?? []));
 }
 
 /** @param {boolean} open @param {string} why */
@@ -226,4 +241,4 @@ function frame(now_ms) {
 requestAnimationFrame(frame);
 
 /** For tests, and for whoever looks at it from the browser's console. */
-Object.assign(window, { arkmesh: { world, stage, options, player, connection, control, pointer, film } });
+Object.assign(window, { arkmesh: { world, stage, options, player, connection, control, counts, pointer, film } });

@@ -1,7 +1,8 @@
 // What stands above everything: whether the page hears its labs, who keeps robots still, and how runs ended. Knows when something was heard,
 // not how.
 import { h } from "./dom.js";
-import { kept_words, standing_words, word } from "./status.js";
+import { keeper, kept_words, standing_words, word } from "./status.js";
+import { time_words } from "./words.js";
 
 /** Who is not heard for so long is silent: a server says something each second, milliseconds. */
 export const silent_ms = 3000;
@@ -61,7 +62,8 @@ export class Notices {
     const silence = silence_words(world, this.connection, now_ms);
     write(this.banner, silence ? [silence] : []);
     document.body.classList.toggle("apart", Boolean(silence));
-    write(this.kept, world.labs.map((lab) => kept_words(lab.name, lab.status)).filter(Boolean));
+    const when = (/** @type {import("./lcm.js").Message | null} */ status) => (status && world.about.mode === "recorded" ? `said at ${time_words(status.stamp_us)}: ` : "");
+    write(this.kept, world.labs.filter((lab) => keeper(lab.status)).map((lab) => when(lab.status) + kept_words(lab.name, lab.status)));
     write(this.ended, ended_words(world));
   }
 }

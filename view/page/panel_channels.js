@@ -1,7 +1,7 @@
 // All channels with their rates, and the newest message of the one that was opened, decoded.
 import { DecodeError } from "./lcm.js";
-import { h, section } from "./dom.js";
-import { bytes_words, number_words, time_words } from "./words.js";
+import { breakable, h, section } from "./dom.js";
+import { bytes_words, number_words, rate_words, time_words } from "./words.js";
 
 /** Lines of a decoded message that are shown; more only cost time. */
 const lines_most = 400;
@@ -44,12 +44,12 @@ export class ChannelsPanel {
     if (key !== this.listed) {
       this.listed = key;
       this.rows.replaceChildren(...channels.map(({ lab, channel }) => h("tr", {},
-        h("td", {}, h("button", { class: "link", onclick: () => this.open(lab.index, channel, world) }, `${lab.name}: ${channel}`)), h("td"), h("td"), h("td"))));
+        h("td", {}, h("button", { class: "link", onclick: () => this.open(lab.index, channel, world) }, breakable(`${lab.name}: ${channel}`))), h("td"), h("td"), h("td"))));
     }
     channels.forEach(({ lab, channel }, i) => {
       const rate = world.rates[lab.index]?.[channel];
       const cells = this.rows.children[i].children;
-      cells[1].textContent = rate ? rate.per_s.toPrecision(3) : "–";
+      cells[1].textContent = rate ? rate_words(rate.per_s) : "–";
       cells[2].textContent = rate ? bytes_words(rate.bytes_per_s) : "–";
       cells[3].textContent = number_words(rate?.count ?? lab.newest.get(channel)?.count ?? 0);
     });

@@ -1,7 +1,7 @@
-// Each lab's clock, period, speed and gate, in words.
+// Each lab's clock, period, speed and gate, in words; of a recorded run what is known of the moment that is shown.
 import { facts, h, section } from "./dom.js";
 import { keeper, keeper_words, not_standing_words, own_words, standing_words, word } from "./status.js";
-import { time_words } from "./words.js";
+import { rate_words, time_words } from "./words.js";
 
 export class ClockPanel {
   constructor() {
@@ -12,19 +12,36 @@ export class ClockPanel {
 
   /** @param {import("./world.js").World} world */
   update(world) {
+    const recorded = world.about.mode === "recorded";
     this.body.replaceChildren(...world.labs.map((lab) => {
-      const s = lab.status;
-      const waits = s ? gate_words(s) : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet";
-      return h("div", { class: "lab" }, h("h3", {}, lab.name), facts([
-        ["clock", time_words(lab.t_us)],
-        ["period", s ? `${s["period"]} of ${s["last_period"]}` + (lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : "") : "–"],
-        ["speed", s ? `${Number(s["speed"]).toPrecision(3)}×` + (s["can_wait"] ? ", can wait" : ", real time") : "–"],
-        ["gate", h("span", { class: s && needs_attention(s) ? "attention" : "" }, waits)],
-        ["in its words", s ? own_words(s) : "–"],
-        ["arena", lab.arena ? `${lab.arena.width_m} × ${lab.arena.height_m} m, ${lab.arena.platform}, ${lab.robots.length} of ${lab.arena.robots} robots` : "–"],
-      ]));
+      const attention = lab.status && needs_attention(lab.status) ? "attention" : "";
+      const rows = clock_rows(lab, recorded).map(([name, words]) => /** @type {[string, string | Node]} */ ([name, name === "gate" || name === "said" ? h("span", { class: attention }, words) : words]));
+      return h("div", { class: "lab" }, h("h3", {}, lab.name), facts(rows));
     }));
   }
+}
+
+/**
+ * What the panel says of a lab: names and words. A status is recorded each second of wall time, in which a fast run goes far: of a recorded one the
+ * words tell when they were said, and the period is that of the shared view, which each boundary has.
+ * @param {import("./lab.js").Lab} lab @param {boolean} recorded
+ * @returns {[string, string][]}
+ */
+export function clock_rows(lab, recorded) {
+  const s = lab.status;
+  const period = recorded ? lab.shared?.period : s?.period;
+  const speed = s ? `${rate_words(s.speed)}×` : "–";
+  const said_at = s ? time_words(s.stamp_us) : "";
+  return [
+    ["clock", time_words(lab.t_us)],
+    ["period", period === undefined ? "–" : `${period}${s ? ` of ${s.last_period}` : ""}${lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : ""}`],
+    ...(recorded ? /** @type {[string, string][]} */ (s ? [["said", `at ${said_at}: ${own_words(s)}`], ["speed", `${speed} up to ${said_at}`]] : []) : /** @type {[string, string][]} */ ([
+      ["speed", s ? speed + (s.can_wait ? ", can wait" : ", real time") : speed],
+      ["gate", s ? gate_words(s) : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet"],
+      ["in its words", s ? own_words(s) : "–"],
+    ])),
+    ["arena", lab.arena ? `${lab.arena.width_m} × ${lab.arena.height_m} m, ${lab.arena.platform}, ${lab.robots.length} of ${lab.arena.robots} robots` : "–"],
+  ];
 }
 
 /** @param {import("./lcm.js").Message} status lab_status_t */
@@ -41,8 +58,8 @@ export function gate_words(status) {
   const stand = who || phase === "ending" || phase === "ended" ? standing_words(status) : "";
   const and = stand ? `; ${stand}` : "";
   switch (phase) {
-    case "starting": return "⏳ begins";
-    case "waiting": return `⏳ ${status["lab"]} ${own_words(status).replace(/^waiting/, "waits")}`;
+    case "starting": return "◔ begins";
+    case "waiting": return `◔ ${status["lab"]} ${own_words(status).replace(/^waiting/, "waits")}`;
     case "going_on": return who ? `❚❚ robots kept still by ${keeper_words(who)}, lab time runs on${and}` : "▶ runs, waits for nobody";
     case "ending": return `■ ends: ${word(status, "outcome")}${and}`;
     case "ended": return `■ ended: ${word(status, "outcome")}${and}`;

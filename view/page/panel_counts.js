@@ -1,6 +1,7 @@
-// What the scenario counts, as curves over lab time. Live from `status`; of a recorded run from the server's series.
+// What the scenario counts, as curves over lab time: from the server's series, and live from `status` since then.
 import uPlot from "./vendor/uplot/uPlot.esm.js";
-import { h, section } from "./dom.js";
+import { h, section, table } from "./dom.js";
+import { count_name, count_value } from "./words.js";
 
 /** @typedef {{name: string, t_s: number[], y: number[]}} Series */
 
@@ -15,12 +16,14 @@ export class CountsPanel {
   constructor() {
     const { element, body } = section("Counts", true);
     this.element = element;
-    this.now = h("p", { class: "counts" });
+    this.now = h("div", { class: "counts" });
     this.place = h("div", { class: "curves" });
     body.append(this.now, this.place);
     /** @type {Map<string, Series>} */
     this.series = new Map();
-    /** True: the server has given all there is. */
+    /** The run of each lab that is noted, by its random number. @type {Map<string, unknown>} */
+    this.runs = new Map();
+    /** True: the server has given all there is, of a recorded run. */
     this.whole = false;
     /** @type {uPlot | null} */
     this.plot = null;
@@ -34,11 +37,11 @@ export class CountsPanel {
   }
 
   /**
-   * All curves of a recorded run.
-   * @param {Series[]} series
+   * Curves of the run up to now; of a recorded one that is all.
+   * @param {Series[]} series @param {boolean} whole
    */
-  set(series) {
-    this.whole = series.length > 0;
+  set(series, whole) {
+    this.whole = whole;
     this.series = new Map(series.map((s) => [s.name, s]));
     this.names = "";
   }
@@ -48,17 +51,20 @@ export class CountsPanel {
    * @param {import("./world.js").World} world
    */
   note(world) {
-    if (this.whole) return;
+    if (world.about.mode === "recorded") return;
     for (const lab of world.labs) {
       if (!lab.status) continue;
-      const t_s = lab.status.stamp_us / 1e6;
+      const t_s = lab.status.stamp_us / 1e6, { nonce } = lab.status;
+      if (this.runs.has(lab.name) && this.runs.get(lab.name) !== nonce) {
+        // The lab began anew.
+        for (const key of [...this.series.keys()]) if (key.startsWith(`${lab.name} `)) this.series.delete(key);
+      }
+      this.runs.set(lab.name, nonce);
       for (const [name, value] of lab.counts()) {
         const key = `${lab.name} ${name}`;
         let s = this.series.get(key);
         if (!s) this.series.set(key, (s = { name: key, t_s: [], y: [] }));
-        const last = s.t_s.length - 1;
-        if (t_s < s.t_s[last]) s.t_s.length = s.y.length = 0; // the lab began anew
-        if (t_s === s.t_s[last]) continue;
+        if (t_s <= s.t_s[s.t_s.length - 1]) continue; // the server's curve may be newer than the status
         s.t_s.push(t_s);
         s.y.push(value);
         if (s.t_s.length > points_most) {
@@ -72,10 +78,11 @@ export class CountsPanel {
   /** @param {import("./world.js").World} world */
   update(world) {
     this.note(world);
-    const now = world.labs.flatMap((lab) => lab.counts().map(([name, n]) => `${lab.name} ${name}: ${n}`));
-    this.now.textContent = now.join(", ") || "The scenario has counted nothing yet.";
+    const counts = world.about.mode === "recorded" ? values_at([...this.series.values()], world.t_us / 1e6, world.labs.map((lab) => lab.name))
+      : world.labs.flatMap((lab) => lab.counts().map(([name, n]) => ({ lab: lab.name, name, n })));
+    this.now.replaceChildren(counts.length ? counts_table(counts) : "The scenario has counted nothing yet.");
     if (!(/** @type {HTMLDetailsElement} */ (this.element).open)) return;
-    const list = [...this.series.values()].filter((s) => s.t_s.length > 0).slice(0, 12);
+    const list = [...this.series.values()].filter((s) => s.t_s.length > 0).slice(0, 12).map(drawn);
     const names = list.map((s) => s.name).join();
     const key = `${names} ${list.map((s) => `${s.t_s.length} ${s.t_s[s.t_s.length - 1]}`)} ${this.whole ? Math.round(world.t_us / 1e6) : ""}`;
     if (key === this.drawn) return;
@@ -103,6 +110,43 @@ export class CountsPanel {
       hooks: { draw: [(u) => this.whole && mark(u, world.t_us / 1e6, ink)] },
     }, /** @type {any} */ (align(list)), this.place);
   }
+}
+
+/** @typedef {{lab: string, name: string, n: number}} Count */
+
+/**
+ * A row for each count, a column for each lab.
+ * @param {Count[]} counts
+ */
+function counts_table(counts) {
+  const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
+  const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
+  return table(["", ...labs], names.map((name) => [count_name(name).words, ...labs.map((lab) => {
+    const n = at.get(`${lab} ${name}`);
+    return n === undefined ? "–" : count_value(name, n);
+  })]));
+}
+
+/**
+ * What curves say of a moment: the newest value at or before it. Their names begin with a lab's.
+ * @param {Series[]} list @param {number} t_s @param {string[]} labs
+ * @returns {Count[]}
+ */
+export function values_at(list, t_s, labs) {
+  return list.flatMap(({ name, t_s: times, y }) => {
+    const i = times.filter((t) => t <= t_s).length - 1, lab = labs.find((l) => name.startsWith(`${l}.`)) ?? "";
+    return i < 0 ? [] : [{ lab, name: lab ? name.slice(lab.length + 1) : name, n: y[i] }];
+  });
+}
+
+/**
+ * A curve as it is drawn: in the unit that its name tells.
+ * @param {Series} s
+ * @returns {Series}
+ */
+function drawn(s) {
+  const { words, unit, per } = count_name(s.name);
+  return { name: words + (unit && `, ${unit}`), t_s: s.t_s, y: per === 1 ? s.y : s.y.map((y) => y / per) };
 }
 
 /**

@@ -1,6 +1,6 @@
 // Links to other labs: state, round trip, clocks, what was dropped and why.
 import { facts, h, section, table } from "./dom.js";
-import { bytes_words, duration_words, number_words } from "./words.js";
+import { bytes_words, duration_words, number_words, rate_words } from "./words.js";
 
 /** Names of counters that count something lost. */
 const lost = /dropped|expired|gap|ignored|late|lost|missing|refused|not_sent|not_recorded|replaced|skipped|withheld/;
@@ -40,6 +40,6 @@ function peer(p, rates) {
     ["round trip", p.round_trip_us < 0 ? "unknown" : duration_words(p.round_trip_us)],
     ["its clock", p.round_trip_us < 0 ? "unknown" : `${p.clock_offset_us >= 0 ? "+" : "−"}${duration_words(Math.abs(Number(p.clock_offset_us)))} ± ${duration_words(Number(p.clock_uncertainty_us))}`],
   ]), p.n_channels ? table(["channel", "age", "per s", "messages", "bytes"], p.channels.map((/** @type {any} */ c) => (
-    [c.channel, c.age_us < 0 ? "never" : duration_words(Number(c.age_us)), rates[c.channel]?.per_s.toPrecision(2) ?? "–", number_words(c.messages), bytes_words(Number(c.bytes))]))) : null,
+    [c.channel, c.age_us < 0 ? "never" : duration_words(Number(c.age_us)), rates[c.channel] ? rate_words(rates[c.channel].per_s) : "–", number_words(c.messages), bytes_words(Number(c.bytes))]))) : null,
   drops.length ? table(["dropped", "count"], drops.map((/** @type {any} */ c) => [c.name, number_words(c.value)])) : null);
 }

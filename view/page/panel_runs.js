@@ -24,7 +24,7 @@ export class RunsPanel {
 
   update() {
     const { about } = this.world;
-    const key = JSON.stringify([about.labs, about.runs, about.notes, about.first_difference]);
+    const key = JSON.stringify([about.labs, about.runs, about.number, about.notes, about.first_difference]);
     if (key === this.key) return;
     this.key = key;
     const runs = about.runs ?? [], notes = about.notes ?? [];
@@ -32,6 +32,7 @@ export class RunsPanel {
     this.element.hidden = about.mode !== "recorded" || (runs.length < 2 && !two && !notes.length);
     this.choice.hidden = two || runs.length < 2;
     if (this.choice.options.length !== runs.length) this.choice.replaceChildren(...runs.map((run) => h("option", {}, run)));
+    this.choice.selectedIndex = about.number ?? 0;
     this.notes.replaceChildren(...notes.map((note) => h("p", { class: "attention" }, note)));
     this.button.hidden = !about.first_difference;
     const d = about.first_difference;

@@ -1,5 +1,5 @@
 // Mouse and fingers on the stage: move and zoom the view, pick a robot, measure, move a robot by hand.
-import { body_radius_m, find } from "./draw_robots.js";
+import { find } from "./draw_robots.js";
 import { distance_words } from "./words.js";
 
 /**
@@ -139,7 +139,7 @@ export class Pointer {
   hit(pane, at) {
     let best = null, nearest = Infinity;
     for (const { lab, placement } of pane.labs) {
-      const reach = Math.max(10 * this.stage.px, body_radius_m * placement.scale * 1.3);
+      const reach = Math.max(10 * this.stage.px, lab.body_radius_m() * placement.scale * 1.3);
       const all = [{ lab: lab.own, robots: /** @type {{id: number, x: number, y: number}[]} */ (lab.robots) }];
       if (pane.labs.length === 1 && this.options.shown.ghosts) all.push(...lab.ghosts);
       for (const fleet of all) {

@@ -11,12 +11,16 @@ const sprites_most = 4000;
  * @type {Record<number, number[][]>}
  */
 const marks = {
+  0: [[-1, -0.25], [1, -0.25], [1, 0.25], [-1, 0.25]], // off: bar
   1: [[0, -1], [0.9, 0.7], [-0.9, 0.7]], // red: triangle up
   2: [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8]], // green: square
   3: [[0, -1.1], [1.1, 0], [0, 1.1], [-1.1, 0]], // yellow: rhombus
   5: [[-0.35, -1], [0.35, -1], [0.35, -0.35], [1, -0.35], [1, 0.35], [0.35, 0.35], [0.35, 1], [-0.35, 1], [-0.35, 0.35], [-1, 0.35], [-1, -0.35], [-0.35, -0.35]], // magenta: plus
   6: [[0, 1], [0.9, -0.7], [-0.9, -0.7]], // cyan: triangle down
 };
+
+/** Around a white LED: it shows on light ground and on light bodies. */
+const edge = "#1c1f22";
 
 /** @typedef {import("./colours.js").Colours} Colours */
 
@@ -51,7 +55,7 @@ export class Sprites {
     const side = 2 * Math.ceil(radius * 1.5 + 1);
     const canvas = new OffscreenCanvas(side, side);
     const c = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
-    const { body, ground, ink } = this.colours.inks;
+    const { body } = this.colours.inks;
     c.translate(side / 2, side / 2);
     c.lineWidth = Math.max(1, radius / 8);
     // The nose: a wedge in the driving direction, out of the body.
@@ -70,15 +74,16 @@ export class Sprites {
     } else c.fill();
     // The LED: as large as the body where there is no room for a mark.
     const light = radius < 5 ? radius * 0.75 : radius * 0.55;
+    const marked = Boolean(marks[led]) && radius >= 5;
     c.beginPath();
-    if (marks[led] && radius >= 5) {
+    if (marked) {
       for (const [x, y] of marks[led]) c.lineTo(x * light, y * light);
       c.closePath();
     } else c.arc(0, 0, light, 0, 2 * Math.PI);
-    c.fillStyle = led ? this.colours.leds[led] : ground;
-    c.fill();
-    if (led === 7 || led === 0) {
-      c.strokeStyle = led ? ink : body;
+    c.fillStyle = this.colours.leds[led];
+    if (led || marked) c.fill();
+    if (led === 7) {
+      c.strokeStyle = edge;
       c.stroke();
     }
     return canvas.transferToImageBitmap();

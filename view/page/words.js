@@ -2,10 +2,10 @@
 
 /** @param {number} t_us */
 export function time_words(t_us) {
-  const s = t_us / 1e6, whole = Math.floor(s);
+  const tenths = Math.floor(t_us / 1e5), whole = Math.floor(tenths / 10);
   const minutes = Math.floor(whole / 60) % 60, hours = Math.floor(whole / 3600);
   const two = (/** @type {number} */ n) => String(n).padStart(2, "0");
-  return `${hours ? `${hours}:${two(minutes)}` : minutes}:${two(whole % 60)}.${Math.floor((s - whole) * 10)}`;
+  return `${hours ? `${hours}:${two(minutes)}` : minutes}:${two(whole % 60)}.${tenths - 10 * whole}`;
 }
 
 /** @param {number} metres */
@@ -29,4 +29,34 @@ export function duration_words(us) {
  */
 export function number_words(n) {
   return String(n).replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
+}
+
+/**
+ * Units that a count's name may end with, as in cli/count_words.cpp: what is shown, and how many of the count's own make one.
+ * @type {Record<string, {unit: string, per: number}>}
+ */
+const count_units = { ppm: { unit: "%", per: 1e4 }, us: { unit: "s", per: 1e6 }, ms: { unit: "s", per: 1e3 }, s: { unit: "s", per: 1 }, bytes: { unit: "kB", per: 1e3 } };
+
+/**
+ * A count's name for people, and its unit: "flying south" and "%" of flying.south_ppm.
+ * @param {string} name
+ */
+export function count_name(name) {
+  const at = Math.max(name.lastIndexOf("."), name.lastIndexOf("_"));
+  const unit = at > 0 ? count_units[name.slice(at + 1)] : undefined;
+  return { words: (unit ? name.slice(0, at) : name).replace(/[._]/g, " "), unit: unit?.unit ?? "", per: unit?.per ?? 1 };
+}
+
+/** @param {string} name of a count @param {number} n */
+export function count_value(name, n) {
+  const { unit, per } = count_name(name);
+  return unit ? `${(n / per).toFixed(1)} ${unit}` : number_words(n);
+}
+
+/**
+ * How many in a second, or how many times faster: three digits at least, and no powers of ten.
+ * @param {number} n
+ */
+export function rate_words(n) {
+  return n >= 99.95 ? number_words(Math.round(n)) : n === 0 ? "0" : n.toFixed(n < 1 ? 2 : 1);
 }

@@ -5,13 +5,17 @@ import { Lab } from "./lab.js";
 /**
  * @typedef {{t_us: number, lab: number, kind: string, text: string}} Event
  * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[],
- *   length_us?: number, growing?: boolean, runs?: string[], notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About
+ *   length_us?: number, growing?: boolean, runs?: string[], number?: number, notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About
  * @typedef {{per_s: number, bytes_per_s: number, count: number}} Rate
  * @typedef {import("./wire.js").Frame} Frame
  */
 
 /** Events that are kept; older ones go. */
 const events_most = 2000;
+
+/** Reasons for not understanding a message that are told apart; others count together. */
+const reasons_most = 100;
+const other_reasons = "other reasons";
 
 /** Channels that are decoded as they come; others only when somebody looks. */
 const decoded = new Set(["arena", "poses", "shared", "overlay", "status", "peers", "to_robots"]);
@@ -74,7 +78,8 @@ export class World {
 
   /** @param {string} why */
   refuse(why) {
-    this.not_understood.set(why, (this.not_understood.get(why) ?? 0) + 1);
+    const kind = this.not_understood.has(why) || this.not_understood.size < reasons_most ? why : other_reasons;
+    this.not_understood.set(kind, (this.not_understood.get(kind) ?? 0) + 1);
     return false;
   }
 
