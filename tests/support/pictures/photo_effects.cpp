@@ -106,6 +106,42 @@ void turn_hue(cv::Mat& bgr, int half_degrees) {
   cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
 }
 
+Scene recoloured(const Scene& scene, hal::Led led, std::size_t every) {
+  Scene out{scene.name, scene.bgr.clone(), scene.robots, scene.also};
+  std::size_t blue = 0;
+  for (TrueRobot& robot : out.robots) {
+    if (robot.led != hal::Led::blue || blue++ % every != 0) continue;
+    robot.led = led;
+    const int reach = static_cast<int>(0.7 * robot.r_px), bits = static_cast<int>(led);
+    for (int y = -reach; y <= reach; ++y)
+      for (int x = -reach; x <= reach; ++x) {
+        const cv::Point at(static_cast<int>(robot.led_x_px) + x, static_cast<int>(robot.led_y_px) + y);
+        if (x * x + y * y > reach * reach || !cv::Rect({}, scene.bgr.size()).contains(at)) continue;
+        cv::Vec3b& pixel = out.bgr.at<cv::Vec3b>(at);
+        const int most = *std::max_element(pixel.val, pixel.val + 3),
+                  least = *std::min_element(pixel.val, pixel.val + 3);
+        for (int c = 0; c < 3; ++c)
+          pixel[c] = static_cast<std::uint8_t>(bits & (c == 0 ? 4 : c == 1 ? 2 : 1) ? most : least);
+      }
+  }
+  return out;
+}
+
+Scene with_glare(const Scene& scene, double levels) {
+  Scene out{scene.name, scene.bgr.clone(), scene.robots, scene.also};
+  for (const TrueRobot& robot : out.robots) {
+    const double reach = 0.6 * robot.r_px;
+    for (int y = static_cast<int>(robot.y_px - reach); y <= robot.y_px + reach; ++y)
+      for (int x = static_cast<int>(robot.x_px - reach); x <= robot.x_px + reach; ++x) {
+        const double far = std::hypot(x - robot.x_px, y - robot.y_px) / reach;
+        if (far >= 1 || !cv::Rect({}, scene.bgr.size()).contains({x, y})) continue;
+        for (std::uint8_t& value : out.bgr.at<cv::Vec3b>(y, x).val)
+          value = cv::saturate_cast<std::uint8_t>(value + levels * (1 - far * far));
+      }
+  }
+  return out;
+}
+
 Scene changed(const Scene& scene, const std::function<void(cv::Mat&)>& change) {
   Scene out{scene.name, scene.bgr.clone(), scene.robots, scene.also};
   change(out.bgr);

@@ -20,6 +20,12 @@ void compress(cv::Mat& bgr, int quality);
 void motion_blur(cv::Mat& bgr, double length_px, double angle_deg);
 void turn_hue(cv::Mat& bgr, int half_degrees);
 
+// Gives every so many-th robot with a blue LED another colour: the light its LED adds to a channel is moved to the
+// channels of that colour.
+Scene recoloured(const Scene& scene, hal::Led led, std::size_t every = 1);
+// A lamp mirrored in all coin cells: so many grey levels brighter in the middle, and none at 0.6 of the robot's radius.
+Scene with_glare(const Scene& scene, double levels);
+
 Scene changed(const Scene& scene, const std::function<void(cv::Mat&)>& change);
 
 // Moves all pixels and all that is known by a 3 x 3 matrix. What leaves the picture in part is only in `also`. Beyond

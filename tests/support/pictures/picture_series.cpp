@@ -114,6 +114,22 @@ void light(Rows& rows) {
   rows.pixels(
       "grey", [](cv::Mat& m) { cv::cvtColor(m, m, cv::COLOR_BGR2GRAY), cv::cvtColor(m, m, cv::COLOR_GRAY2BGR); },
       false);
+  rows.group("LEDs");
+  for (const double levels : {60.0, 90.0, 120.0})
+    rows.each(fmt::format("glare of {} on coin cells", levels),
+              [=](const Scene& scene) { return with_glare(scene, levels); });
+  for (const int half_degrees : {-5, -3, 3, 5})
+    rows.pixels(fmt::format("hue {:+} deg", 2 * half_degrees), [=](cv::Mat& m) { turn_hue(m, half_degrees); });
+  const std::pair<std::string, std::function<void(cv::Mat&)>> casts[] = {
+      {"", [](cv::Mat&) {}},
+      {", warm", [](cv::Mat& m) { cast(m, 0.65, 0.95, 1.25); }},
+      {", cool", [](cv::Mat& m) { cast(m, 1.3, 1.0, 0.75); }},
+      {", pink", [](cv::Mat& m) { cast(m, 1.1, 0.8, 1.15); }},
+      {", greenish", [](cv::Mat& m) { cast(m, 0.8, 1.15, 0.85); }}};
+  for (const auto& [name, change] : casts)
+    rows.each("magenta beside blue" + name, [change = change](const Scene& scene) {
+      return changed(recoloured(scene, hal::Led::magenta, 2), change);
+    });
 }
 
 void sensors(Rows& rows) {
