@@ -47,12 +47,14 @@ class Progress:
 
 
 class Pages:
-    """Where the labs are to be seen, once each has said so."""
+    """Where the labs are to be seen, once each has said so; nothing of a run that is over within seconds, with its pages."""
 
     def __init__(self, labs):
-        self.labs, self.left = labs, set(labs.files)
+        self.labs, self.left, self.due = labs, set(labs.files), time.monotonic() + 3
 
     def show(self):
+        if time.monotonic() < self.due:
+            return
         for lab in sorted(self.left):
             if found := re.search(r"see it at (\S+)\n", self.labs.said("lab", lab).read_text(errors="replace")):
                 print(f"demo: see {lab} at {found[1]}", flush=True)
@@ -63,6 +65,16 @@ def number(n):
     return f"{n:,}".replace(",", " ")
 
 
+def count_words(name, n):
+    """A count's name and value for people, with the unit that its name ends with: as cli/count_words.cpp."""
+    units = {"ppm": ("%", 1e4), "us": ("s", 1e6), "ms": ("s", 1e3), "s": ("s", 1), "bytes": ("kB", 1e3)}
+    *words, last = re.split(r"[._]", name)
+    if words and last in units:
+        unit, per = units[last]
+        return " ".join(words), f"{n / per:.1f} {unit}"
+    return " ".join([*words, last]), str(n)
+
+
 def summary(joint, out):
     """The one-screen result."""
     walls = {lab: own["wall"] for lab, own in joint["by_lab"].items()}
@@ -70,7 +82,7 @@ def summary(joint, out):
     if joint["scenario"] == "dhtf":
         lines += [f"completed tasks      {joint['counts'].get('completed', 0)}"]
     else:
-        lines += [f"{name:<20} {n}" for name, n in joint["counts"].items()]
+        lines += [f"{words:<20} {n}" for words, n in (count_words(*count) for count in joint["counts"].items())]
     lines += [f"speed                {joint['wall']['speed']:.0f} simulated seconds per wall second"]
     for lab, wall in walls.items():
         per = wall["per_period_ms"]
@@ -85,6 +97,7 @@ def summary(joint, out):
     if len(drops) > 12:
         lines += [f"  ... {len(drops) - 12} more in result.json"]
     lines += [f"final hash           {joint['final_hash']}" + (" (the same in all labs)" if joint["gate"] == "strict" else ""), f"run folder           {out}",
+              f"see it again with    arkmesh view {out}",
               f"picture              {out / 'picture.png'}"]
     return "\n".join(lines)
 

@@ -5,17 +5,26 @@ Each takes the Bench of scripts/measure and returns (met, value, target). Tables
 import csv
 import json
 import os
+import pathlib
 import re
 import subprocess
+import sys
 import tempfile
+import time
 
 from lab_processes import PROGRAM, ROOT, Failed
+
+sys.path.insert(0, str(ROOT / "scripts/figures"))
+from pages import write_between  # noqa: E402
 
 PROGRAMS = ROOT / "tests/programs"
 # of each: shares of bare that "fast" must reach and aims at, and what "ode" must reach of "fast"
 SIZES = [("100_at_48", "100 at 48/m2", 0.09, 0.20, 0.5), ("1000_at_48", "1000 at 48/m2", 0.15, 0.33, 0.65),
          ("10000_at_48", "10000 at 48/m2", 0.18, 0.37, 0.7), ("1000_at_400", "1000 at 400/m2", 0.07, 0.12, 0.28)]
-BEGIN, END = "<!-- speed: written by scripts/measure sim_speed -->", "<!-- speed: end -->"
+SPEED_PLACE = "speed: written by scripts/measure sim_speed"
+# of the table there
+SPEED_HEADER = ["robots", '`"ode"`, robot-s per CPU s', '`"fast"`', "ode / fast (must)", "bare reference", "fast / bare (must, aim)", "textbook ODE", "ode / textbook",
+                "contacts by ODE, alone", "deepest, mm", "deeper than 1 mm"]
 
 
 def controller(program, *options):
@@ -155,16 +164,15 @@ def sim_speed(bench):
         if row.get("aggregate_name", "median") == "median":
             name = "/".join(row["name"].removesuffix("_median").split("/")[:2])
             rate[name], counters[name] = row["robot_s_per_cpu_s"], row
-    lines = ["| robots | `\"ode\"`, robot-s per CPU s | `\"fast\"` | ode / fast (must) | bare reference | fast / bare (must, aim) | textbook ODE | ode / textbook "
-             "| deepest, mm | deeper than 1 mm |",
-             "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| " + " | ".join(SPEED_HEADER) + " |", "|" + "---|" * len(SPEED_HEADER)]
     met = True
     for key, words, must, aim, of_fast in SIZES:
         ode, fast, bare, book = (rate[f"{kind}/{key}"] for kind in ("ode", "fast", "bare", "textbook"))
         parts = counters.get(f"parts/{key}", {})
         met = met and fast >= must * bare and ode >= of_fast * fast
         lines.append(f"| {words} | {ode / 1e3:.0f} k | {fast / 1e3:.0f} k | {ode / fast:.2f} ({of_fast}) | {bare / 1e3:.0f} k "
-                     f"| {fast / bare:.2f} ({must:.2f}, {aim:.2f}) | {book / 1e3:.1f} k | {ode / book:.0f} | {parts.get('deepest_mm', float('nan')):.2f} | {100 * parts.get('deep_share', float('nan')):.3f} % |")
+                     f"| {fast / bare:.2f} ({must:.2f}, {aim:.2f}) | {book / 1e3:.1f} k | {ode / book:.0f} "
+                     f"| {100 * counters[f'ode/{key}']['by_ode_share']:.0f} %, {100 * counters[f'ode/{key}']['alone_share']:.0f} % | {parts.get('deepest_mm', float('nan')):.2f} | {100 * parts.get('deep_share', float('nan')):.3f} % |")
     growth = rate["fast/100_at_48"] / rate["fast/10000_at_48"]
     met = met and growth <= 1.3
     for key, words, *_ in SIZES:
@@ -172,21 +180,25 @@ def sim_speed(bench):
         print(f"  {words}: " + ", ".join(f"{name} {value:.3f} us" for name, value in parts.items()) + " per robot and second")
     print("\n".join("  " + line for line in lines))
     if not bench.short:
-        write_table(lines)
+        write_between(ROOT / "README.md", SPEED_PLACE, f"Commit {commit()}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
     shares = " ".join(f"{rate[f'fast/{key}'] / rate[f'bare/{key}']:.2f}" for key, *_ in SIZES)
     ratios = " ".join(f"{rate[f'ode/{key}'] / rate[f'fast/{key}']:.2f}" for key, *_ in SIZES)
     return (met, f"ode of fast {ratios}; fast of bare {shares}, growth {growth:.2f}x",
             "0.5 0.65 0.7 0.28; 0.09 0.15 0.18 0.07, growth 1.3x")
 
 
-def write_table(lines):
-    """Puts the table between README's marks."""
-    readme = ROOT / "README.md"
-    text = readme.read_text()
-    if BEGIN not in text or END not in text:
-        raise Failed("README.md has lost the marks of its speed table")
-    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
-    readme.write_text(text[:begin] + "\n" + "\n".join(lines) + "\n" + text[end:])
+def commit():
+    """The commit that was measured, with a word when sources were changed since."""
+    def git(*words):
+        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+
+    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", changed" if git("status", "--porcelain", "--", "hal", "sim_ode", "tests/bench") else "")
+
+
+def machine():
+    """Model of the processor and how many there are, as Linux says."""
+    models = re.findall(r"^model name\s*: (.*)$", pathlib.Path("/proc/cpuinfo").read_text(), re.M)
+    return f"{models[0] if models else 'an unknown processor'}, {os.cpu_count()} of them"
 
 
 SIMULATOR = [sim_sends, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_many, sim_speed]

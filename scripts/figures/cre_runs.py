@@ -93,10 +93,3 @@ def summary(rows):
         "last_minute": [max(row["flying.north_ppm"], row["flying.south_ppm"]) / 1e6 for row in rows],
         "middle_late": late,
     }
-
-
-def write_between(page, name, text):
-    """Replaces what stands in a document between <!-- NAME --> and <!-- NAME: end -->."""
-    before, rest = page.read_text().split(f"<!-- {name} -->\n")
-    after = rest.split(f"<!-- {name}: end -->")[1]
-    page.write_text(f"{before}<!-- {name} -->\n{text}<!-- {name}: end -->{after}")

@@ -1,5 +1,6 @@
 """What samples say: means with intervals, differences, ratios, shares. Standard library only."""
 import csv
+import json
 import math
 import statistics
 
@@ -76,6 +77,37 @@ def rank_test(first, second):
     return 2 * statistics.NormalDist().cdf(-max(0.0, abs(u - n * m / 2) - 0.5) / math.sqrt(variance))
 
 
+def shift(first, second):
+    """By how much numbers of `second` exceed those of `first` in the median of all pairs, with low and high of its 95 % interval (Hodges and
+    Lehmann, Ann. Math. Stat. 34, 1963; Moses' interval, normal). It supposes nothing about how they are spread."""
+    n, m = len(first), len(second)
+    differences = sorted(b - a for a in first for b in second)
+    place = max(0, round(n * m / 2 - 1.959964 * math.sqrt(n * m * (n + m + 1) / 12)) - 1)
+    return statistics.median(differences), differences[place], differences[-1 - place]
+
+
+def median_interval(sample):
+    """Median, with low and high of its 95 % interval by the sign test (normal); of fewer than six numbers the least and the largest."""
+    ordered, n = sorted(sample), len(sample)
+    place = max(0, round(n / 2 - 1.959964 * math.sqrt(n) / 2) - 1)
+    return statistics.median(ordered), ordered[place], ordered[-1 - place]
+
+
+def share_difference(hits, n, other_hits, other_n):
+    """Share of the second minus share of the first, with low and high of its 95 % interval (Newcombe, Stat. Med. 17, 1998, method 10)."""
+    p, low, high = share_interval(hits, n)
+    q, other_low, other_high = share_interval(other_hits, other_n)
+    return q - p, q - p - math.hypot(q - other_low, high - p), q - p + math.hypot(p - low, other_high - q)
+
+
+def batch_words(batch):
+    """Which command made a batch's folder, of which seeds and which version."""
+    manifest = json.loads((batch / "manifest.json").read_text())
+    seeds = manifest["seeds"]
+    return (f"`arkmesh batch experiments/{batch.name.split('-')[0]}/{manifest['experiment']['file']}`, seeds {min(seeds)} to {max(seeds)}, arkmesh "
+            f"{manifest['arkmesh']} (commit {manifest['versions']['commit'][:12]})")
+
+
 def finished_runs(folder):
     """Rows of a batch's table, of the runs that finished; a sentence as SystemExit when there are none."""
     file = folder / "runs.csv"
@@ -83,6 +115,11 @@ def finished_runs(folder):
         raise SystemExit(f"{folder} holds no runs.csv; is it a batch's folder, and has the batch ended?")
     with open(file, newline="") as table:
         rows = [row for row in csv.DictReader(table) if row["state"] == "finished"]
+    counted = folder / "counters.csv"
+    if counted.is_file():
+        with open(counted, newline="") as table:
+            by_run = {row["run"]: row for row in csv.DictReader(table)}
+        rows = [{**by_run.get(row["run"], {}), **row} for row in rows]
     if not rows:
         raise SystemExit(f"{file} holds no finished run")
     return rows

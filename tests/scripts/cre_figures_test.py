@@ -8,6 +8,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts/figures"))
 
 import cre_runs
+import pages
 
 
 def row(south, agreed_s, followed_s=0, south_ppm=0, middle_ppm=0, periods=10, held=10):
@@ -48,14 +49,14 @@ class CreFigures(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             page = pathlib.Path(folder) / "page.md"
             page.write_text("before\n<!-- a -->\nold\n<!-- a: end -->\nafter\n<!-- b -->\n<!-- b: end -->\n")
-            cre_runs.write_between(page, "a", "new\n")
+            pages.write_between(page, "a", "new\n")
             self.assertEqual(page.read_text(), "before\n<!-- a -->\nnew\n<!-- a: end -->\nafter\n<!-- b -->\n<!-- b: end -->\n")
 
     def test_pages_have_the_marks(self):
         """docs/cre-results.md has the places that both scripts write to."""
         text = (ROOT / "docs/cre-results.md").read_text()
-        for name in ("paper: written by scripts/figures/cre_claims --page", "original: written by scripts/figures/cre_claims --page",
-                     "sensitivity: written by scripts/figures/cre_sensitivity --page"):
+        for name in ("paper: written by scripts/figures/cre_results", "original: written by scripts/figures/cre_results",
+                     "sensitivity: written by scripts/figures/cre_sensitivity"):
             self.assertEqual((text.count(f"<!-- {name} -->\n"), text.count(f"<!-- {name}: end -->")), (1, 1))
 
 

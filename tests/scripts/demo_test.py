@@ -10,6 +10,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -30,11 +31,15 @@ if what == "gateway":
     if seed == 3:
         sys.exit("arkmesh: gateway.listen: the port is taken")
     time.sleep(60)
+print(f"see it at http://127.0.0.1:8800/#token={{lab}}", file=sys.stderr)
 print(f"{{lab}}  period 1/4  25.0 %  10x  eta 3 s", file=sys.stderr)
 if seed == 2 and lab == "roark":
     sys.exit("arkmesh: lab roark ended early: shark is gone at period 1")
 if seed == 5:
     time.sleep(60)
+if seed == 6:
+    while not pathlib.Path({pids!r}, "go-on").exists():
+        time.sleep(0.05)
 out = pathlib.Path(sys.argv[sys.argv.index("--out") + 1])
 run_folder.make_lab(out, lab)
 (out / "hash.csv").write_text("period,hash\\n0,00\\n1,0a\\n")
@@ -57,7 +62,7 @@ class Demo(unittest.TestCase):
         self.program.chmod(self.program.stat().st_mode | stat.S_IXUSR)
 
     def demo(self, seed):
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stdout(io.StringIO()) as self.said, contextlib.redirect_stderr(io.StringIO()):
             demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False, remote=False), program=self.program)
         return self.folder / f"run{seed}"
 
@@ -80,6 +85,18 @@ class Demo(unittest.TestCase):
         self.assertEqual((run / "hash.csv").read_text(), "period,roark,shark\n0,00,00\n1,0a,0a\n")
         self.assertTrue((run / "picture.png").is_file())
         self.assertEqual(self.left(), [])
+
+    def test_names_pages_that_are_there(self):
+        """Of labs that are done at once no page is named, which would be gone, but how to see the run again; of labs that go on their pages."""
+        run = self.demo(seed=1)
+        self.assertNotIn("http://", self.said.getvalue())
+        self.assertIn(f"arkmesh view {run}\n", self.said.getvalue())
+        goes_on = threading.Thread(target=self.until, args=(lambda: "roark at http" in self.said.getvalue() and ((self.folder / "go-on").touch(), True)[1],))
+        goes_on.start()
+        self.demo(seed=6)
+        goes_on.join()
+        for lab in ("roark", "shark"):
+            self.assertIn(f"demo: see {lab} at http://127.0.0.1:8800/#token={lab}\n", self.said.getvalue())
 
     def test_failures_are_said(self):
         """A lab that ends early, a gateway that ends, and labs that disagree: one sentence each, and no process is left."""

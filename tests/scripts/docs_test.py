@@ -39,7 +39,35 @@ def wrong_in(command):
                  not re.search(rf"(^|[\s,]){re.escape(word.split('=')[0])}\b", text)), "")
 
 
+# Where the fragments of C++ in docs stand: for each document its blocks in order, as (before, behind) the block.
+FRAGMENTS = {
+    "docs/architecture.md": [("template <class Section> void fields_of(const Section& s, double& duration_s) {", "}")],
+    "docs/writing-a-scenario.md": [
+        ("void draw(lab::Lab& lab, const std::vector<std::uint8_t>& trace) {", "}"),
+        ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
+        ("void add(std::vector<app::CatalogueEntry>& entries) { std::vector<app::CatalogueEntry> more = {", "}; entries.swap(more); }")],
+}
+INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"tests/labs/light_up_scenario.hpp\"\n"
+            "using namespace arkmesh;\nusing labs::LightUp;\n")
+
+
 class Documents(unittest.TestCase):
+    def test_code_compiles(self):
+        """Every block of C++ in README and docs compiles against the sources, each where its kind of fragment stands."""
+        source = INCLUDES
+        for document in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+            name = str(document.relative_to(ROOT))
+            text = document.read_text()
+            blocks = list(re.finditer(r"^```(?:cpp|c\+\+)\n(.*?)^```", text, re.S | re.M))
+            around = FRAGMENTS.get(name, [])
+            self.assertEqual(len(blocks), len(around), f"{name}: say in FRAGMENTS where each block of C++ stands")
+            for number, (block, (before, behind)) in enumerate(zip(blocks, around)):
+                line = text.count("\n", 0, block.start(1)) + 1
+                source += f'namespace block_{re.sub(r"[^a-z]", "_", name)}{number} {{ {before}\n#line {line} "{name}"\n{block[1]}{behind} }}\n'
+        include = [f"-I{ROOT}", "-isystem", str(ROOT / "build/release/lcmtypes/cpp"), f"-I{ROOT}/build/release/hal/generated"]
+        done = subprocess.run(["g++", "-std=c++20", "-fsyntax-only", *include, "-x", "c++", "-"], input=source, capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_named_tests_exist(self):
         """Every `folder: name` in docs/decisions.md is a TEST_CASE of that folder."""
         rows = re.search(r"## Claims.*?(?=\n## )", (ROOT / "docs/decisions.md").read_text(), re.S)[0]

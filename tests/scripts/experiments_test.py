@@ -31,9 +31,14 @@ def make_batch(folder, factors, rows):
                                                       "experiment": {"file": "batch.toml"}}))
 
 
-def dhtf_rows(scale):
-    """Runs with the published counts, times `scale`."""
-    return [((pair, mix), {"completed": round(scale * n)}) for (pair, mix), counts in published.DHTF_RUNS.items() for n in counts]
+def dhtf_rows(scale, *further):
+    """Runs with the published counts, times `scale`; `further` labels stand before pair and mix."""
+    return [((*further, pair, mix), {"completed": round(scale * n)}) for (pair, mix), counts in published.DHTF_RUNS.items() for n in counts]
+
+
+def original_rows(scale):
+    """The same of both solvers and both kinds of robots."""
+    return [row for solver in ("ode", "fast") for robots in ("ideal", "measured") for row in dhtf_rows(scale, solver, robots)]
 
 
 class Figures(unittest.TestCase):
@@ -69,6 +74,12 @@ class Figures(unittest.TestCase):
         self.assertEqual((more, low < 0 < high), (0, True))
         d, low, high = samples.difference([1, 2, 3], [21, 22, 23])
         self.assertEqual([round(x, 3) for x in (d, low, high)], [20, 17.733, 22.267])
+        # Hollander and Wolfe's example of water permeability: 0.305 with -0.15 to 0.76 (96 %); Newcombe's 56 of 70 and 48 of 80.
+        term = [0.80, 0.83, 1.89, 1.04, 1.45, 1.38, 1.91, 1.64, 0.73, 1.46]
+        early = [1.15, 0.88, 0.90, 0.74, 1.21]
+        self.assertEqual([round(x, 3) for x in samples.shift(early, term)], [0.305, -0.15, 0.76])
+        self.assertEqual([round(x, 4) for x in samples.share_difference(48, 80, 56, 70)], [0.2, 0.0524, 0.3339])
+        self.assertEqual(samples.median_interval(range(1, 101)), (50.5, 40, 61))
 
     def test_plots(self):
         """Boxes over a choice, lines over a number, and sentences for what cannot be drawn."""
@@ -85,23 +96,37 @@ class Figures(unittest.TestCase):
                                (["--column", "why", "--over", "pair"], "no finished run with a number")):
             done = self.run_script("plot_batch", self.scratch / "b", *options)
             self.assertEqual((done.returncode, words in done.stderr, done.stderr.count("\n")), (1, True, 1), done.stderr)
+        # what labs counted has a table of its own, and is drawn as a result is
+        (self.scratch / "b/counters.csv").write_text("run,setting,pair,gate.period_s,seed,shark.bus.sent\n" + "".join(f"{run},0,Ro,2,1,{run}\n" for run in range(19)))
+        done = self.run_script("plot_batch", self.scratch / "b", "--column", "shark.bus.sent", "--over", "pair", "--out", self.scratch / "plot.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("holds no runs.csv", self.run_script("plot_batch", self.scratch, "--column", "a", "--over", "b").stderr)
 
     def test_page_agrees_with_the_published_counts(self):
         """Our table made of the published software's own counts differs by nothing."""
-        make_batch(self.scratch / "runs/dhtf-batch_original", ["pair", "mix"], dhtf_rows(1.0))
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["solver", "robots", "pair", "mix"], original_rows(1.0))
         done, page = self.page()
         self.assertEqual(done.returncode, 0, done.stderr + page)
-        self.assertEqual(page.count("| +0 % |"), 9)
-        self.assertEqual(page.count("| agrees |"), 9)
+        self.assertEqual(page.count("| +0 % |"), 18)
+        self.assertIn("| measured | Sh-Ro | all easy | 169.0 ± 13.3 | 10 | 169.0 ± 13.3 | 10 | +0 % | -10 to +11 % | agrees |", page)
+        self.assertIn("| ideal | Sh-Sh | all hard | 55.2 ± 14.3 | 6 | 55.2 ± 14.3 | 6 | +0 % | -27 to +37 % | cannot be told |", page)
+        self.assertIn("in 18 of 18 settings the 95 % interval of the difference holds 0.", page)
+        self.assertIn("**What cannot be told:** DHTF beside the published software, 14 of 18 settings.", page)
+
+    def test_further_seeds_count_with_the_others(self):
+        """The batch of further seeds adds its runs to those of the same setting."""
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["solver", "robots", "pair", "mix"], original_rows(1.0))
+        make_batch(self.scratch / "runs/dhtf-edges_original", ["solver", "robots", "pair", "mix"], original_rows(1.0)[:10])
+        _, page = self.page()
+        self.assertIn("| ideal | Sh-Ro | all easy | 169.0 ± 8.4 | 20 |", page)
 
     def test_page_names_what_does_not_agree(self):
         """A third more than published is said in the table and on top; with the paper's own claims the order is judged."""
-        make_batch(self.scratch / "runs/dhtf-batch_original", ["pair", "mix"], dhtf_rows(1.34))
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["solver", "robots", "pair", "mix"], original_rows(1.34))
         make_batch(self.scratch / "runs/dhtf-batch", ["pair", "mix"], dhtf_rows(1.0))
         done, page = self.page()
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("**What does not agree:** DHTF beside the published software, Sh-Ro, all easy: +34 %", page)
+        self.assertIn("**What does not agree:** DHTF beside the published software, measured robots, Sh-Ro, all easy: +34 %", page)
         self.assertIn("**does not agree**", page)
         self.assertIn("| Ro-Ro: all easy > mixed | +71.9 |", page)
         self.assertTrue((self.scratch / "docs/experiments/dhtf.png").is_file())
@@ -120,7 +145,8 @@ class Figures(unittest.TestCase):
         self.assertEqual(done.returncode, 0, page)
         self.assertIn("| 40 of 40 |", page)
         self.assertIn("20 of 40 south", page)
-        self.assertIn("| 500 s, 60 s |", page)
+        self.assertIn("| 35/35 is slower than 10/35 | 500 s, 60 s: +440 s | 440 to 440 s | agrees |", page)
+        self.assertIn("| 35/35: either side wins, each in 35 to 65 % (the paper: 63 of 100 south) | 20 of 40 south | 0.35 to 0.65;", page)
         for row in ("asymmetric", "symmetric"):
             self.assertIn({"asymmetric": "10/35", "symmetric": "35/35"}[row], page)
         table = self.scratch / "runs/cre-batch/runs.csv"
@@ -134,6 +160,17 @@ class Figures(unittest.TestCase):
         done, page = self.page()
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("30 of 40", page.split("\n")[4])
+
+    def test_what_medians_alone_would_say_is_called_open(self):
+        """Two samples with other medians and much the same numbers: which is slower cannot be told."""
+        def run(kind, i):
+            return (kind,), {"consensus.south": i % 2, "consensus.north": 1 - i % 2, "consensus.ms": 1000 * (60 + 5 * i + (kind == "symmetric")),
+                             "ground.followed_ms": 900_000, "ground.south_ppm": 950_000, "ground.middle_peak_ppm": 450_000}
+
+        make_batch(self.scratch / "runs/cre-batch", ["resources"], [run(kind, i) for kind in ("asymmetric", "symmetric") for i in range(40)])
+        _, page = self.page()
+        self.assertRegex(page, r"\| 35/35 is slower than 10/35 \| 158 s, 158 s: \+1 s \| -\d+ to \d+ s \| cannot be told \|")
+        self.assertIn("35/35 is slower than 10/35", page.split("\n")[6])
 
     def test_page_of_cre_without_any_consensus(self):
         """No run has a time of consensus, so the table has no such column: the claims do not agree."""
@@ -184,6 +221,12 @@ class Figures(unittest.TestCase):
         self.assertNotIn("Traceback", done.stderr)
         for title in ("## DHTF as the paper describes it", "## DHTF beside the published software", "### What the difference depends on"):
             self.assertIn(title, page)
+
+    def test_readme_has_the_marks(self):
+        """README has the three places that the script writes to."""
+        text = (ROOT / "README.md").read_text()
+        for name in ("validated", "DHTF", "CRE"):
+            self.assertEqual((text.count(f"<!-- {name}: written by scripts/figures/experiments -->\n"), text.count(f"<!-- {name}: written by scripts/figures/experiments: end -->")), (1, 1))
 
     def test_nothing_to_tell(self):
         """Without batches it says which there could be."""

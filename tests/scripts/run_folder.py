@@ -66,7 +66,7 @@ def make_lab(path, lab, periods=5):
     path = pathlib.Path(path)
     path.mkdir(parents=True, exist_ok=True)
     side, count, _ = LABS[lab]
-    arena = new("arena_info_t", lab=lab, platform="ode", width_m=side, height_m=side, robots=count)
+    arena = new("arena_info_t", lab=lab, platform="ode", width_m=side, height_m=side, robots=count, body_radius_m=0.0165)
     log = event(0, 1e9, "arena", arena.encode())
     for period in range(periods):
         log += event(2 * period + 1, 1e9 + 2 * period, "shared", view(lab, period).encode())

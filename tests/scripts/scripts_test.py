@@ -63,6 +63,19 @@ class Scripts(unittest.TestCase):
         self.assertEqual(script("plot", self.run_dir / "roark").returncode, 0)
         self.assertTrue((self.run_dir / "roark/picture.png").is_file())
 
+    def test_plot_refuses_what_a_run_has_not(self):
+        """A moment before the run or after its end, and a second run, are refused in a sentence that tells what there is; a run counts once in curves."""
+        self.assertEqual(script("plot", self.run_dir, "--at", 8).returncode, 0)
+        (self.run_dir / "picture.png").unlink()
+        for at in (8.1, 9999, -1, "nan"):
+            refused = script("plot", self.run_dir, "--at", at)
+            self.assertEqual((refused.returncode, refused.stderr), (1, f"plot: --at {float(at):g}: {self.run_dir} has moments from 0 to 8 s of lab time; give one of them, or none for the last.\n"))
+        refused = script("plot", self.run_dir, self.run_dir)
+        self.assertEqual((refused.returncode, refused.stderr), (1, "plot: 2 runs were given; this draws one, and scripts/plot_curves the curves of several.\n"))
+        self.assertFalse((self.run_dir / "picture.png").exists())
+        refused = script("plot_curves", self.run_dir, self.run_dir / "../run")
+        self.assertEqual((refused.returncode, refused.stderr), (1, f"plot_curves: {self.run_dir}/../run is named twice; each run counts once\n"))
+
     def test_plot_of_a_killed_run(self):
         """Logs and tables cut in mid-record are drawn up to the last whole period; a log without one gives a sentence."""
         whole = self.log.read_bytes()
