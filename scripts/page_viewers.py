@@ -1,15 +1,12 @@
 """Browsers' side of a page's WebSocket, as far as measuring needs it: joins, reads what comes, or stops reading."""
 import base64
 import os
-import re
 import selectors
 import socket
 import subprocess
 import sys
 import threading
 import time
-
-URL = re.compile(r"http://127\.0\.0\.1:(\d+)/")
 
 
 def join(port):
@@ -24,13 +21,20 @@ def join(port):
     return connection
 
 
-def port_of(process, said):
-    """The port of the page that a process prints into the file `said`; None when it ended without one."""
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def joined(process, port, number):
+    """So many connections to the page of a process, as soon as it listens; none when it ended before."""
     while process.poll() is None:
-        if found := URL.search(said.read_text(errors="replace")):
-            return int(found[1])
-        time.sleep(0.005)
-    return None
+        try:
+            return [join(port) for _ in range(number)]
+        except ConnectionRefusedError:
+            time.sleep(0.005)
+    return []
 
 
 def read_all(connections, ended):
@@ -52,16 +56,18 @@ def read_all(connections, ended):
 
 
 def watched(command, said, viewers, stopped=0):
-    """Runs a command that has a page, with so many viewers that read and so many that do not: its CPU time in seconds, and the bytes that were read."""
+    """Runs a command of labs with a page, with so many viewers that read and so many that do not: its CPU time in seconds, and the bytes that were read."""
+    port = free_port()  # a short run does not say where its page is
+    if viewers + stopped:
+        command = [*command, "--set", f"view.port={port}"]
     with open(said, "wb") as out:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT)
     ended, total, connections = threading.Event(), [], []
     try:
         if viewers + stopped:
-            port = port_of(process, said)
-            if port is None:
-                raise OSError(f"{said} names no page")
-            connections = [join(port) for _ in range(viewers + stopped)]
+            connections = joined(process, port, viewers + stopped)
+            if not connections:
+                raise OSError(f"it ended before its page listened, see {said}")
         reader = threading.Thread(target=lambda: total.append(read_all(connections[:viewers], ended)))
         reader.start()
         _, status, usage = os.wait4(process.pid, 0)
