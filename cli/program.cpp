@@ -42,7 +42,8 @@ bool is_own(std::string_view name) {
   ::execv((folder / program).c_str(), arguments);
   if (errno == ENOENT)
     throw std::runtime_error(
-        fmt::format("{} needs the program {}, which is not in {}; install all programs of arkmesh into one folder",
+        fmt::format("{} needs the program {}, which is not in {}; scripts/build builds it, and an installation has all programs of "
+                    "arkmesh in one folder",
                     purpose, program, folder.string()));
   throw std::runtime_error(fmt::format("{} cannot be started: {}", (folder / program).string(), std::strerror(errno)));
 }
