@@ -41,10 +41,10 @@ bool is_own(std::string_view name) {
         fmt::format("{} is not in {}; install all programs of one arkmesh anew", purpose, self.string()));
   ::execv((folder / program).c_str(), arguments);
   if (errno == ENOENT)
-    throw std::runtime_error(
-        fmt::format("{} needs the program {}, which is not in {}; scripts/build builds it, and an installation has all programs of "
-                    "arkmesh in one folder",
-                    purpose, program, folder.string()));
+    throw std::runtime_error(fmt::format(
+        "{} needs the program {}, which is not in {}; scripts/build builds it, and an installation has all programs of "
+        "arkmesh in one folder",
+        purpose, program, folder.string()));
   throw std::runtime_error(fmt::format("{} cannot be started: {}", (folder / program).string(), std::strerror(errno)));
 }
 

@@ -97,8 +97,8 @@ TEST_CASE("a program that is missing is named") {
   fs::copy_file(ARKMESH_PROGRAM, alone / "arkmesh");
   const std::string path = "PATH=" + fs::path(ARKMESH_PROGRAM).parent_path().string();
   CHECK(lab.said(1, {path, (alone / "arkmesh").string(), "gateway", lab.file.string()}, "/usr/bin/env") ==
-        fmt::format("arkmesh: arkmesh gateway needs the program arkmesh-gateway, which is not in {}; install all "
-                    "programs of arkmesh into one folder\n",
+        fmt::format("arkmesh: arkmesh gateway needs the program arkmesh-gateway, which is not in {}; scripts/build "
+                    "builds it, and an installation has all programs of arkmesh in one folder\n",
                     alone.string()));
   CHECK(lab.said(0, {"--help"}, (alone / "arkmesh").string()).find("calibrate-motors") != std::string::npos);
   // A lab's arena is known once its file was read.
@@ -106,10 +106,9 @@ TEST_CASE("a program that is missing is named") {
   for (const std::string command : {"run", "lab"}) {
     CAPTURE(command);
     CHECK(lab.said(1, {command, lab.file.string(), "--set", "arena.use=emulated"}, (alone / "arkmesh").string()) ==
-          fmt::format(
-              "arkmesh: {}: arena.use = \"emulated\" needs the program arkmesh-testbed, which is not in {}; install "
-              "all programs of arkmesh into one folder\n",
-              lab.file.string(), alone.string()));
+          fmt::format("arkmesh: {}: arena.use = \"emulated\" needs the program arkmesh-testbed, which is not in {}; "
+                      "scripts/build builds it, and an installation has all programs of arkmesh in one folder\n",
+                      lab.file.string(), alone.string()));
   }
 }
 
