@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
+#include "tracker/led_neighbours.hpp"
 #include "tracker/led_spot.hpp"
 #include "tracker/round_votes.hpp"
 #include "tracker/suspect.hpp"
@@ -66,6 +67,10 @@ class Detector::Search {
       places.add(circle);
       seen[claim.place] = claim.seen;
     }
+    std::vector<Detection*> robots;
+    for (auto& one : seen)
+      if (one) robots.push_back(&*one);
+    judge_beside_others(robots);
     return seen;
   }
 
@@ -221,6 +226,9 @@ class Detector::Search {
     });
     untint_ = untinting(bgr, boards);
     for (const Suspect& one : suspects) found.push_back(detection(bgr, one));
+    std::vector<Detection*> robots;
+    for (Detection& one : found) robots.push_back(&one);
+    judge_beside_others(robots);
     return found;
   }
 
@@ -230,9 +238,9 @@ class Detector::Search {
   Detection detection(const cv::Mat& bgr, const Suspect& one) const {
     const Circle& circle = one.rim.circle;
     const LedSpot led = find_led(bgr, circle, untint_);
-    return {circle.x_px, circle.y_px,           circle.r_px, static_cast<float>(one.evidence),
-            led.led,     led.confidence,        led.x_px,    led.y_px,
-            led.primary, led.primary_confidence};
+    return {circle.x_px, circle.y_px,    circle.r_px,        static_cast<float>(one.evidence),
+            led.led,     led.confidence, led.lit_confidence, led.hue_deg,
+            led.x_px,    led.y_px,       led.primary,        led.primary_confidence};
   }
 
   DetectorSettings settings_;

@@ -46,9 +46,10 @@ LedColour led_colour(const Light& added) {
   if (hue_deg < -25) hue_deg += 360;
   for (const Sector& sector : sectors) {
     if (hue_deg < sector.from_deg || hue_deg >= sector.to_deg) continue;
-    if (saturation < sector.min_saturation) return {hal::Led::white, sure(sector.min_saturation - saturation, 0.08)};
+    if (saturation < sector.min_saturation)
+      return {hal::Led::white, sure(sector.min_saturation - saturation, 0.08), hue_deg};
     const double inside_deg = std::min(hue_deg - sector.from_deg, sector.to_deg - hue_deg);
-    return {sector.led, std::min(sure(inside_deg, 15), sure(saturation - sector.min_saturation, 0.08))};
+    return {sector.led, std::min(sure(inside_deg, 15), sure(saturation - sector.min_saturation, 0.08)), hue_deg};
   }
   return {hal::Led::white, 0};
 }

@@ -14,6 +14,7 @@ struct Light {
 struct LedColour {
   hal::Led led = hal::Led::off;
   float confidence = 0;  // 0 at the border between two colours, 1 in the middle of one
+  double hue_deg = 0;    // [-25, 335); 0 for light without hue
 };
 
 // The colour of light that an LED adds; never off. All channels zero is white with confidence 0.

@@ -220,11 +220,13 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   const double bonus = cold_bonus * (cold ? 1.0 : vivid) * colour.confidence;
   const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white + bonus;
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
+  spot.lit_confidence = sure;
   if (brightness < lit) {
     spot.confidence = sure;
     return spot;
   }
   spot.led = colour.led;
+  spot.hue_deg = colour.hue_deg;
   spot.confidence = std::min(sure, colour.confidence);
   if (core_weight > 0) {
     x += static_cast<double>(core_x / core_weight);

@@ -6,6 +6,7 @@
 
 #include "tests/support/pictures/photo_effects.hpp"
 #include "tracker/led_colour.hpp"
+#include "tracker/led_neighbours.hpp"
 #include "tracker/led_spot.hpp"
 
 namespace arkmesh::tests {
@@ -46,6 +47,38 @@ TEST_CASE("led_colour, strange light") {
   CHECK(tracker::led_colour({NAN, NAN, NAN}).confidence == 0);
   CHECK(tracker::led_colour({-5, -1, 200}).led == Led::red);
   CHECK(tracker::led_colour({200, -3, 198}).led == Led::magenta);
+}
+
+TEST_CASE("blue and magenta beside others") {
+  // Proves: two groups of hue are two colours wherever a camera sees them; a robot of an odd blue alone stays blue, and
+  // other colours are not touched.
+  struct Case {
+    std::vector<double> hues_deg;
+    std::vector<Led> wanted;
+  };
+  for (const Case& one :
+       {Case{{230, 240, 250, 278, 282, 285},
+             {Led::blue, Led::blue, Led::blue, Led::magenta, Led::magenta, Led::magenta}},
+        Case{{224, 232, 241, 283}, {Led::blue, Led::blue, Led::blue, Led::blue}},
+        Case{{283, 288}, {Led::magenta, Led::magenta}}, Case{{291, 299}, {Led::magenta, Led::magenta}},
+        Case{{250, 260, 262, 300}, {Led::blue, Led::blue, Led::blue, Led::magenta}},
+        Case{{262, 280}, {Led::blue, Led::blue}}}) {
+    CAPTURE(one.hues_deg.size());
+    CAPTURE(one.hues_deg.front());
+    std::vector<tracker::Detection> robots;
+    // the other way round, as their order does not count
+    for (std::size_t i = one.hues_deg.size(); i-- > 0;)
+      robots.push_back({.led = one.hues_deg[i] < 295 ? Led::blue : Led::magenta,
+                        .led_confidence = 0.9F,
+                        .led_lit_confidence = 1,
+                        .led_hue_deg = one.hues_deg[i]});
+    robots.push_back({.led = Led::red, .led_confidence = 1, .led_lit_confidence = 1, .led_hue_deg = 330});
+    std::vector<tracker::Detection*> all;
+    for (tracker::Detection& robot : robots) all.push_back(&robot);
+    tracker::judge_beside_others(all);
+    for (std::size_t i = 0; i < one.wanted.size(); ++i) CHECK(robots[one.wanted.size() - 1 - i].led == one.wanted[i]);
+    CHECK(robots.back().led == Led::red);
+  }
 }
 
 TEST_CASE("find_led, all colours") {
