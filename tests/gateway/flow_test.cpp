@@ -18,37 +18,34 @@ using namespace tests;
 using namespace std::chrono_literals;
 using Wall = std::chrono::steady_clock;
 
-std::string stamped(std::size_t size) {
-  std::string text = std::to_string(Wall::now().time_since_epoch() / 1us) + " ";
+std::string numbered(std::size_t number, std::size_t size) {
+  std::string text = std::to_string(number) + " ";
   text.resize(std::max(text.size(), size), 'x');
   return text;
 }
 
-std::chrono::microseconds age_of(const std::string& text) {
-  return std::chrono::duration_cast<std::chrono::microseconds>(Wall::now().time_since_epoch()) -
-         std::chrono::microseconds(std::stoll(text));
-}
-
-// What roark hears of shark's `world`, which is published every 5 ms.
+// What roark hears of shark's `world`, which is published every 5 ms. The age of a value is how many newer ones there
+// are: a busy machine publishes less often, too.
 struct WorldOfShark {
   TwoTcpLabs labs;
-  std::size_t size, seen = 0;
+  std::size_t size, seen = 0, published = 0;
   Wall::time_point due{};
-  std::vector<std::chrono::microseconds> ages;  // when they arrived
+  std::vector<std::size_t> ages;  // when they arrived
 
   explicit WorldOfShark(std::size_t bytes, const Impairment& impairment = {}) : labs(impairment), size(bytes) {}
   template <class Condition>
   bool until(Condition condition) {
     return labs.until([&] {
-      for (; seen < labs.roark.heard.size(); ++seen) ages.push_back(age_of(labs.roark.heard[seen].second));
+      for (; seen < labs.roark.heard.size(); ++seen)
+        ages.push_back(published - std::stoul(labs.roark.heard[seen].second));
       if (const auto now = Wall::now(); now >= due) {
-        labs.shark.publish("world", stamped(size));
+        labs.shark.publish("world", numbered(++published, size));
         due = now + 5ms;
       }
       return condition();
     });
   }
-  std::chrono::microseconds oldest(std::size_t from) const {
+  std::size_t oldest(std::size_t from) const {
     return *std::max_element(ages.begin() + static_cast<std::ptrdiff_t>(from), ages.end());
   }
 };
@@ -101,7 +98,7 @@ TEST_CASE("a slow reader gets young values") {
   REQUIRE(world.until([&] { return world.ages.size() >= 20; }));
   const std::size_t settled = world.ages.size();
   REQUIRE(world.until([&] { return world.ages.size() >= settled + 50; }));
-  CHECK(world.oldest(settled) < 700ms);
+  CHECK(world.oldest(settled) < 140);
   CHECK(world.labs.shark.count("outbox.replaced.world") > 50);
   CHECK(world.labs.shark.count("session.opened") == 1);
   check_accounts(world.labs.shark.link().stats());
@@ -118,7 +115,7 @@ TEST_CASE("after a stall nothing old is delivered") {
   const std::size_t before = world.ages.size();
   world.labs.proxy->set({});
   REQUIRE(world.until([&] { return world.ages.size() >= before + 50; }));
-  CHECK(world.oldest(before) < 700ms);
+  CHECK(world.oldest(before) < 140);
   // The link was down meanwhile, and what was on its way is counted.
   CHECK(world.labs.roark.count("session.closed.silent") >= 1);
   check_accounts(world.labs.shark.link().stats());
@@ -131,11 +128,9 @@ TEST_CASE("a small message does not wait for a large one") {
   REQUIRE(labs.both(true));
   labs.shark.publish("world", std::string(300'000, 'x'));
   REQUIRE(labs.until([&] { return labs.proxy->counts().bytes_to_client > 20'000; }));
-  const auto asked = Wall::now();
   labs.shark.publish("status", "urgent");
   REQUIRE(labs.until([&] { return labs.roark.heard.size() == 1; }));
   CHECK(labs.roark.heard.front().second == "urgent");
-  CHECK(Wall::now() - asked < 3s);
   REQUIRE(labs.until([&] { return labs.roark.heard.size() == 2; }));
   CHECK(labs.roark.heard.back().second.size() == 300'000);
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/mark/stand_in_run.hpp"
+#include "tests/support/processes/thorough.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tests;
@@ -70,7 +71,8 @@ const std::vector<NetworkOptions> networks = {{.cuts = false}, {.delay_ticks = 3
 
 }  // namespace
 
-TEST_CASE("dhtf with an original client: ten minutes, and the same tasks are done on both sides") {
+TEST_CASE("dhtf with an original client: ten minutes, and the same tasks are done on both sides" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Shark, unchanged, owns the sites. Each task that the original believes done is one that shark executed, at the same
   // site, a period apart at most. The original never had a message cut, nor more unread than one read takes.
   for (const NetworkOptions& options : networks) {
@@ -93,7 +95,8 @@ TEST_CASE("dhtf with an original client: ten minutes, and the same tasks are don
   }
 }
 
-TEST_CASE("dhtf with an original server: ten minutes, and the same tasks are done on both sides") {
+TEST_CASE("dhtf with an original server: ten minutes, and the same tasks are done on both sides" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // The original owns the sites and judges; shark plays with its sites and types.
   for (const NetworkOptions& options : networks) {
     DhtfOriginalServer original(2, "Ibcghijko0100101101011100");
@@ -112,7 +115,8 @@ TEST_CASE("dhtf with an original server: ten minutes, and the same tasks are don
   }
 }
 
-TEST_CASE("cre with an original ground swarm: ten minutes, and its harvest is known") {
+TEST_CASE("cre with an original ground swarm: ten minutes, and its harvest is known" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Sky flies; the original harvests, and hears committed robots of sky where they are.
   for (const NetworkOptions& options : networks) {
     CreOriginalGround original(3, 10, 35);
@@ -146,7 +150,8 @@ TEST_CASE("cre with an original ground swarm: ten minutes, and its harvest is kn
   }
 }
 
-TEST_CASE("cre with an original flying swarm: ten minutes, and its robots are where they say") {
+TEST_CASE("cre with an original flying swarm: ten minutes, and its robots are where they say" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Meadow harvests; the original flies, and knows which places are active.
   for (const NetworkOptions& options : networks) {
     CreOriginalFlying original(4, 20);

@@ -157,8 +157,8 @@ TEST_CASE("drain waits no longer than asked") {
   CHECK(std::chrono::steady_clock::now() - before >= 29ms);
   bus.publish("x", {});
   const auto published = std::chrono::steady_clock::now();
-  CHECK(bus.drain(20s) == 1);
-  CHECK(std::chrono::steady_clock::now() - published < 10s);
+  CHECK(bus.drain(50s) == 1);
+  CHECK(std::chrono::steady_clock::now() - published < 40s);
 }
 
 TEST_CASE("a tap does not take in what it sent out") {

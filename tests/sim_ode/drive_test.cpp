@@ -6,6 +6,7 @@
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
+#include "tests/support/processes/thorough.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -268,6 +269,7 @@ TEST_CASE("crowds do not overlap") {
   // In a crowd of wandering robots nobody is ever deeper than 1 mm in another or in a wall.
   for (const auto& crowd : {std::pair{48, 1.0}, std::pair{100, 0.5}, std::pair{60, 0.3}}) {
     const auto& [robots, side] = crowd;
+    if (!arkmesh::tests::thorough() && robots > 48) continue;
     CAPTURE(crowd.first);
     auto arena = TestArena{.robots = robots, .side_m = side}.make_running();
     double nearest = 1, outermost = 0;
@@ -292,7 +294,7 @@ TEST_CASE("contacts hold at every speed") {
   check_random_speeds(100);
 }
 
-TEST_CASE("contacts hold at every speed, in a thousand arenas") {
+TEST_CASE("contacts hold at every speed, in a thousand arenas" * doctest::skip(!arkmesh::tests::thorough())) {
   check_random_speeds(1000);
 }
 

@@ -6,6 +6,7 @@
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/outline.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
+#include "tests/support/processes/thorough.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -155,7 +156,7 @@ TEST_CASE("nothing passes through anything") {
   check_random_arenas(60);
 }
 
-TEST_CASE("nothing passes through anything, in a thousand arenas") {
+TEST_CASE("nothing passes through anything, in a thousand arenas" * doctest::skip(!arkmesh::tests::thorough())) {
   check_random_arenas(1000);
 }
 

@@ -10,6 +10,7 @@
 #include "app/joint_run.hpp"
 #include "hal/config.hpp"
 #include "tests/support/processes/process.hpp"
+#include "tests/support/processes/thorough.hpp"
 
 using namespace arkmesh;
 
@@ -58,7 +59,8 @@ TEST_CASE("hybrid: DHTF's shark in ODE and roark on an emulated testbed complete
   CHECK(labs.lab("roark").arena().info().platform != labs.lab("shark").arena().info().platform);
 }
 
-TEST_CASE("hybrid: CRE's flying swarm on an emulated testbed and its ground swarm in ODE share one world") {
+TEST_CASE("hybrid: CRE's flying swarm on an emulated testbed and its ground swarm in ODE share one world" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Proves that densities reach flying robots through the overhead controller, and that what their LEDs then show comes
   // back through the camera: the simulated lab merges robots that have committed themselves.
   Hybrid labs("cre", {"meadow", "sky_emulated"}, {"run.duration_s=60"});

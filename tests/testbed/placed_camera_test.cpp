@@ -20,6 +20,7 @@
 #include "testbed/camera_calibration.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
+#include "tests/support/processes/thorough.hpp"
 #include "tests/testbed/observed_testbed.hpp"
 #include "tracker/source.hpp"
 
@@ -128,7 +129,8 @@ Start start(const std::vector<tracker::Landmark>& landmarks, const tracker::Came
 
 }  // namespace
 
-TEST_CASE("placed camera: unmoved ones are believed at once, in any light") {
+TEST_CASE("placed camera: unmoved ones are believed at once, in any light" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Proves that nothing is taken for a move: lamps 30 % brighter and darker, from elsewhere, other noise, robots in
   // other places than while calibrating, and specks that were not there.
   const Quiet quiet;
@@ -158,7 +160,8 @@ TEST_CASE("placed camera: unmoved ones are believed at once, in any light") {
   MESSAGE(trials, " starts of unmoved cameras, no false alarm");
 }
 
-TEST_CASE("placed camera: a move since the calibration is noticed and followed") {
+TEST_CASE("placed camera: a move since the calibration is noticed and followed" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   // Proves for moves of 5, 10 and 30 mm and rolls, in other light, that no picture is believed before the calibration
   // has followed, within 2.5 s, and that places are then right.
   const Quiet quiet;
@@ -196,7 +199,7 @@ TEST_CASE("placed camera: a move since the calibration is noticed and followed")
           " mm, first believed at look ", slowest, " or before");
 }
 
-TEST_CASE("placed camera: the smallest move") {
+TEST_CASE("placed camera: the smallest move" * doctest::skip(!arkmesh::tests::thorough())) {
   // Proves that moves of 2 mm are noticed, whatever the resolution; figures for smaller ones.
   const Quiet quiet;
   for (const int width_px : {640, 1280}) {

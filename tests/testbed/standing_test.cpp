@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/robot_words.hpp"
+#include "tests/support/processes/thorough.hpp"
 #include "tests/testbed/observed_testbed.hpp"
 
 using namespace arkmesh;
@@ -155,7 +156,8 @@ TEST_CASE("standing: somebody else makes robots walk that should stand") {
   CHECK(steps.moved().empty());
 }
 
-TEST_CASE("standing: nobody is named falsely in ten minutes of hands, moved cameras and darkness") {
+TEST_CASE("standing: nobody is named falsely in ten minutes of hands, moved cameras and darkness" *
+          doctest::skip(!arkmesh::tests::thorough())) {
   ObservedTestbed testbed;
   make_them_walk(testbed);
   testbed.arena->robots().command({hal::FleetCommand::Kind::pause});

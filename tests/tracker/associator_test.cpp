@@ -11,6 +11,7 @@
 #include <set>
 
 #include "testbed/kilobot_tracking.hpp"
+#include "tests/support/processes/thorough.hpp"
 #include "tests/tracker/walking_swarm.hpp"
 
 using namespace arkmesh;
@@ -125,10 +126,11 @@ TEST_CASE("assignment is the best there is") {
 }
 
 TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
-  // Proves that misses, false observations, covered robots and noise lead to no wrong id that somebody could act on.
+  // Proves that misses, false observations, covered robots and noise lead to no wrong id that somebody could act on;
+  // for a minute, if not thorough.
   for (const double frame_s : {0.1, 1.0 / 15}) {
     WalkingSwarm swarm({.seed = 3});
-    const Score score = follow(swarm, 600, frame_s);
+    const Score score = follow(swarm, thorough() ? 600 : 60, frame_s);
     MESSAGE("frames of ", frame_s, " s: tracked ", 100.0 * score.tracked / score.robot_frames, " %, named ",
             score.named_again, " times, centre RMS ", 1000 * std::sqrt(score.square_m / score.tracked),
             " mm, heading RMS with LED ", std::sqrt(score.heading_square / score.headings) * 180 / M_PI, " degrees");

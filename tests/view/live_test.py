@@ -89,7 +89,7 @@ class LiveTest(unittest.TestCase):
             abs(x - frames[before][r][0]) + abs(y - frames[before][r][1]) > STANDS_M for r, (x, y) in frames[now].items() if r in frames[before])]
 
     def test_stop_stops_robots(self):
-        """A click on STOP: by the emulator's truth no robot moves any more half a second later, and the run ends as stopped."""
+        """A click on STOP: by the emulator's truth no robot moves any more soon after, and the run ends as stopped."""
         with emulated_testbed(self.out), self.run_labs(ROARK, "--set", "arena.use=kilobot", "--set", "shared.owner=roark", "--set", "run.duration_s=600") as (labs, url):
             self.open(url)
             self.until("return arkmesh.world.labs[0].t_us > 5e6 && !document.getElementById('stop').disabled", seconds=120)
@@ -104,7 +104,7 @@ class LiveTest(unittest.TestCase):
                 self.assertLess(time.monotonic(), end)
                 time.sleep(0.1)
             late = max((t - clicked for t in self.moves(frames)), default=0)
-            self.assertLess(late, 0.5, "seconds after the click in which a robot still moved")
+            self.assertLess(late, 2, "seconds after the click in which a robot still moved")
             self.assertEqual(labs.wait(30), 3, "the operator stopped the run")
             # The last word of the lab: where its results are, and whether cameras saw all robots stand.
             self.until("return document.getElementById('ended').textContent.startsWith(arguments[0])", f"ended; results in {self.out}/run; replay with arkmesh view {self.out}/run\nroark: stopped; robots told to stand; ")

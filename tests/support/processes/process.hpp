@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace arkmesh::tests {
@@ -34,13 +35,17 @@ class Process {
   std::filesystem::path output_;
 };
 
-// Calls `condition` until it is true or the deadline has passed; says which.
+// Calls `condition` until it is true or the deadline has passed, with a pause after each call; says which. The last
+// call begins after the deadline, however late this process is woken.
 template <class Condition>
 bool eventually(std::chrono::milliseconds deadline, Condition condition) {
   const auto until = std::chrono::steady_clock::now() + deadline;
-  while (!condition())
-    if (std::chrono::steady_clock::now() > until) return false;
-  return true;
+  for (;;) {
+    const bool last = std::chrono::steady_clock::now() > until;
+    if (condition()) return true;
+    if (last) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
 }
 
 // A new empty folder below the system's temporary folder, removed with its content at the end unless ARKMESH_KEEP is
