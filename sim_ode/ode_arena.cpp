@@ -28,6 +28,7 @@
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
+#include "sim_ode/overhead_air.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
 #include "sim_ode/start_places.hpp"
@@ -52,9 +53,7 @@ class OdeArena final : public SimulatedArena {
         light_(settings, config.robots, lab, seed),
         host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, options.ids),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
-        overhead_chance_(seed, lab + "/ode/overhead_loss"),
-        usb_chance_(seed, lab + "/ode/usb_gaps"),
-        overhead_(options.overhead) {
+        overhead_(settings_, info_, world_, infrared_, options.overhead, lab, seed, counters_) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (settings.leave_failed) host_.leave_failed_robots();
     std::vector<float> gains;
@@ -65,9 +64,9 @@ class OdeArena final : public SimulatedArena {
       infrared_.set_blockers(&shadows_);
       light_.set_blockers(&shadows_);
     }
-    if (!overhead_) return;
+    if (!overhead_.is_outside()) return;
     host_.nothing_is_repeated();
-    infrared_.listen_to(overhead_);
+    infrared_.listen_to(options.overhead);
   }
 
   const hal::ArenaInfo& info() const override { return info_; }
@@ -122,7 +121,7 @@ class OdeArena final : public SimulatedArena {
   void take_off(int robot) override {
     if (!world_.in_arena(robot)) return;
     world_.take_off(robot);
-    ++off_arena_;
+    overhead_.take_off();
   }
 
   std::string put(int robot, const hal::Pose& pose) override {
@@ -138,7 +137,7 @@ class OdeArena final : public SimulatedArena {
         !std::isfinite(pose.x_m + pose.y_m))
       return fmt::format("{}, {} is not wholly inside the walls and clear of obstacles and objects", pose.x_m,
                          pose.y_m);
-    if (!world_.in_arena(robot)) --off_arena_;
+    if (!world_.in_arena(robot)) overhead_.put_back();
     world_.place(robot, pose);
     return {};
   }
@@ -200,7 +199,7 @@ class OdeArena final : public SimulatedArena {
     try {
       leds_.end_tick();
       if (batteries_.run_down()) drain_batteries();
-      if (overhead_) hear_overhead();
+      if (overhead_.is_outside()) overhead_.hear(clock_.now(), inbox_.overhead);
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
       exchange_infrared(ticks_, world_, host_, infrared_, inbox_.infrared);
@@ -227,74 +226,7 @@ class OdeArena final : public SimulatedArena {
 
   void send_composite() {
     ++composites_;
-    if (overhead_) return;
-    if (in_usb_gap()) {
-      // the controller goes on repeating what it was given last
-      if (repeating_) infrared_.overhead_sends(clock_.now().count());
-      return;
-    }
-    const std::optional<Message> message = registers_.next();
-    repeating_ = message.has_value();
-    if (!message) return;
-    infrared_.overhead_sends(clock_.now().count());
-    Inbox::Overhead& heard = inbox_.overhead.emplace_back();
-    heard.at_us = static_cast<std::uint32_t>(clock_.now().count() - ticks_ * tick_us);
-    heard.message = *message;
-    // fleet commands are repeated until everybody has heard them
-    if (!loses_overhead() || message->type > 127) return;
-    draw_missed(heard);
-  }
-
-  // Whether the host's stream stands still just now; asked once for each composite.
-  bool in_usb_gap() {
-    const AirSettings& air = settings_.air;
-    if (air.usb_gap_s == 0) return false;
-    if (clock_.now() < gap_until_) return true;
-    const double chance = std::chrono::duration<double>(settings_.composite).count() / air.usb_gap_every_s;
-    if (usb_chance_.uniform() >= chance) return false;
-    gap_until_ = clock_.now() + hal::LabTime{std::llround(air.usb_gap_s * 1e6)};
-    counters_.add("overhead.usb_gaps");
-    return true;
-  }
-
-  bool loses_overhead() const { return settings_.overhead_loss > 0 || settings_.air.overhead_loss_edge > 0; }
-
-  // Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.
-  double overhead_loss(std::size_t robot) const {
-    const double centre = settings_.overhead_loss, corners = settings_.air.overhead_loss_edge;
-    if (std::isnan(corners)) return centre;
-    const double x = world_.x()[robot], y = world_.y()[robot], w = info_.width_m / 2, h = info_.height_m / 2;
-    return centre + (corners - centre) * std::min(1.0, (x * x + y * y) / (w * w + h * h));
-  }
-
-  void draw_missed(Inbox::Overhead& heard) {
-    for (std::size_t i = 0; i < info_.robots.size(); ++i) {
-      const bool missed = overhead_chance_.uniform() < overhead_loss(i);
-      heard.missed.push_back(missed);
-      if (missed) counters_.add("to_robots.lost.overhead");
-    }
-  }
-
-  // What a controller outside has sent since the last tick: every copy by itself, nothing assumed of repetition.
-  void hear_overhead() {
-    sent_.clear();
-    overhead_->sent_until(clock_.now().count(), sent_);
-    const std::int64_t since_us = clock_.now().count() - tick_us;
-    for (const Transmission& sent : sent_) {
-      if (!sent.clean || sent.message.crc != message_crc(sent.message)) {
-        counters_.add(sent.clean ? "overhead.refused.crc" : "overhead.distorted");
-        continue;
-      }
-      counters_.add("overhead.heard");
-      Inbox::Overhead& heard = inbox_.overhead.emplace_back();
-      heard.at_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(sent.end_us - since_us, 0, tick_us - 1));
-      heard.message = sent.message;
-      if (loses_overhead()) draw_missed(heard);
-      if (off_arena_ == 0) continue;
-      heard.missed.resize(info_.robots.size());
-      for (std::size_t i = 0; i < heard.missed.size(); ++i)
-        if (!world_.in_arena(static_cast<int>(i))) heard.missed[i] = 1;
-    }
+    if (!overhead_.is_outside()) overhead_.send_composite(clock_.now(), ticks_ * tick_us, registers_, inbox_.overhead);
   }
 
   void make_frame() {
@@ -330,12 +262,7 @@ class OdeArena final : public SimulatedArena {
   LightField light_;
   RobotHost host_;
   InfraredMedium infrared_;
-  hal::RandomStream overhead_chance_, usb_chance_;
-  hal::LabTime gap_until_{0};       // of the host's stream
-  bool repeating_ = false;          // the controller, its last message
-  OverheadSource* overhead_;        // none: own composites
-  int off_arena_ = 0;               // robots
-  std::vector<Transmission> sent_;  // since the last tick
+  OverheadAir overhead_;
   mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
   Inbox inbox_;                      // for the next tick

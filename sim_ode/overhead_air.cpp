@@ -1,0 +1,89 @@
+#include "sim_ode/overhead_air.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+namespace arkmesh::sim_ode {
+
+OverheadAir::OverheadAir(const Settings& settings, const hal::ArenaInfo& info, const ContactWorld& world,
+                         InfraredMedium& infrared, OverheadSource* source, const std::string& lab, std::uint64_t seed,
+                         hal::Counters& counters)
+    : settings_(settings),
+      info_(info),
+      world_(world),
+      infrared_(infrared),
+      source_(source),
+      counters_(counters),
+      loss_chance_(seed, lab + "/ode/overhead_loss"),
+      usb_chance_(seed, lab + "/ode/usb_gaps") {}
+
+void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
+                                 hal::kilobot::MessageRegisters& registers, std::vector<Inbox::Overhead>& inbox) {
+  if (in_usb_gap(now)) {
+    // the controller goes on repeating what it was given last
+    if (repeating_) infrared_.overhead_sends(now.count());
+    return;
+  }
+  const std::optional<Message> message = registers.next();
+  repeating_ = message.has_value();
+  if (!message) return;
+  infrared_.overhead_sends(now.count());
+  Inbox::Overhead& heard = inbox.emplace_back();
+  heard.at_us = static_cast<std::uint32_t>(now.count() - tick_began_us);
+  heard.message = *message;
+  // fleet commands are repeated until everybody has heard them
+  if (loses() && message->type <= 127) draw_missed(heard);
+}
+
+// Whether the host's stream stands still just now; asked once for each composite.
+bool OverheadAir::in_usb_gap(hal::LabTime now) {
+  const AirSettings& air = settings_.air;
+  if (air.usb_gap_s == 0) return false;
+  if (now < gap_until_) return true;
+  const double chance = std::chrono::duration<double>(settings_.composite).count() / air.usb_gap_every_s;
+  if (usb_chance_.uniform() >= chance) return false;
+  gap_until_ = now + hal::LabTime{std::llround(air.usb_gap_s * 1e6)};
+  counters_.add("overhead.usb_gaps");
+  return true;
+}
+
+// Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.
+double OverheadAir::loss(std::size_t robot) const {
+  const double centre = settings_.overhead_loss, corners = settings_.air.overhead_loss_edge;
+  if (std::isnan(corners)) return centre;
+  const double x = world_.x()[robot], y = world_.y()[robot], w = info_.width_m / 2, h = info_.height_m / 2;
+  return centre + (corners - centre) * std::min(1.0, (x * x + y * y) / (w * w + h * h));
+}
+
+void OverheadAir::draw_missed(Inbox::Overhead& heard) {
+  for (std::size_t i = 0; i < info_.robots.size(); ++i) {
+    const bool missed = loss_chance_.uniform() < loss(i);
+    heard.missed.push_back(missed);
+    if (missed) counters_.add("to_robots.lost.overhead");
+  }
+}
+
+void OverheadAir::hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox) {
+  sent_.clear();
+  source_->sent_until(now.count(), sent_);
+  const std::int64_t since_us = now.count() - tick_us;
+  for (const Transmission& sent : sent_) {
+    if (!sent.clean || sent.message.crc != message_crc(sent.message)) {
+      counters_.add(sent.clean ? "overhead.refused.crc" : "overhead.distorted");
+      continue;
+    }
+    counters_.add("overhead.heard");
+    Inbox::Overhead& heard = inbox.emplace_back();
+    heard.at_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(sent.end_us - since_us, 0, tick_us - 1));
+    heard.message = sent.message;
+    if (loses()) draw_missed(heard);
+    if (off_arena_ == 0) continue;
+    heard.missed.resize(info_.robots.size());
+    for (std::size_t i = 0; i < heard.missed.size(); ++i)
+      if (!world_.in_arena(static_cast<int>(i))) heard.missed[i] = 1;
+  }
+}
+
+}  // namespace arkmesh::sim_ode
