@@ -99,6 +99,7 @@ class Turns {
   void forget_program(Cell& cell);
   template <class Call>
   void call_back(Call call);
+  RobotValues read_values() const;
   void write_values(const RobotValues& values);
 
   // What programs ask for.
