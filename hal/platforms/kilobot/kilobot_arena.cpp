@@ -14,15 +14,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/arena_config.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
-#include "hal/platforms/kilobot/robot_ids.hpp"
 #include "hal/robot_words.hpp"
-#include "hal/solids.hpp"
 #include "hal/stand_judge.hpp"
 
 namespace arkmesh::hal::kilobot {
@@ -375,36 +371,6 @@ class KilobotArena final : public Arena {
 };
 
 }  // namespace
-
-void ArenaSettings::fields(const Section& kilobot) {
-  kilobot.field("port", port,
-                {.help = "the overhead controller: a device or tcp://HOST:PORT",
-                 .sample = "\"/dev/ttyUSB0\"",
-                 .required = has_port});
-  kilobot.field("ids", ids,
-                {.help = "of the robots, such as [\"0-11\", \"40\"]", .default_is = "0 to arena.robots - 1"});
-  kilobot.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
-  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may be missing then"});
-  overhead.fields(kilobot);
-}
-
-ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port) {
-  const ArenaConfig config = read_arena_config(arena, body_radius_m);
-  ArenaSettings out = arena.section("kilobot").read(ArenaSettings{.info = ArenaInfo{model}, .has_port = has_port});
-  if (!has_port) out.port.clear();
-  Solids solids = read_solids(arena);
-  if (!solids.objects.empty())
-    arena.refuse("objects", "cameras do not see objects; remove them, or use a simulated arena");
-  out.info.obstacles = std::move(solids.obstacles);
-  out.info.name = lab;
-  out.info.platform = "kilobot";
-  out.info.width_m = config.width_m;
-  out.info.height_m = config.height_m;
-  out.info.robots = read_robot_ids(arena);
-  out.info.can_wait = false;
-  out.info.frame_period = config.frame_period;
-  return out;
-}
 
 std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab) {
   std::unique_ptr<ByteStream> stream = claim_byte_stream(port, "lab " + lab);
