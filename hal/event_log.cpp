@@ -4,24 +4,49 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <boost/endian/conversion.hpp>
 #include <stdexcept>
 
 namespace arkmesh::hal {
 
 namespace {
 
-constexpr std::uint64_t sync_word = 0xEDA1DA01;
-constexpr std::size_t header_bytes = 28;
-constexpr std::uint64_t max_channel_bytes = 1024, max_data_bytes = 64 << 20;
+constexpr std::uint32_t sync_word = 0xEDA1DA01;
+constexpr std::uint32_t max_channel_bytes = 255, max_data_bytes = 64 << 20;
+constexpr std::int64_t max_utime = 1'000'000'000'000'000'000;  // the year 30000: times that can be reckoned with
 
-std::uint64_t big_endian(const unsigned char* from, int bytes) {
-  std::uint64_t out = 0;
-  for (int i = 0; i < bytes; ++i) out = out << 8 | from[i];
-  return out;
+// The fields of a header, at their places.
+unsigned char* at(EventHeader::Bytes& bytes, std::size_t place) {
+  return reinterpret_cast<unsigned char*>(bytes.data() + place);
+}
+const unsigned char* at(const EventHeader::Bytes& bytes, std::size_t place) {
+  return reinterpret_cast<const unsigned char*>(bytes.data() + place);
 }
 
 }  // namespace
+
+bool EventHeader::begins(const Bytes& bytes) {
+  return boost::endian::load_big_u32(at(bytes, 0)) == sync_word;
+}
+
+std::optional<EventHeader> EventHeader::from(const Bytes& bytes) {
+  const EventHeader out{boost::endian::load_big_s64(at(bytes, 4)), boost::endian::load_big_s64(at(bytes, 12)),
+                        boost::endian::load_big_u32(at(bytes, 20)), boost::endian::load_big_u32(at(bytes, 24))};
+  if (!begins(bytes) || out.channel_bytes > max_channel_bytes || out.data_bytes > max_data_bytes ||
+      out.utime < -max_utime || out.utime > max_utime)
+    return {};
+  return out;
+}
+
+EventHeader::Bytes EventHeader::bytes() const {
+  Bytes out{};
+  boost::endian::store_big_u32(at(out, 0), sync_word);
+  boost::endian::store_big_s64(at(out, 4), number);
+  boost::endian::store_big_s64(at(out, 12), utime);
+  boost::endian::store_big_u32(at(out, 20), channel_bytes);
+  boost::endian::store_big_u32(at(out, 24), data_bytes);
+  return out;
+}
 
 EventLogReader::EventLogReader(const std::filesystem::path& file) {
   std::error_code error;
@@ -30,33 +55,30 @@ EventLogReader::EventLogReader(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(status)) throw std::runtime_error(fmt::format("{} is no file", file.string()));
   in_.open(file, std::ios::binary);
   if (!in_) throw std::runtime_error(fmt::format("{} cannot be read; check its permissions", file.string()));
-  std::array<unsigned char, 4> first{};
-  in_.read(reinterpret_cast<char*>(first.data()), first.size());
+  EventHeader::Bytes first{};
+  in_.read(reinterpret_cast<char*>(first.data()), 4);
   if (in_.gcount() == 0) throw std::runtime_error(fmt::format("{} is empty", file.string()));
-  if (in_.gcount() < 4 || big_endian(first.data(), 4) != sync_word)
-    throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
+  if (!EventHeader::begins(first)) throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
   in_.seekg(0);
 }
 
 std::optional<LogEvent> EventLogReader::next() {
   if (truncated_) return {};
-  std::array<unsigned char, header_bytes> header{};
-  in_.read(reinterpret_cast<char*>(header.data()), header.size());
+  EventHeader::Bytes bytes{};
+  in_.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
   if (in_.gcount() == 0) return {};
   truncated_ = true;  // unless the event turns out whole
-  if (in_.gcount() < static_cast<std::streamsize>(header.size()) || big_endian(header.data(), 4) != sync_word)
-    return {};
-  const std::uint64_t channel_bytes = big_endian(header.data() + 20, 4), data_bytes = big_endian(header.data() + 24, 4);
-  if (channel_bytes > max_channel_bytes || data_bytes > max_data_bytes) return {};
+  const auto header = in_ ? EventHeader::from(bytes) : std::nullopt;
+  if (!header) return {};
 
   LogEvent out;
-  out.number = static_cast<std::int64_t>(big_endian(header.data() + 4, 8));
-  out.utime = static_cast<std::int64_t>(big_endian(header.data() + 12, 8));
-  out.channel.resize(channel_bytes);
-  in_.read(out.channel.data(), static_cast<std::streamsize>(channel_bytes));
+  out.number = header->number;
+  out.utime = header->utime;
+  out.channel.resize(header->channel_bytes);
+  in_.read(out.channel.data(), static_cast<std::streamsize>(out.channel.size()));
   if (!in_) return {};
-  out.bytes.resize(data_bytes);
-  in_.read(reinterpret_cast<char*>(out.bytes.data()), static_cast<std::streamsize>(data_bytes));
+  out.bytes.resize(header->data_bytes);
+  in_.read(reinterpret_cast<char*>(out.bytes.data()), static_cast<std::streamsize>(out.bytes.size()));
   if (!in_) return {};
   truncated_ = false;
   return out;

@@ -1,7 +1,9 @@
-// Reads LCM event logs that may be truncated, foreign or damaged, one event at a time, with sizes checked before memory
-// is asked for.
+// The format of LCM event logs, and their reading in order: logs may be truncated, foreign or damaged, one event at a
+// time, with sizes checked before memory is asked for.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +12,22 @@
 #include <vector>
 
 namespace arkmesh::hal {
+
+// What stands before the channel and the data of each event.
+struct EventHeader {
+  using Bytes = std::array<std::byte, 28>;
+
+  std::int64_t number = 0;
+  std::int64_t utime = 0;  // microseconds since 1970
+  std::uint32_t channel_bytes = 0, data_bytes = 0;
+
+  // Whether the first 4 bytes are those of an event.
+  static bool begins(const Bytes& bytes);
+  // Nothing when the bytes are no header, or one that no recorder writes: channels above 255 bytes, messages above
+  // 64 MiB, times beyond the year 30000.
+  static std::optional<EventHeader> from(const Bytes& bytes);
+  Bytes bytes() const;
+};
 
 struct LogEvent {
   std::int64_t number = 0;

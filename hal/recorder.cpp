@@ -6,7 +6,6 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 
-#include <array>
 #include <cassert>
 #include <cerrno>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "hal/event_log.hpp"
 #include "hal/growth_watch.hpp"
 #include "hal/record_file.hpp"
 
@@ -26,10 +26,6 @@ namespace {
 constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
 constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
 constexpr std::uint64_t most_refused = 1000, most_refused_bytes = 4 << 20;
-
-void put_big_endian(std::byte* to, std::uint64_t value, int bytes) {
-  for (int i = bytes - 1; i >= 0; --i, value >>= 8) to[i] = static_cast<std::byte>(value);
-}
 
 std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span<const char>(text.data(), text.size()));
@@ -143,12 +139,10 @@ void Recorder::start_now() {
 
 void Recorder::record(LabTime stamp, std::string_view channel, std::span<const std::byte> bytes) {
   if (!state_->log || !state_->may_record()) return;
-  std::array<std::byte, 28> header;
-  put_big_endian(header.data(), 0xEDA1DA01, 4);
-  put_big_endian(header.data() + 4, state_->events++, 8);
-  put_big_endian(header.data() + 12, static_cast<std::uint64_t>(state_->start_utime + stamp.count()), 8);
-  put_big_endian(header.data() + 20, channel.size(), 4);
-  put_big_endian(header.data() + 24, bytes.size(), 4);
+  const EventHeader::Bytes header =
+      EventHeader{static_cast<std::int64_t>(state_->events++), state_->start_utime + stamp.count(),
+                  static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())}
+          .bytes();
   state_->log->append(header);
   state_->log->append(bytes_of(channel));
   state_->log->append(bytes);

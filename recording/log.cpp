@@ -16,16 +16,14 @@
 #include <map>
 #include <stdexcept>
 
+#include "hal/event_log.hpp"
 #include "recording/message.hpp"
 
 namespace arkmesh::recording {
 namespace {
 
-constexpr std::uint32_t sync_word = 0xEDA1DA01;
-constexpr std::size_t header_bytes = 28, event_bytes = 24;
-constexpr std::uint32_t max_channel_bytes = 255, max_data_bytes = 64 << 20;
+constexpr std::size_t header_bytes = sizeof(hal::EventHeader::Bytes), event_bytes = 24;
 constexpr std::size_t max_channels = 4096, max_events = 100'000'000;
-constexpr std::int64_t max_utime = 1'000'000'000'000'000'000;  // the year 30000: times that can be reckoned with
 constexpr std::string_view magic = "ARKIDX01";
 constexpr std::size_t max_looked_at = 100;  // messages, for their lab time
 // Messages whose first field is their lab time, which thus tell what lab time 0 stands for.
@@ -43,20 +41,11 @@ std::size_t read_at(int descriptor, std::uint64_t offset, std::span<std::byte> t
   return done;
 }
 
-struct Header {
-  std::int64_t utime;
-  std::uint32_t channel_bytes, data_bytes;
-};
-
-std::optional<Header> header_of(std::span<const std::byte> bytes) {
-  if (big_endian(bytes.first(4)) != sync_word) return {};
-  const Header out{static_cast<std::int64_t>(big_endian(bytes.subspan(12, 8))),
-                   static_cast<std::uint32_t>(big_endian(bytes.subspan(20, 4))),
-                   static_cast<std::uint32_t>(big_endian(bytes.subspan(24, 4)))};
-  if (out.channel_bytes > max_channel_bytes || out.data_bytes > max_data_bytes || out.utime < -max_utime ||
-      out.utime > max_utime)
-    return {};
-  return out;
+// Of at least header_bytes.
+std::optional<hal::EventHeader> header_of(std::span<const std::byte> bytes) {
+  hal::EventHeader::Bytes out;
+  std::ranges::copy(bytes.first(header_bytes), out.begin());
+  return hal::EventHeader::from(out);
 }
 
 void put(std::string& to, std::uint64_t value, int bytes) {
@@ -91,9 +80,8 @@ Log::Log(const std::filesystem::path& file)
                                  ? fmt::format("there is no file {}", file.string())
                                  : fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
   size_ = size_of(descriptor_);
-  std::byte first[header_bytes];
-  if (size_ > 0 &&
-      (read_at(descriptor_, 0, first) < 4 || big_endian(std::span<const std::byte>(first, 4)) != sync_word)) {
+  hal::EventHeader::Bytes first{};
+  if (size_ > 0 && (read_at(descriptor_, 0, first) < 4 || !hal::EventHeader::begins(first))) {
     ::close(descriptor_);
     throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
   }
@@ -249,10 +237,11 @@ bool Log::load_index() {
                        static_cast<std::uint32_t>(little_endian(event.subspan(16, 4))),
                        static_cast<std::uint16_t>(little_endian(event.subspan(20, 2)))});
     const Entry& entry = entries.back();
-    if (entry.channel >= channels.size() || entry.bytes > max_data_bytes || entry.offset != end ||
-        utimes.back() < -max_utime || utimes.back() > max_utime)
+    if (entry.channel >= channels.size() || entry.offset != end) return false;
+    const std::string& channel = channels[entry.channel];
+    if (!header_of(hal::EventHeader{0, utimes.back(), static_cast<std::uint32_t>(channel.size()), entry.bytes}.bytes()))
       return false;
-    end += header_bytes + channels[entry.channel].size() + entry.bytes;
+    end += header_bytes + channel.size() + entry.bytes;
   }
   if (end != covered) return false;
   // An index of another log, as after a copy: the first event of each channel and the last of all tell.
