@@ -1,15 +1,19 @@
 // The names of records and their fields are those of the specification at mcap.dev/spec. All numbers are little-endian.
 #include "recording/export/mcap.hpp"
 
+#include <fmt/format.h>
 #include <zlib.h>
+#include <zstd.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace arkmesh::recording {
 namespace {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::size_t chunk_bytes = 4 << 20;
+constexpr std::string_view compression = "zstd";
 
 enum Opcode : std::uint8_t {
   header = 1,
@@ -45,6 +49,14 @@ std::string record(Opcode opcode, std::string_view content) {
 
 std::uint32_t crc(std::uint32_t before, std::string_view bytes) {
   return static_cast<std::uint32_t>(crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::string compressed(std::string_view bytes) {
+  std::string out(ZSTD_compressBound(bytes.size()), '\0');
+  const std::size_t size = ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), ZSTD_CLEVEL_DEFAULT);
+  if (ZSTD_isError(size)) throw std::runtime_error(fmt::format("zstd cannot compress: {}", ZSTD_getErrorName(size)));
+  out.resize(size);
+  return out;
 }
 
 }  // namespace
@@ -116,9 +128,10 @@ void McapFile::end_chunk() {
   put_number(content, chunk_end_ns_, 8);
   put_number(content, chunk_.size(), 8);
   put_number(content, crc(0, chunk_), 4);
-  put_text(content, "");  // compression: none
-  put_number(content, chunk_.size(), 8);
-  content += chunk_;
+  put_text(content, compression);
+  const std::string packed = compressed(chunk_);
+  put_number(content, packed.size(), 8);
+  content += packed;
   put(record(chunk, content));
   const std::uint64_t index_start = out_.size();
   std::string offsets;
@@ -141,8 +154,8 @@ void McapFile::end_chunk() {
   put_number(about, index_start - chunk_start, 8);
   put_text(about, offsets);
   put_number(about, out_.size() - index_start, 8);
-  put_text(about, "");
-  put_number(about, chunk_.size(), 8);
+  put_text(about, compression);
+  put_number(about, packed.size(), 8);
   put_number(about, chunk_.size(), 8);
   chunks_.push_back(record(chunk_index, about));
   chunk_.clear();

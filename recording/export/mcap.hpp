@@ -1,5 +1,5 @@
-// An MCAP file (version 0, mcap.dev): messages in chunks, not compressed, with CRCs, and at its end an index of chunks,
-// channels and schemas, so that readers find what they need without reading the whole.
+// An MCAP file (version 0, mcap.dev): messages in chunks compressed by zstd, with CRCs, and at its end an index of
+// chunks, channels and schemas, so that readers find what they need without reading the whole.
 #pragma once
 
 #include <cstdint>

@@ -136,6 +136,7 @@ def check_mcap(file, logs, scratch):
         topic, time_ns, text = line.split(" ", 2)
         got.setdefault(topic, []).append((int(time_ns), json.loads(text)))
     assert about["messages"] == len(said) - 1
+    assert about["compressions"] == ["zstd"]
     for lab in LABS:
         for channel, expected in logs[lab].items():
             topic = f"/{lab}/{channel}"

@@ -1,5 +1,6 @@
 // Reads an MCAP file by its index with the reference reader: read.mjs FILE prints one JSON object about it, and a line for each message.
 import { McapIndexedReader } from "@mcap/core";
+import { execFileSync } from "node:child_process";
 import { open } from "node:fs/promises";
 
 const file = await open(process.argv[2]);
@@ -12,13 +13,17 @@ const readable = {
     return bytes;
   },
 };
-const reader = await McapIndexedReader.Initialize({ readable });
+const decompressHandlers = {
+  zstd: (bytes, size) => execFileSync("zstd", ["--decompress", "--stdout"], { input: bytes, maxBuffer: Number(size) }),
+};
+const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
 const channels = [...reader.channelsById.values()].map((channel) => {
   const schema = reader.schemasById.get(channel.schemaId);
   return { topic: channel.topic, encoding: channel.messageEncoding, schema: schema.name, schema_encoding: schema.encoding,
            json_schema: JSON.parse(new TextDecoder().decode(schema.data)) };
 });
-const lines = [JSON.stringify({ channels, chunks: reader.chunkIndexes.length, messages: Number(reader.statistics.messageCount) })];
+const lines = [JSON.stringify({ channels, compressions: [...new Set(reader.chunkIndexes.map((chunk) => chunk.compression))],
+  chunks: reader.chunkIndexes.length, messages: Number(reader.statistics.messageCount) })];
 // The messages' own text: JavaScript's numbers would round large ones.
 for await (const message of reader.readMessages({ validateCrcs: true }))
   lines.push(`${reader.channelsById.get(message.channelId).topic} ${message.logTime} ${new TextDecoder().decode(message.data)}`);
