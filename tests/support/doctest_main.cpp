@@ -21,8 +21,8 @@
 
 namespace {
 
-// Ends a program in which nothing has been asserted for four minutes (twenty, if thorough), and tells how each case that
-// failed is repeated alone: lines that begin with "again: ", which scripts/test shows last.
+// Ends a program in which nothing has been asserted for four minutes (twenty, if thorough), and tells how each case
+// that failed is repeated alone: lines that begin with "again: ", which scripts/test shows last.
 class Watch final : public doctest::IReporter {
  public:
   explicit Watch(const doctest::ContextOptions&) {}
