@@ -72,7 +72,9 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
 
 void ConfiguredLab::make_parts(OwnParts* own) {
   const hal::Section root = config_.root();
-  const CatalogueEntry& scenario = chosen_scenario(root, run_config_);
+  const bool in_python = scenarios::python::is_python(run_config_.scenario);
+  const CatalogueEntry python{.name = run_config_.scenario, .make = nullptr};
+  const CatalogueEntry& scenario = in_python && !own ? python : chosen_scenario(root, run_config_);
   own_parts_ = own != nullptr;
   if (own) {
     OwnParts::Made made = own->make(config_, run_config_, loop_);
@@ -81,9 +83,30 @@ void ConfiguredLab::make_parts(OwnParts* own) {
     scenario_ = std::move(made.scenario);
     return;
   }
-  scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
+  // A scenario in Python is told of its arena, and then asks for its settings.
+  const std::string table = std::filesystem::path(run_config_.scenario).stem().string();
+  if (in_python) {
+    scenarios::python::answer_time(root.section("scenario"));
+    root.section("scenario").leave_alone(table);
+  } else {
+    scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
+  }
   arena_ = make_arena(config_, run_config_, private_bus_, loop_, pictures_, directory_);
-  check_robot_limits(root, run_config_, scenario, arena_->info(), lab::shared_settings(config_));
+  if (in_python) {
+    auto made = std::make_unique<scenarios::python::PythonScenario>(root.section("scenario"), config_.file(),
+                                                                    run_config_, arena_->info(), directory_);
+    config_.refuse_unknown("scenario." + table);
+    python_ = made.get();
+    scenario_ = std::move(made);
+  }
+  check_robot_limits(root, run_config_, scenario, arena_->info(), settings());
+}
+
+// What all labs must have alike.
+std::map<std::string, std::string, std::less<>> ConfiguredLab::settings() const {
+  auto all = lab::shared_settings(config_);
+  if (python_) all.merge(python_->shared_settings());
+  return all;
 }
 
 std::filesystem::path ConfiguredLab::controller() const {
@@ -95,8 +118,10 @@ void ConfiguredLab::open_run() {
   facts_ = lab::run_facts(run_config_, effective, controller());
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
+  if (python_) facts_["scenario_in_python"] = python_->facts();
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
-  runner_ = std::make_unique<lab::Runner>(run_config_, lab::shared_settings(config_), *arena_, *scenario_, private_bus_,
+  if (python_) python_->keep_sources();
+  runner_ = std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_,
                                           folder_->recorder(), run_id_);
   runner_->ask(&signatures_);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "lab/command_audit.hpp"
 #include "lab/run_folder.hpp"
 #include "lab/runner.hpp"
+#include "scenarios/python/python_scenario.hpp"
 #include "view/view_config.hpp"
 
 namespace arkmesh::app {
@@ -74,6 +76,7 @@ class ConfiguredLab {
 
  private:
   void make_parts(OwnParts* own);
+  std::map<std::string, std::string, std::less<>> settings() const;
   // What simulated robots run, also those of an emulated testbed; empty when there are none.
   std::filesystem::path controller() const;
 
@@ -94,6 +97,7 @@ class ConfiguredLab {
   bool own_parts_ = false;
   std::unique_ptr<hal::Arena> arena_;
   std::unique_ptr<lab::Scenario> scenario_;
+  scenarios::python::PythonScenario* python_ = nullptr;  // the scenario, if it is in Python
   std::unique_ptr<lab::RunFolder> folder_;
   std::unique_ptr<lab::Runner> runner_;
 };

@@ -52,25 +52,16 @@ const Speaker* nearest_speaker(const std::vector<Speaker>& speakers, const hal::
   return nearest;
 }
 
-GroundMessages::Last& GroundMessages::last(hal::RobotId robot) {
-  if (robot >= last_.size()) last_.resize(robot + 1u);
-  return last_[robot];
-}
-
 std::optional<hal::ToRobot> GroundMessages::wall(hal::LabTime now, hal::RobotId robot, std::uint8_t wall) {
-  Last& known = last(robot);
-  const bool repeats = wall != CRE_NO_WALL && now - known.wall_told >= repeat_;
-  if (wall == known.wall && !repeats) return std::nullopt;
-  known.wall = wall;
-  known.wall_told = now;
-  return hal::ToRobot{.robot = robot, .slot = CRE_WALL_SLOT, .kind = wall, .value = 0};
+  return words_.next(now, {.robot = robot, .slot = CRE_WALL_SLOT, .kind = wall, .value = 0}, wall == CRE_NO_WALL);
 }
 
 std::optional<hal::ToRobot> GroundMessages::heard(hal::LabTime now, hal::RobotId robot, const hal::Pose& in_ground,
                                                   hal::Led led, const Speaker* speaker) {
-  Last& known = last(robot);
-  if (!speaker || led != walking || now - known.heard < repeat_) return std::nullopt;
-  known.heard = now;
+  if (!speaker || led != walking) return std::nullopt;
+  if (robot >= heard_.size()) heard_.resize(robot + 1u, hal::LabTime::min() / 2);
+  if (now - heard_[robot] < repeat_) return std::nullopt;
+  heard_[robot] = now;
   const std::uint8_t kind = speaker->region == Region::north ? CRE_HEARD_NORTH : CRE_HEARD_SOUTH;
   return hal::ToRobot{.robot = robot, .slot = CRE_HEARD_SLOT, .kind = kind, .value = compass(in_ground.heading_rad)};
 }

@@ -9,6 +9,7 @@
 
 #include "hal/types.hpp"
 #include "scenarios/cre/places.hpp"
+#include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::cre {
 
@@ -43,14 +44,9 @@ class GroundMessages {
                                     const Speaker* speaker);
 
  private:
-  struct Last {
-    std::uint8_t wall = 0;
-    hal::LabTime wall_told{0}, heard{hal::LabTime::min() / 2};
-  };
-  Last& last(hal::RobotId robot);
-
   hal::LabTime repeat_;
-  std::vector<Last> last_;  // by robot id
+  RobotWords words_{repeat_};        // of walls
+  std::vector<hal::LabTime> heard_;  // when it was told last, by robot id
 };
 
 }  // namespace arkmesh::scenarios::cre

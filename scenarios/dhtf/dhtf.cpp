@@ -29,9 +29,7 @@ double seconds(hal::LabTime t) {
 }  // namespace
 
 Dhtf::Dhtf(Settings settings)
-    : settings_(std::move(settings)),
-      team_(static_cast<std::size_t>(settings_.sites), 0),
-      messages_(settings_.repeat) {}
+    : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0), words_(settings_.repeat) {}
 
 void Dhtf::begin(lab::Lab& lab) {
   declare_fields(lab, settings_);
@@ -117,7 +115,7 @@ void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
         .active = site && site->active,
         .timeout_s = site ? site->timeout_s : 0,
         .wall_sectors = blocked_sectors(seen.pose, lab.arena().width_m, lab.arena().height_m, settings_.wall_zone_m)};
-    if (const auto message = messages_.next(frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
+    if (const auto message = next_message(words_, frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
   }
   if (team == team_) return;
   team_ = team;

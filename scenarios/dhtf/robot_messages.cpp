@@ -25,15 +25,11 @@ Told message_for(const Place& place, hal::Led led) {
   return {DHTF_CLOSED, place.wall_sectors};
 }
 
-std::optional<hal::ToRobot> RobotMessages::next(hal::LabTime now, hal::RobotId robot, const Place& place,
-                                                hal::Led led) {
-  if (robot >= last_.size()) last_.resize(robot + 1u);
-  Last& last = last_[robot];
+std::optional<hal::ToRobot> next_message(RobotWords& words, hal::LabTime now, hal::RobotId robot, const Place& place,
+                                         hal::Led led) {
   const Told told = message_for(place, led);
-  const bool changed = told.kind != last.told.kind || told.value != last.told.value;
-  if (!changed && !(needs_repeating(told, led) && now - last.when >= repeat_)) return std::nullopt;
-  last = {told, now};
-  return hal::ToRobot{.robot = robot, .slot = DHTF_SLOT, .kind = told.kind, .value = told.value};
+  return words.next(now, {.robot = robot, .slot = DHTF_SLOT, .kind = told.kind, .value = told.value},
+                    !needs_repeating(told, led));
 }
 
 }  // namespace arkmesh::scenarios::dhtf

@@ -1,12 +1,11 @@
-// Decides what a robot has to be told, and when: at once when it changes; again, at a low rate, while the robot's LED
-// does not show that it heard, or while a wall is near. Airtime is scarce, so a robot that knows is left alone.
+// The table of what a robot has to be told, for robot_words: by where it is, and by what its LED shows.
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "hal/types.hpp"
+#include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
@@ -29,19 +28,9 @@ struct Told {
 // The message for a robot at `place` that shows `led`.
 Told message_for(const Place& place, hal::Led led);
 
-class RobotMessages {
- public:
-  explicit RobotMessages(hal::LabTime repeat) : repeat_(repeat) {}
-  // The message to send now, if any.
-  std::optional<hal::ToRobot> next(hal::LabTime now, hal::RobotId robot, const Place& place, hal::Led led);
-
- private:
-  struct Last {
-    Told told;  // as booted: outside, no wall
-    hal::LabTime when{0};
-  };
-  hal::LabTime repeat_;
-  std::vector<Last> last_;  // by robot id
-};
+// The message to send now, if any. A robot has to be told again while its LED does not show that it heard, and while a
+// wall is near.
+std::optional<hal::ToRobot> next_message(RobotWords& words, hal::LabTime now, hal::RobotId robot, const Place& place,
+                                         hal::Led led);
 
 }  // namespace arkmesh::scenarios::dhtf

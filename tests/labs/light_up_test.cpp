@@ -1,6 +1,7 @@
 // The small scenario of the documentation: by itself, and the whole way with simulated labs.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -43,6 +44,36 @@ TEST_CASE("light up: the projection decides who is near") {
   REQUIRE(world["b"].said.size() == 1);
   CHECK(world["b"].said[0].kind == labs::LightUp::dark);
   CHECK(world["a"].lab.counts()["lit_periods"] == 1);
+}
+
+TEST_CASE("light up: the same in Python has the same hash") {
+  // Proves that a scenario in Python sees and says, bit for bit, what one in C++ does; rerun from the folder, too.
+  if (std::none_of(app::catalogue().begin(), app::catalogue().end(),
+                   [](const app::CatalogueEntry& e) { return e.name == "light_up"; }))
+    app::catalogue().push_back(labs::light_up());
+  ::setenv("ARKMESH_PYTHON", "/usr/bin/python3", 1);
+  const std::filesystem::path files = std::filesystem::path(ARKMESH_SOURCE_DIR) / "experiments/light_up",
+                              folder = std::filesystem::temp_directory_path() /
+                                       fmt::format("arkmesh-light-up-python-{}", ::getpid());
+  const auto hash_of = [&](const std::filesystem::path& a, const std::filesystem::path& b, const std::string& scenario,
+                           const std::string& out) {
+    std::vector<hal::Config> configs;
+    for (const auto& file : {a, b}) {
+      std::vector<std::string> sets{"run.duration_s=20", "recorder.log=false"};
+      if (!scenario.empty()) sets.push_back("run.scenario=" + scenario);
+      configs.push_back(hal::Config::from_file(file, sets));
+    }
+    app::JointRun run(std::move(configs), folder / out);
+    while (run.step()) {
+    }
+    CHECK(run.finished());
+    CHECK(run.lab("a").runner().lab().counts()["lit_periods"] > 0);
+    return run.lab("a").runner().final_hash();
+  };
+  const std::uint64_t in_python = hash_of(files / "a.toml", files / "b.toml", "", "python");
+  CHECK(hash_of(files / "a.toml", files / "b.toml", "light_up", "cpp") == in_python);
+  CHECK(hash_of(folder / "python/a/config.toml", folder / "python/b/config.toml", "", "again") == in_python);
+  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("light up: simulated labs") {

@@ -126,7 +126,7 @@ TEST_CASE("dhtf controller: walls") {
   // do.
   const auto touching = [](bool sensor) {
     Robots robots(12, 0.5, 7);
-    scenarios::dhtf::RobotMessages messages(1s);
+    scenarios::RobotWords messages(1s);
     int touches = 0, seen = 0;
     for (int n = 0; n < 3000; ++n) {
       robots.advance(100ms);
@@ -134,7 +134,8 @@ TEST_CASE("dhtf controller: walls") {
         touches += std::max(std::abs(s.pose.x_m), std::abs(s.pose.y_m)) > 0.25 - 0.0165 - 0.001;
         ++seen;
         const std::uint8_t sectors = sensor ? scenarios::blocked_sectors(s.pose, 0.5, 0.5, 0.066) : std::uint8_t{0};
-        if (const auto m = messages.next(robots.frame().stamp, s.robot, {.wall_sectors = sectors}, s.led))
+        if (const auto m = scenarios::dhtf::next_message(messages, robots.frame().stamp, s.robot,
+                                                         {.wall_sectors = sectors}, s.led))
           robots.say(m->robot, m->kind, m->value);
       }
     }

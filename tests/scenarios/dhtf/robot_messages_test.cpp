@@ -19,10 +19,10 @@ constexpr Place outside{}, near_wall{.wall_sectors = 0x0f},
 // How many messages a robot gets in ten seconds at the same place, showing the same LED, after those of the first
 // frame.
 int repeats(const Place& place, Led led) {
-  RobotMessages messages(hal::LabTime(1'000'000));
-  messages.next(hal::LabTime(0), 3, place, led);
+  arkmesh::scenarios::RobotWords messages(hal::LabTime(1'000'000));
+  next_message(messages, hal::LabTime(0), 3, place, led);
   int n = 0;
-  for (int frame = 1; frame <= 100; ++frame) n += messages.next(frame * tenth, 3, place, led).has_value();
+  for (int frame = 1; frame <= 100; ++frame) n += next_message(messages, frame * tenth, 3, place, led).has_value();
   return n;
 }
 
@@ -50,20 +50,20 @@ TEST_CASE("dhtf messages: contents of the messages") {
 
 TEST_CASE("dhtf messages: changes at once, addressed") {
   // A robot hears of every change in the frame in which it is seen, in the one slot, and others are left alone.
-  RobotMessages messages(hal::LabTime(1'000'000));
-  CHECK(!messages.next(0 * tenth, 7, outside, walking));
-  const auto wall = messages.next(1 * tenth, 7, near_wall, walking);
+  arkmesh::scenarios::RobotWords messages(hal::LabTime(1'000'000));
+  CHECK(!next_message(messages, 0 * tenth, 7, outside, walking));
+  const auto wall = next_message(messages, 1 * tenth, 7, near_wall, walking);
   REQUIRE(wall);
   CHECK(wall->robot == 7);
   CHECK(wall->slot == DHTF_SLOT);
   CHECK(wall->kind == DHTF_OUTSIDE);
   CHECK(wall->value == 0x0f);
-  CHECK(!messages.next(1 * tenth, 6, outside, walking));
-  CHECK(messages.next(2 * tenth, 7, waiting_task, walking)->kind == DHTF_TASK);
-  CHECK(!messages.next(3 * tenth, 7, waiting_task, dwelling));
-  CHECK(messages.next(4 * tenth, 7, closed, dwelling)->kind == DHTF_CLOSED);
-  CHECK(!messages.next(5 * tenth, 7, closed, walking));
-  CHECK(messages.next(6 * tenth, 7, outside, walking)->kind == DHTF_OUTSIDE);
+  CHECK(!next_message(messages, 1 * tenth, 6, outside, walking));
+  CHECK(next_message(messages, 2 * tenth, 7, waiting_task, walking)->kind == DHTF_TASK);
+  CHECK(!next_message(messages, 3 * tenth, 7, waiting_task, dwelling));
+  CHECK(next_message(messages, 4 * tenth, 7, closed, dwelling)->kind == DHTF_CLOSED);
+  CHECK(!next_message(messages, 5 * tenth, 7, closed, walking));
+  CHECK(next_message(messages, 6 * tenth, 7, outside, walking)->kind == DHTF_OUTSIDE);
 }
 
 TEST_CASE("dhtf messages: repeats once a second until the LED shows that it was heard") {

@@ -1,0 +1,215 @@
+"""What a scenario is, and what it sees of its lab: the same as lab::Scenario and lab::Lab of C++."""
+import hashlib
+import re
+
+import numpy
+
+WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("value", "<u2"), ("how", "u1"), ("pad", "u1", 3)])
+ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
+
+
+class Scenario:
+    """Derive from it, once in a file. What you do not write does nothing."""
+
+    every = 1  # frame() is called for each k-th frame only
+
+    def begin(self, lab):
+        """Once, before lab time passes: settings, fields, what this lab decides."""
+
+    def frame(self, lab):
+        """For each frame of poses after the first merge, 10 a second."""
+
+    def period(self, lab):
+        """At each boundary, right after the states of all labs were merged."""
+
+    def finished(self, lab):
+        """Asked after period(): True ends the run. A function of merged fields only."""
+        return False
+
+
+class Others:
+    """The robots of all other labs as merged last, by lab and id: places are in this lab's arena, or `shared_xy`."""
+
+    def __init__(self, parts=()):
+        parts = [p for p in parts if p is not None]
+        self.labs = numpy.array([name for name, robots in parts for _ in range(len(robots["ids"]))], dtype=object)
+        self.ids = _joined(parts, "ids", (0,), numpy.uint32)
+        self.xy = _joined(parts, "xy", (0, 2), float)
+        self.shared_xy = _joined(parts, "shared_xy", (0, 2), float)
+        self.heading = _joined(parts, "heading", (0,), float)
+        self.led = _joined(parts, "led", (0,), numpy.uint8)
+
+
+def _joined(parts, key, shape, dtype):
+    return numpy.concatenate([numpy.zeros(shape, dtype), *(robots[key] for _, robots in parts)])
+
+
+class Lab:
+    """Arrays have one row for each robot of this lab, in the order of `ids`; rows of robots never seen are NaN."""
+
+    def __init__(self, facts, ask_setting):
+        self.name, self.labs, self.owner = facts["name"], facts["labs"], facts["owner"]
+        self.is_owner = self.name == self.owner
+        self.period_s, self.frame_s = facts["period_s"], facts["frame_s"]
+        self.width_m, self.height_m = facts["width_m"], facts["height_m"]
+        self.scale = facts["scale"]  # shared metres for a metre of this arena
+        self.kinds, self.values = facts["kinds"], facts["values"]
+        self.ids = numpy.array(facts["robots"], dtype=numpy.uint32)
+        n = len(self.ids)
+        self.seen = numpy.zeros(n, dtype=bool)  # whom the newest frame holds
+        self.xy, self.shared_xy = numpy.full((n, 2), numpy.nan), numpy.full((n, 2), numpy.nan)
+        self.heading = numpy.full(n, numpy.nan)
+        self.led = numpy.zeros(n, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue
+        self.others = Others()
+        self.now_s, self.periods = 0.0, 0
+        self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
+        self._words, self._said = [], {}
+
+    # --- settings, chance ---
+    def setting(self, name, default, low=None, high=None, unit="", help="", one_of=()):
+        """The value of `name` in [scenario.FILE] of the lab's file, else `default`; in begin() only."""
+        if self._ask is None:
+            raise RuntimeError(f"setting {name!r}: ask for settings in begin()")
+        if not re.fullmatch("[a-z][a-z0-9_]*", name):
+            raise ValueError(f"setting {name!r}: a name is a-z, 0-9 and _, and begins with a letter")
+        if not isinstance(default, (bool, int, float, str)):
+            raise TypeError(f"setting {name!r}: the default is a bool, int, float or str, and not {default!r}")
+        return self._ask({"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": help,
+                          "one_of": list(one_of)})
+
+    def random(self, purpose):
+        """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else."""
+        if purpose not in self._streams:
+            digest = hashlib.sha256(f"{self._seed}/{self.name}/{purpose}".encode()).digest()
+            seed = numpy.random.SeedSequence(int.from_bytes(digest, "little"))
+            self._streams[purpose] = numpy.random.Generator(numpy.random.PCG64(seed))
+        return self._streams[purpose]
+
+    # --- robots ---
+    def tell(self, who, kind=0, value=0, slot=0, shown=None):
+        """What the robots `who` (a mask over the rows, or ids) have to know: it is said at once when it changes, and again
+        each second until the robot shows it. `shown`: a mask of who shows it; without one, a robot shows it when its LED
+        is another one than at the change. Kinds that exclude each other share a slot."""
+        how = UNTIL_LED_CHANGES if shown is None else numpy.where(self._column("shown", shown, 0, 1), SHOWN, NOT_SHOWN)
+        self._say(who, kind, value, slot, how)
+
+    def say(self, who, kind=0, value=0, slot=0):
+        """Said once."""
+        self._say(who, kind, value, slot, ONCE)
+
+    def _column(self, name, given, low, high, n=None):
+        """A number, or one for each row, as integers within low..high."""
+        n = len(self.ids) if n is None else n
+        given = numpy.asarray(given)
+        if given.shape not in ((), (n,)):
+            raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
+        if given.dtype.kind == "b":
+            given = given.astype(int)
+        if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
+            raise ValueError(f"{name} must be whole numbers, and holds others, or NaN")
+        if given.size and (given.min() < low or given.max() > high):
+            raise ValueError(f"{name} must be {low} to {high}, and holds {given.min()} to {given.max()}")
+        return given
+
+    def _say(self, who, kind, value, slot, how):
+        who = numpy.asarray(who)
+        by_ids = who.dtype.kind in "iu"
+        if by_ids:
+            who = numpy.atleast_1d(who)
+            rows = numpy.searchsorted(self.ids, who)
+            known = (rows < len(self.ids)) & (self.ids[numpy.minimum(rows, max(0, len(self.ids) - 1))] == who if len(self.ids) else False)
+            if not known.all():
+                raise ValueError(f"robot {who[~known][0]} is none of this lab's")
+        elif who.dtype.kind == "b" and who.shape == self.ids.shape:
+            rows = numpy.flatnonzero(who)
+        elif who.size == 0:
+            rows = numpy.zeros(0, dtype=int)
+        else:
+            raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
+        words = numpy.zeros(len(rows), WORD)
+        words["robot"] = self.ids[rows]
+        columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, 255)]
+        for name, given, high in columns:
+            given = self._column(name, given, 0, high, len(rows) if by_ids else None)
+            words[name] = given if given.ndim == 0 or by_ids else given[rows]
+        how = numpy.asarray(how)
+        words["how"] = how if how.ndim == 0 else how[rows]
+        self._words.append(words)
+
+    # --- what labs share ---
+    def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False):
+        """A field that labs share, alike in all labs; in begin() only."""
+        self._rules[name] = length
+        self._said.setdefault("declare", []).append(
+            {"name": name, "length": int(length), "low": int(low), "high": int(high), "owner_only": bool(owner_only),
+             "initial_only": bool(initial_only)})
+
+    def publish(self, name, values):
+        """Sets an own field: whole numbers. It is in force in all labs once it is merged."""
+        if name not in self._rules:
+            raise ValueError(f"field {name!r} is not declared; declare it in begin()")
+        values = numpy.atleast_1d(values)
+        if values.shape != (self._rules[name],):
+            raise ValueError(f"field {name!r} has {self._rules[name]} values, and these have the shape {values.shape}")
+        values = self._column(f"field {name!r}", values, -2**63, 2**63 - 1, len(values))
+        self._said.setdefault("publish", {})[name] = [int(v) for v in values]
+
+    def field(self, lab, name):
+        """A lab's field as merged last; empty when it has said none."""
+        if lab not in self.labs:
+            raise ValueError(f"{lab!r} is none of the labs {', '.join(self.labs)}")
+        return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
+
+    # --- for people ---
+    def row(self, table, **values):
+        """A row of TABLE.csv in the run's folder; the names are its columns."""
+        cells = [str(v) for v in values.values()]
+        if not re.fullmatch("[a-z][a-z0-9_]*", table) or any(set(c) & set(',"\r\n') for c in cells):
+            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _; a value holds no comma, quote or line end")
+        self._said.setdefault("rows", []).append([table, ",".join(values), ",".join(cells)])
+
+    def count(self, name, n=1):
+        """Adds to a total of result.json."""
+        self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
+
+    def circle(self, at, radius, colour="note", filled=False, dashed=False, label=""):
+        """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
+        for x, y in numpy.asarray(at, dtype=float).reshape(-1, 2).tolist():
+            self._draw("circle", [[x, y]], colour, filled, dashed, label, float(radius))
+
+    def polygon(self, corners, colour="note", filled=False, dashed=False, label=""):
+        self._draw("polygon", numpy.asarray(corners, dtype=float).reshape(-1, 2).tolist(), colour, filled, dashed, label)
+
+    def line(self, points, colour="note", dashed=False, label=""):
+        self._draw("line", numpy.asarray(points, dtype=float).reshape(-1, 2).tolist(), colour, False, dashed, label)
+
+    def text(self, at, text, colour="note"):
+        self._draw("text", [[float(at[0]), float(at[1])]], colour, False, False, text)
+
+    def _draw(self, shape, points, colour, filled, dashed, label, radius=0.0):
+        if not numpy.isfinite(points).all() or not numpy.isfinite(radius):
+            raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
+        self._said.setdefault("draw", []).append(
+            {"shape": shape, "points": points, "radius": radius, "colour": colour, "filled": bool(filled),
+             "dashed": bool(dashed), "label": str(label)})
+
+    # --- the lab's process ---
+    def _see(self, now_us, robots):
+        self.now_s = now_us / 1e6
+        rows = slice(None) if len(robots["ids"]) == len(self.ids) else numpy.searchsorted(self.ids, robots["ids"])
+        self.seen = numpy.zeros(len(self.ids), dtype=bool)
+        self.seen[rows] = True
+        for key in ("xy", "shared_xy", "heading", "led"):
+            mine = getattr(self, key).copy()  # a scenario may keep the former one
+            mine[rows] = robots[key]
+            setattr(self, key, mine)
+
+    def _merge(self, now_us, period, states):
+        self.now_s, self.periods = now_us / 1e6, period
+        self._merged = {name: fields for name, _, fields in states}
+        self.others = Others([(name, robots) for name, robots, _ in states if name != self.name])
+
+    def _take(self):
+        words, said = self._words, self._said
+        self._words, self._said = [], {}
+        return (numpy.concatenate(words).tobytes() if words else b""), said

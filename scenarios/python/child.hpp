@@ -1,0 +1,57 @@
+// A child process at the other end of a socket pair: messages both ways, and what it prints, both bounded. The child is
+// in a group of its own, so Ctrl-C does not reach it, and it does not outlive this object or this process.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/handle.hpp"
+
+namespace arkmesh::scenarios::python {
+
+struct Message {
+  char kind = 0;
+  std::string content;
+};
+
+class Child {
+ public:
+  static constexpr std::size_t max_message = 64u << 20, max_output = 256u << 10;  // bytes
+
+  // Looks `command[0]` up in PATH; `environment` holds NAME=VALUE beside those of this process. The child has its end
+  // of the socket pair as descriptor 3. Throws std::runtime_error with one sentence.
+  Child(std::vector<std::string> command, const std::vector<std::string>& environment);
+  ~Child();  // kills it and all of its group
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  // Never blocks: what does not fit goes out in later calls of receive.
+  void send(char kind, std::string_view content);
+  // The child's next message; waits for it at most so long. None: not there yet, or a signal came. Throws
+  // std::runtime_error with the end of a sentence ("was killed by signal 9") when it is gone or says what is too long.
+  std::optional<Message> receive(std::chrono::milliseconds wait);
+  // What it has printed since the last call. After max_output bytes the rest is dropped and counted.
+  std::string take_output();
+  std::uint64_t dropped_output() const { return dropped_; }
+  // Makes it print where it is (SIGUSR1), if it can still hear that.
+  void ask_where();
+
+ private:
+  bool pump(std::chrono::milliseconds wait);
+  std::optional<Message> next();
+  [[noreturn]] void gone();
+
+  hal::Handle socket_, prints_;
+  pid_t id_ = -1;
+  std::string in_, out_, printed_;
+  std::uint64_t kept_ = 0, dropped_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace arkmesh::scenarios::python

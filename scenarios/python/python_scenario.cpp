@@ -1,0 +1,310 @@
+#include "scenarios/python/python_scenario.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "hal/colour.hpp"
+#include "scenarios/python/encoding.hpp"
+
+namespace arkmesh::scenarios::python {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto real_time_wait = 10ms;  // within the 20 ms that a call may take on hardware
+
+// What numpy, BLAS and glibc would choose by the CPU, and Python by chance, is fixed, so that results depend on the
+// configuration alone. Names: numpy's "CPU dispatcher", OpenBLAS's and glibc's manuals.
+const std::vector<std::string> fixed_environment = {
+    "PYTHONHASHSEED=0",
+    "PYTHONUNBUFFERED=1",
+    "PYTHONWARNINGS=ignore:During parsing environment variable:RuntimeWarning",  // numpy's, of features that are absent
+    "OMP_NUM_THREADS=1",
+    "OPENBLAS_NUM_THREADS=1",
+    "MKL_NUM_THREADS=1",
+    "OPENBLAS_CORETYPE=Nehalem",
+    "MKL_CBWR=COMPATIBLE",
+    "NPY_DISABLE_CPU_FEATURES=AVX2 FMA3 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL",
+    "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"};
+
+// Beside bin/arkmesh lies share/arkmesh; else the sources have it.
+fs::path child_program() {
+  std::error_code ignored;
+  const fs::path installed = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" /
+                             "arkmesh" / "python" / "arkmesh_child.py";
+  return fs::exists(installed, ignored) ? installed
+                                        : fs::path(ARKMESH_SOURCE_DIR) / "scenarios" / "python" / "arkmesh_child.py";
+}
+
+fs::path find_file(const fs::path& lab_file, const std::string& scenario) {
+  const fs::path folder = fs::absolute(lab_file).parent_path(),
+                 kept = folder / "scenario" / fs::path(scenario).filename();
+  std::error_code ignored;
+  return fs::exists(kept, ignored) ? kept : (folder / scenario).lexically_normal();
+}
+
+nlohmann::json setting_in_force(const hal::Section& settings, const nlohmann::json& asked) {
+  hal::Field about;
+  if (asked.at("low").is_number()) about.range.low = asked.at("low");
+  if (asked.at("high").is_number()) about.range.high = asked.at("high");
+  about.unit = asked.at("unit");
+  about.help = asked.at("help");
+  about.one_of = asked.at("one_of").get<std::vector<std::string>>();
+  const std::string name = asked.at("name");
+  const nlohmann::json& value = asked.at("default");
+  if (value.is_boolean()) return settings.get(name, value.get<bool>(), about);
+  if (value.is_number_integer()) return settings.get(name, value.get<std::int64_t>(), about);
+  if (value.is_number()) return settings.get(name, value.get<double>(), about);
+  return settings.get(name, value.get<std::string>(), about);
+}
+
+hal::Colour colour_of(const std::string& name) {
+  for (const hal::ColourLook& look : hal::colour_looks)
+    if (look.name == name) return look.colour;
+  throw std::runtime_error(
+      fmt::format("drew in a colour '{}' that there is not; docs/writing-a-scenario.md has them", name));
+}
+
+void draw(lab::Lab& lab, const nlohmann::json& drawn) {
+  std::vector<hal::Point> points;
+  for (const auto& p : drawn.at("points")) points.push_back({p.at(0), p.at(1)});
+  const std::string shape = drawn.at("shape"), label = drawn.at("label");
+  const hal::Colour colour = colour_of(drawn.at("colour"));
+  const bool filled = drawn.at("filled"), dashed = drawn.at("dashed");
+  if (shape == "circle")
+    lab.draw(hal::Circle{points.at(0), drawn.at("radius"), colour, filled, dashed, label});
+  else if (shape == "polygon")
+    lab.draw(hal::Polygon{std::move(points), colour, filled, dashed, label});
+  else if (shape == "line")
+    lab.draw(hal::Line{std::move(points), colour, dashed, label});
+  else
+    lab.draw(hal::Text{points.at(0), label, colour});
+}
+
+}  // namespace
+
+bool is_python(const std::string& scenario) {
+  return scenario.ends_with(".py");
+}
+
+std::chrono::microseconds answer_time(const hal::Section& scenarios) {
+  return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
+                       {.range = {0.1, 3600}, .unit = "s", .help = "how long a scenario in Python may take to answer"});
+}
+
+PythonScenario::PythonScenario(const hal::Section& scenarios, const fs::path& lab_file, const lab::RunConfig& run,
+                               const hal::ArenaInfo& arena, fs::path directory)
+    : file_(find_file(lab_file, run.scenario)),
+      directory_(std::move(directory)),
+      can_wait_(arena.can_wait),
+      patience_(answer_time(scenarios)) {
+  try {
+    start(scenarios.section(file_.stem().string()), run, arena);
+  } catch (const hal::ConfigError&) {
+    throw;
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+  }
+}
+
+PythonScenario::~PythonScenario() {
+  write_output();
+}
+
+void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena) {
+  const char* const named = ::getenv("ARKMESH_PYTHON");
+  child_ = std::make_unique<Child>(std::vector<std::string>{named ? named : "python3", "-B", child_program().string()},
+                                   fixed_environment);
+  const nlohmann::json facts = {{"file", file_.string()},
+                                {"name", run.lab},
+                                {"labs", run.labs},
+                                {"owner", run.owner},
+                                {"seed", run.seed},
+                                {"period_s", static_cast<double>(run.period.count()) * 1e-6},
+                                {"frame_s", static_cast<double>(arena.frame_period.count()) * 1e-6},
+                                {"width_m", arena.width_m},
+                                {"height_m", arena.height_m},
+                                {"scale", run.projections.at(run.lab).scale},
+                                {"kinds", arena.kinds},
+                                {"values", arena.values},
+                                {"robots", arena.robots}};
+  child_->send('S', facts.dump());
+  open_answers_ = 1;
+  asked_ = Clock::now();
+  const auto patience = std::chrono::ceil<std::chrono::milliseconds>(patience_);
+  for (;;) {
+    std::optional<Message> message;
+    try {
+      message = child_->receive(patience);
+    } catch (const std::exception& error) {
+      throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
+    }
+    if (!message) fail_silent();
+    if (message->kind == 'E') throw std::runtime_error(message->content);
+    if (message->kind == 'A') {
+      begun_ = std::move(message->content);
+      break;
+    }
+    child_->send('V', setting_in_force(settings, nlohmann::json::parse(message->content)).dump());
+  }
+  open_answers_ = 0;
+  about_ = nlohmann::json::parse(rest_of(begun_)).at("about");
+  every_ = about_.at("every");
+}
+
+void PythonScenario::begin(lab::Lab& lab) {
+  log_.open(directory_ / "scenario.log");
+  write_output();
+  if (!failure_.empty()) throw std::runtime_error(failure_);
+  take(lab, begun_);
+}
+
+void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+  for (const hal::Observation& seen : frame.robots) leds_[seen.robot] = seen.led;
+  if (!merged_ || frame.number % every_ != 0) return;
+  collect(lab);
+  if (open_answers_ > 0) {
+    lab.counts().add("scenario.frames_skipped");
+    return;
+  }
+  settle(lab, 'F', encode_frame(lab, frame));
+}
+
+void PythonScenario::on_period(lab::Lab& lab) {
+  merged_ = true;
+  collect(lab);
+  settle(lab, 'P', encode_period(lab));
+}
+
+// Asks, and takes the answer if it comes in time.
+void PythonScenario::settle(lab::Lab& lab, char kind, const std::string& content) {
+  if (open_answers_++ == 0) asked_ = Clock::now();
+  child_->send(kind, content);
+  collect(lab);
+}
+
+// Takes the answers that are there. Where the arena can wait, all that are owed.
+void PythonScenario::collect(lab::Lab& lab) {
+  while (open_answers_ > 0) {
+    const auto answer =
+        next_answer(can_wait_ ? std::chrono::ceil<std::chrono::milliseconds>(patience_) : real_time_wait);
+    if (!answer) return;
+    --open_answers_;
+    asked_ = Clock::now();
+    take(lab, *answer);
+  }
+}
+
+std::optional<std::string> PythonScenario::next_answer(std::chrono::milliseconds wait) {
+  std::optional<Message> message;
+  try {
+    message = child_->receive(wait);
+  } catch (const std::exception& error) {
+    write_output();
+    throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
+  }
+  write_output();
+  if (!message && Clock::now() - asked_ >= patience_) fail_silent();
+  if (!message) return std::nullopt;
+  if (message->kind == 'E') throw std::runtime_error(message->content);
+  return std::move(message->content);
+}
+
+// Where it hangs stands in what it prints then, innermost first.
+void PythonScenario::fail_silent() {
+  child_->ask_where();
+  std::string printed;
+  for (int i = 0; i < 10 && printed.find(" in ") == std::string::npos; ++i) {
+    try {
+      child_->receive(50ms);
+    } catch (const std::exception&) {
+      break;
+    }
+    printed += child_->take_output();
+  }
+  output_ += printed;
+  write_output();
+  std::string line;
+  const std::string before = fmt::format("File \"{}\", line ", file_.string());
+  if (const std::size_t at = printed.find(before); at != std::string::npos)
+    line = ":" + printed.substr(at + before.size(), printed.find(' ', at + before.size()) - at - before.size());
+  throw std::runtime_error(fmt::format("{}{}: no answer for {} s (scenario.answer_s)", file_.filename().string(), line,
+                                       static_cast<double>(patience_.count()) * 1e-6));
+}
+
+void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
+  try {
+    take_words(lab, words_of(answer));
+    const std::string_view rest = rest_of(answer);
+    if (rest.empty()) return;
+    const nlohmann::json said = nlohmann::json::parse(rest);
+    for (const auto& rule : said.value("declare", nlohmann::json::array()))
+      lab.declare({.name = rule.at("name"),
+                   .length = rule.at("length"),
+                   .low = rule.at("low"),
+                   .high = rule.at("high"),
+                   .owner_only = rule.at("owner_only"),
+                   .initial_only = rule.at("initial_only")});
+    const nlohmann::json published = said.value("publish", nlohmann::json::object());
+    for (const auto& [name, values] : published.items()) lab.publish(name, values.get<std::vector<std::int64_t>>());
+    for (const auto& row : said.value("rows", nlohmann::json::array()))
+      lab.row(row.at(0).get<std::string>(), row.at(1).get<std::string>(), row.at(2).get<std::string>());
+    for (const auto& count : said.value("counts", nlohmann::json::array()))
+      lab.counts().add(count.at(0).get<std::string>(), count.at(1).get<std::uint64_t>());
+    for (const auto& shape : said.value("draw", nlohmann::json::array())) draw(lab, shape);
+    finished_ = finished_ || said.value("finished", false);
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(
+        fmt::format("{} gave an answer that is none: {}", file_.filename().string(), error.what()));
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
+  }
+}
+
+void PythonScenario::take_words(lab::Lab& lab, std::string_view words) {
+  for (std::size_t at = 0; at < words.size(); at += word_bytes) {
+    const Word word = decode_word(words.substr(at));
+    const auto led = leds_.find(word.message.robot);
+    std::optional<hal::ToRobot> message = word.message;
+    if (word.how == Word::until_led_changes)
+      message = words_.next(lab.now(), word.message, led == leds_.end() ? hal::Led::off : led->second);
+    else if (word.how != Word::once)
+      message = words_.next(lab.now(), word.message, word.how == Word::shown);
+    if (message) lab.say(*message);
+  }
+}
+
+// What it prints, with the traceback of what it raised.
+void PythonScenario::write_output() {
+  if (child_) output_ += child_->take_output();
+  if (!log_.is_open() || output_.empty()) return;
+  log_ << std::exchange(output_, {}) << std::flush;
+}
+
+std::map<std::string, std::string, std::less<>> PythonScenario::shared_settings() const {
+  return {{fmt::format("scenario.{}.sources", file_.stem().string()), about_.value("fingerprint", "")}};
+}
+
+nlohmann::json PythonScenario::facts() const {
+  return {{"python", about_.value("python", "")},
+          {"numpy", about_.value("numpy", "")},
+          {"sources", about_.value("fingerprint", "")}};
+}
+
+void PythonScenario::keep_sources() const {
+  const nlohmann::json sources = about_.value("sources", nlohmann::json::object());
+  for (const auto& [name, text] : sources.items()) {
+    const fs::path copy = directory_ / "scenario" / name;
+    fs::create_directories(copy.parent_path());
+    std::ofstream(copy) << text.get<std::string>();
+  }
+}
+
+}  // namespace arkmesh::scenarios::python

@@ -1,0 +1,80 @@
+// A scenario in Python: a file of the user's that runs in a process of its own (arkmesh_child.py) and is asked frame by
+// frame, boundary by boundary. An arena that can wait waits for each answer. One that keeps real time goes on: an
+// answer that is late is taken with a later frame, and frames that come meanwhile are counted and not shown to it.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "hal/arena.hpp"
+#include "hal/config.hpp"
+#include "lab/run_config.hpp"
+#include "lab/scenario.hpp"
+#include "scenarios/python/child.hpp"
+#include "scenarios/robot_words.hpp"
+
+namespace arkmesh::scenarios::python {
+
+// Whether run.scenario names a file of Python.
+bool is_python(const std::string& scenario);
+// How long its answer is waited for: answer_s of [scenario].
+std::chrono::microseconds answer_time(const hal::Section& scenarios);
+
+class PythonScenario final : public lab::Scenario {
+ public:
+  // Starts the child and calls its begin(), which reads its settings in [scenario.NAME] of `scenarios`; NAME is the
+  // file's name without .py. `lab_file`: beside which it is looked up, the copy in a run's folder first. What is wrong
+  // with the user's file is thrown by begin(), so that the run ends as failed. Throws ConfigError for a setting.
+  PythonScenario(const hal::Section& scenarios, const std::filesystem::path& lab_file, const lab::RunConfig& run,
+                 const hal::ArenaInfo& arena, std::filesystem::path directory);
+  ~PythonScenario() override;
+
+  void begin(lab::Lab& lab) override;
+  void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override;
+  void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}
+  void on_period(lab::Lab& lab) override;
+  bool finished(const lab::Lab&) const override { return finished_; }
+
+  // What all labs must have alike beside the settings: a fingerprint of the sources.
+  std::map<std::string, std::string, std::less<>> shared_settings() const;
+  // For result.json: versions of Python and numpy, and the fingerprint.
+  nlohmann::json facts() const;
+  // Keeps the sources in `directory`/scenario, where a run of that folder finds them.
+  void keep_sources() const;
+
+ private:
+  void start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena);
+  // The next message, which is an answer; none when it is late and the arena does not wait. Throws when the child has
+  // failed, or is silent for too long.
+  std::optional<std::string> next_answer(std::chrono::milliseconds wait);
+  void take(lab::Lab& lab, const std::string& answer);
+  void take_words(lab::Lab& lab, std::string_view words);
+  void settle(lab::Lab& lab, char kind, const std::string& content);
+  void collect(lab::Lab& lab);
+  [[noreturn]] void fail_silent();
+  void write_output();
+
+  std::filesystem::path file_, directory_;
+  bool can_wait_;
+  std::chrono::microseconds patience_;
+  std::unique_ptr<Child> child_;
+  std::string failure_;  // of the start, for begin()
+  std::string begun_;    // the child's answer to begin()
+  nlohmann::json about_ = nlohmann::json::object();
+  std::uint32_t every_ = 1;
+  std::ofstream log_;
+  std::string output_;  // before there is a folder for it
+  RobotWords words_{std::chrono::seconds(1)};
+  std::map<hal::RobotId, hal::Led> leds_;  // as seen last; words of robots that were never seen wait
+  bool merged_ = false, finished_ = false;
+  int open_answers_ = 0;                         // that the child still owes
+  std::chrono::steady_clock::time_point asked_;  // when it was asked, or has answered, last
+};
+
+}  // namespace arkmesh::scenarios::python

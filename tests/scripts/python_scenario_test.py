@@ -1,0 +1,122 @@
+"""Scenarios in Python that fail: the run ends as failed, with one sentence about the user's file, and leaves its result."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ARKMESH = ROOT / "build/release/arkmesh"
+ENVIRONMENT = {**os.environ, "ARKMESH_PYTHON": "/usr/bin/python3"}
+LAB = """[lab]
+name = "a"
+[run]
+scenario = "mine.py"
+duration_s = 4
+[scenario]
+answer_s = 2
+[arena]
+use = "null"
+robots = 5
+"""
+FRAME = "import arkmesh, os, signal, sys, time, numpy\nclass Mine(arkmesh.Scenario):\n  def frame(self, lab):\n    "
+
+
+class PythonScenario(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+        (self.folder / "a.toml").write_text(LAB)
+
+    def command(self, *more):
+        return [ARKMESH, "run", self.folder / "a.toml", "--out", self.folder / "out", *more]
+
+    def run_it(self, text, *more):
+        if text is not None:
+            (self.folder / "mine.py").write_text(text)
+        done = subprocess.run(self.command(*more), capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        return done.returncode, done.stdout + done.stderr
+
+    def fails(self, text, *wanted):
+        """Ends as failed; the reason in result.json holds what is wanted."""
+        code, said = self.run_it(text)
+        self.assertNotEqual(code, 0, said)
+        result = json.loads((self.folder / "out/a/result.json").read_text())
+        self.assertEqual(result["state"], "failed")
+        for each in wanted:
+            self.assertIn(each, json.dumps(result), said)
+        return said
+
+    def test_what_is_no_scenario(self):
+        """Missing, unreadable, with an import that is not there, empty, with two scenarios: the file and the line are named."""
+        for text, wanted in ((None, "there is no file"), ("import arkmesh\n\nclass :\n", "mine.py:3: SyntaxError"),
+                             ("import arkmesh\nimport nowhere_at_all\n", "mine.py:2: ModuleNotFoundError"),
+                             ("x = 1\n", "mine.py:1: it holds no scenario"),
+                             ("import arkmesh\nclass A(arkmesh.Scenario): pass\nclass B(arkmesh.Scenario): pass\n",
+                              "mine.py:3: it holds 2 scenarios, A and B")):
+            with self.subTest(wanted):
+                self.fails(text, wanted)
+                subprocess.run(["rm", "-r", self.folder / "out"], check=True)
+
+    def test_what_goes_wrong_in_a_frame(self):
+        """Raised, left, killed, hung, stopped, wrong answers: each has its sentence, within the patience."""
+        for line, wanted in (("1 / 0", "mine.py:4: ZeroDivisionError"), ("sys.exit(3)", "mine.py:4: SystemExit"),
+                             ("os._exit(3)", "mine.py ended by itself, with exit code 3"),
+                             ("os.kill(os.getpid(), signal.SIGKILL)", "mine.py was killed by signal 9"),
+                             ("os.kill(os.getpid(), signal.SIGSTOP)", "mine.py: no answer for 2 s"),
+                             ("time.sleep(100)", "mine.py:4: no answer for 2 s"),
+                             ("lab.tell(lab.seen[:2])", "mine.py:4: ValueError: who is a mask of 5 rows"),
+                             ("lab.tell([77])", "mine.py:4: ValueError: robot 77 is none"),
+                             ("lab.tell([0], value=numpy.nan)", "mine.py:4: ValueError: value must be whole numbers"),
+                             ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value is one number, or 1 of them"),
+                             ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
+            with self.subTest(line):
+                self.fails(FRAME + line + "\n", wanted)
+                subprocess.run(["rm", "-r", self.folder / "out"], check=True)
+
+    def test_what_it_prints_is_kept_and_bounded(self):
+        """A child that prints without end does not stall the lab or fill the disk, and its traceback is in the log."""
+        self.fails(FRAME + "print('y' * 100_000_000); 1 / 0\n", "mine.py:4: ZeroDivisionError")
+        self.assertLess((self.folder / "out/a/scenario.log").stat().st_size, 1 << 20)
+        subprocess.run(["rm", "-r", self.folder / "out"], check=True)
+        self.fails(FRAME + "print('hello'); 1 / 0\n")
+        log = (self.folder / "out/a/scenario.log").read_text()
+        self.assertIn("hello", log)
+        self.assertIn("Traceback", log)
+
+    def test_settings(self):
+        """A setting in the lab's file counts; one out of range or unknown is refused by name."""
+        mine = ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n"
+                "    lab.count('reach', lab.setting('reach', 3, low=1, high=9))\n")
+        for value, wanted in (("reach=4", None), ("reach=10", "must be 1 to 9"), ("raech=4", "raech")):
+            with self.subTest(value):
+                code, said = self.run_it(mine, "--set", f"scenario.mine.{value}", "--force")
+                if wanted is None:
+                    self.assertEqual(code, 0, said)
+                    self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["counts"]["reach"], 4)
+                else:
+                    self.assertNotEqual(code, 0)
+                    self.assertIn("scenario.mine." + value.partition("=")[0], said)
+
+    def test_ctrl_c_ends_both_at_once(self):
+        """Also while the child computes: the run is stopped, not failed, and no process is left."""
+        (self.folder / "mine.py").write_text(FRAME + f"open({str(self.folder / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(60)\n")
+        with subprocess.Popen(self.command("--set", "scenario.answer_s=50"), env=ENVIRONMENT, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT) as lab:
+            until = time.monotonic() + 30
+            while not (self.folder / "pid").exists() or not (self.folder / "pid").read_text():
+                self.assertLess(time.monotonic(), until)
+                time.sleep(0.02)
+            lab.send_signal(signal.SIGINT)
+            lab.communicate(timeout=20)
+        self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["state"], "stopped")
+        with self.assertRaises(ProcessLookupError):
+            os.kill(int((self.folder / "pid").read_text()), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
