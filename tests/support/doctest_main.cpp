@@ -72,8 +72,8 @@ class Watch final : public doctest::IReporter {
     const auto now = std::chrono::steady_clock::now();
     if (!at_once && now - set_ < std::chrono::seconds(1)) return;
     set_ = now;
-    using arkmesh::tests::thorough;
-    ::alarm(thorough() ? 1200 : 240);
+
+    ::alarm(arkmesh::tests::thorough() ? 1200 : 240);
   }
   static void hung(int) {
     static constexpr std::string_view why = "\nhung: nothing was asserted for too long\n";

@@ -130,7 +130,7 @@ TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
   // for a minute, if not thorough.
   for (const double frame_s : {0.1, 1.0 / 15}) {
     WalkingSwarm swarm({.seed = 3});
-    const Score score = follow(swarm, thorough() ? 600 : 60, frame_s);
+    const Score score = follow(swarm, arkmesh::tests::thorough() ? 600 : 60, frame_s);
     MESSAGE("frames of ", frame_s, " s: tracked ", 100.0 * score.tracked / score.robot_frames, " %, named ",
             score.named_again, " times, centre RMS ", 1000 * std::sqrt(score.square_m / score.tracked),
             " mm, heading RMS with LED ", std::sqrt(score.heading_square / score.headings) * 180 / M_PI, " degrees");

@@ -34,7 +34,7 @@ TEST_CASE("hard pictures") {
         Row{"no robot: only cables", 0, 1, 1}, Row{"white balance: warm", 0, 0.99, 0.6},
         Row{"white balance: very cool", 0, 0.99, 0.8}, Row{"table: grey, 20 px", 2, 0.88, 0.65},
         Row{"table: white, 20 px", 0, 0.97, 0.6}}) {
-    if (number++ % 5 != 0 && !thorough()) continue;
+    if (number++ % 5 != 0 && !arkmesh::tests::thorough()) continue;
     CAPTURE(row.name);
     const auto found = std::find_if(series.begin(), series.end(),
                                     [&](const PictureSeries& one) { return one.group + ": " + one.name == row.name; });

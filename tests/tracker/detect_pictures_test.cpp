@@ -55,7 +55,7 @@ TEST_CASE("real pictures in other sizes") {
   CHECK(twice.precision() == 1.0);
   CHECK(twice.recall() == 1.0);
   for (const double diameter_px : {40.0, 30.0, 24.0, 20.0, 16.0, 14.0, 12.0}) {
-    if (!thorough() && diameter_px != 20) continue;
+    if (!arkmesh::tests::thorough() && diameter_px != 20) continue;
     const Score small = score_of(scenes, [&](const Scene& scene) { return with_diameter(scene, diameter_px); });
     print(fmt::format("{} px across", diameter_px), small);
     CHECK(small.precision() >= (diameter_px == 20 ? 1.0 : 0.98));
@@ -69,7 +69,7 @@ TEST_CASE("changed pictures") {
   const std::vector<Scene> scenes = real_scenes();
   std::size_t number = 0;
   for (const PictureChange& change : picture_changes()) {
-    if (number++ % 5 != 0 && !thorough()) continue;
+    if (number++ % 5 != 0 && !arkmesh::tests::thorough()) continue;
     const Score changed = score_of(scenes, change.make);
     print(change.name, changed);
     CAPTURE(change.name);
@@ -85,7 +85,7 @@ TEST_CASE("other tables") {
   const std::vector<Scene> scenes = real_scenes();
   for (const std::string table : {"light", "black", "wood", "felt", "checks", "speckle"})
     for (const bool crowded : {false, true}) {
-      if (!thorough() && table != "wood") continue;
+      if (!arkmesh::tests::thorough() && table != "wood") continue;
       std::vector<Score> all;
       for (const double diameter_px : {16.0, 36.0})
         all.push_back(score_of(collage(

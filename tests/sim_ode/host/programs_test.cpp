@@ -181,7 +181,7 @@ TEST_CASE("every program has the outcome that the table names") {
   for (const Expected& expected : table()) {
     CAPTURE(expected.program);
     seen.insert(expected.program);
-    if (!thorough() && seen.size() % 7 != 0) continue;
+    if (!arkmesh::tests::thorough() && seen.size() % 7 != 0) continue;
     SwarmProgram run = near_each_other(expected.program);
     run.for_seconds(60);
     check_outcome(expected, run);
@@ -214,7 +214,7 @@ TEST_CASE("programs fit on a robot, and those that do not build for it are refus
     MESSAGE("avr-gcc is not installed: the build for the robot is not checked");
     return;
   }
-  for (std::size_t i = 0; i < table().size(); i += thorough() ? 1 : 5) {
+  for (std::size_t i = 0; i < table().size(); i += arkmesh::tests::thorough() ? 1 : 5) {
     const Expected& expected = table()[i];
     CAPTURE(expected.program);
     const bool builds = expected.program != "refused_syntax" && expected.program != "refused_unknown";
