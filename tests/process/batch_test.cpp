@@ -41,6 +41,15 @@ std::map<std::string, std::int64_t> results(const fs::path& batch) {
   return out;
 }
 
+// A run of the batch has begun and has no result yet.
+bool in_the_midst(const fs::path& out) {
+  std::error_code ignored;
+  const auto done = results(out);
+  for (const auto& run : fs::directory_iterator(out / "runs", ignored))
+    if (!done.contains(run.path().filename())) return true;
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a run alone its row") {
@@ -77,11 +86,14 @@ TEST_CASE("a batch that is killed at any moment goes on to the same tables, and 
   int kills = 0;
   while (seen.size() < 16 && kills < 60) {
     tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "2"});
-    // at least until there is one more, so that this ends; then some milliseconds, so that it is in the midst
+    // at least until there is one more, so that this ends; then at once while a run is in the midst, or some
+    // milliseconds later
     tests::eventually(20s, [&] { return results(out).size() > seen.size() || !batch.running(); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 150));
+    if (kills++ % 2 == 0)
+      tests::eventually(20s, [&] { return in_the_midst(out) || !batch.running(); });
+    else
+      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 50));
     batch.kill();
-    ++kills;
     const auto now = results(out);
     for (const auto& [number, written] : seen) {
       const auto run = number;
@@ -89,8 +101,7 @@ TEST_CASE("a batch that is killed at any moment goes on to the same tables, and 
       REQUIRE(now.contains(run));
       CHECK(now.at(run) == written);  // as it was: neither lost nor done again
     }
-    for (const auto& run : fs::directory_iterator(out / "runs"))
-      half_written = half_written || !now.contains(run.path().filename());
+    half_written = half_written || in_the_midst(out);
     seen = now;
   }
   CAPTURE(kills);

@@ -75,6 +75,8 @@ class PythonScenario(unittest.TestCase):
                              ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value is one number, or 1 of them"),
                              ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
             with self.subTest(line):
+                if "1 << 27" in line:  # it takes a busy machine some seconds to say as much
+                    (self.folder / "a.toml").write_text(LAB.replace("answer_s = 2", "answer_s = 40"))
                 self.fails(FRAME + line + "\n", wanted)
                 subprocess.run(["rm", "-r", self.folder / "out"], check=True)
 
