@@ -13,7 +13,6 @@
 #include "app/joint_run.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
-#include "tests/support/processes/thorough.hpp"
 
 using namespace arkmesh;
 
@@ -102,10 +101,8 @@ TEST_CASE("cre: with the LEDs blanked nobody agrees and nobody follows") {
 TEST_CASE("cre: the original's choices are a preset") {
   // It runs, with its own exchange period, and its robots do not give up by themselves: once all are committed they
   // stay.
-  const CreOutcome original = run_cre(
-      {"run.seed=1001", arkmesh::tests::thorough() ? "run.duration_s=240" : "run.duration_s=60", "preset=original"});
+  const CreOutcome original = run_cre({"run.seed=1001", "run.duration_s=240", "preset=original"});
   REQUIRE(original.finished);
-  CHECK(std::count(original.swarms[0].begin(), original.swarms[0].end(), '\n') ==
-        (arkmesh::tests::thorough() ? 2402 : 602));
+  CHECK(std::count(original.swarms[0].begin(), original.swarms[0].end(), '\n') == 2402);
   CHECK(original.counts[0].at("consensus.held") == original.counts[0].at("consensus.periods"));
 }

@@ -135,7 +135,8 @@ TEST_CASE("a hundred walking robots keep their ids for ten minutes") {
             score.named_again, " times, centre RMS ", 1000 * std::sqrt(score.square_m / score.tracked),
             " mm, heading RMS with LED ", std::sqrt(score.heading_square / score.headings) * 180 / M_PI, " degrees");
     CHECK(score.wrong_id == 0);
-    CHECK(score.tracked >= 0.999 * score.robot_frames);
+    // tracks are born in the first two frames
+    CHECK(score.tracked + 200 >= 0.999 * score.robot_frames);
     CHECK(score.invented == 0);
     CHECK(score.named_again < 160);
     CHECK(std::sqrt(score.square_m / score.tracked) < 0.001);
