@@ -18,7 +18,8 @@ using tests::LabProcesses;
 
 namespace {
 
-// shark listens on 7921; roark reaches it through the proxy.
+// shark listens on 7921; roark reaches it through the proxy, which holds both labs at about four fifths of a run until
+// a test sets an impairment: roark sends some 400 bytes each simulated second.
 struct Proxied {
   ImpairmentProxy proxy{7921};
   LabProcesses labs;
@@ -26,6 +27,7 @@ struct Proxied {
       : labs({.overrides = {"run.duration_s=" + duration},
               .through_port = {{{"roark", "shark"}, proxy.port()}},
               .first_port = 7920}) {
+    proxy.set({.hold_after = 330 * std::stoul(duration)});
     labs.start();
   }
   void check(const std::string& duration) {
@@ -99,7 +101,10 @@ TEST_CASE("a link that is cut, reset, stalled or half open in mid-run changes no
     REQUIRE(p.labs.reached("shark", 30, 120s));
     const std::string k = kind;
     if (k == "cut") p.proxy.refuse(true);
-    if (k == "reset") p.proxy.reset();
+    if (k == "reset") {
+      p.proxy.set({});
+      p.proxy.reset();
+    }
     if (k == "black hole") p.proxy.set({.swallow_to_target = true, .swallow_to_client = true});
     if (k == "half open") p.proxy.set({.swallow_to_client = true});
     if (k == "stall") p.proxy.set({.stall = true});

@@ -17,6 +17,10 @@ using tests::LabProcesses;
 
 namespace {
 
+// What roark has sent by about the middle of a run: there the proxy holds both labs until a test has done its last
+// fault.
+constexpr std::size_t middle_bytes = 80'000;
+
 // shark listens on 7941; roark reaches it through the proxy. 600 simulated seconds, 300 periods.
 struct Exchanging {
   std::vector<std::string> overrides;
@@ -25,7 +29,13 @@ struct Exchanging {
   explicit Exchanging(std::vector<std::string> exchange)
       : overrides(std::move(exchange)),
         labs({.overrides = overrides, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7940}) {
+    impair({});
     labs.start();
+  }
+  // Of the labs before the middle.
+  void impair(tests::Impairment impairment) {
+    impairment.hold_after = middle_bytes;
+    proxy.set(impairment);
   }
   void watch(std::chrono::milliseconds how_long) {
     for (const auto until = std::chrono::steady_clock::now() + how_long; std::chrono::steady_clock::now() < until;)
@@ -55,11 +65,11 @@ TEST_CASE("by events and mixed, faults of the network in mid-run change nothing"
     CAPTURE(overrides.front() + " " + overrides.back());
     Exchanging p(overrides);
     REQUIRE(p.labs.reached("shark", 20, 120s));
-    p.proxy.set({.delay = 10ms, .jitter = 10ms});
+    p.impair({.delay = 10ms, .jitter = 10ms});
     REQUIRE(p.labs.reached("shark", 40, 120s));
-    p.proxy.set({.corrupt_every = 5000});
+    p.impair({.corrupt_every = 5000});
     REQUIRE(p.labs.reached("shark", 60, 120s));
-    p.proxy.set({});
+    p.impair({});
     REQUIRE(p.proxy.counts().corrupted > 0);
     p.proxy.reset();
     REQUIRE(p.labs.reached("shark", 70, 120s));
@@ -69,6 +79,7 @@ TEST_CASE("by events and mixed, faults of the network in mid-run change nothing"
     p.watch(3s);
     CHECK(p.labs.period("shark") <= at + 1);
     p.proxy.refuse(false);
+    p.proxy.set({});
     p.check();
     CHECK(p.proxy.counts().connections > 2);
   }
@@ -84,5 +95,6 @@ TEST_CASE("by events, a gateway killed in mid-run and started again changes noth
     p.watch(1s);
     p.labs.start_gateway(killed);
   }
+  p.proxy.set({});
   p.check();
 }

@@ -36,6 +36,10 @@ struct Shared {
   ImpairmentProxy::Counts counts;
   hal::RandomStream chance{1, "impairment"};
 
+  // In the loop's thread, which alone writes counts.
+  bool stalls() const {
+    return impairment.stall || (impairment.hold_after > 0 && counts.bytes_to_target >= impairment.hold_after);
+  }
   void count(std::uint64_t ImpairmentProxy::Counts::*what, std::uint64_t n = 1) {
     const std::lock_guard lock(guard);
     counts.*what += n;
@@ -107,7 +111,7 @@ struct Connection : std::enable_shared_from_this<Connection> {
   void read(Pump& pump) {
     const Impairment& now = shared.impairment;
     const std::size_t most = now.bytes_per_s > 0 ? max_under_way_when_rated : max_under_way;
-    if (closed || pump.reading || pump.ended || now.stall || pump.bytes_under_way >= most) return;
+    if (closed || pump.reading || pump.ended || shared.stalls() || pump.bytes_under_way >= most) return;
     pump.reading = true;
     pump.from.async_read_some(asio::buffer(pump.buffer),
                               [self = shared_from_this(), &pump](error_code error, std::size_t bytes) {
@@ -144,7 +148,7 @@ struct Connection : std::enable_shared_from_this<Connection> {
   }
 
   void write(Pump& pump) {
-    if (closed || pump.writing || shared.impairment.stall) return;
+    if (closed || pump.writing || shared.stalls()) return;
     if (pump.under_way.empty()) {
       if (pump.ended && !pump.swallows()) close();
       return;

@@ -19,6 +19,8 @@ struct Impairment {
   bool swallow_to_target = false;       // black hole towards the target: taken and forgotten
   bool swallow_to_client = false;       // the same back; one of them is a half-open connection, both a black hole
   bool stall = false;                   // takes nothing any more, as a peer that does not read
+  std::size_t hold_after = 0;  // stalls once so many bytes in all went to the target, until the next set(): labs then
+                               // wait in mid-run for a test that is late on a busy machine; 0: never
 };
 
 class ImpairmentProxy {
