@@ -185,7 +185,10 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string& source = settings.cameras[i].source;
     const tracker::Lens& lens = settings.calibrations[i].data().lens;
-    eyes.push_back({.source = source, .feed = open(source, lens.width_px, lens.height_px), .still = {}, .trouble = {}});
+    eyes.push_back({.source = tracker::without_password(source),
+                    .feed = open(source, lens.width_px, lens.height_px),
+                    .still = {},
+                    .trouble = {}});
     const std::string& name = settings.cameras[i].name;
     places.push_back({settings.landmarks[i],
                       fmt::format("arkmesh calibrate ... {}--out {}", name.empty() ? "" : "--name " + name + " ",

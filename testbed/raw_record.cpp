@@ -35,18 +35,6 @@ std::string in_hex(std::span<const std::uint8_t> bytes) {
   return out;
 }
 
-// What stands between "://" and "@" of a URL is a name and a password.
-bool has_password(const std::string& source) {
-  const std::size_t host = source.find("://");
-  return host != std::string::npos && source.substr(0, source.find('/', host + 3)).find('@') != std::string::npos;
-}
-
-std::string without_password(const std::string& source) {
-  if (!has_password(source)) return source;
-  const std::size_t host = source.find("://") + 3;
-  return source.substr(0, host) + "..." + source.substr(source.rfind('@', source.find('/', host)));
-}
-
 }  // namespace
 
 RawRecord::RawRecord(Settings settings, hal::WallTime& wall)
@@ -86,7 +74,7 @@ void RawRecord::begin() {
     const CameraSettings& camera = settings_.testbed.cameras[i];
     fs::copy_file(camera.calibration, folder / calibration_file_of(i), error);
     if (error) spdlog::warn("the record lacks {}: {}", camera.calibration.string(), error.message());
-    if (has_password(camera.source))
+    if (tracker::without_password(camera.source) != camera.source)
       spdlog::warn(
           "the address of camera {} holds a password, which config.toml and log.txt of the run show: change "
           "it before you give the record away",
@@ -181,7 +169,7 @@ void RawRecord::write_facts(bool ended) {
   for (std::size_t i = 0; i < eyes_.size(); ++i) {
     const CameraSettings& camera = settings_.testbed.cameras[i];
     const tracker::Lens& lens = settings_.testbed.calibrations[i].data().lens;
-    cameras.push_back({{"source", without_password(camera.source)},
+    cameras.push_back({{"source", tracker::without_password(camera.source)},
                        {"name", camera.name},
                        {"calibrated_px", {lens.width_px, lens.height_px}},
                        {"delivered_px", {eyes_[i].size.width, eyes_[i].size.height}},

@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "tracker/source.hpp"
-#include "tracker/url_trouble.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -34,6 +33,7 @@ class LiveCamera final : public CameraFeed {
  public:
   LiveCamera(std::string source, int width_px, int height_px, bool keep_bytes)
       : source_(std::move(source)),
+        shown_(without_password(source_)),
         width_px_(width_px),
         height_px_(height_px),
         keep_bytes_(keep_bytes),
@@ -81,12 +81,9 @@ class LiveCamera final : public CameraFeed {
       try {
         cv::VideoCapture camera;
         if (open(camera, why)) any = read_all(camera);
-        if (any)
-          why = fmt::format("the camera {} gives no pictures any more", source_);
-        else if (source_kind(source_) == SourceKind::url && !stopping())
-          why = url_trouble(source_);
+        if (any) why = fmt::format("the camera {} gives no pictures any more", shown_);
       } catch (const cv::Exception&) {
-        why = fmt::format("the camera {} failed", source_);
+        why = fmt::format("the camera {} failed", shown_);
       }
       if (any) pause = first_retry;
       std::unique_lock lock(mutex_);
@@ -99,6 +96,7 @@ class LiveCamera final : public CameraFeed {
 
   bool open(cv::VideoCapture& camera, std::string& why) const {
     if (source_kind(source_) == SourceKind::url) {
+      why = fmt::format("the camera {0} gives no pictures; this says what comes from there: ffprobe '{0}'", shown_);
       // FFmpeg knows kinds of URLs in small letters only
       std::string url = source_;
       std::transform(url.begin(), url.begin() + static_cast<long>(url.find(':')), url.begin(),
@@ -156,7 +154,7 @@ class LiveCamera final : public CameraFeed {
     return any;
   }
 
-  const std::string source_;
+  const std::string source_, shown_;
   const int width_px_, height_px_;
   const bool keep_bytes_;
   mutable std::mutex mutex_;  // guards all below but the thread
@@ -164,7 +162,7 @@ class LiveCamera final : public CameraFeed {
   bool stopping_ = false;
   cv::Mat newest_;
   Arrival arrived_, given_;  // of newest_, and of the picture that newest() gave last
-  std::string trouble_ = fmt::format("no picture has come yet from {}", source_);
+  std::string trouble_ = fmt::format("no picture has come yet from {}", shown_);
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there
 };

@@ -110,6 +110,13 @@ SourceKind source_kind(const std::string& source) {
       fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
 }
 
+std::string without_password(const std::string& source) {
+  const std::size_t colon = source.find("://");
+  if (colon == std::string::npos) return source;
+  const std::size_t host = colon + 3, at = source.substr(0, source.find_first_of("/?#", host)).rfind('@');
+  return at == std::string::npos ? source : source.substr(0, host) + "..." + source.substr(at);
+}
+
 bool is_picture_name(const fs::path& file) {
   const std::string ending = lower_case(file.extension().string());
   for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})

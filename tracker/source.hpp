@@ -37,6 +37,9 @@ enum class SourceKind { camera, url, recording };
 // sentence for a URL of a kind that no camera speaks.
 SourceKind source_kind(const std::string& source);
 
+// The source as people may see it: "..." in place of the name and the password of a URL.
+std::string without_password(const std::string& source);
+
 // Whether a file's name ends as pictures' names do.
 bool is_picture_name(const std::filesystem::path& file);
 // The pictures of a folder by name, numbers in names as numbers. Throws std::runtime_error with one sentence when there

@@ -45,6 +45,22 @@ TEST_CASE("a source's kind follows from its spelling") {
   CHECK(source_kind("2026") == SourceKind::recording);
 }
 
+TEST_CASE("people see a URL without its password, and the command that says why it gives no pictures") {
+  // Proves what is left out, that a path may hold an @, and that a camera's trouble is one sentence that hides it, too.
+  CHECK(without_password("rtsp://user:word@table:554/1@2") == "rtsp://...@table:554/1@2");
+  CHECK(without_password("http://us@er:w@table") == "http://...@table");
+  CHECK(without_password("http://table?mail=a@b") == "http://table?mail=a@b");
+  CHECK(without_password("/dev/video0") == "/dev/video0");
+  const auto camera = open_camera("http://user:word@127.0.0.1:1/table", 0, 0);
+  CHECK(camera->trouble() == "no picture has come yet from http://...@127.0.0.1:1/table");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (camera->trouble().starts_with("no picture") && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  CHECK(camera->trouble() ==
+        "the camera http://...@127.0.0.1:1/table gives no pictures; this says what comes from there: "
+        "ffprobe 'http://...@127.0.0.1:1/table'");
+}
+
 TEST_CASE("a folder gives its pictures in the order of their numbers") {
   // Proves natural order, stamps of ten a second, and that other files are passed over.
   const TemporaryDirectory folder;
