@@ -29,7 +29,7 @@ constexpr auto patience = 3s;
 bool holds_nothing(const fs::path& directory) {
   for (const auto& entry : fs::directory_iterator(directory))
     if (const std::string name = entry.path().filename().string();
-        name != "lock" && name != "runs.lock" && name != "manifest.json.new")
+        name != "lock" && name != "runs.lock" && !name.starts_with("manifest.json."))
       return false;
   return true;
 }

@@ -9,6 +9,7 @@
 
 #include "app/batch_folder.hpp"
 #include "app/statistics.hpp"
+#include "hal/replace_file.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -140,10 +141,10 @@ std::string BatchResults::effects() const {
 }
 
 void BatchResults::save() const {
-  replace_file(directory_ / "runs.csv", runs());
-  replace_file(directory_ / "counters.csv", counters());
-  replace_file(directory_ / "summary.csv", summary());
-  replace_file(directory_ / "effects.csv", effects());
+  hal::must_replace_file(directory_ / "runs.csv", runs());
+  hal::must_replace_file(directory_ / "counters.csv", counters());
+  hal::must_replace_file(directory_ / "summary.csv", summary());
+  hal::must_replace_file(directory_ / "effects.csv", effects());
 }
 
 std::string seeds_table(const std::vector<BatchRow>& rows) {

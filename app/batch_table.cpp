@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 
 #include "app/plain_json.hpp"
 #include "hal/result_file.hpp"
@@ -81,19 +79,6 @@ std::string csv_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + '"';
-}
-
-void replace_file(const fs::path& file, const std::string& text) {
-  const fs::path unfinished = file.string() + ".part";
-  std::ofstream out(unfinished, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(unfinished, file, error);
-  if (!out || error) {
-    fs::remove(unfinished, error);
-    throw std::runtime_error(fmt::format("{}: cannot be written; is the disk full?", file.string()));
-  }
 }
 
 }  // namespace arkmesh::app

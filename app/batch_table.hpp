@@ -35,7 +35,5 @@ std::string cell(const BatchRow& row, const std::string& column);
 
 // One field of a CSV row; what separates fields may be in it.
 std::string csv_text(const std::string& text);
-// Replaces a file as a whole: who looks meanwhile finds a whole one. Throws std::runtime_error.
-void replace_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace arkmesh::app

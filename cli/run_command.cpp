@@ -22,6 +22,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
 #include "lab/run_folder.hpp"
 
@@ -84,7 +85,7 @@ void save_seeds(const std::vector<app::RunTask>& tasks, const std::filesystem::p
   for (const app::RunTask& task : tasks)
     if (app::BatchRow row{.run = task.number, .seed = task.seed}; app::read_row(task.directory, row))
       rows.push_back(std::move(row));
-  app::replace_file(file, app::seeds_table(rows));
+  hal::must_replace_file(file, app::seeds_table(rows));
 }
 
 int run_batch(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {

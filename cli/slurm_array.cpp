@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "app/batch_table.hpp"
 #include "cli/batch_progress.hpp"
 #include "hal/config.hpp"
+#include "hal/replace_file.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
 namespace arkmesh::cli {
@@ -80,8 +80,8 @@ std::string job_under_way(const fs::path& file) {
 std::string submit(const app::Batch& batch, const SlurmRequest& wanted, const std::vector<std::size_t>& runs,
                    const fs::path& folder) {
   fs::create_directories(folder);
-  app::replace_file(folder / "tasks.txt", task_lines(runs));
-  app::replace_file(folder / "job.sh", job_script(batch, wanted, folder / "tasks.txt"));
+  hal::must_replace_file(folder / "tasks.txt", task_lines(runs));
+  hal::must_replace_file(folder / "job.sh", job_script(batch, wanted, folder / "tasks.txt"));
   std::vector<std::string> command = {
       "sbatch",
       "--parsable",
@@ -98,7 +98,7 @@ std::string submit(const app::Batch& batch, const SlurmRequest& wanted, const st
   // "12;cluster"
   std::string job = first_line(said.output);
   job.erase(std::min(job.find(';'), job.size()));
-  app::replace_file(folder / "job.txt", job + "\n");
+  hal::must_replace_file(folder / "job.txt", job + "\n");
   return job;
 }
 

@@ -12,6 +12,7 @@
 
 #include "hal/config.hpp"
 #include "hal/handle.hpp"
+#include "hal/replace_file.hpp"
 
 namespace arkmesh::hal {
 
@@ -49,18 +50,9 @@ std::optional<std::string> read_guarded(const fs::path& file, bool is_secret) {
 }
 
 void write_guarded(const fs::path& file, const std::string& text, mode_t mode) {
-  const fs::path beside = file.string() + ".new";
-  const auto fail = [&] {
-    throw std::runtime_error(fmt::format("{} cannot be written: {}", file.string(), std::strerror(errno)));
-  };
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  ::unlink(beside.c_str());
-  const Handle handle(::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (!handle || ::fchmod(handle.get(), mode) != 0 ||
-      ::write(handle.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
-      ::fsync(handle.get()) != 0 || ::rename(beside.c_str(), file.c_str()) != 0)
-    fail();
+  must_replace_file(file, text, mode);
 }
 
 }  // namespace arkmesh::hal

@@ -17,6 +17,7 @@
 #include <stdexcept>
 
 #include "hal/event_log.hpp"
+#include "hal/replace_file.hpp"
 #include "recording/message.hpp"
 
 namespace arkmesh::recording {
@@ -288,18 +289,7 @@ void Log::save_index() const {
     put(out, 0, 2);
   }
   put(out, crc_of(std::as_bytes(std::span(out))), 4);
-  const std::string temporary = fmt::format("{}.{}.tmp", index_file(file_).string(), ::getpid());
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (descriptor < 0) return;
-  std::size_t done = 0;
-  while (done < out.size()) {
-    const ssize_t n = ::write(descriptor, out.data() + done, out.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  ::close(descriptor);
-  if (done < out.size() || ::rename(temporary.c_str(), index_file(file_).c_str()) != 0) ::unlink(temporary.c_str());
+  hal::replace_file(index_file(file_), out);
 }
 
 }  // namespace arkmesh::recording

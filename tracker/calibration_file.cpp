@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
+#include "hal/replace_file.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -175,8 +177,7 @@ NamedCamera read_calibration(const std::filesystem::path& file, const std::strin
 
 void write_calibrations(const std::filesystem::path& file, const std::vector<NamedCamera>& cameras) {
   try {
-    cv::FileStorage out(file.string(), cv::FileStorage::WRITE | cv::FileStorage::FORMAT_YAML);
-    if (!out.isOpened()) refuse(file, "cannot be written; its name must end in .yaml, and its folder must be there");
+    cv::FileStorage out(".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
     const auto matrix = [](const auto& values, int rows) {
       return cv::Mat(rows, static_cast<int>(values.size()) / rows, CV_64F, const_cast<double*>(values.data())).clone();
     };
@@ -202,8 +203,9 @@ void write_calibrations(const std::filesystem::path& file, const std::vector<Nam
       out << "}";
     }
     out << "]";
-  } catch (const cv::Exception&) {
-    refuse(file, "cannot be written; its name must end in .yaml, and its folder must be there");
+    hal::must_replace_file(file, out.releaseAndGetString());
+  } catch (const cv::Exception& error) {
+    refuse(file, fmt::format("cannot be written: {}", error.err));
   }
 }
 

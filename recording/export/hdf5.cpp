@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "hal/replace_file.hpp"
 #include "recording/export/out_file.hpp"
 
 namespace arkmesh::recording {
@@ -253,7 +254,7 @@ std::size_t TextLengths::of(const std::string& group, const std::string& name, s
 
 struct Hdf5Tables::State {
   State(const std::filesystem::path& to, const TextLengths& text_lengths)
-      : path(to), part(part_of(to)), lengths(text_lengths), file(create(path, part)) {}
+      : path(to), part(hal::part_of(to)), lengths(text_lengths), file(create(path, part)) {}
 
   static Id create(const std::filesystem::path& path, const std::filesystem::path& part) {
     H5dont_atexit();  // where closing a file has failed, on a full disk, the library crashes when it ends
@@ -308,9 +309,8 @@ void Hdf5Tables::finish() {
   for (const auto& table : state_->tables) state_->rows_done += table->rows;
   state_->tables.clear();
   if (!state_->file.close()) expect(-1, "end of the file");
-  std::error_code error;
-  std::filesystem::rename(state_->part, state_->path, error);
-  if (error) throw std::runtime_error(fmt::format("{} cannot be written: {}", state_->path.string(), error.message()));
+  if (const int error = hal::put_in_place(state_->part, state_->path); error != 0)
+    throw std::runtime_error(fmt::format("{} cannot be written: {}", state_->path.string(), std::strerror(error)));
   state_->is_done = true;
 }
 

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "hal/replace_file.hpp"
+
 namespace arkmesh::recording {
 namespace {
 
@@ -18,17 +20,13 @@ namespace {
 
 }  // namespace
 
-std::filesystem::path part_of(const std::filesystem::path& file) {
-  return fmt::format("{}.{}.part", file.string(), ::getpid());
-}
-
 void make_folder_of(const std::filesystem::path& file) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   if (error) fail(file, error.value());
 }
 
-OutFile::OutFile(const std::filesystem::path& file) : file_(file), part_(part_of(file)) {
+OutFile::OutFile(const std::filesystem::path& file) : file_(file), part_(hal::part_of(file)) {
   make_folder_of(file);
   descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (descriptor_ < 0) fail(file_, errno);
@@ -54,7 +52,7 @@ void OutFile::write_out() {
 
 void OutFile::finish() {
   write_out();
-  if (::rename(part_.c_str(), file_.c_str()) != 0) fail(file_, errno);
+  if (const int error = hal::put_in_place(part_, file_); error != 0) fail(file_, error);
   ::close(descriptor_);
   descriptor_ = -1;
 }

@@ -45,8 +45,6 @@ class OutFile {
   std::string buffer_;
 };
 
-// Where a file is written until it is whole: beside its place, and apart from what another process writes there.
-std::filesystem::path part_of(const std::filesystem::path& file);
 // Makes the folders above. Throws as OutFile.
 void make_folder_of(const std::filesystem::path& file);
 

@@ -3,22 +3,20 @@
 // damaged: an object was kept under the contents of all it depends on, so equal contents mean an equal object.
 #include "sim_ode/host/program_cache.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <cstring>
 #include <sstream>
 #include <system_error>
 #include <vector>
 
+#include "hal/replace_file.hpp"
 #include "sim_ode/host/content_hash.hpp"
 #include "sim_ode/host/program_inputs.hpp"
 #include "sim_ode/host/subprocess.hpp"
@@ -78,26 +76,6 @@ std::string seal_of(const fs::path& object, std::string_view content) {
   hash.add(object.filename().string());
   hash.add(content);
   return hash.name();
-}
-
-// Written aside and renamed, so that nobody sees a part of it. Says why it failed; empty when it did not.
-std::string put_file(const fs::path& file, std::string_view content) {
-  std::string aside = file.string() + ".XXXXXX";
-  const int out = mkstemp(aside.data());
-  if (out < 0) return std::strerror(errno);
-  int error = 0;
-  for (std::size_t at = 0; at < content.size() && error == 0;) {
-    const ssize_t n = write(out, content.data() + at, content.size() - at);
-    if (n > 0)
-      at += static_cast<std::size_t>(n);
-    else if (errno != EINTR)
-      error = n == 0 ? ENOSPC : errno;
-  }
-  if (close(out) != 0 && error == 0) error = errno;
-  if (error == 0 && rename(aside.c_str(), file.c_str()) != 0) error = errno;
-  if (error == 0) return {};
-  unlink(aside.c_str());
-  return std::strerror(error);
 }
 
 // What was not used for the longest time leaves until the rest is small enough, and what a killed process left aside.
@@ -263,8 +241,8 @@ void ProgramCache::keep(const ObjectBuild& build, std::uintmax_t most) const {
   std::string content = content_of(build.object());
   content += seal_of(object, content);
   for (const auto& [file, says] : {std::pair(object, &content), std::pair(inputs_file(), &list)})
-    if (const std::string reason = put_file(file, *says); !reason.empty())
-      return warn_once(folder_, fmt::format("cannot be written ({})", reason));
+    if (const int reason = hal::replace_file(file, *says); reason != 0)
+      return warn_once(folder_, fmt::format("cannot be written ({})", std::strerror(reason)));
   trim(folder_, most);
 }
 

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <string>
 
+#include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
@@ -80,10 +81,10 @@ TEST_CASE("a run that cannot say what it is does not begin, and leaves nothing")
   tests::TemporaryDirectory root;
   for (const char* file : {"config.toml", "result.json"}) {
     const auto folder = root.path() / file;
-    std::filesystem::create_directories(folder / (std::string(file) + ".new"));  // in the way
+    std::filesystem::create_directories(hal::part_of(folder / file));  // in the way
     CHECK_THROWS_WITH_AS(lab::RunFolder(folder, "", {}, facts()),
                          ("cannot record in " + folder.string() +
-                          ": Is a directory; make room there, or choose another directory with --out")
+                          ": File exists; make room there, or choose another directory with --out")
                              .c_str(),
                          std::runtime_error);
     CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
