@@ -2,86 +2,129 @@
 // data.
 #include "hal/event_log.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <boost/endian/conversion.hpp>
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
 
 namespace arkmesh::hal {
-
 namespace {
+
+namespace endian = boost::endian;
 
 constexpr std::uint32_t sync_word = 0xEDA1DA01;
 constexpr std::uint32_t max_channel_bytes = 255, max_data_bytes = 64 << 20;
+constexpr std::size_t header_bytes = sizeof(EventHeader::Bytes), read_ahead_bytes = 1 << 16;
 constexpr std::int64_t max_utime = 1'000'000'000'000'000'000;  // the year 30000: times that can be reckoned with
 
-// The fields of a header, at their places.
-unsigned char* at(EventHeader::Bytes& bytes, std::size_t place) {
-  return reinterpret_cast<unsigned char*>(bytes.data() + place);
+// Nothing when the bytes begin with no header, or one that is not sane.
+std::optional<EventHeader> header_of(std::span<const std::byte> bytes) {
+  if (bytes.size() < header_bytes) return {};
+  const auto* const at = reinterpret_cast<const unsigned char*>(bytes.data());
+  const EventHeader out{endian::load_big_s64(at + 4), endian::load_big_s64(at + 12), endian::load_big_u32(at + 20),
+                        endian::load_big_u32(at + 24)};
+  if (endian::load_big_u32(at) != sync_word || !out.is_sane()) return {};
+  return out;
 }
-const unsigned char* at(const EventHeader::Bytes& bytes, std::size_t place) {
-  return reinterpret_cast<const unsigned char*>(bytes.data() + place);
+
+// Its data as far as they are there; nothing when the channel is not.
+std::optional<EventView> view_of(std::span<const std::byte> bytes) {
+  const auto header = header_of(bytes);
+  if (!header || bytes.size() < header_bytes + header->channel_bytes) return {};
+  const auto rest = bytes.subspan(header_bytes);
+  return EventView{*header,
+                   {reinterpret_cast<const char*>(rest.data()), header->channel_bytes},
+                   rest.subspan(header->channel_bytes)};
 }
 
 }  // namespace
 
-bool EventHeader::begins(const Bytes& bytes) {
-  return boost::endian::load_big_u32(at(bytes, 0)) == sync_word;
+bool EventHeader::is_sane() const {
+  return channel_bytes <= max_channel_bytes && data_bytes <= max_data_bytes && utime >= -max_utime &&
+         utime <= max_utime;
 }
 
-std::optional<EventHeader> EventHeader::from(const Bytes& bytes) {
-  const EventHeader out{boost::endian::load_big_s64(at(bytes, 4)), boost::endian::load_big_s64(at(bytes, 12)),
-                        boost::endian::load_big_u32(at(bytes, 20)), boost::endian::load_big_u32(at(bytes, 24))};
-  if (!begins(bytes) || out.channel_bytes > max_channel_bytes || out.data_bytes > max_data_bytes ||
-      out.utime < -max_utime || out.utime > max_utime)
-    return {};
-  return out;
-}
-
-EventHeader::Bytes EventHeader::bytes() const {
+EventHeader::Bytes EventHeader::encoded() const {
   Bytes out{};
-  boost::endian::store_big_u32(at(out, 0), sync_word);
-  boost::endian::store_big_s64(at(out, 4), number);
-  boost::endian::store_big_s64(at(out, 12), utime);
-  boost::endian::store_big_u32(at(out, 20), channel_bytes);
-  boost::endian::store_big_u32(at(out, 24), data_bytes);
+  auto* const at = reinterpret_cast<unsigned char*>(out.data());
+  endian::store_big_u32(at, sync_word);
+  endian::store_big_s64(at + 4, number);
+  endian::store_big_s64(at + 12, utime);
+  endian::store_big_u32(at + 20, channel_bytes);
+  endian::store_big_u32(at + 24, data_bytes);
   return out;
 }
 
-EventLogReader::EventLogReader(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", file.string()));
-  if (!std::filesystem::is_regular_file(status)) throw std::runtime_error(fmt::format("{} is no file", file.string()));
-  in_.open(file, std::ios::binary);
-  if (!in_) throw std::runtime_error(fmt::format("{} cannot be read; check its permissions", file.string()));
-  EventHeader::Bytes first{};
-  in_.read(reinterpret_cast<char*>(first.data()), 4);
-  if (in_.gcount() == 0) throw std::runtime_error(fmt::format("{} is empty", file.string()));
-  if (!EventHeader::begins(first)) throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
-  in_.seekg(0);
+EventLogReader::EventLogReader(const std::filesystem::path& file)
+    : file_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+  if (!file_)
+    throw std::runtime_error(errno == ENOENT
+                                 ? fmt::format("there is no file {}", file.string())
+                                 : fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
+  struct stat status {};
+  if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode))
+    throw std::runtime_error(fmt::format("{} is no file", file.string()));
+  look_again();
+  const auto first = bytes_at(0, 4);
+  if (size_ > 0 &&
+      (first.size() < 4 || endian::load_big_u32(reinterpret_cast<const unsigned char*>(first.data())) != sync_word))
+    throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
 }
 
-std::optional<LogEvent> EventLogReader::next() {
-  if (truncated_) return {};
-  EventHeader::Bytes bytes{};
-  in_.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
-  if (in_.gcount() == 0) return {};
-  truncated_ = true;  // unless the event turns out whole
-  const auto header = in_ ? EventHeader::from(bytes) : std::nullopt;
-  if (!header) return {};
+void EventLogReader::look_again() {
+  struct stat status {};
+  if (::fstat(file_.get(), &status) == 0) size_ = std::max(end_, static_cast<std::uint64_t>(status.st_size));
+}
 
-  LogEvent out;
-  out.number = header->number;
-  out.utime = header->utime;
-  out.channel.resize(header->channel_bytes);
-  in_.read(out.channel.data(), static_cast<std::streamsize>(out.channel.size()));
-  if (!in_) return {};
-  out.bytes.resize(header->data_bytes);
-  in_.read(reinterpret_cast<char*>(out.bytes.data()), static_cast<std::streamsize>(out.bytes.size()));
-  if (!in_) return {};
-  truncated_ = false;
+std::size_t EventLogReader::read(std::uint64_t offset, std::span<std::byte> to) const {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t n = ::pread(file_.get(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return done;
+}
+
+std::span<const std::byte> EventLogReader::bytes_at(std::uint64_t offset, std::size_t n) {
+  if (offset < ahead_begin_ || offset + n > ahead_begin_ + ahead_.size()) {
+    ahead_begin_ = offset;
+    ahead_.resize(std::max(n, read_ahead_bytes));
+    ahead_.resize(read(offset, ahead_));
+  }
+  const std::span<const std::byte> rest = std::span(ahead_).subspan(offset - ahead_begin_);
+  return rest.first(std::min(n, rest.size()));
+}
+
+std::optional<EventView> EventLogReader::next_place() {
+  const auto header = header_of(bytes_at(end_, header_bytes));
+  if (!header || end_ + header->size() > size_) return {};
+  const auto out = view_of(bytes_at(end_, header->size() - header->data_bytes));
+  if (out) end_ += header->size();
   return out;
+}
+
+std::optional<EventView> EventLogReader::next() {
+  const std::uint64_t begin = end_;
+  if (!next_place()) return {};
+  const auto event = view_of(bytes_at(begin, end_ - begin));
+  if (event && event->bytes.size() == event->data_bytes) return event;
+  end_ = begin;  // the file was cut meanwhile
+  return {};
+}
+
+std::optional<EventView> EventLogReader::read_at(std::uint64_t offset, std::size_t size) {
+  event_.resize(size);
+  if (read(offset, event_) < size) return {};
+  const auto out = view_of(event_);
+  return out && out->size() == size ? out : std::nullopt;
 }
 
 }  // namespace arkmesh::hal

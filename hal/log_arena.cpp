@@ -116,13 +116,13 @@ class FrameReader {
   std::int64_t other_type = 0;  // of poses that another version of arkmesh wrote; 0: there are none
 
  private:
-  void take_info(const std::vector<std::byte>& bytes) {
+  void take_info(std::span<const std::byte> bytes) {
     arena_info_t message;
-    const std::vector<std::byte> today = in_todays_layout(bytes);
+    const std::vector<std::byte> today = in_todays_layout({bytes.begin(), bytes.end()});
     if (!info && can_hold_what_it_claims(today) && decode(today, message)) info = std::move(message);
   }
 
-  std::optional<PoseFrame> take_part(const std::vector<std::byte>& bytes) {
+  std::optional<PoseFrame> take_part(std::span<const std::byte> bytes) {
     pose_frame_t message;
     if (!is_sized_as_claimed(bytes) || !decode(bytes, message) || !is_sane(message))
       return refuse("replay.refused.damaged");

@@ -142,7 +142,7 @@ void Recorder::record(LabTime stamp, std::string_view channel, std::span<const s
   const EventHeader::Bytes header =
       EventHeader{static_cast<std::int64_t>(state_->events++), state_->start_utime + stamp.count(),
                   static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())}
-          .bytes();
+          .encoded();
   state_->log->append(header);
   state_->log->append(bytes_of(channel));
   state_->log->append(bytes);

@@ -3,21 +3,15 @@
 // (2), zeros (2); CRC-32 of all before (4).
 #include "recording/log.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <limits>
 #include <map>
-#include <stdexcept>
 
-#include "hal/event_log.hpp"
 #include "hal/replace_file.hpp"
+#include "hal/whole_file.hpp"
 #include "recording/message.hpp"
 
 namespace arkmesh::recording {
@@ -29,25 +23,6 @@ constexpr std::string_view magic = "ARKIDX01";
 constexpr std::size_t max_looked_at = 100;  // messages, for their lab time
 // Messages whose first field is their lab time, which thus tell what lab time 0 stands for.
 constexpr std::string_view stamped[] = {"poses", "shared", "overlay"};
-
-// As many bytes as there are, up to the span's size.
-std::size_t read_at(int descriptor, std::uint64_t offset, std::span<std::byte> to) {
-  std::size_t done = 0;
-  while (done < to.size()) {
-    const ssize_t n = ::pread(descriptor, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  return done;
-}
-
-// Of at least header_bytes.
-std::optional<hal::EventHeader> header_of(std::span<const std::byte> bytes) {
-  hal::EventHeader::Bytes out;
-  std::ranges::copy(bytes.first(header_bytes), out.begin());
-  return hal::EventHeader::from(out);
-}
 
 void put(std::string& to, std::uint64_t value, int bytes) {
   for (; bytes > 0; --bytes, value >>= 8) to += static_cast<char>(value);
@@ -63,38 +38,18 @@ std::uint32_t crc_of(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-std::uint64_t size_of(int descriptor) {
-  struct stat status {};
-  return ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? static_cast<std::uint64_t>(status.st_size) : 0;
-}
-
 std::filesystem::path index_file(const std::filesystem::path& log) {
   return std::filesystem::path(log).replace_extension(".index");
 }
 
 }  // namespace
 
-Log::Log(const std::filesystem::path& file)
-    : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-  if (descriptor_ < 0)
-    throw std::runtime_error(errno == ENOENT
-                                 ? fmt::format("there is no file {}", file.string())
-                                 : fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
-  size_ = size_of(descriptor_);
-  hal::EventHeader::Bytes first{};
-  if (size_ > 0 && (read_at(descriptor_, 0, first) < 4 || !hal::EventHeader::begins(first))) {
-    ::close(descriptor_);
-    throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
-  }
+Log::Log(const std::filesystem::path& file) : file_(file), log_(file) {
   index_was_there_ = load_index();
   const std::size_t known = entries_.size();
   scan();
   set_times();
   if (entries_.size() > known || !index_was_there_) save_index();
-}
-
-Log::~Log() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 std::optional<std::size_t> Log::find_channel(std::string_view name) const {
@@ -110,20 +65,20 @@ std::optional<std::uint32_t> Log::newest(std::size_t channel, std::int64_t t_us)
   return *(after - 1);
 }
 
-std::span<const std::byte> Log::read(const Entry& entry) const {
+std::optional<hal::EventView> Log::view(const Entry& entry) const {
   const std::string& channel = channels_[entry.channel];
-  buffer_.resize(header_bytes + channel.size() + entry.bytes);
-  if (read_at(descriptor_, entry.offset, buffer_) < buffer_.size()) return {};
-  const auto header = header_of(buffer_);
-  if (!header || header->channel_bytes != channel.size() || header->data_bytes != entry.bytes ||
-      std::memcmp(buffer_.data() + header_bytes, channel.data(), channel.size()) != 0)
-    return {};
-  return std::span<const std::byte>(buffer_).subspan(header_bytes + channel.size());
+  const auto event = log_.read_at(entry.offset, header_bytes + channel.size() + entry.bytes);
+  return event && event->channel == channel ? event : std::nullopt;
+}
+
+std::span<const std::byte> Log::read(const Entry& entry) const {
+  const auto event = view(entry);
+  return event ? event->bytes : std::span<const std::byte>();
 }
 
 bool Log::refresh() {
   const std::size_t before = entries_.size();
-  size_ = size_of(descriptor_);
+  log_.look_again();
   scan();
   set_times();
   return entries_.size() > before;
@@ -133,35 +88,18 @@ bool Log::refresh() {
 void Log::scan() {
   std::map<std::string, std::uint16_t, std::less<>> numbers;
   for (std::size_t i = 0; i < channels_.size(); ++i) numbers.emplace(channels_[i], static_cast<std::uint16_t>(i));
-  std::vector<std::byte> block(1 << 20);
-  std::uint64_t block_begin = 0;
-  std::size_t block_size = 0;
-  // Bytes of the file from `offset` on; nullptr: they are not all there.
-  const auto bytes_at = [&](std::uint64_t offset, std::size_t n) -> const std::byte* {
-    if (offset < block_begin || offset + n > block_begin + block_size) {
-      block_begin = offset;
-      block_size = read_at(descriptor_, offset, block);
-      if (n > block_size) return nullptr;
-    }
-    return block.data() + (offset - block_begin);
-  };
-  while (end_ + header_bytes <= size_ && entries_.size() < max_events) {
-    const std::byte* const begin = bytes_at(end_, header_bytes);
-    if (!begin) break;
-    const auto header = header_of({begin, header_bytes});
-    if (!header || end_ + header_bytes + header->channel_bytes + header->data_bytes > size_) break;
-    const std::byte* const name = bytes_at(end_ + header_bytes, header->channel_bytes);
-    if (!name) break;
-    const std::string_view channel(reinterpret_cast<const char*>(name), header->channel_bytes);
-    auto number = numbers.find(channel);
+  while (entries_.size() < max_events) {
+    const std::uint64_t offset = log_.place();
+    const auto event = log_.next_place();
+    if (!event) break;
+    auto number = numbers.find(event->channel);
     if (number == numbers.end()) {
-      if (channels_.size() == max_channels) break;
-      number = numbers.emplace(channel, static_cast<std::uint16_t>(channels_.size())).first;
-      channels_.emplace_back(channel);
+      if (channels_.size() == max_channels) return log_.go_to(offset);
+      number = numbers.emplace(event->channel, static_cast<std::uint16_t>(channels_.size())).first;
+      channels_.emplace_back(event->channel);
     }
-    utimes_.push_back(header->utime);
-    add({0, end_, header->data_bytes, number->second});
-    end_ += header_bytes + header->channel_bytes + header->data_bytes;
+    utimes_.push_back(event->utime);
+    add({0, offset, event->data_bytes, number->second});
   }
 }
 
@@ -200,30 +138,23 @@ void Log::set_times() {
 }
 
 bool Log::load_index() {
-  const int descriptor = ::open(index_file(file_).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) return false;
-  const std::uint64_t size = size_of(descriptor);
   // every event takes more in the log than here, but for a few bytes of the index itself
-  std::vector<std::byte> all(size <= size_ + (1 << 20) ? size : 0);
-  const bool is_read = !all.empty() && read_at(descriptor, 0, all) == all.size();
-  ::close(descriptor);
-  if (!is_read || all.size() < 28) return false;
-  const std::span<const std::byte> bytes(all);
-  if (std::memcmp(all.data(), magic.data(), magic.size()) != 0 ||
-      crc_of(bytes.first(all.size() - 4)) != little_endian(bytes.last(4)))
-    return false;
+  const auto all = hal::whole_file(index_file(file_), log_.size() + (1 << 20));
+  if (!all || all->size() < 28) return false;
+  const auto bytes = std::as_bytes(std::span(*all));
+  if (!all->starts_with(magic) || crc_of(bytes.first(bytes.size() - 4)) != little_endian(bytes.last(4))) return false;
   const std::uint64_t covered = little_endian(bytes.subspan(8, 8));
   const std::uint64_t n_channels = little_endian(bytes.subspan(16, 4)), n_events = little_endian(bytes.subspan(20, 4));
-  if (covered > size_ || n_channels > max_channels || n_events > max_events) return false;
+  if (covered > log_.size() || n_channels > max_channels || n_events > max_events) return false;
   std::vector<std::string> channels;
   std::size_t at = 24;
   for (std::uint64_t i = 0; i < n_channels; ++i) {
-    const std::size_t length = at < all.size() ? std::to_integer<std::size_t>(all[at]) : all.size();
-    if (at + 1 + length > all.size()) return false;
-    channels.emplace_back(reinterpret_cast<const char*>(all.data() + at + 1), length);
+    const std::size_t length = at < bytes.size() ? std::to_integer<std::size_t>(bytes[at]) : bytes.size();
+    if (at + 1 + length > bytes.size()) return false;
+    channels.push_back(all->substr(at + 1, length));
     at += 1 + length;
   }
-  if (all.size() - at != n_events * event_bytes + 4) return false;
+  if (bytes.size() - at != n_events * event_bytes + 4) return false;
 
   // Event follows event, without gaps up to what it covers.
   std::uint64_t end = 0;
@@ -239,41 +170,37 @@ bool Log::load_index() {
                        static_cast<std::uint16_t>(little_endian(event.subspan(20, 2)))});
     const Entry& entry = entries.back();
     if (entry.channel >= channels.size() || entry.offset != end) return false;
-    const std::string& channel = channels[entry.channel];
-    if (!header_of(hal::EventHeader{0, utimes.back(), static_cast<std::uint32_t>(channel.size()), entry.bytes}.bytes()))
-      return false;
-    end += header_bytes + channel.size() + entry.bytes;
+    const hal::EventHeader header{0, utimes.back(), static_cast<std::uint32_t>(channels[entry.channel].size()),
+                                  entry.bytes};
+    if (!header.is_sane()) return false;
+    end += header.size();
   }
   if (end != covered) return false;
-  // An index of another log, as after a copy: the first event of each channel and the last of all tell.
-  const auto is_there = [&](std::size_t i) {
-    const std::string& channel = channels[entries[i].channel];
-    std::vector<std::byte> begin(header_bytes + channel.size());
-    if (read_at(descriptor_, entries[i].offset, begin) < begin.size()) return false;
-    const auto header = header_of(begin);
-    return header && header->utime == utimes[i] && header->data_bytes == entries[i].bytes &&
-           header->channel_bytes == channel.size() &&
-           std::memcmp(begin.data() + header_bytes, channel.data(), channel.size()) == 0;
-  };
-  std::vector<bool> has_events(channels.size());
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const bool is_first = !has_events[entries[i].channel];
-    has_events[entries[i].channel] = true;
-    if ((is_first || i + 1 == entries.size()) && !is_there(i)) return false;
-  }
-  if (std::ranges::find(has_events, false) != has_events.end()) return false;
   channels_ = std::move(channels);
   utimes_ = std::move(utimes);
   for (const Entry& entry : entries) add(entry);
   by_channel_.resize(channels_.size());
-  end_ = covered;
-  return true;
+  log_.go_to(covered);
+  // An index of another log, as after a copy: the first event of each channel and the last of all tell.
+  const auto is_there = [this](std::size_t i) {
+    const auto event = view(entries_[i]);
+    return event && event->utime == utimes_[i];
+  };
+  if ((entries_.empty() || is_there(entries_.size() - 1)) &&
+      std::ranges::all_of(by_channel_, [&](const auto& all_of) { return !all_of.empty() && is_there(all_of.front()); }))
+    return true;
+  channels_.clear();
+  utimes_.clear();
+  entries_.clear();
+  by_channel_.clear();
+  log_.go_to(0);
+  return false;
 }
 
 // Where it cannot be written, as on a medium for reading only, the next reader makes it again.
 void Log::save_index() const {
   std::string out(magic);
-  put(out, end_, 8);
+  put(out, log_.place(), 8);
   put(out, channels_.size(), 4);
   put(out, entries_.size(), 4);
   for (const std::string& channel : channels_) {

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "hal/event_log.hpp"
+
 namespace arkmesh::recording {
 
 class Log {
@@ -26,9 +28,6 @@ class Log {
 
   // Throws std::runtime_error with one sentence when the file cannot be read or is no LCM log.
   explicit Log(const std::filesystem::path& file);
-  ~Log();
-  Log(const Log&) = delete;
-  Log& operator=(const Log&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
@@ -44,7 +43,7 @@ class Log {
   // Microseconds since 1970 that lab time 0 stands for.
   std::int64_t start_utime() const { return start_utime_; }
   // Behind the last whole message lie this many bytes: of a message that is cut, or damaged.
-  std::uint64_t unread_bytes() const { return size_ - end_; }
+  std::uint64_t unread_bytes() const { return log_.unread_bytes(); }
 
   // How many messages have a time before that of the message ahead of them, which they are given: no lab writes so.
   std::size_t moved() const { return moved_; }
@@ -57,6 +56,7 @@ class Log {
   bool index_was_there() const { return index_was_there_; }
 
  private:
+  std::optional<hal::EventView> view(const Entry& entry) const;
   bool load_index();
   void save_index() const;
   void scan();
@@ -64,9 +64,7 @@ class Log {
   void set_times();
 
   std::filesystem::path file_;
-  int descriptor_ = -1;
-  std::uint64_t size_ = 0;  // of the file when last looked at
-  std::uint64_t end_ = 0;   // of the last whole event
+  mutable hal::EventLogReader log_;  // what read() shows is its memory; stands behind the last whole event
   std::vector<std::string> channels_;
   std::vector<Entry> entries_;
   std::vector<std::int64_t> utimes_;  // of entries_, as in the log
@@ -75,7 +73,6 @@ class Log {
   bool has_start_ = false;
   std::size_t moved_ = 0;
   bool index_was_there_ = false;
-  mutable std::vector<std::byte> buffer_;
 };
 
 }  // namespace arkmesh::recording

@@ -22,10 +22,18 @@ using arkmesh::tests::TemporaryDirectory;
 
 namespace {
 
+struct LogEvent {
+  std::int64_t number, utime;
+  std::string channel;
+  std::vector<std::byte> bytes;
+};
+
 std::vector<LogEvent> events_of(const std::filesystem::path& file, bool& truncated) {
   std::vector<LogEvent> out;
   EventLogReader reader(file);
-  while (auto event = reader.next()) out.push_back(std::move(*event));
+  while (auto event = reader.next())
+    out.push_back(
+        {event->number, event->utime, std::string(event->channel), {event->bytes.begin(), event->bytes.end()}});
   truncated = reader.truncated();
   return out;
 }
@@ -275,7 +283,7 @@ TEST_CASE("what is no log is refused in one sentence") {
   const std::string at = directory.path().string();
   CHECK(complaint(at + "/none") == "there is no file " + at + "/none");
   CHECK(complaint(at) == at + " is no file");
-  CHECK(complaint(directory.write("empty", "")) == at + "/empty is empty");
+  CHECK(complaint(directory.write("empty", "")).empty());
   CHECK(complaint(directory.write("text", "hello there")) == at + "/text is no LCM log");
   CHECK(complaint(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
   CHECK(complaint("/dev/zero") == "/dev/zero is no file");

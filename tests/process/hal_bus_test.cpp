@@ -92,7 +92,7 @@ TEST_CASE("the bus and LCM's own programs understand each other on one port") {
     Heard heard;
     EventLogReader reader(log);
     while (const auto event = reader.next())
-      if (event->channel == channel) heard.push_back(event->bytes);
+      if (event->channel == channel) heard.emplace_back(event->bytes.begin(), event->bytes.end());
     return heard;
   };
   CHECK(tests::eventually(300s, [&] {
