@@ -143,8 +143,7 @@ class Listener {
     if (peer.round_trip_us >= 0) {
       out["round_trip_s"] = static_cast<double>(peer.round_trip_us) * 1e-6;
       out["clock"] = {{"offset_s", static_cast<double>(peer.clock_offset_us) * 1e-6},
-                      {"uncertainty_s", static_cast<double>(peer.clock_uncertainty_us) * 1e-6},
-                      {"drift_ppm", peer.clock_drift_ppm}};
+                      {"uncertainty_s", static_cast<double>(peer.clock_uncertainty_us) * 1e-6}};
     }
     for (const char* what : {"sent.messages", "sent.bytes", "received.messages", "received.bytes"})
       out["per_s"][what] = rate(peer, what);

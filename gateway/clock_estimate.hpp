@@ -1,11 +1,9 @@
-// What a peer's clock shows beside ours: offset and drift, from heartbeats that go there and back. The quickest ones
-// count, for what a network adds it adds at random. Pure.
+// What a peer's clock shows beside ours, from heartbeats that go there and back. The quickest ones count, for what a
+// network adds it adds at random. Pure.
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 
 namespace arkmesh::gateway {
@@ -21,10 +19,6 @@ struct RoundTrip {
 
 class ClockEstimate {
  public:
-  // Trips of so long make one row; so many rows are kept.
-  static constexpr std::int64_t row_us = 10'000'000;
-  static constexpr std::size_t rows = 60;
-
   // False when it cannot be: what comes back before it went out, or was held longer than it was away.
   bool add(const RoundTrip& trip);
 
@@ -32,17 +26,21 @@ class ClockEstimate {
     std::int64_t offset_us = 0;       // the peer's monotonic clock less ours, at the newest trip
     std::int64_t uncertainty_us = 0;  // it is not further off than this, as long as the path there is the path back
     std::int64_t round_trip_us = 0;   // the least of late
-    double drift_ppm = 0;             // how much faster the peer's clock goes; 0 until a minute was seen
   };
   // Nothing before the first trip.
   std::optional<Clock> clock() const;
 
  private:
-  struct Best {
+  struct Trip {
     std::int64_t at_us, offset_us, delay_us;
   };
-  std::deque<Best> rows_;  // the quickest trip of each, oldest first
-  std::int64_t row_began_us_ = 0, newest_us_ = 0;
+  // How far the offset now may be from that of a trip, in microseconds.
+  double doubt(const Trip& trip) const;
+
+  std::optional<Trip> best_;  // tells most of the offset now
+  std::int64_t newest_us_ = 0;
+  std::int64_t row_began_us_ = 0;
+  std::int64_t row_delay_us_ = 0, former_delay_us_ = 0;  // the least of ten seconds, and of those before
 };
 
 }  // namespace arkmesh::gateway

@@ -167,7 +167,6 @@ struct Gateway::State {
       out.round_trip_us = clock->round_trip_us;
       out.clock_offset_us = stats.peer_wall_offset_us;
       out.clock_uncertainty_us = clock->uncertainty_us;
-      out.clock_drift_ppm = clock->drift_ppm;
     }
     for (const auto& [name, received] : peer.channels) {
       channel_age_t& age = out.channels.emplace_back();

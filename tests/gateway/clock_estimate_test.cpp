@@ -10,9 +10,9 @@
 namespace arkmesh::gateway {
 namespace {
 
-TEST_CASE("offset and drift are found through a network that is late by chance") {
+TEST_CASE("the offset is found through a network that is late by chance") {
   // Heartbeats for ten minutes, 5 to 200 ms late each way, between clocks that are 3 s apart and drift: the truth is
-  // always within the uncertainty, which becomes a few milliseconds, and the drift is found.
+  // always within the uncertainty, which becomes a few milliseconds.
   for (const double drift_ppm : {0.0, 40.0, -80.0}) {
     CAPTURE(drift_ppm);
     hal::RandomStream random(11, "clock");
@@ -31,7 +31,6 @@ TEST_CASE("offset and drift are found through a network that is late by chance")
     const auto clock = estimate.clock();
     CHECK(clock->uncertainty_us < 8000);
     CHECK(clock->round_trip_us < 40'000);
-    CHECK(std::abs(clock->drift_ppm - drift_ppm) < 10);
   }
 }
 
