@@ -28,6 +28,8 @@ class MessageRegisters final : public hal::RobotLink {
   // The message that goes on the air now; nothing when nothing waits.
   std::optional<Message> next();
   bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
+  // For controllers that know better when commands go out: next() does not see what they take.
+  FleetQueue& commands() { return commands_; }
 
   // For controllers that know better than to send: take back what waits for one robot or for all, and account for a
   // message that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller

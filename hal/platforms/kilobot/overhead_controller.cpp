@@ -269,8 +269,8 @@ void OverheadController::stop_sending(TimePoint now) {
 }
 
 bool OverheadController::is_silent(TimePoint now) const {
-  return !sender_.is_up() || (commands_.empty() && !composite_ && !question_ && !registers_.has_waiting() &&
-                              !sender_.is_repeating() && stops_left_ == 0 && sender_.is_ready(now));
+  return !sender_.is_up() || (!registers_.has_waiting() && !composite_ && !question_ && !sender_.is_repeating() &&
+                              stops_left_ == 0 && sender_.is_ready(now));
 }
 
 }  // namespace arkmesh::hal::kilobot

@@ -14,7 +14,6 @@
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
 #include "hal/counters.hpp"
-#include "hal/platforms/kilobot/fleet_queue.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/platforms/kilobot/packet_port.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
@@ -105,7 +104,7 @@ class OverheadController final : public RobotLink {
   Counters& counters_;
   MessageRegisters registers_;
   PacketSender sender_;
-  FleetQueue commands_;
+  FleetQueue& commands_ = registers_.commands();
   std::optional<OnAir> on_air_command_;
   std::optional<FleetCommand::Kind> wanted_;
   std::optional<TimePoint> said_since_;
