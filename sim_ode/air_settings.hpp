@@ -11,12 +11,9 @@ namespace arkmesh::sim_ode {
 struct AirSettings {
   // overhead controller
   double overhead_loss_edge = std::numeric_limits<double>::quiet_NaN();  // as overhead_loss, in the arena's corners
-  double usb_gap_s = 0;         // how long the host's stream stops now and then
-  double usb_gap_every_s = 10;  // mean time from one such gap to the next
   // robot infrared
   double ir_shadow = 0;          // share of the reach that each body between two robots takes
   double ir_bearing = 0;         // share by which the reach is longer at a robot's best side, shorter at the other
-  double ir_capture = 0;         // a message survives one whose light is weaker by this factor; 0: never
   double ir_noise_per_m = 0;     // what distance adds to ir_noise_m
   double ir_flat_m = 0;          // measured distances go no farther; 0: they do
   double ir_reading_spread = 0;  // s.d. between pairs of a factor on measured distances
@@ -24,13 +21,9 @@ struct AirSettings {
   void fields(const hal::Section& ode) {
     ode.field("overhead_loss_edge", overhead_loss_edge,
               {.range = {0, 1}, .help = "overhead_loss in the arena's corners", .default_is = "overhead_loss"});
-    ode.field("usb_gap_s", usb_gap_s, {{0, 10}, "s", "no composite goes out for so long now and then"});
-    ode.field("usb_gap_every_s", usb_gap_every_s, {{0.1, 1e6}, "s", "mean time from one such gap to the next"});
     ode.field("ir_shadow", ir_shadow, {{0, 1}, "", "share of the reach that each robot between two others takes"});
     ode.field("ir_bearing", ir_bearing,
               {{0, 0.5}, "", "share by which a robot's best side sends and hears farther, its other side less far"});
-    ode.field("ir_capture", ir_capture,
-              {{0, 1000}, "", "a message survives one whose light is weaker by this factor; 0: none does"});
     ode.field("ir_noise_per_m", ir_noise_per_m, {{0, 1}, "", "what each metre of distance adds to ir_noise_m"});
     ode.field("ir_flat_m", ir_flat_m, {{0, 1}, "m", "measured distances flatten towards this one; 0: they do not"});
     ode.field("ir_reading_spread", ir_reading_spread,

@@ -26,7 +26,6 @@ InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double 
       chance_(seed, lab + "/ode/infrared"),
       reach_(settings, lab, seed) {
   ears_.resize(index(robots));
-  if (settings.air.ir_capture > 0) light_.resize(ears_.size());
 }
 
 void InfraredMedium::overhead_sends(std::int64_t start_us) {
@@ -198,27 +197,23 @@ void InfraredMedium::send(const Message& message) {
   for (const int listener : near) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) continue;
-    double left = 1, reach = range;
+    double left = 1;
     if (!same_for_all) {
       const double distance = hal::fixed::hypot(dx, dy);
       left = reach_.share_left(robot, listener, world, near);
-      reach = reach_.of_pair_m(robot, listener) * left;
-      if (distance > reach) continue;
+      if (distance > reach_.of_pair_m(robot, listener) * left) continue;
     }
-    // falls with the square of the distance, and is 1 where the reach ends
-    const double light = light_.empty() ? 0 : reach * reach / std::max(dx * dx + dy * dy, 1e-6);
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
-    // a receiver stays with the message that it has begun, and loses it unless the newcomer is much weaker
-    const bool captured = !light_.empty() && light_[index(listener)] >= settings_.air.ir_capture * light;
-    if (!free && ear.decoding >= 0 && !captured) {
+    // a receiver stays with the message that it has begun, and loses it: every pulse above one threshold counts
+    // (firmware)
+    if (!free && ear.decoding >= 0) {
       ++totals_.spoiled;
       ear.decoding = -1;
     }
     ear.energy_until_us = std::max(ear.energy_until_us, end_us);
     if (!free) continue;  // deaf while it sends, or two at once
     ear.decoding = number;
-    if (!light_.empty()) light_[index(listener)] = static_cast<float>(light);
     if (!share_left_.empty()) share_left_[index(listener)] = static_cast<float>(left);
     listeners_.push_back(listener);
   }

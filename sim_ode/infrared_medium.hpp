@@ -101,7 +101,6 @@ class InfraredMedium {
   hal::RandomStream chance_;
   InfraredReach reach_;
   std::vector<Ear> ears_;          // by robot
-  std::vector<float> light_;       // by robot: of what it decodes, per ir_capture; empty without that
   std::vector<float> share_left_;  // by robot: of the reach over the way of what it decodes; empty: all of it
   // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between
   // ticks.

@@ -43,8 +43,8 @@ double InfraredReach::of_pair_m(int from, int to) const {
     return about_normal(hal::mix64(hal::mix64(pair_key_ + kind) ^ hal::mix64(pair)));
   };
   const double both = normal(std::min(from, to), std::max(from, to), 0), own = normal(from, to, 1);
-  return gain * (settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(1 - settings_.ir_asymmetry) * both +
-                                                                       std::sqrt(settings_.ir_asymmetry) * own));
+  // half of the variance is each direction's own: an assumption, see docs/model-truth.md
+  return gain * (settings_.ir_range_m + settings_.ir_range_spread_m * (std::sqrt(0.5) * both + std::sqrt(0.5) * own));
 }
 
 std::uint64_t InfraredReach::own(int robot, std::uint64_t kind) const {

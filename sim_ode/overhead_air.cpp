@@ -1,7 +1,6 @@
 #include "sim_ode/overhead_air.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -16,18 +15,11 @@ OverheadAir::OverheadAir(const Settings& settings, const hal::ArenaInfo& info, c
       infrared_(infrared),
       source_(source),
       counters_(counters),
-      loss_chance_(seed, lab + "/ode/overhead_loss"),
-      usb_chance_(seed, lab + "/ode/usb_gaps") {}
+      loss_chance_(seed, lab + "/ode/overhead_loss") {}
 
 void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
                                  hal::kilobot::MessageRegisters& registers, std::vector<Inbox::Overhead>& inbox) {
-  if (in_usb_gap(now)) {
-    // the controller goes on repeating what it was given last
-    if (repeating_) infrared_.overhead_sends(now.count());
-    return;
-  }
   const std::optional<Message> message = registers.next();
-  repeating_ = message.has_value();
   if (!message) return;
   infrared_.overhead_sends(now.count());
   Inbox::Overhead& heard = inbox.emplace_back();
@@ -35,18 +27,6 @@ void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
   heard.message = *message;
   // fleet commands are repeated until everybody has heard them
   if (loses() && message->type <= 127) draw_missed(heard);
-}
-
-// Whether the host's stream stands still just now; asked once for each composite.
-bool OverheadAir::in_usb_gap(hal::LabTime now) {
-  const AirSettings& air = settings_.air;
-  if (air.usb_gap_s == 0) return false;
-  if (now < gap_until_) return true;
-  const double chance = std::chrono::duration<double>(settings_.composite).count() / air.usb_gap_every_s;
-  if (usb_chance_.uniform() >= chance) return false;
-  gap_until_ = now + hal::LabTime{std::llround(air.usb_gap_s * 1e6)};
-  counters_.add("overhead.usb_gaps");
-  return true;
 }
 
 // Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.

@@ -1,5 +1,5 @@
 // What robots hear from above: the simulated controller's composites, or each copy that a controller outside sends; and
-// which robots miss it, because of chance, their place, or a gap in the stream from the host.
+// which robots miss it, because of chance or their place.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,6 @@ class OverheadAir {
   void put_back() { --off_arena_; }
 
  private:
-  bool in_usb_gap(hal::LabTime now);
   bool loses() const { return settings_.overhead_loss > 0 || settings_.air.overhead_loss_edge > 0; }
   double loss(std::size_t robot) const;
   void draw_missed(Inbox::Overhead& heard);
@@ -50,9 +49,7 @@ class OverheadAir {
   InfraredMedium& infrared_;
   OverheadSource* source_;
   hal::Counters& counters_;
-  hal::RandomStream loss_chance_, usb_chance_;
-  hal::LabTime gap_until_{0};       // of the host's stream
-  bool repeating_ = false;          // the controller, its last message
+  hal::RandomStream loss_chance_;
   int off_arena_ = 0;               // robots
   std::vector<Transmission> sent_;  // since the last tick
 };

@@ -54,7 +54,6 @@ void Settings::fields(const hal::Section& ode) {
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
   ode.field("ir_gain_spread", ir_gain_spread, {{0, 0.5}, "", "s.d. of each sender's factor on its reach"});
   ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
-  ode.field("ir_asymmetry", ir_asymmetry, {{0, 1}, "", "share of that variance that is each direction's own"});
   ode.field("ir_loss_per_m", ir_loss_per_m, {{0, 10}, "1/m", "what distance adds to ir_loss"});
   ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
   air.fields(ode);

@@ -49,7 +49,6 @@ struct Settings : PresetKey, DriveSettings, BatterySettings {
   double ir_range_m = 0.1;
   double ir_loss = 0;            // probability that a message in range is not received
   double ir_range_spread_m = 0;  // s.d. of the reach between pairs of robots
-  double ir_asymmetry = 0.5;     // share of that variance that is each direction's own
   double ir_loss_per_m = 0;      // what distance adds to ir_loss
   double ir_noise_m = 0.001;     // s.d. of measured distances
   AirSettings air;

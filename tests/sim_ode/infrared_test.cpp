@@ -205,24 +205,6 @@ TEST_CASE("reach by bearing") {
   CHECK(hear < 8);
 }
 
-TEST_CASE("capture") {
-  // With ir_capture a near sender's message survives a far one's in the same moment, which without it spoils it; two of
-  // equal strength still spoil each other.
-  Settings captures;
-  captures.air.ir_capture = 4;
-  const auto spoiled = [](Settings with, double near_m) {
-    with.clock_spread = 0.02;  // so that phases meet; the outer ones are deaf to each other
-    Standing line({{-near_m, 0, 0}, {0, 0, 0}, {0.09, 0, 0}}, with);
-    for (int k = 0; k < 20'000; ++k) line.step();
-    return line.medium.totals().spoiled;
-  };
-  const std::uint64_t both = spoiled({}, 0.04), far_only = spoiled(captures, 0.04);
-  MESSAGE("spoiled " << both << " without, " << far_only << " with capture");
-  CHECK(both > 5);
-  CHECK(far_only < both);
-  CHECK(spoiled(captures, 0.08) == spoiled({}, 0.08));
-}
-
 TEST_CASE("measured distances") {
   // They flatten towards ir_flat_m, which short ones do not feel, and differ between robots by ir_reading_spread.
   Settings settings;

@@ -78,21 +78,4 @@ TEST_CASE("loss by place") {
   CHECK(std::abs(lost("[0.48, 0.48, 0]") - 0.461) < 0.08);
 }
 
-TEST_CASE("gaps of the stream") {
-  // In a gap no composite goes out; afterwards those that waited do, and none is lost. None without the key.
-  const auto sent_of_20 = [](const std::string& ode) {
-    auto arena = TestArena{.robots = 60, .side_m = 1, .ode = ode}.make();
-    std::vector<hal::ToRobot> all;
-    for (hal::RobotId id = 0; id < 60; ++id) all.push_back({id, 0, 1, 1});
-    arena->robots().offer(all);
-    arena->advance_to(seconds(1.1));
-    const std::uint64_t soon = arena->robots().airtime().sent;
-    arena->advance_to(seconds(20));
-    CHECK(arena->robots().airtime().sent == 60);
-    return soon;
-  };
-  CHECK(sent_of_20("") == 60);
-  CHECK(sent_of_20("usb_gap_s = 0.2\nusb_gap_every_s = 0.2") < 50);
-}
-
 }  // namespace arkmesh::sim_ode
