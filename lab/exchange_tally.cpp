@@ -16,12 +16,17 @@ nlohmann::json ExchangeTally::Way::json() const {
   return {{"messages", messages}, {"bytes", bytes}, {"payloads", payloads}, {"early_events", events}};
 }
 
-void ExchangeTally::applied(const std::vector<MergedState>& merged, std::string_view own) {
+void ExchangeTally::applied(const std::vector<MergedState>& merged, std::string_view own, std::string_view owner,
+                            const Exchange& exchange) {
   for (const MergedState& one : merged) {
     if (one.lab == own) continue;
     Peer& peer = peers_[one.lab];
+    // By events, the clock part of a state says that what was told before is still so.
+    const std::int64_t periods = exchange.by_events(one.lab == owner)
+                                     ? std::min(one.payload_age_periods, one.age_periods)
+                                     : one.payload_age_periods;
     // The clocks of labs in real time may differ: what is from ahead is not old.
-    const auto age = static_cast<std::uint64_t>(std::max<std::int64_t>(one.payload_age_periods, 0));
+    const auto age = static_cast<std::uint64_t>(std::max<std::int64_t>(periods, 0));
     ++peer.applied;
     peer.age_sum += age;
     peer.age_most = std::max(peer.age_most, age);

@@ -24,8 +24,9 @@ class ExchangeTally {
   void heard(std::string_view peer, const WorldMessage& message, std::size_t bytes) {
     peers_[std::string(peer)].way.add(message, bytes);
   }
-  // Applied at a boundary after the first, with the ages that count; `own` is skipped.
-  void applied(const std::vector<MergedState>& merged, std::string_view own);
+  // Applied at a boundary after the first; `own` is skipped.
+  void applied(const std::vector<MergedState>& merged, std::string_view own, std::string_view owner,
+               const Exchange& exchange);
   void told_early() { ++early_; }
 
   // As "exchange" of result.json (docs/formats.md).

@@ -27,15 +27,6 @@ std::optional<PeerExchange::Now> limit_of(const RunConfig& config, bool can_wait
   return std::max<PeerExchange::Now>(config.safety.pause_after, 2 * config.period);
 }
 
-// By events, the clock part of a state says that what was told before is still so.
-std::vector<MergedState> with_known_ages(std::vector<MergedState> merged, const Exchange& exchange,
-                                         std::string_view owner) {
-  for (MergedState& one : merged)
-    if (exchange.by_events(one.lab == owner))
-      one.payload_age_periods = std::min(one.payload_age_periods, one.age_periods);
-  return merged;
-}
-
 }  // namespace
 
 PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
@@ -153,7 +144,7 @@ std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
   patience_.note_passed(k, now_);
   auto merged = gate_.merge(k);
   news_.note(merged, now_);
-  if (k > 0) tally_.applied(with_known_ages(merged, exchange_, owner_), lab_);
+  if (k > 0) tally_.applied(merged, lab_, owner_, exchange_);
   note_confirmed(merged);
   return merged;
 }
