@@ -21,18 +21,13 @@ std::string_view origin_of(std::string_view channel) {
   return channel.substr(0, channel.find('/'));
 }
 
-// How long robots go on without news; none: for ever, as where simulated ones wait, or there is nobody to hear of.
-std::optional<PeerExchange::Now> limit_of(const RunConfig& config, bool can_wait) {
-  if (can_wait || config.labs.size() < 2 || config.safety.pause_after == PeerExchange::Now{0}) return {};
-  return std::max<PeerExchange::Now>(config.safety.pause_after, 2 * config.period);
-}
-
 }  // namespace
 
 PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
     : lab_(config.lab),
       owner_(config.owner),
       exchange_(config.exchange),
+      by_events_(config.exchange.by_events(config.lab == config.owner)),
       period_length_(config.period),
       max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
@@ -43,20 +38,17 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .run_id = run_id,
              .can_wait = can_wait,
              .exchange = config.exchange,
-             .until_confirmed = config.exchange.mode == Exchange::Mode::mixed && config.lab != config.owner}),
-      monitor_(config.lab, gate_.peers()),
-      patience_(config, gate_, monitor_),
-      news_(config.lab, limit_of(config, can_wait)),
+             .until_confirmed = by_events_ && config.exchange.mode == Exchange::Mode::mixed}),
+      peers_(config, can_wait, gate_),
       events_(config.exchange.confirmed_within(config.slack)) {
   subscriptions_.push_back(
       bus_.subscribe("[^/]+/(world|status)", [this](std::string_view channel, std::span<const std::byte> bytes) {
         const std::string_view peer = origin_of(channel);
-        const bool accepted = channel.ends_with("/world") ? hear_world(peer, bytes)
-                                                          : monitor_.hear_status(peer, gate_.run_id(peer), bytes, now_);
+        const bool accepted = channel.ends_with("/world") ? hear_world(peer, bytes) : peers_.hear_status(peer, bytes);
         if (recording_) recording_(channel, bytes, accepted);
       }));
   subscriptions_.push_back(
-      bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { monitor_.hear_peers(bytes, now_); }));
+      bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { peers_.hear_peers(bytes); }));
 }
 
 bool PeerExchange::hears(std::string_view channel) {
@@ -69,7 +61,7 @@ bool PeerExchange::hears(std::string_view channel) {
 bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
   WorldMessage message;
   if (const std::string_view why = decode_world(bytes, message); !why.empty()) {
-    patience_.note_refused(origin, fmt::format("its message is ill-formed ({})", why), now_);
+    peers_.note_refused(origin, fmt::format("its message is ill-formed ({})", why));
     counters_.add(fmt::format("world.refused.{}", why));
     return false;
   }
@@ -77,20 +69,21 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
   const std::uint64_t before = gate_.run_id(origin);
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
-      monitor_.hear_state(origin, now_);
-      patience_.note_counted(origin, now_);
+      peers_.note_counted(origin);
       if (before != 0 && before != gate_.run_id(origin))
-        spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, period_, lab_);
-      if (!message.can_wait) last_state_ = now_;
+        spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, peers_.period(),
+                     lab_);
+      if (!message.can_wait) last_state_ = peers_.now();
       return true;
     case PeriodGate::Heard::taught:
       answer(origin);
       break;
     case PeriodGate::Heard::refused:
-      if (gate_.published() >= 0) patience_.note_refused(origin, gate_.newest_refusal(), now_);
+      if (gate_.published() >= 0) peers_.note_refused(origin, gate_.newest_refusal());
       break;
     case PeriodGate::Heard::restarted:
-      if (!complete_ && failure_.empty()) failure_ = fmt::format("{} was restarted at period {}", origin, period_);
+      if (!complete_ && failure_.empty())
+        failure_ = fmt::format("{} was restarted at period {}", origin, peers_.period());
       break;
     case PeriodGate::Heard::different:
       if (failure_.empty()) failure_ = fmt::format("the labs' settings differ: {}", gate_.difference());
@@ -103,18 +96,19 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
 // that its few bytes cannot call up our whole state as often as it likes.
 void PeerExchange::answer(std::string_view peer) {
   const auto answered = answered_.find(peer);
-  if (answered != answered_.end() && now_ - answered->second < period_length_)
+  if (answered != answered_.end() && peers_.now() - answered->second < period_length_)
     return counters_.add("world.answered_before");
-  answered_.insert_or_assign(std::string(peer), now_);
+  answered_.insert_or_assign(std::string(peer), peers_.now());
   publish_world();
 }
 
 void PeerExchange::publish(LabState own) {
-  const bool is_event = exchange_.by_events(lab_ == owner_) && own.period > 0 && !own.made_at && !gate_.peers().empty();
-  if (exchange_.mode == Exchange::Mode::event) events_.shown(gate_.acknowledged());
-  events_.published(own.period, is_event);
+  if (by_events_) {
+    if (exchange_.mode == Exchange::Mode::event) events_.shown(gate_.acknowledged());
+    events_.published(own.period, own.period > 0 && !own.made_at && !gate_.peers().empty());
+  }
   gate_.publish(std::move(own));
-  patience_.note_published(now_);
+  peers_.note_published();
   publish_world();
 }
 
@@ -126,8 +120,7 @@ void PeerExchange::publish_early(LabState event) {
 
 // By event: peers have received it. Mixed: the owner has merged it and says so.
 void PeerExchange::note_confirmed(const std::vector<MergedState>& merged) {
-  if (exchange_.mode == Exchange::Mode::event) events_.shown(gate_.acknowledged());
-  if (exchange_.mode != Exchange::Mode::mixed || lab_ == owner_) return;
+  if (exchange_.mode == Exchange::Mode::event) return events_.shown(gate_.acknowledged());
   const auto owner = std::ranges::find(merged, owner_, &MergedState::lab);
   const auto own = std::ranges::find(merged, lab_, &MergedState::lab) - merged.begin();
   if (owner == merged.end()) return;
@@ -139,36 +132,18 @@ void PeerExchange::note_confirmed(const std::vector<MergedState>& merged) {
 }
 
 std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
-  period_ = k;
-  merged_ = now_;
-  patience_.note_passed(k, now_);
+  merged_ = peers_.now();
   auto merged = gate_.merge(k);
-  news_.note(merged, now_);
+  peers_.note_merged(k, merged);
   if (k > 0) tally_.applied(merged, lab_, owner_, exchange_);
-  note_confirmed(merged);
+  if (by_events_) note_confirmed(merged);
   return merged;
-}
-
-// Peers that have reached their last period have nothing new to tell.
-std::string PeerExchange::silence() {
-  const auto silence = news_.silence(now_);
-  const bool silent = silence && !std::ranges::all_of(gate_.peers(), [this](const auto& p) { return gate_.done(p); });
-  const bool was = std::exchange(silent_, silent);
-  if (!silent) return {};
-  std::string words =
-      fmt::format("no new state of any peer for {} s", std::chrono::floor<std::chrono::seconds>(*silence).count());
-  if (!was) {
-    counters_.add("safety.paused");
-    spdlog::warn("{} pauses its robots at period {}: {} (safety.pause_after_s); they go on with the next one", lab_,
-                 period_, words);
-  }
-  return words;
 }
 
 bool PeerExchange::may_merge(std::uint32_t k) const {
   if (!gate_.may_merge(k)) return false;
   if (gate_.has_real_time_states(k)) return true;
-  return now_ - last_state_ > 2 * period_length_ && now_ - merged_ >= period_length_;
+  return peers_.now() - last_state_ > 2 * period_length_ && peers_.now() - merged_ >= period_length_;
 }
 
 void PeerExchange::publish_world() {
@@ -182,25 +157,19 @@ void PeerExchange::publish_world() {
         "all labs, or take fewer robots",
         lab_, bytes, gate_.published(), max_message_bytes_);
   bus_.publish(hal::channel::world, message);
-  world_due_ = now_ + repeat_world_after;
+  world_due_ = peers_.now() + repeat_world_after;
 }
 
 bool PeerExchange::repeat_world() {
-  if (now_ < world_due_) return false;
+  if (peers_.now() < world_due_) return false;
   publish_world();
   return true;
 }
 
 void PeerExchange::linger_after_last_period() {
   complete_ = true;
-  lingering_.begin_after_last_period(now_, patience_.most());
+  peers_.linger_after_last_period();
   publish_world();
-}
-
-bool PeerExchange::may_leave(std::uint32_t last) {
-  if (!lingering_.over(gate_, monitor_, last, now_)) return false;
-  if (lingering_.gave_up()) counters_.add("gate.linger_gave_up");
-  return true;
 }
 
 std::map<std::string, std::uint64_t> PeerExchange::hash_by_lab(std::uint64_t own) const {
@@ -219,7 +188,7 @@ nlohmann::json PeerExchange::exchange_figures() const {
 hal::Counters PeerExchange::counters() const {
   hal::Counters all = counters_;
   all.merge(gate_.counters());
-  all.merge(monitor_.counters());
+  all.merge(peers_.counters());
   if (events_.unconfirmed() > 0) all.set("exchange.unconfirmed", events_.unconfirmed());
   if (events_.resent() > 0) all.set("exchange.resent", events_.resent());
   return all;

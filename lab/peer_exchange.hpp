@@ -1,5 +1,6 @@
-// What a lab and its peers tell each other: hears worlds, statuses and links from the private bus, and repeats the own
-// world. The caller owns time.
+// What a lab and its peers tell each other: hears worlds, statuses and links from the private bus, pairs states at
+// boundaries, and repeats the own world. What that says of a peer, and for whom the lab waits, is the business of
+// Peers, which sends nothing. The caller owns time.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +17,8 @@
 #include "hal/counters.hpp"
 #include "lab/confirmations.hpp"
 #include "lab/exchange_tally.hpp"
-#include "lab/lingering.hpp"
 #include "lab/merged_state.hpp"
-#include "lab/peer_monitor.hpp"
-#include "lab/peer_news.hpp"
-#include "lab/peer_patience.hpp"
+#include "lab/peers.hpp"
 #include "lab/period_gate.hpp"
 #include "lab/run_config.hpp"
 
@@ -28,7 +26,7 @@ namespace arkmesh::lab {
 
 class PeerExchange {
  public:
-  using Now = PeerMonitor::Now;
+  using Now = Peers::Now;
 
   // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0.
   PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus);
@@ -41,15 +39,13 @@ class PeerExchange {
   static bool hears(std::string_view channel);
 
   // Time of the current step: to be set before the bus is drained.
-  void set_now(Now now) { now_ = now; }
+  void set_now(Now now) { peers_.set_now(now); }
   // What was heard that ends the run, in one sentence; empty when nothing was.
   const std::string& failure() const { return failure_; }
 
   PeriodGate& gate() { return gate_; }
   const PeriodGate& gate() const { return gate_; }
   bool strict() const { return gate_.mode() == PeriodGate::Mode::strict; }
-
-  bool all_met() const { return monitor_.all_met(now_); }
 
   // Publishes the own state of the next boundary.
   void publish(LabState own);
@@ -63,20 +59,15 @@ class PeerExchange {
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
   Now world_due() const { return world_due_; }
-  // As in PeerPatience.
-  PeerWait wait_for(std::uint32_t wanted) const { return patience_.wait_for(wanted, now_); }
-  PeerWait lost() { return patience_.lost(now_, counters_); }
 
-  // Why robots are to stand still although no peer may be lost: "no new state of any peer for 12 s"; empty when they
-  // may go. To be called at every step; says in the log when that begins, and counts it as `safety.paused`.
-  std::string silence();
-
-  // --- ending ---
-  void linger_after_failure() { lingering_.begin_after_failure(now_); }
+  // As in Peers.
+  bool all_met() const { return peers_.all_met(); }
+  PeerWait wait_for(std::uint32_t wanted) const { return peers_.wait_for(wanted); }
+  PeerLook look() { return peers_.look(); }
+  void linger_after_failure() { peers_.linger_after_failure(); }
   void linger_after_last_period();
-  void hurry() { lingering_.hurry(now_); }
-  // No peer needs this lab any more. `last`: the last period.
-  bool may_leave(std::uint32_t last);
+  void hurry() { peers_.hurry(); }
+  bool may_leave(std::uint32_t last) { return peers_.may_leave(last); }
 
   // Hash of each lab in its newest state, `own` the own one. A lab never heard has 0.
   std::map<std::string, std::uint64_t> hash_by_lab(std::uint64_t own) const;
@@ -86,7 +77,7 @@ class PeerExchange {
   nlohmann::json exchange_figures() const;
 
  private:
-  // The own events have come through as far as others say.
+  // By events: the own ones have come through as far as others say.
   void note_confirmed(const std::vector<MergedState>& merged);
   // False: it was not accepted.
   bool hear_world(std::string_view origin, std::span<const std::byte> bytes);
@@ -94,22 +85,18 @@ class PeerExchange {
 
   const std::string lab_, owner_;
   const Exchange exchange_;
+  const bool by_events_;  // the own payloads go by event
   const std::chrono::microseconds period_length_;
   const std::size_t max_message_bytes_;
   hal::Bus& bus_;
   PeriodGate gate_;
-  PeerMonitor monitor_;
-  PeerPatience patience_;
-  PeerNews news_;
-  Lingering lingering_;
+  Peers peers_;
   Confirmations events_;
   ExchangeTally tally_;
-  bool silent_ = false;       // no news of the peers, at the last look
-  bool complete_ = false;     // lingers after the last period
-  std::uint32_t period_ = 0;  // the boundary passed last
+  bool complete_ = false;  // lingers after the last period
   std::string failure_;
   std::map<std::string, Now, std::less<>> answered_;  // peers that did not know our run id, and when
-  Now now_{0}, world_due_{0}, merged_{0}, last_state_{0};
+  Now world_due_{0}, merged_{0}, last_state_{0};
   hal::Counters counters_;
   Recording recording_;
   std::vector<std::unique_ptr<hal::Bus::Subscription>> subscriptions_;

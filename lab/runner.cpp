@@ -56,7 +56,8 @@ Runner::Step Runner::step(Now now) {
         register_.say(RunRegister::Who::operators, *command, arena_.clock().now(),
                       peer.empty() ? "operator" : "operator of " + peer);
     if (operators_.end_asked()) stop("stopped by the operator");
-    if (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0 && !strict())) look_for_lost_peers();
+    if (!strict() && (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0)))
+      look_for_lost_peers();
     return go_on();
   } catch (const std::exception& error) {
     write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
@@ -211,9 +212,8 @@ void Runner::merge_period() {
 
 // Free mode: lab time goes on without a peer that is lost, with robots that stand still or not.
 void Runner::look_for_lost_peers() {
-  const PeerWait lost = peers_.lost();
+  const auto [lost, silence] = peers_.look();
   if (!lost.give_up.empty()) return fail(lost.give_up);
-  const std::string silence = peers_.silence();
   const bool pauses = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
   keep_still(RunRegister::Who::lost_peer, pauses, peer_lost_);
   keep_still(RunRegister::Who::safety, !silence.empty(), no_news_);

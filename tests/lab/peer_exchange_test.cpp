@@ -94,7 +94,7 @@ struct LabA {
     for (; now < end; now += 1s) {
       exchange.set_now(now);
       links(config.labs);
-      lost = exchange.lost();
+      lost = exchange.look().lost;
     }
     return lost;
   }
@@ -215,7 +215,7 @@ TEST_CASE("exchange: in free mode a lost peer is waited for, gone without, or th
                                         "for 601 s with its link up"));
     }
     a.world("b", {LabA::state(0)}, 3);  // started again
-    CHECK(a.exchange.lost().text == "");
+    CHECK(a.exchange.look().lost.text == "");
     CHECK(a.exchange.failure() == "");
     CHECK(a.exchange.counters()["gate.lost.b"] == 1);
   }
