@@ -16,9 +16,10 @@ namespace fs = std::filesystem;
 constexpr std::chrono::seconds quiet{1};            // what takes no longer shows no progress
 constexpr std::uintmax_t room_for_a_run = 2 << 20;  // without a message log a run takes less than 0.2 MB
 
-fs::path default_directory(const fs::path& file) {
-  return fs::path("runs") /
-         fmt::format("{}-{}", fs::absolute(file).parent_path().filename().string(), file.stem().string());
+fs::path default_directory(const std::vector<fs::path>& files) {
+  std::string name = fs::absolute(files.front()).parent_path().filename().string();
+  for (const fs::path& file : files) name += "-" + file.stem().string();
+  return fs::path("runs") / name;
 }
 
 // An override is written in the experiment file, and the sentence says where.
@@ -36,9 +37,8 @@ std::string placed(const BatchPlan& plan, std::size_t setting, std::string sente
 }  // namespace
 
 Batch::Batch(const Request& request)
-    : experiment_(request.file),
-      directory_(request.out.empty() ? default_directory(request.file) : request.out),
-      file_(read_batch_file(request.file, request.seeds, request.sets)) {}
+    : directory_(request.out.empty() ? default_directory(request.files) : request.out),
+      file_(read_batch_file(request.files, request.seeds, request.sets)) {}
 
 std::vector<CheckedLab> Batch::check(std::size_t setting) const {
   try {
@@ -65,7 +65,7 @@ void Batch::begin(BatchFolder::Use use, std::optional<std::size_t> run, hal::Pro
   progress.done();
   for (const auto& labs : checked)
     for (const CheckedLab& lab : labs) keep_free_bytes_ = std::max(keep_free_bytes_, lab.keep_free_bytes);
-  folder_ = std::make_unique<BatchFolder>(directory_, make_manifest(experiment_, file_, checked), use);
+  folder_ = std::make_unique<BatchFolder>(directory_, make_manifest(file_, checked), use);
 }
 
 RunTask Batch::task(std::size_t run) const {

@@ -1,5 +1,5 @@
-// A batch from its experiment file: what is to be run, what has been run, and where. `arkmesh batch` does the work with
-// a RunPool.
+// A batch from its experiment file, or from its labs' files: what is to be run, what has been run, and where. `arkmesh
+// batch` does the work with a RunPool.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,12 @@ namespace arkmesh::app {
 class Batch {
  public:
   struct Request {
-    std::filesystem::path file, out;  // out: empty for runs/FOLDER-NAME of the file
-    std::string seeds;                // replaces the file's; empty: does not
-    std::vector<std::string> sets;    // further overrides of all runs
+    std::vector<std::filesystem::path> files;  // an experiment file, or labs' files
+    std::filesystem::path out;      // empty for runs/FOLDER-NAME of the file, with the names of all labs' files
+    std::string seeds;              // replaces the experiment's; empty: does not
+    std::vector<std::string> sets;  // further overrides of all runs
   };
-  // Reads the experiment file; nothing is written. Throws ConfigError.
+  // Reads the files; nothing is written. Throws ConfigError.
   explicit Batch(const Request& request);
 
   // Makes the labs of every setting, so that what is wrong is said before anything starts, and opens the folder. With
@@ -46,7 +47,7 @@ class Batch {
  private:
   std::vector<CheckedLab> check(std::size_t setting) const;
 
-  std::filesystem::path experiment_, directory_;
+  std::filesystem::path directory_;
   BatchFile file_;
   std::uintmax_t keep_free_bytes_ = 0;
   std::unique_ptr<BatchFolder> folder_;

@@ -208,15 +208,33 @@ void check_plot(const fs::path& file, const BatchPlan& plan, const BatchPlot& pl
           fmt::format("{}: a [[plot]] is drawn over {}, which is neither swept nor a choice", file.string(), key));
 }
 
+bool is_of_lab(const hal::ConfigEntries& file) {
+  return std::ranges::any_of(file.entries, [](const ConfigEntry& entry) { return entry.path.front() == "lab"; });
+}
+
 }  // namespace
 
-BatchFile read_batch_file(const fs::path& file, const std::string& seeds, const std::vector<std::string>& sets) {
+BatchFile read_batch_file(const std::vector<fs::path>& files, const std::string& seeds,
+                          const std::vector<std::string>& sets) {
+  const fs::path& file = files.front();
   hal::ConfigEntries entries = hal::read_entries(file);
-  BatchFile out{.files = std::move(entries.files)};
-  // tables are always written; a message log only when the experiment asks for it
+  BatchFile out;
+  // tables are always written; a message log only when somebody asks for it
   out.plan.labs.sets = {"recorder.log=false"};
   PlanReader reader(file, out.plan);
-  for (const ConfigEntry& entry : entries.entries) reader.read(entry);
+  if (files.size() > 1 || is_of_lab(entries)) {
+    for (const fs::path& lab : files) {
+      if (!is_of_lab(hal::read_entries(lab)))
+        throw hal::ConfigError(fmt::format(
+            "{}: has no [lab], so it is no lab's file; give one experiment file, or the files of labs", lab.string()));
+      out.plan.labs.files.push_back(lab.string());
+    }
+    if (seeds.empty()) throw hal::ConfigError("labs' files name no seeds of a batch; add --seeds 1..20");
+  } else {
+    out.experiment = file;
+    out.files = std::move(entries.files);
+    for (const ConfigEntry& entry : entries.entries) reader.read(entry);
+  }
   if (!seeds.empty()) try {
       out.plan.seeds = seeds_of({seeds});
     } catch (const std::invalid_argument& wrong) {

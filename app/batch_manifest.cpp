@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -73,11 +74,12 @@ std::string version_of(const nlohmann::json& manifest) {
 
 }  // namespace
 
-nlohmann::json make_manifest(const fs::path& file, const BatchFile& batch,
-                             const std::vector<std::vector<CheckedLab>>& checked) {
+nlohmann::json make_manifest(const BatchFile& batch, const std::vector<std::vector<CheckedLab>>& checked) {
   nlohmann::json out = lab::program_facts();
   const BatchPlan& plan = batch.plan;
-  out["experiment"] = {{"file", file.filename().string()}, {"text", text_of(file)}};
+  const fs::path& file = batch.experiment;
+  out["experiment"] = nullptr;
+  if (!file.empty()) out["experiment"] = {{"file", file.filename().string()}, {"text", text_of(file)}};
   for (const std::string& lab : plan.labs.files) out["labs"].push_back(whole_path(lab));
   out["set"] = plan.labs.sets;
   out["factors"] = factors_of(plan);

@@ -2,7 +2,6 @@
 // folder that was begun with another manifest is not gone on with.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -12,8 +11,7 @@
 namespace arkmesh::app {
 
 // `checked`: the labs of each setting, in their order. For comparison alone, some settings are enough.
-nlohmann::json make_manifest(const std::filesystem::path& file, const BatchFile& batch,
-                             const std::vector<std::vector<CheckedLab>>& checked);
+nlohmann::json make_manifest(const BatchFile& batch, const std::vector<std::vector<CheckedLab>>& checked);
 
 // What keeps a batch from going on in a folder that was begun with manifest `begun`, in one sentence that names it;
 // empty when nothing does. Looks at the files that it was begun with. `only_plan`: who looks at what there is needs the

@@ -147,17 +147,4 @@ void BatchResults::save() const {
   hal::must_replace_file(directory_ / "effects.csv", effects());
 }
 
-std::string seeds_table(const std::vector<BatchRow>& rows) {
-  const std::vector<std::string> counts = columns_of(rows, true);
-  std::string out = "seed,ended,final_hash";
-  for (const std::string& name : counts) out += "," + csv_text(name);
-  out += "\n";
-  for (const BatchRow& row : rows) {
-    out += fmt::format("{},{},{}", row.seed, csv_text(row.why), row.final_hash);
-    for (const std::string& name : counts) out += "," + (row.counts.contains(name) ? row.counts.at(name) : "0");
-    out += "\n";
-  }
-  return out;
-}
-
 }  // namespace arkmesh::app

@@ -43,7 +43,4 @@ class BatchResults {
   std::vector<std::string> told_;                // those that the summary tells of
 };
 
-// seeds.csv, the table of `arkmesh run --seeds`: a row for each seed that has a result, and counts alone.
-std::string seeds_table(const std::vector<BatchRow>& rows);
-
 }  // namespace arkmesh::app

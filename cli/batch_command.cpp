@@ -151,11 +151,13 @@ int run(const BatchOptions& options) {
 void add_batch_command(CLI::App& app) {
   auto options = std::make_shared<BatchOptions>();
   CLI::App* command = add_command(app, "batch");
-  command->add_option("file", options->request.file, "The experiment file")->required()->check(CLI::ExistingFile);
+  command->add_option("files", options->request.files, "An experiment file, or a configuration file for each lab")
+      ->required()
+      ->check(CLI::ExistingFile);
   command->add_option("--jobs", options->jobs, "How many runs at a time (default: one for each core)")
       ->check(CLI::Range(1, 1024));
-  command->add_option("--out", options->request.out, "Folder of the batch (default runs/FOLDER-NAME of the file)");
-  command->add_option("--seeds", options->request.seeds, "Seeds in place of the file's: FIRST..LAST");
+  command->add_option("--out", options->request.out, "Folder of the batch (default runs/FOLDER-NAME of the files)");
+  command->add_option("--seeds", options->request.seeds, "Seeds in place of the experiment's: FIRST..LAST");
   command->add_option("--set", options->request.sets, "Override a key of every lab, or of one, in all runs")
       ->allow_extra_args(false);
   auto* index = command->add_option("--index", options->run, "Do this run only, and write no table")
@@ -177,6 +179,7 @@ void add_batch_command(CLI::App& app) {
   command->add_option("--kind", options->plot.kind, "box or line; default: what suits the key")->needs(plot);
   command->footer(
       "Examples:\n  arkmesh batch experiments/dhtf/batch.toml\n  arkmesh batch study.toml --seeds 1..5 --out runs/try\n"
+      "  arkmesh batch shark.toml roark.toml --seeds 1..20\n"
       "  arkmesh batch study.toml --plot completed --over gate.period_s\n"
       "The same command again goes on where a batch was stopped or killed.");
   command->callback([options] {

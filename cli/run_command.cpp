@@ -1,5 +1,6 @@
-// `arkmesh run`: several labs in one process, for one seed or a batch of seeds.
+// `arkmesh run`: several labs in one process.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -11,11 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/batch_plan.hpp"
-#include "app/batch_results.hpp"
 #include "app/joint_run.hpp"
-#include "app/lab_check.hpp"
-#include "app/run_pool.hpp"
+#include "app/lab_files.hpp"
 #include "cli/commands.hpp"
 #include "cli/count_words.hpp"
 #include "cli/operator_stop.hpp"
@@ -33,9 +31,8 @@ using namespace std::chrono_literals;
 
 struct RunOptions {
   app::LabFiles labs;
-  std::string seeds, out;
+  std::string seeds, jobs, out;
   std::int64_t seed = -1;
-  int jobs = 1;
   bool force = false, open = false;
 };
 
@@ -47,7 +44,13 @@ std::filesystem::path directory_of(const RunOptions& options) {
   return lab::default_run_directory(names);
 }
 
-int run_once(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
+int run(const RunOptions& options) {
+  if (!options.seeds.empty() || !options.jobs.empty())
+    throw hal::ConfigError(fmt::format("arkmesh run does one run; for many type: arkmesh batch {} --seeds {}",
+                                       fmt::join(options.labs.files, " "),
+                                       options.seeds.empty() ? "1..20" : options.seeds));
+  OperatorStop stop;
+  const std::filesystem::path directory = directory_of(options);
   using Folder = app::JointRun::Folder;
   app::JointRun run(app::read_labs(options.labs, options.seed), directory,
                     options.force ? Folder::moved_aside : Folder::must_be_empty, {}, true);
@@ -71,56 +74,6 @@ int run_once(const RunOptions& options, const std::filesystem::path& directory, 
   return 0;
 }
 
-std::vector<std::int64_t> parse_seeds(const std::string& text) try {
-  if (text.find("..") == std::string::npos) throw std::invalid_argument("no range");
-  return app::seeds_of({text});
-} catch (const std::invalid_argument&) {
-  throw hal::ConfigError(
-      fmt::format("--seeds {}: must be FIRST..LAST with 0 <= FIRST <= LAST, for example 1..20", text));
-}
-
-// A row for each seed that has a result, in the order of seeds.
-void save_seeds(const std::vector<app::RunTask>& tasks, const std::filesystem::path& file) {
-  std::vector<app::BatchRow> rows;
-  for (const app::RunTask& task : tasks)
-    if (app::BatchRow row{.run = task.number, .seed = task.seed}; app::read_row(task.directory, row))
-      rows.push_back(std::move(row));
-  hal::must_replace_file(file, app::seeds_table(rows));
-}
-
-int run_batch(const RunOptions& options, const std::filesystem::path& directory, OperatorStop& stop) {
-  const std::vector<std::int64_t> seeds = parse_seeds(options.seeds);
-  app::check_labs(app::read_labs(options.labs, seeds.front()));
-  lab::claim_run_folder(directory, options.force);
-  std::vector<app::RunTask> tasks;
-  for (const std::int64_t seed : seeds)
-    tasks.push_back({.number = tasks.size(),
-                     .labs = options.labs,
-                     .seed = seed,
-                     .directory = directory / fmt::format("seed-{}", seed)});
-  app::RunPool pool({tasks.begin(), tasks.end()}, static_cast<std::size_t>(options.jobs), 0);
-  std::size_t failed = 0, done = 0;
-  while (!pool.done()) {
-    const auto ended = pool.next(stop, 200ms);
-    if (!ended) continue;
-    failed += ended->finished ? 0 : 1;
-    fmt::print(stderr, "{}seed {} {}  ({}/{})\n", ended->said, tasks[ended->number].seed,
-               ended->finished ? "done" : "failed", ++done, tasks.size());
-  }
-  const std::filesystem::path table = directory / "seeds.csv";
-  save_seeds(tasks, table);
-  fmt::print("{} runs, {} failed; table in {}\n", tasks.size(), failed, table.string());
-  return exit_code(stop.stopped()                  ? hal::Outcome::stopped
-                   : failed == 0 && !pool.halted() ? hal::Outcome::finished
-                                                   : hal::Outcome::failed);
-}
-
-int run(const RunOptions& options) {
-  OperatorStop stop;
-  const std::filesystem::path directory = directory_of(options);
-  return options.seeds.empty() ? run_once(options, directory, stop) : run_batch(options, directory, stop);
-}
-
 }  // namespace
 
 void add_run_command(CLI::App& app) {
@@ -129,15 +82,12 @@ void add_run_command(CLI::App& app) {
   command->add_option("files", options->labs.files, "A configuration file for each lab")
       ->required()
       ->check(CLI::ExistingFile);
-  auto* seed = command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")
-                   ->check(CLI::NonNegativeNumber);
-  command->add_option("--seeds", options->seeds, "A batch, one run per seed: FIRST..LAST")->excludes(seed);
-  command->add_option("--jobs", options->jobs, "How many runs of a batch at a time")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")->check(CLI::NonNegativeNumber);
+  command->add_option("--seeds", options->seeds)->group("");  // refused, with what to type instead
+  command->add_option("--jobs", options->jobs)->group("");
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LABS)");
   command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
-  command->add_flag("--open", options->open, "Open the page of the labs in a browser; a batch has none");
+  command->add_flag("--open", options->open, "Open the page of the labs in a browser");
   command
       ->add_option("--set", options->labs.sets,
                    "Override a key of every lab, or of one: --set gate.slack=1, --set shark:arena.robots=30")

@@ -51,9 +51,9 @@ std::string task_lines(const std::vector<std::size_t>& runs) {
 std::string job_script(const app::Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
   const app::Batch::Request& request = wanted.batch;
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "arkmesh";
-  std::string command =
-      fmt::format("{} batch {} --out {}", quoted(program.string()), quoted(fs::absolute(request.file).string()),
-                  quoted(fs::absolute(batch.directory()).string()));
+  std::string command = quoted(program.string()) + " batch";
+  for (const fs::path& file : request.files) command += " " + quoted(fs::absolute(file).string());
+  command += " --out " + quoted(fs::absolute(batch.directory()).string());
   if (!request.seeds.empty()) command += " --seeds " + quoted(request.seeds);
   for (const std::string& set : request.sets) command += " --set " + quoted(set);
   if (wanted.failed_too) command += " --retry";

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <map>
 #include <stdexcept>
@@ -171,18 +170,6 @@ std::vector<fs::path> runs_of_batch(const fs::path& folder) {
   std::vector<fs::path> out;
   for (const fs::path& below : folders_in(folder / "runs"))
     if (is_run(below)) out.push_back(below);
-  if (!out.empty()) return out;
-  // seeds by number, so that seed-10 follows seed-9
-  std::vector<std::pair<unsigned long, fs::path>> seeds;
-  for (const fs::path& below : folders_in(folder)) {
-    const std::string name = below.filename().string();
-    unsigned long seed = 0;
-    if (!name.starts_with("seed-")) continue;
-    const auto [end, error] = std::from_chars(name.data() + 5, name.data() + name.size(), seed);
-    if (error == std::errc() && end == name.data() + name.size() && is_run(below)) seeds.emplace_back(seed, below);
-  }
-  std::ranges::sort(seeds);
-  for (auto& [seed, path] : seeds) out.push_back(std::move(path));
   return out;
 }
 

@@ -50,7 +50,7 @@ class Run {
 // The folder of a run: there is a log in it, or one level below.
 bool is_run(const std::filesystem::path& folder);
 
-// The run folders of a batch, in order: `arkmesh batch` or `arkmesh run --seeds`. Empty: the folder is none of a batch.
+// The run folders of a batch, in order: `arkmesh batch`. Empty: the folder is none of a batch.
 std::vector<std::filesystem::path> runs_of_batch(const std::filesystem::path& folder);
 
 }  // namespace arkmesh::recording

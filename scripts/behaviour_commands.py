@@ -65,7 +65,7 @@ def whole_labs():
     yield Command("labs/replay", [[*alone, "--out", "FOLDER/recorded"],
                                   [*alone, "--out", "FOLDER/played", "--set", "arena.use=replay", "--set",
                                    'arena.replay.log="FOLDER/recorded/shark/log.lcm"']])
-    yield Command("labs/seeds", [["run", *pair, "--seeds", "6..8", "--out", "FOLDER/out", "--set", "run.duration_s=120"]], short=False)
+    yield Command("labs/seeds", [["batch", *pair, "--seeds", "6..8", "--out", "FOLDER/out", "--set", "run.duration_s=120"]], short=False)
 
 
 def robots():
@@ -80,10 +80,11 @@ def run_commands():
     yield Command("run-unknown-option", [["run", SHARK, "--nonsense"]])
     yield Command("run-same-lab-twice", [["run", SHARK, SHARK, "--out", "out"]])
     for name, seeds in {"reversed": "5..1", "text": "many", "one-number": "7"}.items():
-        yield Command(f"run-seeds-{name}", [["run", SHARK, "--seeds", seeds, "--out", "out"]])
+        yield Command(f"batch-seeds-{name}", [["batch", SHARK, "--seeds", seeds, "--out", "out"]])
     yield Command("run-negative-seed", [["run", SHARK, "--seed", "-1"]])
-    yield Command("run-seed-and-seeds", [["run", SHARK, "--seed", "1", "--seeds", "1..2"]])
-    yield Command("run-no-jobs", [["run", SHARK, "--jobs", "0"]])
+    yield Command("run-seeds", [["run", SHARK, "--seeds", "1..2"]])
+    yield Command("batch-no-seeds", [["batch", SHARK, "--out", "out"]])
+    yield Command("batch-no-jobs", [["batch", SHARK, "--seeds", "1..2", "--jobs", "0"]])
     for name, setting in REFUSED_SETTINGS.items():
         more = ["--set", "arena.use=replay"] if name == "missing-log" else []
         yield Command(f"run-{name}", [["run", SHARK, "--out", "FOLDER/out", "--set", "run.duration_s=20", *more, "--set", setting]])

@@ -27,38 +27,38 @@ def options_of(parser):
     parser.add_argument("--set", action="append", default=[], help="a further override for all labs")
 
 
-def run(options, experiment, sets=(), folder=None):
-    """A row for each seed: names and whole numbers of result.json's counts, and, if `folder` is given, `swarms`: the rows of swarms.csv."""
-    with tempfile.TemporaryDirectory(prefix="cre_runs.") as scratch:
-        out = Path(folder or scratch)
-        command = [options.arkmesh, "run", *LABS, "--seeds", options.seeds, "--jobs", options.jobs, "--out", out]
+def run(options, experiment, sets=()):
+    """A row for each seed of a batch of its own, as of_batch() gives them."""
+    with tempfile.TemporaryDirectory(prefix="cre_runs.") as folder:
+        out = Path(folder) / "out"
+        command = [options.arkmesh, "batch", *LABS, "--seeds", options.seeds, "--jobs", options.jobs, "--out", out]
         settings = [f"{key}={value}" for key, value in EXPERIMENTS[experiment].items()]
-        for setting in ["recorder.log=false", *settings, *options.set, *sets]:
+        for setting in [*settings, *options.set, *sets]:
             command += ["--set", setting]
         done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"{experiment}, {' '.join(sets) or 'as it is'}: a run failed\n{done.stderr[-2000:]}{done.stdout[-2000:]}")
-        rows = []
-        with open(out / "seeds.csv") as table:
-            for row in csv.DictReader(table):
-                rows.append({name: int(value) for name, value in row.items() if name not in ("ended", "final_hash")})
-                if folder:
-                    rows[-1]["swarms"] = read_swarms(out / f"seed-{row['seed']}" / "meadow/swarms.csv")
-        return rows
+        return [numbers_of(row) for row in finished_runs(out)]
 
 
 def of_batch(folder, experiment, swarms=False):
-    """The rows of a batch of experiments/cre in which resources lie as in this experiment, as run() gives them."""
+    """Of a batch of experiments/cre in which resources lie as in this experiment: whole numbers of each run and, if wanted, `swarms`: the rows of
+    swarms.csv."""
     rows = []
     for row in finished_runs(Path(folder)):
         if row["resources"] != experiment:
             continue
-        rows.append({name: int(value) for name, value in row.items() if value.isdigit()})
-        for name in ("consensus.ms", "ground.followed_ms"):  # empty where there was none
-            rows[-1].setdefault(name, 0)
+        rows.append(numbers_of(row))
         if swarms:
             rows[-1]["swarms"] = read_swarms(Path(folder) / f"runs/{int(row['run']):05}/meadow/swarms.csv")
     return rows
+
+
+def numbers_of(row):
+    numbers = {name: int(value) for name, value in row.items() if value.isdigit()}
+    for name in ("consensus.ms", "ground.followed_ms"):  # empty where there was none
+        numbers.setdefault(name, 0)
+    return numbers
 
 
 def read_swarms(file):

@@ -26,11 +26,11 @@ struct ExperimentFile {
 
   app::BatchPlan plan(const std::string& text, const std::string& seeds = {},
                       const std::vector<std::string>& sets = {}) {
-    return app::read_batch_file(write(text), seeds, sets).plan;
+    return app::read_batch_file({write(text)}, seeds, sets).plan;
   }
   std::string error(const std::string& text, const std::vector<std::string>& sets = {}) {
     try {
-      app::read_batch_file(write(text), {}, sets);
+      app::read_batch_file({write(text)}, {}, sets);
     } catch (const hal::ConfigError& wrong) {
       return wrong.what();
     }
@@ -196,19 +196,25 @@ TEST_CASE("batch: the summary tells of each setting, and the effects of settings
   CHECK(std::ranges::count(effects, '\n') == 5);  // header, and 0-2, 1-3, 0-1, 2-3
 }
 
-TEST_CASE("batch: the seeds' table has a column for every count of any seed") {
-  const tests::TemporaryFolder folder;
-  write_result(folder.path(), 0, R"({"ended": "finished", "final_hash": "11", "counts": {"completed": 7}})");
-  write_result(
-      folder.path(), 1,
-      R"({"ended": "a, \"b\"", "final_hash": "33", "counts": {"lapsed": 2, "asked": 1}, "wall": {"speed": 4}})");
-  std::vector<app::BatchRow> rows(2);
-  for (std::size_t i = 0; i < 2; ++i) {
-    rows[i].seed = static_cast<std::int64_t>(2 * i + 1);
-    REQUIRE(app::read_row(app::BatchFolder::run_folder(folder.path(), i), rows[i]));
+TEST_CASE("batch: labs' files with seeds are a plan of one setting") {
+  tests::TemporaryDirectory folder;
+  const fs::path a = folder.write("a.toml", "[lab]\nname = \"a\"\n"), b = folder.write("b.toml", "lab.name = \"b\"\n");
+  const fs::path experiment = folder.write("batch.toml", begin);
+  for (const std::vector<fs::path>& files : {std::vector{a}, {a, b}}) {
+    const app::BatchFile batch = app::read_batch_file(files, "4..6", {"gate.slack=1"});
+    CHECK(batch.experiment.empty());
+    CHECK(batch.plan.labs.files.size() == files.size());
+    CHECK(batch.plan.labs.files.front() == a.string());
+    CHECK(batch.plan.labs.sets == std::vector<std::string>{"recorder.log=false", "gate.slack=1"});
+    CHECK(batch.plan.settings() == 1);
+    CHECK(batch.plan.seeds == std::vector<std::int64_t>{4, 5, 6});
   }
-  CHECK(app::seeds_table(rows) ==
-        "seed,ended,final_hash,asked,completed,lapsed\n1,finished,11,0,7,0\n3,\"a, \"\"b\"\"\",33,1,0,2\n");
+  CHECK_THROWS_WITH(app::read_batch_file({a, b}, "", {}), "labs' files name no seeds of a batch; add --seeds 1..20");
+  for (const std::vector<fs::path>& files : {std::vector{a, experiment}, {experiment, a}, {experiment, experiment}})
+    CHECK_THROWS_WITH(app::read_batch_file(files, "1..2", {}),
+                      (experiment.string() + ": has no [lab], so it is no lab's file; give one experiment file, or the "
+                                             "files of labs")
+                          .c_str());
 }
 
 TEST_CASE("batch: what differs from the beginning of a folder is named") {

@@ -178,8 +178,7 @@ TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
                                                     {"run", "/nowhere.toml"},
                                                     {"lab"},
                                                     {"gateway"},
-                                                    {"run", lab_file("shark"), "--seeds", "5..1"},
-                                                    {"run", lab_file("shark"), "--jobs", "0"},
+                                                    {"batch", lab_file("shark"), "--seeds", "1..2", "--jobs", "0"},
                                                     {"run", lab_file("shark"), lab_file("shark")}}) {
     const Said said = say(arguments);
     CAPTURE(said.text);
@@ -191,6 +190,15 @@ TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
     CHECK(said.code == 2);
     CHECK(said.text ==
           "arkmesh: " + lab_file("shark") + ": lab 'shark' is given twice; each file must name another lab\n");
+  }
+  const std::string labs = lab_file("shark") + " " + lab_file("roark");
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--seeds", "1..20", "--jobs", "2"}, {"--jobs", "2"}}) {
+    std::vector<std::string> arguments = {"run", lab_file("shark"), lab_file("roark")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Said said = say(arguments);
+    CHECK(said.code == 2);
+    CHECK(said.text == "arkmesh: arkmesh run does one run; for many type: arkmesh batch " + labs + " --seeds 1..20\n");
   }
   for (const char* command : {"run", "lab", "gateway", "doctor"}) {
     const Said said = say({command, "--help"});

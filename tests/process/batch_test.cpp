@@ -52,6 +52,39 @@ bool in_the_midst(const fs::path& out) {
 
 }  // namespace
 
+TEST_CASE("a batch of labs' files has a run for each seed, the same as arkmesh run does, and goes on") {
+  BatchBench bench;
+  const fs::path out = bench.folder.path() / "seeds", alone = bench.folder.path() / "alone";
+  const auto run = [&](const std::string& command, const fs::path& folder, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {command,
+                                      ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml",
+                                      ARKMESH_SOURCE_DIR "/experiments/dhtf/roark.toml",
+                                      "--out",
+                                      folder.string(),
+                                      "--set",
+                                      "run.duration_s=10",
+                                      "--set",
+                                      "arena.robots=2"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto [code, said] = bench.run(words);
+    CHECK_MESSAGE(code == 0, said);
+    return said;
+  };
+  const auto hash = [](const fs::path& folder) {
+    return nlohmann::json::parse(tests::read_file(folder / "result.json")).at("final_hash").get<std::string>();
+  };
+  CHECK(run("batch", out, {"--seeds", "3..4", "--jobs", "2"}).find("2 of 2 runs finished") != std::string::npos);
+  run("run", alone, {"--seed", "4"});
+  CHECK(hash(out / "runs/00001") == hash(alone));
+  CHECK(hash(out / "runs/00001") != hash(out / "runs/00000"));
+  CHECK_FALSE(fs::exists(out / "runs/00001/shark/log.lcm"));
+  CHECK(fs::exists(alone / "shark/log.lcm"));
+  const auto before = results(out);
+  run("batch", out, {"--seeds", "3..4"});
+  CHECK(before.size() == 2);
+  CHECK(results(out) == before);
+}
+
 TEST_CASE("a batch gives the same tables on one job, on two, run by run, and a run alone its row") {
   BatchBench bench;
   const fs::path file = bench.file(small_batch);

@@ -64,7 +64,7 @@ TEST_CASE("plot draws a run at a moment, and several runs as curves") {
   bench.draws({bench.path("two")}, "two/curves.png");  // of its tables
 }
 
-TEST_CASE("plot draws batches and seeds as curves, also where they keep no logs") {
+TEST_CASE("plot draws batches as curves, also where they keep no logs") {
   PlotBench bench;
   const auto study = bench.file("labs = [\"" CRE "meadow.toml\", \"" CRE
                                 "sky.toml\"]\n"
@@ -77,8 +77,6 @@ TEST_CASE("plot draws batches and seeds as curves, also where they keep no logs"
   bench.draws({bench.path("batch"), "--by", "gate.period_s", "--series", "swarms.north"}, "batch/curves.png");
   bench.refuses({bench.path("batch"), "--at", "4"}, "--at is for the picture of one run");
   bench.refuses({bench.path("batch"), "--by", "colour"}, "has no factor colour; it has gate.period_s");
-  bench.make_run("seeds", {"--seeds", "1..2"});
-  bench.draws({bench.path("seeds")}, "seeds/curves.png");
 }
 
 TEST_CASE("plot says what a folder lacks") {

@@ -155,10 +155,10 @@ TEST_CASE("two runs stand side by side, with the first period in which they diff
 
 TEST_CASE("of a batch the first run is shown, and others are opened") {
   const TemporaryDirectory directory;
-  tests::record_lab(directory.path() / "seed-1" / "shark", "shark", 10);
-  tests::record_lab(directory.path() / "seed-2" / "shark", "shark", 20);
+  tests::record_lab(directory.path() / "runs/00000" / "shark", "shark", 10);
+  tests::record_lab(directory.path() / "runs/00001" / "shark", "shark", 20);
   ViewBench bench({directory.path()});
-  CHECK(bench.browser.said("hello").at("runs") == json({"seed-1", "seed-2"}));
+  CHECK(bench.browser.said("hello").at("runs") == json({"00000", "00001"}));
   CHECK(bench.browser.said("hello").at("number") == 0);
   CHECK(bench.browser.said("hello").at("length_us") == 900'000);
   const json done = bench.ask({{"open", {{"run", 1}}}});
@@ -174,7 +174,7 @@ TEST_CASE("each viewer of a batch sees the run that it named, whatever others op
   const TemporaryDirectory directory;
   constexpr int runs = 40;  // more than are open at a time
   for (int i = 0; i < runs; ++i) {
-    const std::string name = fmt::format("seed-{:02}", i);
+    const std::string name = fmt::format("runs/{:05}", i);
     tests::record_lab(directory.path() / name / "shark", "shark", 10 + i);
   }
   ViewBench bench({directory.path()});

@@ -43,12 +43,12 @@ TEST_CASE("what is no run is refused with what to do") {
   std::ofstream(directory.path() / "batch/runs/00000/shark/config.toml") << "";
   CHECK_THROWS_WITH(Run(directory.path() / "batch"),
                     doctest::Contains("runs/00000/*/config.toml --set recorder.log=true"));
-  tests::record_lab(directory.path() / "seed-10" / "shark", "shark", 5);
-  tests::record_lab(directory.path() / "seed-9" / "shark", "shark", 5);
+  tests::record_lab(directory.path() / "runs" / "00010" / "shark", "shark", 5);
+  tests::record_lab(directory.path() / "runs" / "00009" / "shark", "shark", 5);
   CHECK_THROWS_WITH(Run(directory.path()), doctest::Contains("2 runs of a batch"));
   const auto runs = runs_of_batch(directory.path());
   REQUIRE(runs.size() == 2);
-  CHECK(runs[0].filename() == "seed-9");
+  CHECK(runs[0].filename() == "00009");
 }
 
 TEST_CASE("a log of another version is used as far as it is known, and said") {

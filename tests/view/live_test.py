@@ -239,13 +239,13 @@ class LiveTest(unittest.TestCase):
     def test_each_browser_of_a_batch_has_its_run(self):
         """Of two browsers before a batch one opens another run: the other one stays where it is, and each goes on with its own when the program is there again."""
         batch = self.out / "batch"
-        subprocess.run([PROGRAM, "run", ROARK, "--set", "shared.owner=roark", "--seeds", "1..2", "--set", "run.duration_s=20", "--out", batch], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run([PROGRAM, "batch", ROARK, "--set", "shared.owner=roark", "--set", "recorder.log=true", "--seeds", "1..2", "--set", "run.duration_s=20", "--out", batch], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         shown = {}
-        for seed in (1, 2):
-            log = events(batch / f"seed-{seed}" / "roark/log.lcm")
+        for run in ("00000", "00001"):
+            log = events(batch / "runs" / run / "roark/log.lcm")
             frames = [m for m in (decode(data) for _, channel, data in log if channel == "poses") if m.stamp_us <= 10_000_000]
-            shown[f"seed-{seed}"] = [[r.robot, r.x_m, r.y_m] for r in frames[-1].robots]
-        self.assertNotEqual(shown["seed-1"], shown["seed-2"])
+            shown[run] = [[r.robot, r.x_m, r.y_m] for r in frames[-1].robots]
+        self.assertNotEqual(shown["00000"], shown["00001"])
         places = "return JSON.stringify(arkmesh.world.labs[0].robots.map((r) => [r.id, r.x, r.y])) === JSON.stringify(arguments[0]) && arkmesh.world.about.run === arguments[1]"
         with contextlib.ExitStack() as server:
             url = server.enter_context(served([batch]))
@@ -261,7 +261,7 @@ class LiveTest(unittest.TestCase):
                         server.close()
                         self.until("return !document.getElementById('banner').hidden")
                         server.enter_context(served([batch]))
-                    for tab, run in ((first, "seed-1"), (second, "seed-2"), (first, "seed-1")):
+                    for tab, run in ((first, "00000"), (second, "00001"), (first, "00000")):
                         self.driver.switch_to.window(tab)
                         self.until("return document.getElementById('banner').hidden && arkmesh.world.about.run === arguments[0]", run)
                         for t_us in (0, 10_000_000):
