@@ -13,6 +13,7 @@
 #include "cli/program.hpp"
 #include "gateway/config.hpp"
 #include "gateway/explanation.hpp"
+#include "hal/participants.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -32,9 +33,9 @@ struct LabFile {
   explicit LabFile(const std::string& path) : file(path) {
     const hal::Config read = hal::Config::from_file(path);
     const hal::Section root = read.root();
-    lab = root.section("lab").get("name", std::string(), {.required = true});
-    const auto labs = root.section("shared").get("labs", std::vector<std::string>{lab});
-    config = gateway::read_gateway_config(root.section("gateway"), lab, labs);
+    const auto shared = root.read<hal::Participants>();
+    lab = shared.lab;
+    config = gateway::read_gateway_config(root.section("gateway"), lab, shared.labs);
     read.refuse_unknown("gateway");
   }
 

@@ -20,7 +20,6 @@
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
-#include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
 #include "lab/run_folder.hpp"
 

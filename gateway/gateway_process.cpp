@@ -34,7 +34,7 @@
 #include "hal/bus_config.hpp"
 #include "hal/experiment.hpp"
 #include "hal/handle.hpp"
-#include "hal/messages.hpp"
+#include "hal/participants.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -64,22 +64,17 @@ struct ProcessConfig {
 ProcessConfig read_process_config(const hal::Config& config) {
   const hal::Section root = config.root();
   ProcessConfig out;
-  out.lab = root.section("lab").get("name", std::string(), {.required = true});
-  if (!hal::is_lab_name(out.lab))
-    root.section("lab").refuse("name", fmt::format("must have 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
-  const std::vector<std::string> labs = root.section("shared").get("labs", std::vector<std::string>{out.lab});
-  if (std::ranges::find(labs, out.lab) == labs.end())
-    root.section("shared").refuse("labs",
-                                  fmt::format("does not name this lab, '{}'; add it or correct lab.name", out.lab));
+  const auto shared = root.read<hal::Participants>();
+  out.lab = shared.lab;
   hal::Experiment by_default{root.section("run").get("scenario", std::string())};
   out.experiment = root.section("shared").read(std::move(by_default)).id;
   out.bus = root.section("bus").read<hal::BusConfig>();
   if (!out.bus.url.starts_with("udpm://"))
     root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
-  out.gateway = read_gateway_config(root.section("gateway"), out.lab, labs);
+  out.gateway = read_gateway_config(root.section("gateway"), out.lab, shared.labs);
   for (const PeerConfig& peer : out.gateway.peers) out.gateway.rules.limit(peer.lab, peer.limits.or_usual());
   config.refuse_unknown("gateway");
-  for (const std::string& lab : labs)
+  for (const std::string& lab : shared.labs)
     if (lab != out.lab && std::ranges::find(out.gateway.peers, lab, &PeerConfig::lab) == out.gateway.peers.end())
       root.section("gateway").refuse("peers",
                                      fmt::format("has no entry for lab {}, which shared.labs names; add one", lab));

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "hal/config.hpp"
+#include "hal/participants.hpp"
 #include "hal/projection.hpp"
 #include "hal/types.hpp"
 #include "lab/exchange.hpp"
@@ -17,14 +17,11 @@
 
 namespace arkmesh::lab {
 
-struct RunConfig {
-  std::string lab;         // lab.name, [a-z0-9_-]{1,15}
+struct RunConfig : hal::Participants {
   std::string scenario;    // run.scenario, a name of the catalogue
   std::uint64_t seed = 1;  // one for all labs
   hal::LabTime duration{1'800'000'000};
   std::uint32_t last_period = 0;                                    // K = duration / period, a whole number
-  std::vector<std::string> labs;                                    // shared.labs, ascending; default: this lab alone
-  std::string owner;                                                // default: the first lab
   std::map<std::string, hal::Projection, std::less<>> projections;  // one for each lab, also those that take no part
   hal::LabTime period{2'000'000};                                   // gate.period_s
   Exchange exchange;                                                // gate.exchange, .up_period_s, .down_period_s

@@ -375,7 +375,7 @@ TEST_CASE("wrong configurations end with one sentence") {
       {"gateway.lisen=\"127.0.0.1:1\"", "unknown key 'gateway.lisen'; did you mean 'gateway.listen'?"},
       {"shared.experiment=\"red\\u001b[31m\"", "must be 1 to 63 printable characters"},
       {"lab.name=lynx", "shared.labs = [ \"roark\", \"shark\" ]: does not name this lab, 'lynx'"},
-      {"lab.name=\"Not a name\"", "lab.name = \"Not a name\": must have 1 to 15 of a-z, 0-9, '_' and '-'"},
+      {"lab.name=\"Not a name\"", "lab.name = \"Not a name\": must be 1 to 15 of the characters a-z 0-9 _ -"},
       {"bus.url=memq://", "bus.url = \"memq://\": must be udpm://ADDRESS:PORT?ttl=0"},
       {"shared.labs=[\"lynx\", \"roark\", \"shark\"]", "has no entry for lab lynx, which shared.labs names; add one"},
   };
