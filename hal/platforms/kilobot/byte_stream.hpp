@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -35,9 +34,5 @@ class ByteStream {
   // Why it is closed or could not be opened, one sentence; empty while nothing went wrong.
   virtual const std::string& trouble() const = 0;
 };
-
-// `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. Resolves a host's name once, which may take as long as
-// the system's resolver does. Throws PortError.
-std::unique_ptr<ByteStream> make_byte_stream(const std::string& port);
 
 }  // namespace arkmesh::hal::kilobot

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "hal/label.hpp"
+#include "hal/platforms/kilobot/descriptor_stream.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
 #include "hal/wall_time.hpp"
 
@@ -82,22 +83,6 @@ Handle open_lock(const fs::path& file) {
   return out;
 }
 
-class LockedStream final : public ByteStream {
- public:
-  LockedStream(PortLock lock, std::unique_ptr<ByteStream> stream)
-      : lock_(std::move(lock)), stream_(std::move(stream)) {}
-  void open() override { stream_->open(); }
-  State check() override { return stream_->check(); }
-  std::size_t write(std::span<const std::uint8_t> bytes) override { return stream_->write(bytes); }
-  std::size_t waiting_bytes() override { return stream_->waiting_bytes(); }
-  std::span<const std::uint8_t> heard() const override { return stream_->heard(); }
-  const std::string& trouble() const override { return stream_->trouble(); }
-
- private:
-  PortLock lock_;
-  std::unique_ptr<ByteStream> stream_;
-};
-
 }  // namespace
 
 PortLock::PortLock(const std::string& port, const std::string& who) {
@@ -123,8 +108,9 @@ PortLock::PortLock(const std::string& port, const std::string& who) {
 }
 
 std::unique_ptr<ByteStream> claim_byte_stream(const std::string& port, const std::string& who) {
-  std::unique_ptr<ByteStream> stream = make_byte_stream(port);  // first: a name that is none needs no lock
-  return std::make_unique<LockedStream>(PortLock(port, who), std::move(stream));
+  Line line = find_line(port);  // first: a name that is none needs no lock
+  line.lock.emplace(port, who);
+  return std::make_unique<DescriptorStream>(std::move(line));
 }
 
 }  // namespace arkmesh::hal::kilobot

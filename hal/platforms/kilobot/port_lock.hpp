@@ -20,7 +20,7 @@ class PortLock {
   Handle file_;
 };
 
-// As make_byte_stream, for this program alone for as long as the stream lives. Throws PortError.
+// A stream to what find_line() takes, for this program alone for as long as it lives. Throws PortError.
 std::unique_ptr<ByteStream> claim_byte_stream(const std::string& port, const std::string& who);
 
 }  // namespace arkmesh::hal::kilobot

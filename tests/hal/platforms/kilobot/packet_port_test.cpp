@@ -7,10 +7,11 @@
 
 #include <chrono>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/platforms/kilobot/descriptor_stream.hpp"
 #include "tests/support/kilobot/listener.hpp"
 #include "tests/support/kilobot/packet_ear.hpp"
 #include "tests/support/processes/process.hpp"
@@ -55,8 +56,12 @@ void check_delivery(PacketPort& line, int count, Read read) {
   for (int i = 0; i < count; ++i) CHECK(heard[static_cast<std::size_t>(i)] == telling_packet(i));
 }
 
+std::unique_ptr<ByteStream> stream_to(const std::string& port) {
+  return std::make_unique<DescriptorStream>(find_line(port));
+}
+
 std::string trouble_with(const std::string& port) {
-  const auto stream = make_byte_stream(port);
+  const auto stream = stream_to(port);
   stream->open();
   CHECK(stream->check() == ByteStream::State::closed);
   return stream->trouble();
@@ -74,7 +79,7 @@ TEST_CASE("serial device: settings and bytes") {
   // The device is set to 38400 baud, 8N1, raw, without flow control, and every byte value arrives as it was sent.
   PseudoTerminal terminal;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(terminal.port()), counters);
+  PacketPort line(stream_to(terminal.port()), counters);
   line.poll(now());
   REQUIRE(line.is_open());
   CHECK(line.trouble().empty());
@@ -91,7 +96,7 @@ TEST_CASE("serial device: partial writes") {
   // A device that takes bytes slowly gets whole packets in the end, and nothing blocks meanwhile.
   PseudoTerminal terminal;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(terminal.port()), counters);
+  PacketPort line(stream_to(terminal.port()), counters);
   line.poll(now());
   // until it takes no more: the last packet is cut somewhere
   int sent = 0;
@@ -116,7 +121,7 @@ TEST_CASE("serial device: unplugged and plugged in again") {
   // A device that goes away is noticed and named, and opened again by its name when it is back.
   PseudoTerminal terminal;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(terminal.port()), counters);
+  PacketPort line(stream_to(terminal.port()), counters);
   line.poll(now());
   check_delivery(line, 3, [&] { return terminal.read(); });
   for (int times = 1; times <= 2; ++times) {
@@ -139,7 +144,7 @@ TEST_CASE("serial device: a device that talks") {
   // What comes from the device is thrown away, so that nothing piles up in the system.
   PseudoTerminal terminal;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(terminal.port()), counters);
+  PacketPort line(stream_to(terminal.port()), counters);
   line.poll(now());
   for (int i = 0; i < 50; ++i) {
     terminal.say(std::string(1000, 'x'));
@@ -155,7 +160,7 @@ TEST_CASE("serial device: what a device says is there for records until the next
   for (const std::string& port : {terminal.port(), terminal.link(), listener.port()}) {
     CAPTURE(port);
     const bool tcp = port == listener.port();
-    const auto stream = make_byte_stream(port);
+    const auto stream = stream_to(port);
     stream->open();
     REQUIRE(eventually(deadline, [&] { return stream->check() == ByteStream::State::open; }));
     CHECK(stream->heard().empty());
@@ -179,7 +184,7 @@ TEST_CASE("serial device: for one program alone") {
   // A second user of the same device is told that it is in use.
   PseudoTerminal terminal;
   for (const std::string& port : {terminal.port(), terminal.link()}) {
-    const auto first = make_byte_stream(port);
+    const auto first = stream_to(port);
     first->open();
     REQUIRE(first->check() == ByteStream::State::open);
     check_holds(trouble_with(terminal.port()), "in use by another program");
@@ -192,7 +197,7 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   // unplugging and plugging in work alike.
   PseudoTerminal terminal;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(terminal.link()), counters);
+  PacketPort line(stream_to(terminal.link()), counters);
   line.poll(now());
   check_delivery(line, 20, [&] { return terminal.read(); });
   CHECK((terminal.settings().c_oflag & OPOST) == 0);
@@ -214,7 +219,7 @@ TEST_CASE("serial device: a pseudo-terminal is opened again by people who are no
   if (root) REQUIRE((::chmod(device.c_str(), 0666) == 0 && ::seteuid(65534) == 0));
   for (int i = 0; i < 3; ++i) {
     CAPTURE(i);
-    const auto stream = make_byte_stream(device);
+    const auto stream = stream_to(device);
     stream->open();
     CHECK(stream->check() == ByteStream::State::open);
     check_holds(trouble_with(device), "in use by another program");
@@ -229,8 +234,8 @@ TEST_CASE("serial device: what is no device") {
   check_holds(trouble_with("/etc/passwd"), "/etc/passwd is not a serial port");
   check_holds(trouble_with("/dev"), "is not a serial port");
   check_holds(trouble_with("/dev/null"), "is not a serial port");
-  CHECK_THROWS_AS(make_byte_stream(""), PortError);
-  CHECK_THROWS_AS(make_byte_stream("udp://here:1"), PortError);
+  CHECK_THROWS_AS(find_line(""), PortError);
+  CHECK_THROWS_AS(find_line("udp://here:1"), PortError);
 }
 
 TEST_CASE("serial device: no permission") {
@@ -254,7 +259,7 @@ TEST_CASE("tcp: bytes") {
   // Packets arrive whole and in order at a TCP port, and its answers are thrown away.
   Listener listener;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(listener.port()), counters);
+  PacketPort line(stream_to(listener.port()), counters);
   check_delivery(line, 30, [&] { return listener.read(); });
 }
 
@@ -262,7 +267,7 @@ TEST_CASE("tcp: a connection that ends") {
   // A connection that was closed, and a port where nobody listens for a while, are named, and found again.
   Listener listener;
   hal::Counters counters;
-  PacketPort line(make_byte_stream(listener.port()), counters);
+  PacketPort line(stream_to(listener.port()), counters);
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.hang_up();
   CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.port_lost"] == 1; }));
@@ -281,8 +286,8 @@ TEST_CASE("tcp: addresses") {
   for (const std::string port : {"tcp://", "tcp://host", "tcp://:1", "tcp://host:", "tcp://host:0", "tcp://host:65536",
                                  "tcp://host:12x", "tcp://host:99999999999"}) {
     CAPTURE(port);
-    CHECK_THROWS_AS(make_byte_stream(port), PortError);
+    CHECK_THROWS_AS(find_line(port), PortError);
   }
-  CHECK_THROWS_AS(make_byte_stream("tcp://no-such-host.invalid:3001"), PortError);
-  CHECK_NOTHROW(make_byte_stream("tcp://[::1]:3001"));
+  CHECK_THROWS_AS(find_line("tcp://no-such-host.invalid:3001"), PortError);
+  CHECK_NOTHROW(find_line("tcp://[::1]:3001"));
 }

@@ -1,0 +1,90 @@
+#include "hal/platforms/kilobot/descriptor_stream.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+
+namespace arkmesh::hal::kilobot {
+namespace {
+
+constexpr std::chrono::seconds connects_within{1};  // another attempt may find the path that is back
+
+bool is_for_later(int code) {
+  return code == EAGAIN || code == EINTR;
+}
+
+}  // namespace
+
+Line find_line(const std::string& port) {
+  constexpr std::string_view tcp = "tcp://";
+  if (port.starts_with(tcp)) return tcp_line(port.substr(tcp.size()));
+  if (port.empty())
+    throw PortError(
+        "the name of the overhead controller's port is empty; write a device such as /dev/ttyUSB0, or tcp://host:port");
+  if (port.find("://") != std::string::npos)
+    throw PortError(fmt::format("{}: write a device such as /dev/ttyUSB0, or tcp://host:port", port));
+  return serial_line(port.front() == '/' ? port : "/dev/" + port);
+}
+
+void DescriptorStream::open() {
+  if (descriptor_) return;
+  try {
+    began_ = machine_time().now();
+    descriptor_ = line_.open();
+    open_ = !line_.connects;
+    if (open_) trouble_.clear();
+  } catch (const PortError& why) {
+    trouble_ = why.what();
+  }
+}
+
+ByteStream::State DescriptorStream::check() {
+  heard_bytes_ = 0;
+  if (!descriptor_) return State::closed;
+  pollfd state{descriptor_.get(), static_cast<short>(open_ ? POLLIN : POLLOUT), 0};
+  const bool ready = ::poll(&state, 1, 0) > 0;
+  if (open_) {
+    if (!ready) return State::open;
+    const ssize_t read = ::read(descriptor_.get(), heard_.data(), heard_.size());
+    heard_bytes_ = static_cast<std::size_t>(std::max<ssize_t>(read, 0));
+    return read > 0 || (read < 0 && is_for_later(errno)) ? State::open : lose(read < 0 ? errno : 0);
+  }
+  int code = ETIMEDOUT;
+  socklen_t length = sizeof code;
+  if (ready)
+    ::getsockopt(descriptor_.get(), SOL_SOCKET, SO_ERROR, &code, &length);
+  else if (machine_time().now() - began_ <= connects_within)
+    return State::opening;
+  if (code != 0) return lose(code);
+  open_ = true;
+  trouble_.clear();
+  return State::open;
+}
+
+std::size_t DescriptorStream::write(std::span<const std::uint8_t> bytes) {
+  if (!open_ || bytes.empty()) return 0;
+  ssize_t written = ::send(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  if (written < 0 && errno == ENOTSOCK) written = ::write(descriptor_.get(), bytes.data(), bytes.size());
+  if (written >= 0) return static_cast<std::size_t>(written);
+  if (!is_for_later(errno)) lose(errno);
+  return 0;
+}
+
+std::size_t DescriptorStream::waiting_bytes() {
+  int waiting = 0;  // a socket takes the same request
+  return open_ && ::ioctl(descriptor_.get(), TIOCOUTQ, &waiting) == 0 && waiting > 0 ? static_cast<std::size_t>(waiting)
+                                                                                     : 0;
+}
+
+ByteStream::State DescriptorStream::lose(int code) {
+  trouble_ = line_.why_lost(open_, code);
+  descriptor_ = Handle();
+  open_ = false;
+  return State::closed;
+}
+
+}  // namespace arkmesh::hal::kilobot
