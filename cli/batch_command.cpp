@@ -9,14 +9,14 @@
 #include <thread>
 
 #include "app/batch.hpp"
+#include "app/batch_plots.hpp"
+#include "app/batch_progress.hpp"
 #include "app/batch_results.hpp"
-#include "cli/batch_plots.hpp"
-#include "cli/batch_progress.hpp"
+#include "app/slurm_array.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
-#include "cli/slurm_array.hpp"
 #include "hal/result_file.hpp"
 
 namespace arkmesh::cli {
@@ -48,7 +48,7 @@ void list_runs(const app::BatchPlan& plan) {
 void draw_plots(const app::Batch& batch) {
   for (const app::BatchPlot& plot : batch.plan().plots) {
     try {
-      draw_batch(batch.directory(), plot);
+      app::draw_batch(batch.directory(), plot);
     } catch (const std::runtime_error& why) {
       fmt::print(stderr, "arkmesh: no figure of {}: {}\n", plot.column, why.what());
     }
@@ -77,7 +77,7 @@ int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, 
   const std::vector<std::size_t> open = batch.open_runs(options.retry);
   std::deque<app::RunTask> tasks;
   for (const std::size_t run : open) tasks.push_back(batch.task(run));
-  BatchProgress progress(line, batch.plan().runs(), open.size());
+  app::BatchProgress progress(line, batch.plan().runs(), open.size());
   app::RunPool pool(std::move(tasks), jobs_of(options), batch.free_bytes(jobs_of(options)));
   while (!pool.done()) {
     if (const auto ended = pool.next(stop, 200ms)) progress.ended(*ended, batch.task(ended->number));
@@ -138,11 +138,11 @@ int run(const BatchOptions& options) {
   std::string why_halted;
   int code = 0;
   if (options.slurm)
-    why_halted = run_on_slurm(batch, {options.request, options.slurm_options, options.retry}, stop, line);
+    why_halted = app::run_on_slurm(batch, {options.request, options.slurm_options, options.retry}, stop, line);
   else if (!options.gather && options.plot.column.empty())
     code = run_all(options, batch, stop, line);
   if (options.slurm || options.gather) code = gather(batch, why_halted);
-  if (!options.plot.column.empty()) draw_batch(batch.directory(), options.plot);
+  if (!options.plot.column.empty()) app::draw_batch(batch.directory(), options.plot);
   return code;
 }
 

@@ -16,7 +16,6 @@
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
-#include "cli/running_lab.hpp"
 #include "gateway/key_folder.hpp"
 #include "gateway/signature.hpp"
 #include "hal/config.hpp"
@@ -24,6 +23,7 @@
 #include "hal/messages.hpp"
 #include "lab/operator_key.hpp"
 #include "lab/operator_message.hpp"
+#include "lab/running_lab.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -82,7 +82,7 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
       fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
 }
 
-[[noreturn]] void say_not_seen(const RunningLab& lab, bool ended) {
+[[noreturn]] void say_not_seen(const lab::RunningLab& lab, bool ended) {
   fmt::print(stderr, "arkmesh: {} told its robots to stand; not seen to: {}. {}\n", lab.name(),
              lab.should_stand() ? lab.not_standing() : "any, for it still says that they should run",
              ended ? "It has ended; a process that it left behind tells them for a minute, and arkmesh ohc PORT pause "
@@ -92,7 +92,7 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
 }
 
 // "Done" is said of robots that were seen to stand only.
-void tell(const OperatorWord& word, RunningLab& lab, const Prove& prove) {
+void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove) {
   if (lab.is_over()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
   const std::string why = lab.tell(word.command, prove);
   if (!why.empty()) throw std::runtime_error(why);
@@ -110,7 +110,7 @@ void tell(const OperatorWord& word, RunningLab& lab, const Prove& prove) {
 void tell_own(const OperatorWord& word, const BusOptions& options) {
   const hal::BusConfig bus = options.bus();
   const Prove prove = prove_as_user();
-  RunningLab lab(bus, options.lab());
+  lab::RunningLab lab(bus, options.lab());
   if (!lab.speaks()) throw no_lab(bus.url, word);
   tell(word, lab, prove);
 }
@@ -127,7 +127,7 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   const std::string own = options.lab();
   const Prove prove = prove_as_lab(own, root.section("gateway").get("keys", std::filesystem::path()));
   const hal::BusConfig bus = options.bus();
-  RunningLab lab(bus, options.at, own);
+  lab::RunningLab lab(bus, options.at, own);
   if (!lab.speaks())
     throw std::runtime_error(fmt::format("{} does not speak on {}; is the link to it up? (arkmesh status {})",
                                          options.at, bus.url, options.file));

@@ -21,8 +21,7 @@ class ProgressLine final : public hal::Progress {
   // "shark  period 412/900  45.8 %  312x  eta 3 s", at most once a second; a wait is said at once and then every 5 s.
   void show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state = "running") override;
   void done() override;
-  // A line that stays.
-  void say(const std::string& line);
+  void say(const std::string& line) override;
   // The same once the work has gone on for `time`; never when it ends before.
   void say_after(std::chrono::milliseconds time, std::string line);
 

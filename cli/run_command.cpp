@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/count_words.hpp"
 #include "app/joint_run.hpp"
 #include "app/lab_files.hpp"
 #include "cli/commands.hpp"
-#include "cli/count_words.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
@@ -68,7 +68,7 @@ int run(const RunOptions& options) {
              wall.at("total_s").get<double>(), wall.at("speed").get<double>(),
              result.at("final_hash").get<std::string>());
   for (const auto& [name, n] : result.at("counts").items())
-    fmt::print("  {}\n", count_words(name, n.get<std::uint64_t>()));
+    fmt::print("  {}\n", app::count_words(name, n.get<std::uint64_t>()));
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
   return 0;
 }

@@ -17,6 +17,8 @@ class Progress {
   virtual void show(std::uint32_t done, std::uint32_t all, double unit_s, const std::string& state = "running") = 0;
   // Takes away what is shown in place, so that something else can be said.
   virtual void done() = 0;
+  // A line that stays.
+  virtual void say(const std::string& line) = 0;
 };
 
 }  // namespace arkmesh::hal

@@ -66,7 +66,7 @@ def number(n):
 
 
 def count_words(name, n):
-    """A count's name and value for people, with the unit that its name ends with: as cli/count_words.cpp."""
+    """A count's name and value for people, with the unit that its name ends with: as app/count_words.cpp."""
     units = {"ppm": ("%", 1e4), "us": ("s", 1e6), "ms": ("s", 1e3), "s": ("s", 1), "bytes": ("kB", 1e3)}
     *words, last = re.split(r"[._]", name)
     if words and last in units:

@@ -1,9 +1,9 @@
 // Counts as people read them: the same as in the page (tests/view/modules_test.mjs).
-#include "cli/count_words.hpp"
+#include "app/count_words.hpp"
 
 #include <doctest/doctest.h>
 
-using arkmesh::cli::count_words;
+using arkmesh::app::count_words;
 
 TEST_CASE("a count's name gives its unit") {
   CHECK(count_words("flying.south_ppm", 975'000) == "flying south 97.5 %");

@@ -62,6 +62,7 @@ class SilentProgress final : public hal::Progress {
   void show(const std::string&) override {}
   void show(std::uint32_t, std::uint32_t, double, const std::string&) override {}
   void done() override {}
+  void say(const std::string&) override {}
 };
 
 bool is_there(const std::vector<emulator::Emulator::Truth>& truth, hal::RobotId robot, double x_m, double y_m) {

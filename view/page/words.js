@@ -32,7 +32,7 @@ export function number_words(n) {
 }
 
 /**
- * Units that a count's name may end with, as in cli/count_words.cpp: what is shown, and how many of the count's own make one.
+ * Units that a count's name may end with, as in app/count_words.cpp: what is shown, and how many of the count's own make one.
  * @type {Record<string, {unit: string, per: number}>}
  */
 const count_units = { ppm: { unit: "%", per: 1e4 }, us: { unit: "s", per: 1e6 }, ms: { unit: "s", per: 1e3 }, s: { unit: "s", per: 1 }, bytes: { unit: "kB", per: 1e3 } };

@@ -1,10 +1,10 @@
-#include "cli/count_words.hpp"
+#include "app/count_words.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-namespace arkmesh::cli {
+namespace arkmesh::app {
 namespace {
 
 struct Unit {
@@ -27,4 +27,4 @@ std::string count_words(std::string_view name, std::uint64_t n) {
   return fmt::format("{} {}", words, n);
 }
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::app

@@ -5,9 +5,9 @@
 
 #include "app/batch_plan.hpp"
 
-namespace arkmesh::cli {
+namespace arkmesh::app {
 
 // Draws into the batch's folder, says where, and throws std::runtime_error with the script's sentence when it cannot.
-void draw_batch(const std::filesystem::path& directory, const app::BatchPlot& plot);
+void draw_batch(const std::filesystem::path& directory, const BatchPlot& plot);
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::app

@@ -1,11 +1,11 @@
-#include "cli/batch_progress.hpp"
+#include "app/batch_progress.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string>
 
-namespace arkmesh::cli {
+namespace arkmesh::app {
 namespace {
 
 constexpr std::size_t bar_width = 24;
@@ -19,7 +19,7 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-void BatchProgress::ended(const app::RunPool::Ended& run, const app::RunTask& task) {
+void BatchProgress::ended(const RunPool::Ended& run, const RunTask& task) {
   ++ended_;
   if (run.finished) return;
   ++failed_;
@@ -43,4 +43,4 @@ void BatchProgress::show(std::size_t running) {
   line_.show(text);
 }
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::app

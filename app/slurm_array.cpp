@@ -1,4 +1,4 @@
-#include "cli/slurm_array.hpp"
+#include "app/slurm_array.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,12 +11,12 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cli/batch_progress.hpp"
+#include "app/batch_progress.hpp"
 #include "hal/config.hpp"
 #include "hal/replace_file.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
-namespace arkmesh::cli {
+namespace arkmesh::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -48,8 +48,8 @@ std::string task_lines(const std::vector<std::size_t>& runs) {
   return out;
 }
 
-std::string job_script(const app::Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
-  const app::Batch::Request& request = wanted.batch;
+std::string job_script(const Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
+  const Batch::Request& request = wanted.batch;
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "arkmesh";
   std::string command = quoted(program.string()) + " batch";
   for (const fs::path& file : request.files) command += " " + quoted(fs::absolute(file).string());
@@ -77,7 +77,7 @@ std::string job_under_way(const fs::path& file) {
   return asked.status == 0 && asked.output.find_first_not_of(" \n") != std::string::npos ? job : std::string();
 }
 
-std::string submit(const app::Batch& batch, const SlurmRequest& wanted, const std::vector<std::size_t>& runs,
+std::string submit(const Batch& batch, const SlurmRequest& wanted, const std::vector<std::size_t>& runs,
                    const fs::path& folder) {
   fs::create_directories(folder);
   hal::must_replace_file(folder / "tasks.txt", task_lines(runs));
@@ -104,8 +104,7 @@ std::string submit(const app::Batch& batch, const SlurmRequest& wanted, const st
 
 }  // namespace
 
-std::string run_on_slurm(const app::Batch& batch, const SlurmRequest& wanted, hal::StopRequest& stop,
-                         ProgressLine& line) {
+std::string run_on_slurm(const Batch& batch, const SlurmRequest& wanted, hal::StopRequest& stop, hal::Progress& line) {
   const fs::path folder = batch.directory() / "slurm";
   std::string job = job_under_way(folder / "job.txt");
   const std::vector<std::size_t> open = batch.open_runs(wanted.failed_too);
@@ -128,4 +127,4 @@ std::string run_on_slurm(const app::Batch& batch, const SlurmRequest& wanted, ha
   return "stopped";
 }
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::app

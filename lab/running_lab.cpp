@@ -1,4 +1,4 @@
-#include "cli/running_lab.hpp"
+#include "lab/running_lab.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "lab/message_check.hpp"
 #include "lab/operator_message.hpp"
 
-namespace arkmesh::cli {
+namespace arkmesh::lab {
 namespace {
 
 using namespace std::chrono_literals;
@@ -40,7 +40,7 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
       statuses_(bus_.subscribe(
           (own.empty() ? "" : name + '/') + hal::channel::status, [this, name](std::string_view, auto bytes) {
             lab_status_t status;
-            if (!lab::check_status(bytes).empty() || !hal::decode(bytes, status)) return;
+            if (!check_status(bytes).empty() || !hal::decode(bytes, status)) return;
             if (!name.empty() && status.lab != name) return;
             if (statuses_heard_ > 0 && (status.lab != status_.lab || status.nonce != status_.nonce)) return;
             status_ = status;
@@ -107,9 +107,9 @@ bool RunningLab::admits(operator_command_t& message, const std::function<void(op
   std::random_device device;
   const std::int64_t newest = counter(number_counter_);
   message.clock_us = counter("operator.clock_us");
-  message.number = newest + std::uniform_int_distribution<std::int64_t>(1, lab::number_window)(device);
+  message.number = newest + std::uniform_int_distribution<std::int64_t>(1, number_window)(device);
   prove(message);
-  bus_.publish(lab::operator_channel, message);
+  bus_.publish(operator_channel, message);
   const int heard = statuses_heard_;
   const bool ends = message.command.command == operator_command_t::stop;
   const auto admitted = [&] { return counter(number_counter_) >= message.number || (ends && is_over()); };
@@ -117,4 +117,4 @@ bool RunningLab::admits(operator_command_t& message, const std::function<void(op
   return admitted();
 }
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::lab

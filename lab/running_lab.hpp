@@ -14,7 +14,7 @@
 #include "hal/bus_config.hpp"
 #include "hal/messages.hpp"
 
-namespace arkmesh::cli {
+namespace arkmesh::lab {
 
 class RunningLab {
  public:
@@ -56,4 +56,4 @@ class RunningLab {
   std::unique_ptr<hal::Bus::Subscription> statuses_;
 };
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::lab

@@ -1,4 +1,4 @@
-#include "cli/batch_plots.hpp"
+#include "app/batch_plots.hpp"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 
 #include "sim_ode/host/subprocess.hpp"
 
-namespace arkmesh::cli {
+namespace arkmesh::app {
 
-void draw_batch(const std::filesystem::path& directory, const app::BatchPlot& plot) {
+void draw_batch(const std::filesystem::path& directory, const BatchPlot& plot) {
   const std::string script = sim_ode::script_of_arkmesh("plot_batch").string();
   std::vector<std::string> command = {script, directory.string(), "--column", plot.column, "--over", plot.over};
   if (!plot.by.empty()) command.insert(command.end(), {"--by", plot.by});
@@ -25,4 +25,4 @@ void draw_batch(const std::filesystem::path& directory, const app::BatchPlot& pl
   fmt::print("{}\n", last);
 }
 
-}  // namespace arkmesh::cli
+}  // namespace arkmesh::app
