@@ -1,12 +1,10 @@
 // `arkmesh rerun`: a run once more, from its folder alone.
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 #include "app/batch_plan.hpp"
@@ -16,6 +14,7 @@
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/scratch_folder.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -27,34 +26,13 @@ struct RerunOptions {
   std::int64_t index = -1;
 };
 
-// A folder for a run that nobody keeps.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "arkmesh-rerun-XXXXXX").string();
-    if (!::mkdtemp(name.data()))
-      throw std::runtime_error(fmt::format("{}: cannot be made; give a folder with --out", name));
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 int rerun(const RerunOptions& options) {
   const app::RecordedRun recorded(options.place,
                                   options.index < 0 ? std::nullopt : std::optional<std::size_t>(options.index));
   hand_over_cameras(recorded.config_files(), {});
   for (const std::string& change : recorded.changes()) fmt::print(stderr, "arkmesh: {}\n", change);
-  const std::optional<ScratchFolder> scratch =
-      options.out.empty() ? std::optional<ScratchFolder>(std::in_place) : std::nullopt;
+  std::optional<hal::ScratchFolder> scratch;
+  if (options.out.empty()) scratch.emplace("rerun");
   const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
   std::error_code error;
   if (fs::exists(directory, error) && !(fs::is_directory(directory, error) && fs::is_empty(directory, error)))

@@ -1,7 +1,6 @@
 #include "sim_ode/host/avr_tools.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <sstream>
 #include <stdexcept>
@@ -13,20 +12,6 @@ namespace {
 namespace fs = std::filesystem;
 
 }  // namespace
-
-BuildFolder::BuildFolder() {
-  std::error_code error;
-  fs::path base = fs::temp_directory_path(error);
-  std::string name = ((error ? fs::path("/tmp") : base) / "arkmesh-check-XXXXXX").string();
-  if (!mkdtemp(name.data()))
-    throw std::runtime_error(fmt::format("no directory can be made in {} to build in", base.string()));
-  path = name;
-}
-
-BuildFolder::~BuildFolder() {
-  std::error_code ignored;
-  fs::remove_all(path, ignored);
-}
 
 Finished run_avr(std::vector<std::string> command) {
   const std::string tool = command[0];

@@ -9,15 +9,6 @@
 
 namespace arkmesh::sim_ode {
 
-// A folder to build in, gone with this object.
-struct BuildFolder {
-  BuildFolder();
-  ~BuildFolder();
-  BuildFolder(const BuildFolder&) = delete;
-  BuildFolder& operator=(const BuildFolder&) = delete;
-  std::filesystem::path path;
-};
-
 // Flash and static memory of a linked program.
 struct Sizes {
   int flash = 0, ram = 0;

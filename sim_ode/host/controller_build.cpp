@@ -9,6 +9,7 @@
 
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
+#include "hal/scratch_folder.hpp"
 #include "sim_ode/host/controller_check.hpp"
 #include "sim_ode/host/robot_program.hpp"
 
@@ -80,20 +81,20 @@ std::string compile_for_robot(const std::vector<std::string>& more, const fs::pa
 
 BuiltProgram build_program(const fs::path& program, const fs::path& kilolib, const fs::path& hex) {
   const RobotLibrary library = library_of(kilolib);
-  const BuildFolder folder;
-  const fs::path elf = folder.path / "program.elf", made = folder.path / "program.hex";
+  const hal::ScratchFolder folder("build");
+  const fs::path elf = folder.path() / "program.elf", made = folder.path() / "program.hex";
   std::vector<std::string> include;
   for (const fs::path& headers : library.headers) include.insert(include.end(), {"-I", headers.string()});
   include.insert(include.end(), {"-I", firmware_folder().string()});
 
   const auto compile = [&](const fs::path& source, const char* object, std::vector<std::string> options) {
     options.insert(options.end(), include.begin(), include.end());
-    options.insert(options.end(), {"-c", source.string(), "-o", (folder.path / object).string()});
+    options.insert(options.end(), {"-c", source.string(), "-o", (folder.path() / object).string()});
     return compile_for_robot(options, source);
   };
   BuiltProgram out;
   out.said = compile(program, "program.o", {"-std=gnu99", "-fgnu89-inline", "-Os"});
-  std::vector<std::string> link = {link_without_limits, (folder.path / "program.o").string()};
+  std::vector<std::string> link = {link_without_limits, (folder.path() / "program.o").string()};
   for (const fs::path& part : library.parts) {
     if (part.extension() == ".a") {
       link.push_back(part.string());
@@ -101,7 +102,7 @@ BuiltProgram build_program(const fs::path& program, const fs::path& kilolib, con
     }
     const std::string object = part.filename().string() + ".o";
     compile(part, object.c_str(), {"-O3", "-w"});  // its interrupts are timed to be built so
-    link.push_back((folder.path / object).string());
+    link.push_back((folder.path() / object).string());
   }
   link.insert(link.end(), {"-lm", "-o", elf.string()});
   out.said += compile_for_robot(link, program);

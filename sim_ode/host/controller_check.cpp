@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "hal/scratch_folder.hpp"
 #include "sim_ode/host/avr_tools.hpp"
 #include "sim_ode/host/robot_program.hpp"
 
@@ -137,11 +138,11 @@ class Builder {
 }  // namespace
 
 CheckedProgram check_program(const fs::path& program) {
-  const BuildFolder folder;
-  const Builder builder(folder.path);
+  const hal::ScratchFolder folder("check");
+  const Builder builder(folder.path());
   const std::string said = builder.compile(program, "program.o");
-  builder.compile(folder.path / "stand_ins.c", "stand_ins.o");
-  builder.compile(folder.path / "empty.c", "empty.o");
+  builder.compile(folder.path() / "stand_ins.c", "stand_ins.o");
+  builder.compile(folder.path() / "empty.c", "empty.o");
   const Sizes empty = builder.link("empty.o", "empty.c"), full = builder.link("program.o", program);
 
   CheckedProgram out;

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "hal/scratch_folder.hpp"
 #include "sim_ode/host/program_cache.hpp"
 #include "sim_ode/host/subprocess.hpp"
 
@@ -24,31 +25,6 @@ namespace fs = std::filesystem;
 
 // Of a robot's static memory; text buffers of programs for PCs were seen to take 11 kB.
 constexpr std::size_t max_memory_bytes = 256 << 10;
-
-// A directory of our own below the system's temporary one; removed with everything in it.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::error_code error;
-    fs::path base = fs::temp_directory_path(error);
-    if (error) base = "/tmp";
-    std::string name = (base / "arkmesh-controller-XXXXXX").string();
-    if (!mkdtemp(name.data()))
-      throw ProgramError(
-          fmt::format("no directory can be made in {} to compile in; free some space or set TMPDIR", base.string()));
-    path_ = name;
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
   static std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>> programs;
@@ -68,7 +44,7 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
   program->source_ = source;
   const ProgramCache cache(ProgramCache::folder_of_user(), source, text);
   if (!program->load_kept(cache)) {
-    const TemporaryDirectory work;
+    const hal::ScratchFolder work("controller");
     ObjectBuild build(source, text, work.path());
     build.run();
     program->load_object(build.object());
