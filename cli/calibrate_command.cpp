@@ -4,14 +4,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
-#include "cli/calibrate_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "testbed/camera_calibration.hpp"
@@ -23,6 +25,72 @@
 
 namespace arkmesh::cli {
 namespace {
+
+// "7x6" or "120.5,33": two numbers above or at 0 and nothing else.
+std::pair<double, double> two_positive(const std::string& text, char between, const std::string& option,
+                                       const std::string& example) {
+  const auto both = two_numbers(text, between);
+  if (!both || !(both->first >= 0) || !(both->second >= 0))
+    throw CLI::ValidationError(option, fmt::format("{} is not of the form {}", text, example));
+  return *both;
+}
+
+struct CalibrateOptions {
+  std::vector<std::string> pictures, corners, landmarks;
+  std::string board = "7x6", arena = "1x1", corner_picture, out, name = "camera0", png, ark, size = "2048x1536";
+  double square_mm = 25, camera_height_m = 1.6;
+
+  // All of these throw CLI::ValidationError.
+  std::pair<double, double> arena_sides_m() const {
+    const auto sides = two_positive(arena, 'x', "--arena", "1x1 (metres)");
+    if (!(sides.first > 0 && sides.second > 0 && sides.first <= 100 && sides.second <= 100))
+      throw CLI::ValidationError("--arena", "the sides must be above 0 and at most 100 m");
+    return sides;
+  }
+
+  tracker::ChessboardSize chessboard() const {
+    const auto [columns, rows] = two_positive(board, 'x', "--board", "7x6 (inner corners)");
+    if (columns < 3 || rows < 3 || columns > 50 || rows > 50 || columns != static_cast<int>(columns) ||
+        rows != static_cast<int>(rows))
+      throw CLI::ValidationError("--board", "a chessboard has 3 to 50 inner corners along each side");
+    return {static_cast<int>(columns), static_cast<int>(rows), square_mm};
+  }
+
+  std::pair<int, int> ark_picture_px() const {
+    const auto [width_px, height_px] = two_positive(size, 'x', "--size", "2048x1536 (pixels)");
+    if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
+      throw CLI::ValidationError("--size", "no camera has pictures of this size");
+    return {static_cast<int>(width_px), static_cast<int>(height_px)};
+  }
+
+  std::vector<tracker::Point> given_corners() const {
+    std::vector<tracker::Point> found;
+    for (const std::string& text : corners) {
+      const auto [x, y] = two_positive(text, ',', "--corner", "120.5,33 (pixels)");
+      found.push_back({x, y});
+    }
+    return found;
+  }
+
+  // "812.5,64=-0.25,0.5": pixels, and metres of the arena frame.
+  std::vector<tracker::Mark> given_landmarks() const {
+    std::vector<tracker::Mark> found;
+    for (const std::string& text : landmarks) {
+      tracker::Mark mark;
+      char rest = 0;
+      const int read = std::sscanf(text.c_str(), "%lf,%lf=%lf,%lf%c", &mark.in_pixels.x, &mark.in_pixels.y,
+                                   &mark.in_arena.x, &mark.in_arena.y, &rest);
+      const double numbers[] = {mark.in_pixels.x, mark.in_pixels.y, mark.in_arena.x, mark.in_arena.y};
+      if (read != 4 ||
+          !std::all_of(std::begin(numbers), std::end(numbers), [](double number) { return std::abs(number) < 1e5; }))
+        throw CLI::ValidationError(
+            "--landmark",
+            fmt::format("{} is not of the form 812.5,64=-0.25,0.5 (pixels=metres of the arena frame)", text));
+      found.push_back(mark);
+    }
+    return found;
+  }
+};
 
 cv::Mat read_picture(const std::string& file) {
   cv::Mat picture = tracker::read_picture(file);
@@ -150,9 +218,46 @@ void import_ark(const CalibrateOptions& options) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app) {
-  auto* command = add_command(app, "calibrate");
+  CLI::App* command = add_command(app, "calibrate");
   const auto options = std::make_shared<CalibrateOptions>();
-  options->add_to(*command);
+  command
+      ->add_option("PICTURES", options->pictures,
+                   "Pictures of a chessboard, at different slants, all over the camera's view")
+      ->check(CLI::ExistingFile);
+  command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")
+      ->capture_default_str();
+  command->add_option("--square-mm", options->square_mm, "Side of one of its squares, in millimetres")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")
+      ->capture_default_str();
+  command->add_option("--corner", options->corners,
+                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
+  command
+      ->add_option("--corners", options->corner_picture,
+                   "A picture of the whole arena, in which arkmesh finds the landmarks by which a lab notices that the "
+                   "camera was moved since; without --corner and --landmark also the corners, of which it takes the "
+                   "upper left one for the north-west one")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--landmark", options->landmarks,
+                   "A point of the arena, in the picture and in the arena: x,y=x,y in pixels and metres (x "
+                   "east, y north of the "
+                   "arena's middle); "
+                   "four times or more, spread over the view, for a camera that does not see all four corners")
+      ->excludes("--corner");
+  command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
+  command->add_option("--png", options->png, "Draw the arena's outline over its picture, to check the calibration");
+  command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
+  auto* ark =
+      command->add_option("--import-ark", options->ark, "Convert an ARK calibration instead")->check(CLI::ExistingFile);
+  command->add_option("--camera-height", options->camera_height_m, "Height of ARK's cameras above the arena, in metres")
+      ->check(CLI::Range(0.1, 50.0))
+      ->needs(ark)
+      ->capture_default_str();
+  command->add_option("--size", options->size, "Size of the pictures of ARK's cameras, width x height in pixels")
+      ->needs(ark)
+      ->capture_default_str();
   command->footer(
       "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners arena.png --arena 1x1 --out "
       "testbed.yaml\n"

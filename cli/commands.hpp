@@ -39,7 +39,6 @@ void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testb
 void add_export_command(CLI::App& app);
 void add_plot_command(CLI::App& app);
 void add_controller_command(CLI::App& app);
-void add_controller_run_command(CLI::App& controller);
 void add_emulator_command(CLI::App& app);
 void add_ohc_command(CLI::App& app);
 void add_testbed_command(CLI::App& app);

@@ -1,17 +1,28 @@
-// `arkmesh controller`: a robot's program by itself. `check` and `build` build it for the robot; `run` has a file of
-// its own.
+// `arkmesh controller`: a robot's program by itself. `check` and `build` build it for the robot; `run` runs it on a
+// simulated swarm, without labs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
+#include "cli/progress_line.hpp"
+#include "hal/platforms/kilobot/body.hpp"
+#include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/controller_build.hpp"
 #include "sim_ode/host/controller_check.hpp"
+#include "sim_ode/host/poses_file.hpp"
+#include "sim_ode/host/robot_text.hpp"
+#include "sim_ode/host/swarm_drawing.hpp"
+#include "sim_ode/host/swarm_report.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -74,18 +85,147 @@ void add_build_command(CLI::App& controller) {
   build->callback([options] {
     const std::filesystem::path program = options->program;
     const std::string hex = options->hex.empty() ? program.stem().string() + ".hex" : options->hex;
-    if (const int code = build_controller(program, options->kilolib, hex)) throw CLI::RuntimeError(code);
+    end_with(build_controller(program, options->kilolib, hex));
   });
+}
+
+struct ControllerRunOptions {
+  sim_ode::SwarmOptions swarm;
+  double seconds = 60;
+  int text_lines = 10;
+  std::string arena = "1x1", light, png, video, csv;
+};
+
+// Refuses a file that cannot be written before a run that would be for nothing.
+void check_writable(const char* option, const std::string& file) {
+  if (file.empty()) return;
+  std::error_code ignored;
+  const bool existed = std::filesystem::exists(file, ignored);
+  const bool writable = static_cast<bool>(std::ofstream(file, std::ios::app));
+  if (!existed) std::filesystem::remove(file, ignored);
+  if (!writable) throw CLI::ValidationError(option, fmt::format("{} cannot be written", file));
+}
+
+void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv,
+          const std::vector<hal::MovableObject>& objects) {
+  std::vector<std::string> names;
+  for (const hal::MovableObject& object : objects) names.push_back(object.name);
+  try {
+    poses.emplace(csv, std::move(names));
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError("--csv", error.what());
+  }
+}
+
+// Returns the exit code.
+int run_controller(ControllerRunOptions options) {
+  const auto sides = two_numbers(options.arena, 'x');
+  if (!sides) throw CLI::ValidationError("--arena", "write width x height in metres, such as 1x1 or 0.5x2");
+  options.swarm.width_m = sides->first;
+  options.swarm.height_m = sides->second;
+  if (!options.light.empty()) {
+    const auto place = two_numbers(options.light, ',');
+    if (!place) throw CLI::ValidationError("--light", "write x,y in metres from the arena's centre, such as 0.3,-0.2");
+    options.swarm.light = hal::Pose{.x_m = place->first, .y_m = place->second};
+  }
+
+  const std::string name = options.swarm.program.filename().string();
+  const auto begun = std::chrono::steady_clock::now();
+  const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
+  check_writable("--png", options.png);
+  check_writable("--video", options.video);
+  sim_ode::SwarmDrawing drawing{
+      options.png, options.video, options.swarm.width_m, options.swarm.height_m, options.swarm.light, {}, {}};
+  sim_ode::draw_swarm(drawing, {});
+  check_writable("--csv", options.csv);
+  // Without a need for each frame a picture's trails are drawn from one a second.
+  const std::uint32_t every = options.csv.empty() && options.video.empty() ? 10 : 1;
+
+  std::optional<sim_ode::ControllerSwarm> swarm;
+  try {
+    swarm.emplace(options.swarm);
+  } catch (const sim_ode::ProgramError& error) {
+    fmt::print(stderr, "arkmesh: {}: {}\n", name, error.what());
+    return 1;
+  }
+  drawing.obstacles = swarm->arena().info().obstacles;
+  drawing.objects = swarm->arena().info().objects;
+  std::optional<sim_ode::PosesFile> poses;
+  if (!options.csv.empty() || !options.png.empty() || !options.video.empty())
+    open(poses, options.csv, swarm->arena().info().objects);
+  const double built_s = wall_s();
+  sim_ode::SwarmReport report;
+  sim_ode::RobotText text(options.text_lines);
+  ProgressLine progress(name, "second");
+  const auto show_text = [&] {
+    const std::string lines = text.lines(swarm->take_text());
+    if (lines.empty()) return;
+    progress.done();
+    fmt::print("{}", lines);
+    std::fflush(stdout);
+  };
+  const auto seconds = static_cast<std::uint32_t>(options.seconds);
+  std::string failure;
+  try {
+    swarm->run_until(hal::LabTime(static_cast<std::int64_t>(options.seconds * 1e6)), [&](const hal::PoseFrame& frame) {
+      report.look(frame);
+      show_text();
+      if (poses && frame.number % every == 0) poses->write(frame);
+      if (frame.number > 0 && frame.number % 10 == 0) progress.show(frame.number / 10, seconds, 1.0);
+    });
+  } catch (const std::runtime_error& error) {
+    failure = error.what();
+  }
+  show_text();
+  progress.done();
+
+  const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
+  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(),
+             name, options.swarm.robots, simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s,
+             report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
+  std::fflush(stdout);
+  if (poses) sim_ode::draw_swarm(drawing, poses->finished());
+  if (failure.empty()) return 0;
+  fmt::print(stderr, "arkmesh: {}\n", failure);
+  return 1;
+}
+
+void add_run(CLI::App& controller) {
+  auto* run = controller.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
+  const auto options = std::make_shared<ControllerRunOptions>();
+  run->add_option("PROGRAM", options->swarm.program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
+  run->add_option("--robots", options->swarm.robots, "How many robots")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  run->add_option("--seconds", options->seconds, "Simulated time")->check(CLI::Range(0.1, 1e6))->capture_default_str();
+  run->add_option("--arena", options->arena, "Width x height in metres")->capture_default_str();
+  run->add_option("--light", options->light, "A lamp at x,y, metres from the arena's centre");
+  run->add_option("--spacing", options->swarm.spacing_m,
+                  "Start on a square grid with this spacing in metres, not at random")
+      ->check(CLI::Range(2 * hal::kilobot::body_radius_m, 10.0));
+  run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
+  run->add_option("--set", options->swarm.settings,
+                  "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
+  run->add_option("--png", options->png, "Draw the end of the run");
+  run->add_option("--video", options->video, "Draw the whole run (mp4)");
+  run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
+  run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  run->footer(
+      "Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
+      "Ends with 1 when the program does not compile, crashes or never returns.");
+  run->callback([options] { end_with(run_controller(*options)); });
 }
 
 }  // namespace
 
 void add_controller_command(CLI::App& app) {
-  auto* controller = add_command(app, "controller");
+  CLI::App* controller = add_command(app, "controller");
   controller->require_subcommand(1);
   controller->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --png end.png");
 
-  add_controller_run_command(*controller);
+  add_run(*controller);
   add_build_command(*controller);
 
   auto* check =
@@ -95,9 +235,7 @@ void add_controller_command(CLI::App& app) {
   check->footer(
       "Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Ends with 1 when the program does not build or "
       "does not fit.");
-  check->callback([program] {
-    if (const int code = check_controller(*program)) throw CLI::RuntimeError(code);
-  });
+  check->callback([program] { end_with(check_controller(*program)); });
 }
 
 }  // namespace arkmesh::cli

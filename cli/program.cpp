@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -138,6 +139,17 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
 
 int exit_code(hal::Outcome outcome) {
   return outcome == hal::Outcome::finished ? 0 : outcome == hal::Outcome::stopped ? 3 : 1;
+}
+
+std::optional<std::pair<double, double>> two_numbers(const std::string& text, char between) {
+  double first = 0, second = 0;
+  char separator = 0, rest = 0;
+  const int read = std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest);
+  return read == 3 && separator == between ? std::optional(std::pair(first, second)) : std::nullopt;
+}
+
+void end_with(int code) {
+  if (code != 0) throw CLI::RuntimeError(code);
 }
 
 CLI::App* add_command(CLI::App& app, const char* name) {

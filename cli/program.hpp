@@ -1,8 +1,10 @@
 // What all programs of arkmesh are made of: the commands of their own, and handing over those of others.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/command_table.hpp"
@@ -29,6 +31,13 @@ int exit_code(hal::Outcome outcome);
 
 // Adds the command of the table; whoever calls it adds its options and what it does.
 CLI::App* add_command(CLI::App& app, const char* name);
+
+// Two numbers of one word of the command line, such as 1x0.5 or 0.2,-0.1. Empty when `text` is not two numbers with
+// `between` between them and nothing else.
+std::optional<std::pair<double, double>> two_numbers(const std::string& text, char between);
+
+// Ends the command that runs with this exit code.
+void end_with(int code);
 
 // Becomes the program with cameras when the arena of one of these labs' files needs it and this program has none.
 // Returns otherwise, also when a file is wrong: reading it properly says how. For commands of a program that runs

@@ -16,7 +16,6 @@
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
-#include "cli/track_options.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/detector.hpp"
@@ -29,11 +28,18 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds shown_after{2};  // what takes no longer needs no progress
 
-// Each picture by itself: pictures of a folder need not be of one camera.
-std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const testbed::StreamOptions& options) {
+double led_offset_rad(const testbed::StreamOptions& options) {
+  return options.led_offset_deg * std::numbers::pi / 180;
+}
+
+// Each picture by itself: pictures of a folder need not be of one camera. Draws into `png` unless that is empty.
+std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const testbed::StreamOptions& options,
+                                        const fs::path& png) {
   tracker::DetectorSettings settings;
   if (options.diameter_px > 0) settings.diameter_px = options.diameter_px;
-  return tracker::Detector(settings).search(bgr);
+  std::vector<tracker::Detection> robots = tracker::Detector(settings).search(bgr);
+  if (!png.empty()) tracker::write_picture(png, testbed::with_robots_drawn(bgr, robots, led_offset_rad(options)));
+  return robots;
 }
 
 void track_picture(const testbed::StreamOptions& options) {
@@ -41,9 +47,8 @@ void track_picture(const testbed::StreamOptions& options) {
   if (bgr.empty())
     throw std::runtime_error(fmt::format(
         "{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
-  const std::vector<tracker::Detection> robots = look_at(bgr, options);
-  const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
-  if (!options.png.empty()) tracker::write_picture(options.png, testbed::with_robots_drawn(bgr, robots, offset_rad));
+  const std::vector<tracker::Detection> robots = look_at(bgr, options, options.png);
+  const double offset_rad = led_offset_rad(options);
   if (options.json)
     fmt::print("{}\n", testbed::robots_as_json(robots, offset_rad).dump(2));
   else
@@ -56,7 +61,7 @@ bool track_folder(const testbed::StreamOptions& options) {
   if (!options.png.empty() && !fs::is_directory(options.png))
     throw std::runtime_error(
         fmt::format("--png {} is not a folder: for a folder of pictures give a folder that exists", options.png));
-  const double offset_rad = options.led_offset_deg * std::numbers::pi / 180;
+  const double offset_rad = led_offset_rad(options);
   nlohmann::json all = nlohmann::json::array();
   ProgressLine status;
   OperatorStop stop;
@@ -73,10 +78,8 @@ bool track_folder(const testbed::StreamOptions& options) {
       ++damaged;
       continue;
     }
-    const std::vector<tracker::Detection> robots = look_at(bgr, options);
-    if (!options.png.empty())
-      tracker::write_picture(fs::path(options.png) / (file.stem().string() + ".png"),
-                             testbed::with_robots_drawn(bgr, robots, offset_rad));
+    const std::vector<tracker::Detection> robots = look_at(
+        bgr, options, options.png.empty() ? fs::path() : fs::path(options.png) / (file.stem().string() + ".png"));
     if (options.json)
       all.push_back({{"picture", file.filename().string()}, {"robots", testbed::robots_as_json(robots, offset_rad)}});
     status.done();
@@ -112,9 +115,36 @@ bool track(const testbed::StreamOptions& options) {
 }  // namespace
 
 void add_track_command(CLI::App& app) {
-  auto* command = add_command(app, "track");
+  CLI::App* command = add_command(app, "track");
   const auto options = std::make_shared<testbed::StreamOptions>();
-  add_track_options(*command, *options);
+  command
+      ->add_option("SOURCE", options->source,
+                   "A picture, a folder of pictures, a video, a camera's number or device, or a URL")
+      ->required();
+  command->add_flag(
+      "--json", options->json,
+      "Print a JSON list (of a folder: a list of {picture, robots}; of a video or camera: a line for each picture)");
+  command->add_option("--png", options->png,
+                      "Write the picture with the robots drawn on it (of a folder: into this folder; of a video or "
+                      "camera: the last picture)");
+  auto* calibration = command->add_option(
+      "--calibration", options->calibration,
+      "Measure in the arena with this file of arkmesh calibrate; otherwise metres are derived from the robots' size");
+  command->add_option("--camera", options->camera, "The camera's name in that file, when it holds several")
+      ->needs(calibration);
+  command->add_option("--csv", options->csv, "Write a row for each robot and picture");
+  command->add_option("--video", options->video, "Write a video with the robots drawn on it (.mp4 or .avi)");
+  command->add_option("--serve", options->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/arena")
+      ->check(CLI::Range(0, 65535));
+  command->add_option("--publish", options->publish, "Publish poses on this LCM bus, with the tracks' numbers as ids");
+  command->add_option("--seconds", options->seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));
+  command
+      ->add_option("--led-offset", options->led_offset_deg,
+                   "Driving direction minus direction of the LED, degrees counter-clockwise")
+      ->check(CLI::Range(-360.0, 360.0))
+      ->capture_default_str();
+  command->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, if it is known")
+      ->check(CLI::Range(6.0, 2000.0));
   command->footer(
       "Examples:\n  arkmesh track robots.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "
       "drawn.mp4\n"
@@ -129,7 +159,7 @@ void add_track_command(CLI::App& app) {
       "picture's right.");
   command->callback([options] {
     tracker::quieten_libraries();
-    if (!track(*options)) throw CLI::RuntimeError(1);
+    end_with(track(*options) ? 0 : 1);
   });
 }
 
