@@ -148,9 +148,8 @@ int run(const BatchOptions& options) {
 
 }  // namespace
 
-void add_batch_command(CLI::App& app) {
+void add_batch_command(CLI::App* command) {
   auto options = std::make_shared<BatchOptions>();
-  CLI::App* command = add_command(app, "batch");
   command->add_option("files", options->request.files, "An experiment file, or a configuration file for each lab")
       ->required()
       ->check(CLI::ExistingFile);

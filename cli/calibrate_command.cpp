@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "testbed/camera_calibration.hpp"
 #include "tracker/calibration_file.hpp"
 #include "tracker/camera_fit.hpp"
@@ -217,8 +216,7 @@ void import_ark(const CalibrateOptions& options) {
 
 }  // namespace
 
-void add_calibrate_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "calibrate");
+void add_calibrate_command(CLI::App* command) {
   const auto options = std::make_shared<CalibrateOptions>();
   command
       ->add_option("PICTURES", options->pictures,

@@ -53,12 +53,4 @@ const CommandRow* find_command(std::string_view name) {
   return row == std::end(rows) ? nullptr : row;
 }
 
-const char* new_name(std::string_view old_name) {
-  return old_name == "room" ? "emulator" : nullptr;
-}
-
-bool needs_cameras(std::string_view arena) {
-  return arena == "kilobot" || arena == "emulated";
-}
-
 }  // namespace arkmesh::cli

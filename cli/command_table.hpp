@@ -23,9 +23,5 @@ inline constexpr std::string_view testbed_program = "arkmesh-testbed";      // c
 std::span<const CommandRow> command_table();
 // Null when there is no such command.
 const CommandRow* find_command(std::string_view name);
-// What the command of that old name is called today; null when it is no old name.
-const char* new_name(std::string_view old_name);
-// Whether a lab with this arena.use is run by arkmesh-testbed only.
-bool needs_cameras(std::string_view arena);
 
 }  // namespace arkmesh::cli

@@ -1,12 +1,10 @@
-// The subcommands of `arkmesh`: each function adds one to the program. A callback ends the program with another code
-// than 0 by throwing CLI::RuntimeError(code).
+// The commands of `arkmesh`: each function gives one its options and what it does. A callback ends the program with
+// another code than 0 by end_with(). And which commands each program runs itself.
 #pragma once
 
 #include <vector>
 
-namespace CLI {
-class App;
-}
+#include "cli/program.hpp"
 
 namespace arkmesh::hal {
 class Section;
@@ -15,37 +13,57 @@ struct Finding;
 
 namespace arkmesh::cli {
 
-void add_run_command(CLI::App& app);
-void add_batch_command(CLI::App& app);
-void add_rerun_command(CLI::App& app);
-void add_lab_command(CLI::App& app);
-void add_view_command(CLI::App& app);
-void add_mark_command(CLI::App& app);
-void add_gateway_command(CLI::App& app);
-void add_keys_command(CLI::App& app);
-void add_explain_command(CLI::App& app);
-void add_reload_command(CLI::App& app);
-void add_up_command(CLI::App& app);
-void add_status_command(CLI::App& app);
-void add_stop_command(CLI::App& app);
-void add_pause_command(CLI::App& app);
-void add_resume_command(CLI::App& app);
-void add_reset_command(CLI::App& app);
-void add_arm_command(CLI::App& app);
-void add_disarm_command(CLI::App& app);
-void add_config_command(CLI::App& app);
+void add_run_command(CLI::App* command);
+void add_batch_command(CLI::App* command);
+void add_rerun_command(CLI::App* command);
+void add_lab_command(CLI::App* command);
+void add_view_command(CLI::App* command);
+void add_mark_command(CLI::App* command);
+void add_config_command(CLI::App* command);
+void add_controller_command(CLI::App* command);
+void add_gateway_command(CLI::App* command);
+void add_keys_command(CLI::App* command);
+void add_explain_command(CLI::App* command);
+void add_reload_command(CLI::App* command);
+void add_up_command(CLI::App* command);
+void add_status_command(CLI::App* command);
+void add_ohc_command(CLI::App* command);
+void add_export_command(CLI::App* command);
+void add_plot_command(CLI::App* command);
+void add_emulator_command(CLI::App* command);
+void add_testbed_command(CLI::App* command);
+void add_track_command(CLI::App* command);
+void add_calibrate_command(CLI::App* command);
+void add_identify_command(CLI::App* command);
+void add_assign_ids_command(CLI::App* command);
+void add_calibrate_motors_command(CLI::App* command);
+// `stop`, `pause`, `resume`, `reset`, `arm` or `disarm`, by its name.
+void add_operator_command(CLI::App* command);
 // `examine_testbed`: what is to be said of the hardware that [arena] names; null in a program without cameras.
-void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
-void add_export_command(CLI::App& app);
-void add_plot_command(CLI::App& app);
-void add_controller_command(CLI::App& app);
-void add_emulator_command(CLI::App& app);
-void add_ohc_command(CLI::App& app);
-void add_testbed_command(CLI::App& app);
-void add_track_command(CLI::App& app);
-void add_calibrate_command(CLI::App& app);
-void add_identify_command(CLI::App& app);
-void add_assign_ids_command(CLI::App& app);
-void add_calibrate_motors_command(CLI::App& app);
+void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
+
+inline constexpr OwnCommand light_commands[] = {
+    {"doctor", [](CLI::App* command) { add_doctor_command(command, nullptr); }},
+    {"up", add_up_command},
+    {"status", add_status_command},
+    {"ohc", add_ohc_command}};
+inline constexpr OwnCommand gateway_commands[] = {{"gateway", add_gateway_command}, {"keys", add_keys_command},
+                                                  {"stop", add_operator_command},   {"pause", add_operator_command},
+                                                  {"resume", add_operator_command}, {"reset", add_operator_command},
+                                                  {"arm", add_operator_command},    {"disarm", add_operator_command},
+                                                  {"explain", add_explain_command}, {"reload", add_reload_command}};
+// Without cameras `config` is among them: its keys are those of all arenas.
+inline constexpr OwnCommand lab_commands[] = {
+#if !ARKMESH_CAMERAS
+    {"config", add_config_command},
+#endif
+    {"run", add_run_command},
+    {"batch", add_batch_command},
+    {"rerun", add_rerun_command},
+    {"lab", add_lab_command},
+    {"view", add_view_command},
+    {"mark", add_mark_command},
+    {"controller", add_controller_command}};
+inline constexpr OwnCommand recording_commands[] = {{"export", add_export_command}, {"plot", add_plot_command}};
 
 }  // namespace arkmesh::cli

@@ -8,12 +8,10 @@
 
 #include "app/config_keys.hpp"
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 
 namespace arkmesh::cli {
 
-void add_config_command(CLI::App& app) {
-  CLI::App* const command = add_command(app, "config");
+void add_config_command(CLI::App* command) {
   const auto section = std::make_shared<std::string>();
   const auto wants_sample = std::make_shared<bool>(false);
   CLI::Option* const keys =

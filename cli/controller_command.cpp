@@ -13,7 +13,6 @@
 #include <string>
 
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/controller_swarm.hpp"
@@ -220,8 +219,7 @@ void add_run(CLI::App& controller) {
 
 }  // namespace
 
-void add_controller_command(CLI::App& app) {
-  CLI::App* controller = add_command(app, "controller");
+void add_controller_command(CLI::App* controller) {
   controller->require_subcommand(1);
   controller->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --png end.png");
 

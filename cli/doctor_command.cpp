@@ -11,7 +11,6 @@
 #include "app/device_files.hpp"
 #include "app/doctor.hpp"
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::cli {
@@ -34,8 +33,7 @@ int say(const std::vector<hal::Finding>& findings) {
 
 }  // namespace
 
-void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena)) {
-  auto* command = add_command(app, "doctor");
+void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena)) {
   const auto file = std::make_shared<std::string>();
   command->add_option(
       "LABFILE", *file,
@@ -60,7 +58,7 @@ void add_doctor_command(CLI::App& app, std::vector<hal::Finding> (*examine_testb
     fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
                        : problems == 1 ? "1 problem."
                                        : fmt::format("{} problems.", problems));
-    if (problems != 0) throw CLI::RuntimeError(1);
+    end_with(problems == 0 ? 0 : 1);
   });
 }
 

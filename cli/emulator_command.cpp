@@ -17,7 +17,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "emulator/emulator.hpp"
 #include "emulator/emulator_record.hpp"
 #include "emulator/emulator_server.hpp"
@@ -105,9 +104,8 @@ void run(const EmulatorOptions& options) {
 
 }  // namespace
 
-void add_emulator_command(CLI::App& app) {
+void add_emulator_command(CLI::App* command) {
   auto options = std::make_shared<EmulatorOptions>();
-  CLI::App* command = add_command(app, "emulator");
   command->add_option("file", options->file, "The emulator's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--set", options->sets, "Override a key: --set emulator.seed=7")->allow_extra_args(false);
   command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")

@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "gateway/lab_rules.hpp"
 
 namespace arkmesh::cli {
@@ -28,21 +27,15 @@ bool explain_channel(const ExplainOptions& options) {
   std::string channel = options.channel;
   if (!out && channel.starts_with(named + "/")) channel.erase(0, named.size() + 1);
 
-  std::optional<gateway::LabRules> of_named;
-  std::vector<gateway::LabRules> others;
-  for (const std::string& file : options.files) {
-    gateway::LabRules read(file);
-    if (read.lab == named)
-      of_named.emplace(std::move(read));
-    else
-      others.push_back(std::move(read));
-  }
-  if (others.empty())
+  const std::vector<gateway::LabRules> labs(options.files.begin(), options.files.end());
+  const auto of_named = std::ranges::find(labs, named, &gateway::LabRules::lab);
+  const gateway::LabRules* const its = of_named == labs.end() ? nullptr : &*of_named;
+  if (std::ranges::all_of(labs, [&](const gateway::LabRules& each) { return each.lab == named; }))
     throw hal::ConfigError(fmt::format("{} is the file of lab {} itself; give that of the lab that {} it",
                                        options.files.front(), named, out ? "sends to" : "receives from"));
-  const gateway::LabRules* const its = of_named ? &*of_named : nullptr;
   bool passes = true;
-  for (const gateway::LabRules& other : others) {
+  for (const gateway::LabRules& other : labs) {
+    if (other.lab == named) continue;
     const gateway::Explanation way = out ? gateway::explain_way(channel, other.lab, &other, named, its)
                                          : gateway::explain_way(channel, named, its, other.lab, &other);
     fmt::print("{}", way.text);
@@ -53,8 +46,7 @@ bool explain_channel(const ExplainOptions& options) {
 
 }  // namespace
 
-void add_explain_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "explain");
+void add_explain_command(CLI::App* command) {
   const auto options = std::make_shared<ExplainOptions>();
   command->add_option("channel", options->channel, "The channel, as its own lab calls it")->required();
   command->add_option("file", options->files, "Files of labs; with those of both labs the whole way is explained")
@@ -67,9 +59,7 @@ void add_explain_command(CLI::App& app) {
       "  arkmesh explain roark/world --from roark experiments/dhtf/shark.toml\n"
       "  arkmesh explain poses --to roark experiments/dhtf/shark.toml experiments/dhtf/roark.toml\n"
       "Exit codes: 0 it passes, 1 it does not, 2 wrong command line or file.");
-  command->callback([options] {
-    if (!explain_channel(*options)) throw CLI::RuntimeError(1);
-  });
+  command->callback([options] { end_with(explain_channel(*options) ? 0 : 1); });
 }
 
 }  // namespace arkmesh::cli

@@ -11,7 +11,6 @@
 #include "cli/commands.hpp"
 #include "cli/drawing_script.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
 #include "recording/export/exports.hpp"
@@ -89,8 +88,7 @@ void export_run(const ExportOptions& options) {
 
 }  // namespace
 
-void add_export_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "export");
+void add_export_command(CLI::App* command) {
   const auto options = std::make_shared<ExportOptions>();
   command->add_option("run", options->run, "The folder of a run, or of one of its labs")
       ->required()

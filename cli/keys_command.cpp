@@ -10,7 +10,6 @@
 #include <string>
 
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "gateway/key_folder.hpp"
 
 namespace arkmesh::cli {
@@ -82,8 +81,7 @@ void list(const KeysOptions&, const KeyFolder& keys) {
 
 }  // namespace
 
-void add_keys_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "keys");
+void add_keys_command(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<KeysOptions>();
   const auto add = [&](const char* name, const char* purpose, void (*act)(const KeysOptions&, const KeyFolder&)) {

@@ -1,20 +1,25 @@
-// `arkmesh ohc`: drives an overhead controller by hand, one command at a time.
+// `arkmesh ohc`: drives an overhead controller by hand, one command at a time, and puts programs on robots.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/ohc_options.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/platforms/kilobot/intel_hex.hpp"
+#include "hal/platforms/kilobot/ohc_packets.hpp"
 #include "hal/platforms/kilobot/ohc_session.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 
@@ -22,6 +27,34 @@ namespace arkmesh::cli {
 namespace {
 
 using namespace hal::kilobot;
+
+struct OhcOptions {
+  std::string port;
+  double seconds = 0;  // 0: what suits the command
+  double settle_s = 2.5;
+  std::vector<std::string> numbers;
+  bool yes = false;  // what reaches every robot is done without asking
+  std::filesystem::path program;
+  int rounds = 0;  // 0: until somebody stops it
+  double boot_s = 3, page_ms = 165;
+};
+
+std::chrono::microseconds from_seconds(double seconds) {
+  return std::chrono::microseconds{static_cast<std::int64_t>(seconds * 1e6)};
+}
+
+// Runs the work of a command, which returns false when it was stopped. What it says of the command line becomes
+// CLI11's.
+template <class Work>
+void run_ohc(Work work) {
+  try {
+    if (!work()) throw CLI::RuntimeError(1);
+  } catch (const WrongWord& wrong) {
+    throw CLI::ValidationError(wrong.name(), wrong.what());
+  } catch (const PortError& wrong) {
+    throw CLI::ValidationError("PORT", wrong.what());
+  }
+}
 
 std::vector<Packet> give_id(const std::string& text) {
   const std::uint16_t id = parse_number(text, 65535, "N");
@@ -102,14 +135,13 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   take(set_uid, "N", "0 to 65535", 1, 1);
   set_uid->add_flag("--yes", options->yes, "Do not ask");
   const std::string moving = "; robots go on so until `pause`, or until `save`, which stores the duties";
-  take(add(
-           "left", "Robots turn left with this duty", 1,
-           [options] { return std::vector{turn_left_packet(options->numbers.at(0))}; }, moving),
-       "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
-  take(add(
-           "right", "Robots turn right with this duty", 1,
-           [options] { return std::vector{turn_right_packet(options->numbers.at(0))}; }, moving),
-       "DUTY", "0 to 255; good ones are 60 to 75", 1, 1);
+  const auto turn = [&](const std::string& way, Packet (*packet)(const std::string& duty)) {
+    const auto packets = [options, packet] { return std::vector{packet(options->numbers.at(0))}; };
+    take(add(way, fmt::format("Robots turn {} with this duty", way), 1, packets, moving), "DUTY",
+         "0 to 255; good ones are 60 to 75", 1, 1);
+  };
+  turn("left", turn_left_packet);
+  turn("right", turn_right_packet);
   take(add(
            "straight", "Robots go straight with these duties", 1,
            [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }, moving),
@@ -118,11 +150,59 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
       [] { return std::vector{save_packet()}; });
 }
 
+// Returns whether a whole round was sent.
+bool upload(const OhcOptions& options) {
+  Firmware firmware = read_intel_hex(options.program);
+  const std::size_t bytes = firmware.size_bytes();
+  std::optional<int> rounds;
+  if (options.rounds > 0) rounds = options.rounds;
+  FirmwareUpload upload(std::move(firmware), rounds,
+                        {.boot_for = from_seconds(options.boot_s), .spacing = from_seconds(options.page_ms / 1000)});
+  OperatorStop stop;
+  ProgressLine status;
+  OhcSession session(options.port, from_seconds(options.settle_s), stop, status);
+  status.done();
+  fmt::print("{}: {} bytes, {} pages, {:.1f} s a round{}\n", options.program.filename().string(), bytes, upload.pages(),
+             std::chrono::duration<double>(upload.round_time()).count(),
+             rounds ? "" : "; press Ctrl-C when every robot runs the new program");
+  std::fflush(stdout);
+  const auto begun = std::chrono::steady_clock::now();
+  session.upload(upload);
+  const std::string sent = upload.round() == 0   ? fmt::format("{}", upload.page())
+                           : upload.round() == 1 ? "1 round"
+                                                 : fmt::format("{} rounds", upload.round());
+  fmt::print("{} of {} pages sent{}, {:.0f} s\n", sent, upload.pages(), stop.stopped() ? ", stopped" : "",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+  return upload.round() > 0;
+}
+
+void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
+  CLI::App* command =
+      ohc.add_subcommand("upload", "Loads a program (Intel HEX) onto all robots in reach, round after round")
+          ->fallthrough();
+  command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
+  command->add_option("--rounds", options->rounds, "Stop after so many rounds (default: go on until Ctrl-C)")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--boot", options->boot_s,
+                   "Call the robots to their boot loaders for so many seconds; sleeping robots need 10")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
+      ->check(CLI::Range(132.0, 10'000.0))
+      ->capture_default_str();
+  command->footer(
+      "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
+      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. They\n"
+      "send nothing back: watch them, and press Ctrl-C when the last one has the program. Ends with 1\n"
+      "when not even one round was sent.");
+  command->callback([options] { run_ohc([&] { return upload(*options); }); });
+}
+
 }  // namespace
 
-void add_ohc_command(CLI::App& app) {
+void add_ohc_command(CLI::App* ohc) {
   const auto options = std::make_shared<OhcOptions>();
-  CLI::App* ohc = add_command(app, "ohc");
   ohc->add_option("PORT", options->port,
                   "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
@@ -134,16 +214,15 @@ void add_ohc_command(CLI::App& app) {
       ->capture_default_str();
   ohc->require_subcommand(1);
   ohc->footer(
-      "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n  arkmesh "
-      "ohc /dev/ttyUSB0 "
-      "set-uid 12\n"
+      "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n"
+      "  arkmesh ohc /dev/ttyUSB0 set-uid 12\n"
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
       "Each subcommand has a --help of its own. At the end arkmesh stops the controller's sending, also after Ctrl-C.\n"
       "If arkmesh was killed, or the cable pulled, the controller goes on sending:\n"
       "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_commands(*ohc, options);
-  add_ohc_upload_command(*ohc, options);
+  add_upload(*ohc, options);
 }
 
 }  // namespace arkmesh::cli

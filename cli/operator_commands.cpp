@@ -10,12 +10,12 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "arkmesh/fleet_command_t.hpp"
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "gateway/key_folder.hpp"
 #include "gateway/signature.hpp"
 #include "hal/config.hpp"
@@ -29,22 +29,20 @@ namespace arkmesh::cli {
 namespace {
 
 struct OperatorWord {
-  const char* name;
+  std::string_view name;
   std::uint8_t command;
   const char* done;  // what is said of the lab afterwards
   bool makes_stand;  // robots are to be seen to stand
   bool at_others;    // may be given to another lab
 };
 
-constexpr OperatorWord stop_word{"stop", operator_command_t::stop, "ended at period", true, true};
-constexpr OperatorWord pause_word{"pause", fleet_command_t::pause, "paused its robots at period", true, true};
-constexpr OperatorWord resume_word{"resume", fleet_command_t::run, "lets its robots go on from period", false, true};
-constexpr OperatorWord reset_word{"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period",
-                                  true, false};
-constexpr OperatorWord arm_word{"arm", operator_command_t::arm, "obeys other labs' operators from period", false,
-                                false};
-constexpr OperatorWord disarm_word{"disarm", operator_command_t::disarm, "obeys its own operator only, from period",
-                                   false, false};
+constexpr OperatorWord words[] = {
+    {"stop", operator_command_t::stop, "ended at period", true, true},
+    {"pause", fleet_command_t::pause, "paused its robots at period", true, true},
+    {"resume", fleet_command_t::run, "lets its robots go on from period", false, true},
+    {"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period", true, false},
+    {"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false},
+    {"disarm", operator_command_t::disarm, "obeys its own operator only, from period", false, false}};
 
 constexpr int exit_code_not_standing = 4;
 constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were seen to stand
@@ -134,9 +132,10 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   tell(word, lab, prove);
 }
 
-// `word` lives as long as the process.
-void add_operator_command(CLI::App& app, const OperatorWord& word) {
-  CLI::App* command = add_command(app, word.name);
+}  // namespace
+
+void add_operator_command(CLI::App* command) {
+  const OperatorWord& word = *std::ranges::find(words, command->get_name(), &OperatorWord::name);
   const auto options = std::make_shared<OperatorOptions>();
   options->add_to(*command);
   std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
@@ -148,27 +147,6 @@ void add_operator_command(CLI::App& app, const OperatorWord& word) {
   }
   command->footer(examples);
   command->callback([&word, options] { options->at.empty() ? tell_own(word, *options) : tell_other(word, *options); });
-}
-
-}  // namespace
-
-void add_stop_command(CLI::App& app) {
-  add_operator_command(app, stop_word);
-}
-void add_pause_command(CLI::App& app) {
-  add_operator_command(app, pause_word);
-}
-void add_resume_command(CLI::App& app) {
-  add_operator_command(app, resume_word);
-}
-void add_reset_command(CLI::App& app) {
-  add_operator_command(app, reset_word);
-}
-void add_arm_command(CLI::App& app) {
-  add_operator_command(app, arm_word);
-}
-void add_disarm_command(CLI::App& app) {
-  add_operator_command(app, disarm_word);
 }
 
 }  // namespace arkmesh::cli

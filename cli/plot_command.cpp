@@ -9,7 +9,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/drawing_script.hpp"
-#include "cli/program.hpp"
 #include "hal/config.hpp"
 #include "recording/run.hpp"
 
@@ -38,8 +37,7 @@ void plot(const PlotOptions& options) {
 
 }  // namespace
 
-void add_plot_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "plot");
+void add_plot_command(CLI::App* command) {
   const auto options = std::make_shared<PlotOptions>();
   command
       ->add_option("folders", options->folders,

@@ -29,6 +29,11 @@ bool is_own(std::string_view name) {
   return std::ranges::any_of(own_commands, [&](const OwnCommand& own) { return own.name == name; });
 }
 
+// Whether a lab with this arena.use is run by arkmesh-testbed only.
+bool needs_cameras(std::string_view arena) {
+  return arena == "kilobot" || arena == "emulated";
+}
+
 // Becomes another program of our folder; PATH, which may hold another version, is not asked. `purpose`: what it is
 // needed for.
 [[noreturn]] void become(std::string_view program, const std::string& purpose) {
@@ -94,9 +99,8 @@ int parse(CLI::App& app, int argc, char** argv) {
 }
 
 int run(int argc, char** argv) {
-  if (argc > 1)
-    if (const char* const now = new_name(argv[1]))
-      throw hal::ConfigError(fmt::format("the command {} is called {} now: arkmesh {}", argv[1], now, now));
+  if (argc > 1 && argv[1] == std::string_view("room"))
+    throw hal::ConfigError("the command room is called emulator now: arkmesh emulator");
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;
@@ -111,11 +115,9 @@ int run(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed, 2 wrong command line or configuration, 3 the operator stopped the lab or run, "
       "4 robots that were told to stand were not seen to.");
   for (const CommandRow& row : command_table()) {
+    CLI::App* const command = app.add_subcommand(row.name, row.purpose);
     const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
-    if (own == own_commands.end())
-      add_command(app, row.name);
-    else
-      own->add(app);
+    if (own != own_commands.end()) own->add(command);
   }
   return parse(app, argc, argv);
 }
@@ -150,10 +152,6 @@ std::optional<std::pair<double, double>> two_numbers(const std::string& text, ch
 
 void end_with(int code) {
   if (code != 0) throw CLI::RuntimeError(code);
-}
-
-CLI::App* add_command(CLI::App& app, const char* name) {
-  return app.add_subcommand(name, find_command(name)->purpose);
 }
 
 void hand_over_cameras(const std::vector<std::string>& files, const std::vector<std::string>& sets) {

@@ -19,7 +19,7 @@ namespace arkmesh::cli {
 // A command that a program runs itself.
 struct OwnCommand {
   const char* name;
-  void (*add)(CLI::App& app);
+  void (*add)(CLI::App* command);
 };
 
 // Runs what the command line asks for, in this process or by becoming the program that has it: process id, signals and
@@ -28,9 +28,6 @@ int main(int argc, char** argv, std::span<const OwnCommand> own);
 
 // Of a command that ran labs, or did something else, with this outcome.
 int exit_code(hal::Outcome outcome);
-
-// Adds the command of the table; whoever calls it adds its options and what it does.
-CLI::App* add_command(CLI::App& app, const char* name);
 
 // Two numbers of one word of the command line, such as 1x0.5 or 0.2,-0.1. Empty when `text` is not two numbers with
 // `between` between them and nothing else.

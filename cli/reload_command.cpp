@@ -110,8 +110,7 @@ void reload(const std::string& file) {
 
 }  // namespace
 
-void add_reload_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "reload");
+void add_reload_command(CLI::App* command) {
   const auto files = std::make_shared<std::vector<std::string>>();
   command->add_option("file", *files, "The labs' configuration files, as their gateways were started with")
       ->required()

@@ -12,7 +12,6 @@
 #include "app/recorded_run.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/scratch_folder.hpp"
 
@@ -55,9 +54,8 @@ int rerun(const RerunOptions& options) {
 
 }  // namespace
 
-void add_rerun_command(CLI::App& app) {
+void add_rerun_command(CLI::App* command) {
   auto options = std::make_shared<RerunOptions>();
-  CLI::App* command = add_command(app, "rerun");
   command
       ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
       ->required()
@@ -69,9 +67,7 @@ void add_rerun_command(CLI::App& app) {
       "Examples:\n  arkmesh rerun runs/20240101-120000-roark-shark\n"
       "  arkmesh rerun runs/dhtf-batch/manifest.json --index 17\n"
       "Exit code 0: the same final hash; 1: another one.");
-  command->callback([options] {
-    if (const int code = rerun(*options); code != 0) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { end_with(rerun(*options)); });
 }
 
 }  // namespace arkmesh::cli

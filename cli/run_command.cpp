@@ -75,9 +75,8 @@ int run(const RunOptions& options) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app) {
+void add_run_command(CLI::App* command) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* command = add_command(app, "run");
   command->add_option("files", options->labs.files, "A configuration file for each lab")
       ->required()
       ->check(CLI::ExistingFile);

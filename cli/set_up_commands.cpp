@@ -13,7 +13,6 @@
 #include "app/set_up.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
 #include "hal/robot_words.hpp"
@@ -182,8 +181,7 @@ int calibrate(const CalibrateMotorsOptions& options) {
 
 }  // namespace
 
-void add_identify_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "identify");
+void add_identify_command(CLI::App* command) {
   const auto options = std::make_shared<IdentifyOptions>();
   options->common.add_to(command, "Which robots to expect, such as 0-11,40");
   command
@@ -204,8 +202,7 @@ void add_identify_command(CLI::App& app) {
   command->callback([options] { end_with(identify(*options)); });
 }
 
-void add_assign_ids_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "assign-ids");
+void add_assign_ids_command(CLI::App* command) {
   const auto options = std::make_shared<AssignOptions>();
   options->common.add_to(command, "Ids to give, such as 0-11,40, in rows from north to south");
   command
@@ -218,8 +215,7 @@ void add_assign_ids_command(CLI::App& app) {
   command->callback([options] { end_with(assign(*options)); });
 }
 
-void add_calibrate_motors_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "calibrate-motors");
+void add_calibrate_motors_command(CLI::App* command) {
   const auto options = std::make_shared<CalibrateMotorsOptions>();
   options->common.add_to(command, "Which robots, such as 0-11,40");
   command->add_option("--duty", options->first_duty, "Duty of the first test, of 255")

@@ -12,7 +12,6 @@
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "hal/loss.hpp"
 #include "lab/status_listener.hpp"
 
@@ -90,8 +89,7 @@ void show_status(const BusOptions& options, bool json) {
 
 }  // namespace
 
-void add_status_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "status");
+void add_status_command(CLI::App* command) {
   const auto options = std::make_shared<BusOptions>();
   const auto json = std::make_shared<bool>(false);
   options->add_to(*command);

@@ -13,7 +13,6 @@
 #include "cli/commands.hpp"
 #include "cli/lab_command.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "emulator/said_words.hpp"
 #include "hal/config.hpp"
 
@@ -65,9 +64,8 @@ int replay(const TestbedOptions& options) {
 
 }  // namespace
 
-void add_testbed_command(CLI::App& app) {
+void add_testbed_command(CLI::App* testbed) {
   const auto options = std::make_shared<TestbedOptions>();
-  CLI::App* const testbed = add_command(app, "testbed");
   testbed->require_subcommand(1);
 
   CLI::App* const keep =
@@ -79,18 +77,14 @@ void add_testbed_command(CLI::App& app) {
       ->check(CLI::Range(0.1, 1e6));
   keep->add_flag("--open", options->lab.open, "Open the lab's page in a browser");
   keep->add_option("--set", options->lab.sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
-  keep->callback([options] {
-    if (const int code = record(*options); code != 0) throw CLI::RuntimeError(code);
-  });
+  keep->callback([options] { end_with(record(*options)); });
 
   CLI::App* const play = testbed->add_subcommand(
       "replay", "Print what the robots were told, and compare the poses that the pictures give with the lab's");
   play->add_option("folder", options->folder, "The folder of `testbed record`, or of --record")
       ->required()
       ->check(CLI::ExistingDirectory);
-  play->callback([options] {
-    if (const int code = replay(*options); code != 0) throw CLI::RuntimeError(code);
-  });
+  play->callback([options] { end_with(replay(*options)); });
   testbed->footer(
       "Examples:\n  arkmesh testbed record lab.toml --out day1 --seconds 60\n  arkmesh testbed replay day1 | less\n"
       "`record` runs the lab as `arkmesh lab` does. `replay` ends with 1 when poses differ, or none could be "

@@ -14,7 +14,6 @@
 
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
@@ -114,8 +113,7 @@ bool track(const testbed::StreamOptions& options) {
 
 }  // namespace
 
-void add_track_command(CLI::App& app) {
-  CLI::App* command = add_command(app, "track");
+void add_track_command(CLI::App* command) {
   const auto options = std::make_shared<testbed::StreamOptions>();
   command
       ->add_option("SOURCE", options->source,

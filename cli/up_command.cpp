@@ -14,7 +14,6 @@
 #include "cli/child_processes.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "cli/program.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::cli {
@@ -35,7 +34,6 @@ struct UpOptions {
 struct LabOfFile {
   std::string name;
   std::size_t lab = 0, gateway = 0;
-  bool ended = false;
 };
 
 class Group {
@@ -56,7 +54,7 @@ class Group {
     OperatorStop stop;
     while (goes_on()) {
       children_.serve(100ms);
-      for (LabOfFile& lab : labs_) look_after(lab);
+      for (const LabOfFile& lab : labs_) look_after(lab);
       if (stop.stopped())
         stop_labs(SIGTERM);
       else if (end_at_ && Clock::now() >= *end_at_)
@@ -85,7 +83,7 @@ class Group {
     lab.lab = children_.start(lab.name, words("lab", more));
   }
 
-  void look_after(LabOfFile& lab) {
+  void look_after(const LabOfFile& lab) {
     const auto& gateway = children_[lab.gateway];
     if (gateway.code && !end_at_) {
       fmt::print(stderr, "arkmesh: the gateway of {} has ended with code {}; the labs are stopped\n", lab.name,
@@ -93,14 +91,10 @@ class Group {
       end_at_ = Clock::now();
     }
     const auto& code = children_[lab.lab].code;
-    if (!code || lab.ended) return;
-    lab.ended = true;
-    if (*code == 0) return;
-    if (!end_at_) {
-      fmt::print(stderr, "arkmesh: lab {} has ended with code {}; the others are stopped within {} s\n", lab.name,
-                 *code, others_notice_within.count());
-      end_at_ = Clock::now() + others_notice_within;
-    }
+    if (code.value_or(0) == 0 || end_at_) return;
+    fmt::print(stderr, "arkmesh: lab {} has ended with code {}; the others are stopped within {} s\n", lab.name, *code,
+               others_notice_within.count());
+    end_at_ = Clock::now() + others_notice_within;
   }
 
   void stop_labs(int signal) {
@@ -110,7 +104,7 @@ class Group {
   }
 
   bool goes_on() const {
-    return std::ranges::any_of(labs_, [&](const LabOfFile& lab) { return !children_[lab.lab].code || !lab.ended; });
+    return std::ranges::any_of(labs_, [&](const LabOfFile& lab) { return !children_[lab.lab].code; });
   }
   bool all_ended() const {
     for (std::size_t i = 0; i < children_.size(); ++i)
@@ -126,9 +120,8 @@ class Group {
 
 }  // namespace
 
-void add_up_command(CLI::App& app) {
+void add_up_command(CLI::App* command) {
   auto options = std::make_shared<UpOptions>();
-  CLI::App* command = add_command(app, "up");
   command->add_option("files", options->files, "A configuration file for each lab of this machine")
       ->required()
       ->check(CLI::ExistingFile);
@@ -138,9 +131,7 @@ void add_up_command(CLI::App& app) {
   command->footer(
       "Example:\n  arkmesh up experiments/dhtf/shark.toml experiments/dhtf/roark.toml\n"
       "Ctrl-C ends all of them with their results; so does the end of one that fails.");
-  command->callback([options] {
-    if (const int code = Group(*options).run(); code != 0) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { end_with(Group(*options).run()); });
 }
 
 }  // namespace arkmesh::cli

@@ -17,7 +17,6 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
-#include "cli/program.hpp"
 #include "hal/config.hpp"
 #include "hal/loop_time.hpp"
 #include "recording/view/recorded_view.hpp"
@@ -50,39 +49,39 @@ BusOfLab bus_of(const ViewOptions& options) {
           .keys = root.section("gateway").get("keys", std::filesystem::path())};
 }
 
-int view_lab(const ViewOptions& options) {
+// Until somebody stops it.
+template <class Page>
+void show(const Page& page, const ViewOptions& options, OperatorStop& stop, hal::EventLoop& loop) {
+  if (page.port() != options.port)
+    fmt::print(stderr, "TCP port {} is taken; the page is at {}\n", options.port, page.port());
+  show_page(page.url(), {}, options.open);
+  hal::LoopTime time(loop);
+  while (!stop.stopped()) time.wait_for_anything(time.now() + 200ms);
+}
+
+void view_lab(const ViewOptions& options) {
   OperatorStop stop;
   const BusOfLab of = bus_of(options);
   view::ServerOptions server{.address = options.address, .port = options.port};
   if (!view::is_loopback(options.address)) server.identity = app::view_identity(of.keys, of.lab, {options.address});
   hal::EventLoop loop;
-  hal::LoopTime time(loop);
   app::BusView page(loop, of.bus, of.lab, std::move(server));
-  if (page.port() != options.port)
-    fmt::print(stderr, "TCP port {} is taken; the page is at {}\n", options.port, page.port());
-  show_page(page.url(), {}, options.open);
-  while (!stop.stopped()) time.wait_for_anything(time.now() + 200ms);
-  return 0;
+  show(page, options, stop, loop);
 }
 
-int view_runs(const ViewOptions& options) {
+void view_runs(const ViewOptions& options) {
   OperatorStop stop;
   if (!view::is_loopback(options.address))
     throw hal::ConfigError(
         "recorded runs are shown on this machine only; ssh -L 8800:127.0.0.1:8800 brings the page to another one");
   hal::EventLoop loop;
-  hal::LoopTime time(loop);
   const std::vector<std::filesystem::path> folders(options.what.begin(), options.what.end());
   recording::RecordedView page(loop, folders, {.address = options.address, .port = options.port});
   for (const std::string& note : page.notes()) fmt::print(stderr, "arkmesh: {}\n", note);
-  if (page.port() != options.port)
-    fmt::print(stderr, "TCP port {} is taken; the page is at {}\n", options.port, page.port());
-  show_page(page.url(), {}, options.open);
-  while (!stop.stopped()) time.wait_for_anything(time.now() + 200ms);
-  return 0;
+  show(page, options, stop, loop);
 }
 
-int view_anything(const ViewOptions& options) {
+void view_anything(const ViewOptions& options) {
   const bool has_folder =
       std::ranges::any_of(options.what, [](const std::string& what) { return std::filesystem::is_directory(what); });
   if (has_folder) return view_runs(options);
@@ -93,9 +92,8 @@ int view_anything(const ViewOptions& options) {
 
 }  // namespace
 
-void add_view_command(CLI::App& app) {
+void add_view_command(CLI::App* command) {
   auto options = std::make_shared<ViewOptions>();
-  CLI::App* command = add_command(app, "view");
   command
       ->add_option(
           "what", options->what,
@@ -118,9 +116,7 @@ void add_view_command(CLI::App& app) {
       "  arkmesh view runs/monday runs/tuesday\n"
       "  arkmesh view 'udpm://239.255.76.67:7667?ttl=0'\n"
       "The lab itself prints the address of a page at which it can also be commanded.");
-  command->callback([options] {
-    if (const int code = view_anything(*options); code != 0) throw CLI::RuntimeError(code);
-  });
+  command->callback([options] { view_anything(*options); });
 }
 
 }  // namespace arkmesh::cli
