@@ -11,7 +11,7 @@
 #include "app/scenarios.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
-#include "lab/operator_message.hpp"
+#include "lab/operator/operator_message.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

@@ -16,7 +16,7 @@
 #include "hal/event_loop.hpp"
 #include "hal/picture_board.hpp"
 #include "hal/tap.hpp"
-#include "lab/command_audit.hpp"
+#include "lab/operator/command_audit.hpp"
 #include "lab/run_folder.hpp"
 #include "lab/runner.hpp"
 #include "scenarios/python/python_scenario.hpp"

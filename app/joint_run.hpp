@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "app/configured_lab.hpp"
-#include "app/live_view.hpp"
+#include "app/live/live_view.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/loopback.hpp"
 #include "hal/bus.hpp"

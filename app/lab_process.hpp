@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "app/configured_lab.hpp"
-#include "app/live_view.hpp"
-#include "app/traffic_monitor.hpp"
+#include "app/live/live_view.hpp"
+#include "app/live/traffic_monitor.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
 #include "hal/loop_time.hpp"

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "app/batch_folder.hpp"
-#include "app/plain_json.hpp"
+#include "app/batch/batch_folder.hpp"
+#include "app/batch/plain_json.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

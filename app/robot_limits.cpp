@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "lab/state_rules.hpp"
-#include "lab/world_message.hpp"
+#include "lab/exchange/state_rules.hpp"
+#include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::app {
 

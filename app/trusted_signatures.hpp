@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "lab/peer_signatures.hpp"
+#include "lab/operator/peer_signatures.hpp"
 
 namespace arkmesh::app {
 

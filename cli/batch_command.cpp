@@ -8,11 +8,11 @@
 #include <string>
 #include <thread>
 
-#include "app/batch.hpp"
-#include "app/batch_plots.hpp"
-#include "app/batch_progress.hpp"
-#include "app/batch_results.hpp"
-#include "app/slurm_array.hpp"
+#include "app/batch/batch.hpp"
+#include "app/batch/batch_plots.hpp"
+#include "app/batch/batch_progress.hpp"
+#include "app/batch/batch_results.hpp"
+#include "app/batch/slurm_array.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"

@@ -16,11 +16,11 @@
 
 #include "cli/commands.hpp"
 #include "testbed/camera_calibration.hpp"
-#include "tracker/calibration_file.hpp"
-#include "tracker/camera_fit.hpp"
-#include "tracker/camera_guard.hpp"
-#include "tracker/source.hpp"
-#include "tracker/table_corners.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/camera_fit.hpp"
+#include "tracker/camera/camera_guard.hpp"
+#include "tracker/camera/source.hpp"
+#include "tracker/camera/table_corners.hpp"
 
 namespace arkmesh::cli {
 namespace {

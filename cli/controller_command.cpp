@@ -16,12 +16,12 @@
 #include "cli/progress_line.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/controller_swarm.hpp"
-#include "sim_ode/host/controller_build.hpp"
-#include "sim_ode/host/controller_check.hpp"
-#include "sim_ode/host/poses_file.hpp"
-#include "sim_ode/host/robot_text.hpp"
-#include "sim_ode/host/swarm_drawing.hpp"
-#include "sim_ode/host/swarm_report.hpp"
+#include "sim_ode/host/programs/controller_build.hpp"
+#include "sim_ode/host/programs/controller_check.hpp"
+#include "sim_ode/host/reports/poses_file.hpp"
+#include "sim_ode/host/reports/robot_text.hpp"
+#include "sim_ode/host/reports/swarm_drawing.hpp"
+#include "sim_ode/host/reports/swarm_report.hpp"
 
 namespace arkmesh::cli {
 namespace {

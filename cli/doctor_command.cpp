@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "app/device_files.hpp"
-#include "app/doctor.hpp"
+#include "app/doctor/device_files.hpp"
+#include "app/doctor/doctor.hpp"
 #include "cli/commands.hpp"
 #include "hal/config.hpp"
 

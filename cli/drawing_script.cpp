@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "sim_ode/host/subprocess.hpp"
+#include "sim_ode/host/programs/subprocess.hpp"
 
 namespace arkmesh::cli {
 namespace {

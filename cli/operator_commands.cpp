@@ -21,9 +21,9 @@
 #include "hal/config.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
-#include "lab/operator_key.hpp"
-#include "lab/operator_message.hpp"
-#include "lab/running_lab.hpp"
+#include "lab/operator/operator_key.hpp"
+#include "lab/operator/operator_message.hpp"
+#include "lab/operator/running_lab.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "app/batch_plan.hpp"
+#include "app/batch/batch_plan.hpp"
 #include "app/joint_run.hpp"
 #include "app/recorded_run.hpp"
 #include "cli/commands.hpp"

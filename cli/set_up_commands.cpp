@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/set_up.hpp"
+#include "app/testbed/set_up.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"

@@ -13,7 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "hal/loss.hpp"
-#include "lab/status_listener.hpp"
+#include "lab/operator/status_listener.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "app/arenas.hpp"
-#include "app/testbed_replay.hpp"
+#include "app/testbed/testbed_replay.hpp"
 #include "cli/commands.hpp"
 #include "cli/lab_command.hpp"
 #include "cli/operator_stop.hpp"

@@ -17,8 +17,8 @@
 #include "cli/progress_line.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "testbed/track_stream.hpp"
-#include "tracker/detector.hpp"
-#include "tracker/source.hpp"
+#include "tracker/camera/source.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace arkmesh::cli {
 namespace {

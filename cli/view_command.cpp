@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/bus_view.hpp"
-#include "app/view_identity.hpp"
+#include "app/live/bus_view.hpp"
+#include "app/live/view_identity.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"

@@ -11,7 +11,7 @@
 #include "hal/fault_port.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
-#include "sim_ode/host/robot_program.hpp"
+#include "sim_ode/host/programs/robot_program.hpp"
 #include "testbed/arena_view.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/recorded_devices.hpp"

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tracker/calibration_file.hpp"
-#include "tracker/landmarks.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/landmarks.hpp"
 
 namespace arkmesh::emulator {
 namespace {

@@ -14,8 +14,8 @@
 #include "hal/random.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
+#include "lab/exchange/lab_state.hpp"
 #include "lab/lab_data.hpp"
-#include "lab/lab_state.hpp"
 
 namespace arkmesh::lab {
 

@@ -15,10 +15,10 @@
 #include "hal/recorder.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
-#include "lab/lab_state.hpp"
-#include "lab/merged_state.hpp"
+#include "lab/exchange/lab_state.hpp"
+#include "lab/exchange/merged_state.hpp"
+#include "lab/exchange/state_rules.hpp"
 #include "lab/run_config.hpp"
-#include "lab/state_rules.hpp"
 
 namespace arkmesh::lab {
 

@@ -9,9 +9,9 @@
 
 #include "hal/types.hpp"
 #include "lab/behaviour_hash.hpp"
+#include "lab/exchange/lab_state.hpp"
+#include "lab/exchange/payload.hpp"
 #include "lab/lab_data.hpp"
-#include "lab/lab_state.hpp"
-#include "lab/payload.hpp"
 
 namespace arkmesh::lab {
 

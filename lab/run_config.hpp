@@ -12,7 +12,7 @@
 #include "hal/participants.hpp"
 #include "hal/projection.hpp"
 #include "hal/types.hpp"
-#include "lab/exchange.hpp"
+#include "lab/exchange/exchange.hpp"
 #include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "hal/robot_words.hpp"
-#include "lab/shared_view.hpp"
+#include "lab/exchange/shared_view.hpp"
 
 namespace arkmesh::lab {
 namespace {

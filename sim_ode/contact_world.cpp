@@ -8,7 +8,7 @@
 
 #include "hal/fixed_math.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
-#include "sim_ode/host/robot_program.hpp"
+#include "sim_ode/host/programs/robot_program.hpp"
 
 namespace arkmesh::sim_ode {
 

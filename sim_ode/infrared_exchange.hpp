@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/host/reception.hpp"
 #include "sim_ode/host/robot_host.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 #include "sim_ode/infrared_medium.hpp"
 
 namespace arkmesh::sim_ode {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "hal/fixed_math.hpp"
-#include "sim_ode/host/distance_readings.hpp"
+#include "sim_ode/host/turns/distance_readings.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/host/reception.hpp"
-#include "sim_ode/host/send_timer.hpp"
+#include "sim_ode/host/turns/reception.hpp"
+#include "sim_ode/host/turns/send_timer.hpp"
 #include "sim_ode/infrared_reach.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/settings.hpp"

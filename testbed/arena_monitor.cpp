@@ -11,7 +11,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "testbed/placed_camera.hpp"
-#include "tracker/hung_camera.hpp"
+#include "tracker/camera/hung_camera.hpp"
 
 namespace arkmesh::testbed {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "hal/platforms/kilobot/robot_monitor.hpp"
 #include "testbed/kilobot_settings.hpp"
-#include "tracker/live_camera.hpp"
-#include "tracker/name_keeper.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/camera/live_camera.hpp"
+#include "tracker/follow/table_tracker.hpp"
+#include "tracker/identity/name_keeper.hpp"
 
 namespace arkmesh::testbed {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tracker/calibration_file.hpp"
+#include "tracker/camera/calibration_file.hpp"
 
 namespace arkmesh::testbed {
 

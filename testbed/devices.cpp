@@ -14,8 +14,8 @@
 #include "hal/loop_time.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "testbed/kilobot_settings.hpp"
-#include "tracker/live_camera.hpp"
-#include "tracker/source.hpp"
+#include "tracker/camera/live_camera.hpp"
+#include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {
 namespace {

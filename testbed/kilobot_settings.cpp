@@ -8,8 +8,8 @@
 
 #include "hal/arena_config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "tracker/calibration_file.hpp"
-#include "tracker/source.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {
 namespace {

@@ -10,7 +10,7 @@
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/kilobot_tracking.hpp"
-#include "tracker/calibration_file.hpp"
+#include "tracker/camera/calibration_file.hpp"
 
 namespace arkmesh::testbed {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 namespace arkmesh::testbed {
 

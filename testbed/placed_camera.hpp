@@ -8,8 +8,8 @@
 #include <string>
 
 #include "hal/counters.hpp"
-#include "tracker/camera_guard.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/camera/camera_guard.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 namespace arkmesh::testbed {
 

@@ -24,7 +24,7 @@
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/raw_folder.hpp"
 #include "testbed/record_writer.hpp"
-#include "tracker/live_camera.hpp"
+#include "tracker/camera/live_camera.hpp"
 
 namespace spdlog::sinks {
 class sink;

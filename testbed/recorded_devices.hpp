@@ -8,7 +8,7 @@
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/raw_record.hpp"
-#include "tracker/live_camera.hpp"
+#include "tracker/camera/live_camera.hpp"
 
 namespace arkmesh::testbed {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tracker/detection.hpp"
+#include "tracker/detect/detection.hpp"
 
 namespace arkmesh::testbed {
 

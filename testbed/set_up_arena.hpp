@@ -11,8 +11,8 @@
 #include "hal/arena.hpp"
 #include "hal/stop_request.hpp"
 #include "testbed/tracks.hpp"
-#include "tracker/question.hpp"
-#include "tracker/track.hpp"
+#include "tracker/follow/track.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::testbed {
 

@@ -11,7 +11,7 @@
 
 #include "hal/picture_board.hpp"
 #include "testbed/arena_monitor.hpp"
-#include "tracker/calibration.hpp"
+#include "tracker/camera/calibration.hpp"
 
 namespace arkmesh::testbed {
 

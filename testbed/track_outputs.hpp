@@ -16,8 +16,8 @@
 #include "hal/loop_time.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/track_stream.hpp"
-#include "tracker/source.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/camera/source.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 namespace arkmesh::testbed {
 

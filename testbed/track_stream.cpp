@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "testbed/track_outputs.hpp"
-#include "tracker/calibration_file.hpp"
-#include "tracker/live_camera.hpp"
-#include "tracker/source.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/live_camera.hpp"
+#include "tracker/camera/source.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 namespace arkmesh::testbed {
 namespace {

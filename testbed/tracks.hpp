@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/arena.hpp"
-#include "tracker/name_keeper.hpp"
+#include "tracker/identity/name_keeper.hpp"
 
 namespace arkmesh::testbed {
 

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "hal/types.hpp"
-#include "tracker/calibration.hpp"
-#include "tracker/track.hpp"
-#include "tracker/view_fusion.hpp"
+#include "tracker/camera/calibration.hpp"
+#include "tracker/follow/track.hpp"
+#include "tracker/follow/view_fusion.hpp"
 
 namespace cv {
 class Mat;

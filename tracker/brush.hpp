@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tracker/calibration.hpp"
+#include "tracker/camera/calibration.hpp"
 
 namespace cv {
 class Mat;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hal/drawing.hpp"
-#include "tracker/calibration.hpp"
+#include "tracker/camera/calibration.hpp"
 
 namespace cv {
 class Mat;

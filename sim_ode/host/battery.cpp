@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

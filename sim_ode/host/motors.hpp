@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "sim_ode/host/reception.hpp"
 #include "sim_ode/host/robot_profile.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "sim_ode/host/firmware.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
+#include "sim_ode/host/turns/firmware.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <utility>
 
-#include "sim_ode/host/eeprom.hpp"
+#include "sim_ode/host/turns/eeprom.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "sim_ode/host/fault_guard.hpp"
-#include "sim_ode/host/inbox.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
+#include "sim_ode/host/programs/robot_program.hpp"
 #include "sim_ode/host/robot_bodies.hpp"
-#include "sim_ode/host/robot_memory.hpp"
-#include "sim_ode/host/robot_program.hpp"
-#include "sim_ode/host/send_timer.hpp"
-#include "sim_ode/host/turns.hpp"
+#include "sim_ode/host/turns/fault_guard.hpp"
+#include "sim_ode/host/turns/inbox.hpp"
+#include "sim_ode/host/turns/robot_memory.hpp"
+#include "sim_ode/host/turns/send_timer.hpp"
+#include "sim_ode/host/turns/turns.hpp"
 
 namespace arkmesh::sim_ode {
 

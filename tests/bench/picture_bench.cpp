@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tests/support/pictures/picture_series.hpp"
-#include "tracker/detector.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace {
 

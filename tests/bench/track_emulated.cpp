@@ -16,7 +16,7 @@
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
-#include "tracker/calibration_file.hpp"
+#include "tracker/camera/calibration_file.hpp"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
 #include "tests/support/pictures/collage.hpp"
-#include "tracker/detector.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace {
 

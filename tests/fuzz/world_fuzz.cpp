@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 
-#include "lab/message_check.hpp"
-#include "lab/period_gate.hpp"
-#include "lab/world_message.hpp"
+#include "lab/exchange/message_check.hpp"
+#include "lab/exchange/period_gate.hpp"
+#include "lab/exchange/world_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace arkmesh::lab;

@@ -1,6 +1,6 @@
 // Time-based, event-based and mixed exchange: which payload a state carries, what goes on the wire, and that a strict
 // gate merges the same whatever the network does.
-#include "lab/exchange.hpp"
+#include "lab/exchange/exchange.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-#include "lab/confirmations.hpp"
+#include "lab/exchange/confirmations.hpp"
 #include "lab/run_config.hpp"
 #include "tests/lab/gate_model.hpp"
 #include "tests/support/processes/thorough.hpp"

@@ -9,8 +9,8 @@
 #include "hal/bus.hpp"
 #include "hal/drawing_message.hpp"
 #include "hal/messages.hpp"
+#include "lab/exchange/shared_view.hpp"
 #include "lab/lab.hpp"
-#include "lab/shared_view.hpp"
 
 using namespace arkmesh;
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "lab/payload.hpp"
-#include "lab/period_gate.hpp"
+#include "lab/exchange/payload.hpp"
+#include "lab/exchange/period_gate.hpp"
 
 namespace arkmesh::tests {
 

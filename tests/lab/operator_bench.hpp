@@ -6,9 +6,9 @@
 
 #include "arkmesh/fleet_command_t.hpp"
 #include "hal/messages.hpp"
-#include "lab/operator_key.hpp"
-#include "lab/operator_message.hpp"
-#include "lab/peer_signatures.hpp"
+#include "lab/operator/operator_key.hpp"
+#include "lab/operator/operator_message.hpp"
+#include "lab/operator/peer_signatures.hpp"
 
 namespace arkmesh::tests {
 

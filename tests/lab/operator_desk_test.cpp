@@ -1,5 +1,5 @@
 // Which commands a lab takes from its operators, and what becomes of all others.
-#include "lab/operator_desk.hpp"
+#include "lab/operator/operator_desk.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>

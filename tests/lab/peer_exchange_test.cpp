@@ -1,5 +1,5 @@
 // For whom a lab waits, until when, and when it gives up.
-#include "lab/peer_exchange.hpp"
+#include "lab/exchange/peer_exchange.hpp"
 
 #include <doctest/doctest.h>
 

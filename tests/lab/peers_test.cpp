@@ -1,5 +1,5 @@
 // How a peer is said to be, from what came of it.
-#include "lab/peers.hpp"
+#include "lab/exchange/peers.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "lab/period_gate.hpp"
+#include "lab/exchange/period_gate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "hal/messages.hpp"
+#include "lab/exchange/world_message.hpp"
 #include "lab/result.hpp"
-#include "lab/world_message.hpp"
 #include "tests/lab/runner_bench.hpp"
 
 using namespace arkmesh;

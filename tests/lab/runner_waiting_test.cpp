@@ -1,7 +1,7 @@
 // A runner that waits, for its arena or for peers.
 #include <functional>
 
-#include "lab/world_message.hpp"
+#include "lab/exchange/world_message.hpp"
 #include "tests/lab/runner_bench.hpp"
 
 using namespace arkmesh;

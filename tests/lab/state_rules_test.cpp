@@ -1,5 +1,5 @@
 // Every lie about a state that the rules know, by its name.
-#include "lab/state_rules.hpp"
+#include "lab/exchange/state_rules.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "lab/world_message.hpp"
+#include "lab/exchange/world_message.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
-#include "lab/message_check.hpp"
+#include "lab/exchange/message_check.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::lab;

@@ -8,11 +8,11 @@
 #include <set>
 #include <stdexcept>
 
-#include "app/batch_file.hpp"
-#include "app/batch_folder.hpp"
-#include "app/batch_manifest.hpp"
-#include "app/batch_results.hpp"
-#include "app/batch_table.hpp"
+#include "app/batch/batch_file.hpp"
+#include "app/batch/batch_folder.hpp"
+#include "app/batch/batch_manifest.hpp"
+#include "app/batch/batch_results.hpp"
+#include "app/batch/batch_table.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

@@ -1,5 +1,5 @@
 // What the page gets of the counts of a run that has gone on for long.
-#include "app/count_history.hpp"
+#include "app/live/count_history.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Which part of a frame a message on a lab's bus is, also one that came from a network.
-#include "app/frame_part.hpp"
+#include "app/live/frame_part.hpp"
 
 #include <doctest/doctest.h>
 

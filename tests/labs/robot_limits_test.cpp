@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/joint_run.hpp"
-#include "lab/world_message.hpp"
+#include "lab/exchange/world_message.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 
 using namespace arkmesh;

@@ -1,5 +1,5 @@
 // Statistics of batches, against values from textbooks and published tables.
-#include "app/statistics.hpp"
+#include "app/batch/statistics.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // What a result tells of the links: of the lab's peers, whoever writes on its bus.
-#include "app/traffic_monitor.hpp"
+#include "app/live/traffic_monitor.hpp"
 
 #include <doctest/doctest.h>
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/messages.hpp"
-#include "lab/operator_message.hpp"
+#include "lab/operator/operator_message.hpp"
 #include "lab/result.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"

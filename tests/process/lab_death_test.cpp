@@ -6,7 +6,7 @@
 
 #include "arkmesh/world_t.hpp"
 #include "hal/event_log.hpp"
-#include "lab/world_message.hpp"
+#include "lab/exchange/world_message.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "hal/random.hpp"
 #include "hal/types.hpp"
-#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

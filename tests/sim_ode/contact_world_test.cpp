@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -4,7 +4,7 @@
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/host/reception.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 #include "tests/support/processes/thorough.hpp"
 

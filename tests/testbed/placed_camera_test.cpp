@@ -22,7 +22,7 @@
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/processes/thorough.hpp"
 #include "tests/testbed/observed_testbed.hpp"
-#include "tracker/source.hpp"
+#include "tracker/camera/source.hpp"
 
 using namespace arkmesh;
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/joint_run.hpp"
-#include "app/testbed_replay.hpp"
+#include "app/testbed/testbed_replay.hpp"
 #include "emulator/emulated_arena.hpp"
 #include "emulator/emulator_record.hpp"
 #include "emulator/said_words.hpp"

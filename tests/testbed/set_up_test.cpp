@@ -1,6 +1,6 @@
 // The set-up procedures before an experiment on an emulated testbed, with the truth beside: cameras, controller and
 // robots' programs are those of a real testbed.
-#include "app/set_up.hpp"
+#include "app/testbed/set_up.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>

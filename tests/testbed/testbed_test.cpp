@@ -20,9 +20,9 @@
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tests/testbed/watched_emulator.hpp"
-#include "tracker/calibration_file.hpp"
-#include "tracker/source.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/source.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;

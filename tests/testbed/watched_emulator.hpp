@@ -15,7 +15,7 @@
 #include "emulator/emulator.hpp"
 #include "hal/config.hpp"
 #include "testbed/arena_monitor.hpp"
-#include "tracker/calibration_file.hpp"
+#include "tracker/camera/calibration_file.hpp"
 
 namespace arkmesh::tests {
 

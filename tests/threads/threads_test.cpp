@@ -23,7 +23,7 @@
 #include "gateway/host_lookup.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/record_writer.hpp"
-#include "tracker/live_camera.hpp"
+#include "tracker/camera/live_camera.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

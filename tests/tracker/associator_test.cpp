@@ -1,5 +1,5 @@
 // Robots followed without pictures: assignment, births, losses, doubts.
-#include "tracker/associator.hpp"
+#include "tracker/follow/associator.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Pixels and the arena: lenses against OpenCV's, height, files of ours and of ARK, chessboards, and what is refused.
-#include "tracker/calibration.hpp"
+#include "tracker/camera/calibration.hpp"
 
 #include <doctest/doctest.h>
 
@@ -14,9 +14,9 @@
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
-#include "tracker/calibration_file.hpp"
-#include "tracker/camera_fit.hpp"
-#include "tracker/table_corners.hpp"
+#include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/camera_fit.hpp"
+#include "tracker/camera/table_corners.hpp"
 
 using namespace arkmesh::tracker;
 

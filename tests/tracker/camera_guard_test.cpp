@@ -1,5 +1,5 @@
 // Whether a camera still hangs where it did, told from marks on the table.
-#include "tracker/camera_guard.hpp"
+#include "tracker/camera/camera_guard.hpp"
 
 #include <doctest/doctest.h>
 

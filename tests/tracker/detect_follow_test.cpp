@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "tests/support/pictures/robot_pictures.hpp"
-#include "tracker/detector.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace arkmesh::tests {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "tests/support/pictures/picture_series.hpp"
 #include "tests/support/processes/thorough.hpp"
-#include "tracker/detector.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace arkmesh::tests {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "tests/support/pictures/photo_effects.hpp"
-#include "tracker/led_colour.hpp"
-#include "tracker/led_neighbours.hpp"
-#include "tracker/led_spot.hpp"
+#include "tracker/detect/led_colour.hpp"
+#include "tracker/detect/led_neighbours.hpp"
+#include "tracker/detect/led_spot.hpp"
 
 namespace arkmesh::tests {
 namespace {

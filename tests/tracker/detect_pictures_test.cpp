@@ -11,7 +11,7 @@
 #include "tests/support/pictures/collage.hpp"
 #include "tests/support/pictures/picture_changes.hpp"
 #include "tests/support/processes/thorough.hpp"
-#include "tracker/detector.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace arkmesh::tests {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "testbed/kilobot_tracking.hpp"
-#include "tracker/motion.hpp"
+#include "tracker/follow/motion.hpp"
 
 using namespace arkmesh;
 using tracker::Motion;

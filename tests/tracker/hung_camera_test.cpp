@@ -1,5 +1,5 @@
 // Whether a camera that repeats its picture hangs, or sees robots that stand still.
-#include "tracker/hung_camera.hpp"
+#include "tracker/camera/hung_camera.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tracker/source.hpp"
+#include "tracker/camera/source.hpp"
 
 using namespace arkmesh;
 using tracker::HungCamera;

@@ -1,5 +1,5 @@
 // Pictures from folders, files and cameras that are not there.
-#include "tracker/source.hpp"
+#include "tracker/camera/source.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "tests/support/processes/temporary_directory.hpp"
-#include "tracker/live_camera.hpp"
+#include "tracker/camera/live_camera.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;

@@ -11,7 +11,7 @@
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/types.hpp"
-#include "tracker/seen.hpp"
+#include "tracker/follow/seen.hpp"
 
 namespace arkmesh::tracker_test {
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "hal/types.hpp"
-#include "tracker/question.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

@@ -13,7 +13,7 @@
 #include "hal/counters.hpp"
 #include "tracker/identity/digit_reader.hpp"
 #include "tracker/identity/identity_keeper.hpp"
-#include "tracker/question.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

@@ -9,8 +9,8 @@
 #include <span>
 
 #include "hal/types.hpp"
-#include "tracker/question.hpp"
-#include "tracker/track.hpp"
+#include "tracker/follow/track.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

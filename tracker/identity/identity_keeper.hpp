@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "tracker/follow/track.hpp"
 #include "tracker/identity/digit_reader.hpp"
-#include "tracker/question.hpp"
-#include "tracker/track.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

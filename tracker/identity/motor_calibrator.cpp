@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracker/motion.hpp"
+#include "tracker/follow/motion.hpp"
 
 namespace arkmesh::tracker {
 namespace {

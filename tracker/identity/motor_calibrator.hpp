@@ -14,11 +14,11 @@
 
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
+#include "tracker/follow/not_given.hpp"
 #include "tracker/identity/announcements.hpp"
 #include "tracker/identity/motion_log.hpp"
 #include "tracker/identity/open_ground.hpp"
-#include "tracker/not_given.hpp"
-#include "tracker/question.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

@@ -1,5 +1,5 @@
 // The firmware's states, without a program: a command in, what it does out.
-#include "sim_ode/host/firmware.hpp"
+#include "sim_ode/host/turns/firmware.hpp"
 
 #include <doctest/doctest.h>
 

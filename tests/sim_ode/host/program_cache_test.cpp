@@ -1,6 +1,6 @@
 // Controllers are compiled once. Most cases take a stand-in for the compiler, which counts its starts, says what it has
 // read and hands out an object that was made before.
-#include "sim_ode/host/program_cache.hpp"
+#include "sim_ode/host/programs/program_cache.hpp"
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
@@ -15,8 +15,8 @@
 #include <fstream>
 #include <functional>
 
-#include "sim_ode/host/program_inputs.hpp"
-#include "sim_ode/host/robot_program.hpp"
+#include "sim_ode/host/programs/program_inputs.hpp"
+#include "sim_ode/host/programs/robot_program.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::sim_ode {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "sim_ode/controller_swarm.hpp"
-#include "sim_ode/host/swarm_report.hpp"
+#include "sim_ode/host/reports/swarm_report.hpp"
 
 namespace arkmesh::tests {
 

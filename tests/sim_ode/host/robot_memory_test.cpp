@@ -1,5 +1,5 @@
 // Robots' copies of a program's memory, without a program.
-#include "sim_ode/host/robot_memory.hpp"
+#include "sim_ode/host/turns/robot_memory.hpp"
 
 #include <doctest/doctest.h>
 

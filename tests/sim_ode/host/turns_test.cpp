@@ -1,5 +1,5 @@
 // Robots' turns with a program that is a few functions of this file.
-#include "sim_ode/host/turns.hpp"
+#include "sim_ode/host/turns/turns.hpp"
 
 #include <doctest/doctest.h>
 

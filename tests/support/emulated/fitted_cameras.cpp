@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "tracker/camera_fit.hpp"
+#include "tracker/camera/camera_fit.hpp"
 
 namespace arkmesh::tests {
 namespace {

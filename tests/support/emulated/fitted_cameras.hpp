@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "emulator/emulator.hpp"
-#include "tracker/calibration.hpp"
+#include "tracker/camera/calibration.hpp"
 
 namespace arkmesh::tests {
 

@@ -13,7 +13,7 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/types.hpp"
-#include "tracker/table_tracker.hpp"
+#include "tracker/follow/table_tracker.hpp"
 
 namespace arkmesh::tests {
 

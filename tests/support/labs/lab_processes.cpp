@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "lab/world_message.hpp"
+#include "lab/exchange/world_message.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 
 namespace arkmesh::tests {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tracker/detection.hpp"
+#include "tracker/detect/detection.hpp"
 
 namespace arkmesh::tests {
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "hal/random.hpp"
+#include "tracker/follow/track.hpp"
 #include "tracker/identity/id_code.hpp"
-#include "tracker/question.hpp"
-#include "tracker/track.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tracker {
 

@@ -17,8 +17,8 @@
 #include "hal/config.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/simulated_arena.hpp"
-#include "tracker/question.hpp"
-#include "tracker/track.hpp"
+#include "tracker/follow/track.hpp"
+#include "tracker/identity/question.hpp"
 
 namespace arkmesh::tests {
 

@@ -1,0 +1,56 @@
+#include "lab/exchange/exchange.hpp"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+namespace arkmesh::lab {
+namespace {
+
+const std::vector<std::string> mode_names = {"time", "event", "mixed"};
+
+std::uint32_t whole_periods(const hal::Section& gate, const char* key, hal::LabTime& of, hal::LabTime period) {
+  if (of == hal::LabTime{0}) of = period;
+  if (of % period != hal::LabTime{0})
+    gate.refuse(key, fmt::format("must be a whole multiple of gate.period_s, which is {}",
+                                 static_cast<double>(period.count()) * 1e-6));
+  return static_cast<std::uint32_t>(of / period);
+}
+
+}  // namespace
+
+void Exchange::fields(const hal::Section& gate) {
+  gate.field("exchange", mode,
+             {.help = "when a lab tells others of its robots and fields: in \"time\", by \"event\", or \"mixed\": the "
+                      "owner in time, the others by event",
+              .one_of = mode_names});
+  gate.field("up_period_s", up,
+             {.range = {0, 36000},
+              .unit = "s",
+              .help = "in time: how often labs tell the owner; whole multiples of gate.period_s",
+              .default_is = "gate.period_s"});
+  gate.field("down_period_s", down,
+             {.range = {0, 36000},
+              .unit = "s",
+              .help = "in time: how often the owner tells the others; whole multiples of gate.period_s",
+              .default_is = "gate.period_s"});
+}
+
+void Exchange::check(const hal::Section& gate, hal::LabTime period) {
+  up_periods = whole_periods(gate, "up_period_s", up, period);
+  down_periods = whole_periods(gate, "down_period_s", down, period);
+  if (mode != Mode::time && up_periods != 1)
+    gate.refuse("up_period_s", fmt::format("has no meaning with gate.exchange = \"{}\", where labs tell the owner by "
+                                           "event; leave it out",
+                                           name_of(mode)));
+  if (mode == Mode::event && down_periods != 1)
+    gate.refuse("down_period_s",
+                "has no meaning with gate.exchange = \"event\", where the owner tells the others by event; leave it "
+                "out, or take \"mixed\"");
+}
+
+std::string name_of(Exchange::Mode mode) {
+  return mode_names.at(static_cast<std::size_t>(mode));
+}
+
+}  // namespace arkmesh::lab

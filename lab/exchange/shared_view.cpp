@@ -1,0 +1,36 @@
+#include "lab/exchange/shared_view.hpp"
+
+#include "arkmesh/shared_view_t.hpp"
+#include "hal/drawing_message.hpp"
+#include "hal/messages.hpp"
+#include "lab/exchange/world_message.hpp"
+
+namespace arkmesh::lab {
+
+void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedState>& merged) {
+  const hal::Projection& projection = lab.projections.find(lab.name)->second;
+  shared_view_t view;
+  view.stamp_us = lab.now.count();
+  view.period = static_cast<std::int32_t>(lab.period);
+  view.shift_x_m = projection.shift_x_m;
+  view.shift_y_m = projection.shift_y_m;
+  view.turn_rad = projection.turn_rad;
+  view.scale = projection.scale;
+  for (const auto& [name, state, age_periods, initial, payload_age_periods] : merged) {
+    lab_view_t& v = view.labs.emplace_back();
+    v.lab = name;
+    v.period = static_cast<std::int32_t>(state->period);
+    v.age_periods = static_cast<std::int32_t>(payload_age_periods);
+    v.robots = to_messages(state->robots);
+    v.n_robots = static_cast<std::int32_t>(v.robots.size());
+    v.fields = to_messages(state->fields);
+    v.n_fields = static_cast<std::int32_t>(v.fields.size());
+  }
+  view.n_labs = static_cast<std::int32_t>(view.labs.size());
+  bus.publish(hal::channel::shared, view);
+  // An empty one takes away what was shown.
+  if (!lab.drawing.empty() || lab.drawn_before)
+    bus.publish(hal::channel::overlay, hal::to_message(lab.drawing, lab.now));
+}
+
+}  // namespace arkmesh::lab

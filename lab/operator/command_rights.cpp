@@ -1,0 +1,147 @@
+#include "lab/operator/command_rights.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "hal/label.hpp"
+#include "hal/messages.hpp"
+#include "lab/operator/operator_message.hpp"
+
+namespace arkmesh::lab {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr CommandRights::Now read_again_after = 100ms;  // another key may be there by then
+constexpr CommandRights::Now too_old_after = 30s;
+constexpr int looks_per_s = 50;  // at signatures, 0.1 ms each, whoever sends them
+
+bool is_for_lab(int command) {
+  return command >= operator_command_t::disarm && command <= operator_command_t::stop;
+}
+
+std::optional<Refusal> unknown(int command, fleet_command_t message) {
+  message.command = static_cast<std::uint8_t>(command);
+  if (is_for_lab(command) || hal::from_message(message)) return {};
+  return Refusal{"unknown", "it is no command that this version knows"};
+}
+
+}  // namespace
+
+CommandRights::CommandRights(const RunConfig& config, std::uint64_t run_id)
+    : lab_(config.lab),
+      run_id_(static_cast<std::int64_t>(run_id)),
+      gap_(static_cast<Now::rep>(1e6 / config.safety.commands_per_s)),
+      key_(config.operator_key) {
+  givers_[""];
+  for (const std::string& peer : config.safety.commands_from) givers_[peer];
+}
+
+std::optional<Refusal> CommandRights::refusal(const std::string& peer, const operator_command_t& message, Now now) {
+  const int command = message.command.command;
+  if (auto refusal = peer.empty() ? unproved(message, now) : forbidden(peer, message, now)) return refusal;
+  Giver& giver = givers_.find(peer)->second;
+  if (auto refusal = unfit(giver, message, now)) return refusal;
+  if (!peer.empty())
+    if (auto refusal = unsigned_by(peer, message, now)) return refusal;
+  if (auto refusal = admit(peer, command, now)) return refusal;
+  giver.newest = message.number;
+  return {};
+}
+
+std::optional<Refusal> CommandRights::refusal_here(int command, Now now) {
+  if (auto refusal = unknown(command, {})) return refusal;
+  return admit("", command, now);
+}
+
+// What all others have let pass.
+std::optional<Refusal> CommandRights::admit(const std::string& peer, int command, Now now) {
+  if (command == operator_command_t::arm && givers_.size() == 1)
+    return Refusal{"no_peers", "there is nobody to arm it for: safety.commands_from names no lab"};
+  Giver& giver = givers_.find(peer)->second;
+  giver.last = now;
+  ++giver.admitted;
+  // Who makes robots stand still here may be about to reach among them.
+  if (command == operator_command_t::arm)
+    armed_ = true;
+  else if (is_for_lab(command) ||
+           (peer.empty() && (command == fleet_command_t::pause || command == fleet_command_t::reset)))
+    armed_ = false;
+  return {};
+}
+
+// A peer whose commands do not count, whatever they are.
+std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const operator_command_t& message,
+                                                Now now) const {
+  const auto giver = givers_.find(peer);
+  if (giver == givers_.end())
+    return Refusal{"no_permission",
+                   fmt::format("safety.commands_from does not name {}", hal::printable(peer, hal::max_lab_name))};
+  const int command = message.command.command;
+  if (command != operator_command_t::stop && command != fleet_command_t::pause && command != fleet_command_t::run)
+    return Refusal{"not_for_peers", "other labs may pause and resume robots, and end the run, no more"};
+  if (!armed_) return Refusal{"not_armed", fmt::format("{} is not armed for commands of other labs", lab_)};
+  if (giver->second.last && now - *giver->second.last < gap_)
+    return Refusal{"too_often", fmt::format("{} gives more than safety.commands_per_s", peer)};
+  return {};
+}
+
+// What was not made for this moment.
+std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_command_t& message, Now now) const {
+  if (message.run_id != run_id_) return Refusal{"other_run", "it was given to another run of this lab"};
+  if (message.number <= giver.newest) return Refusal{"replayed", "it, or a newer one, was given before"};
+  if (message.number > giver.newest + number_window) return Refusal{"number", "its number is too large"};
+  if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
+    return Refusal{"too_old", "it comes more than 30 s after it was given"};
+  return unknown(message.command.command, message.command);
+}
+
+// Without a key that fits, the file is read again: it is made at first need, and may be made anew.
+std::optional<Refusal> CommandRights::unproved(const operator_command_t& message, Now now) {
+  const std::vector<std::uint8_t> bytes = proved_bytes(message);
+  const std::span<const std::uint8_t> all(message.proof), proof = all.first(OperatorKey::proof_bytes),
+                                                          rest = all.subspan(OperatorKey::proof_bytes);
+  const auto good = [&] {
+    return key_.proves(bytes, proof) && std::all_of(rest.begin(), rest.end(), [](auto byte) { return byte == 0; });
+  };
+  if (good()) return {};
+  if (!read_ || now - *read_ >= read_again_after) {
+    read_ = now;
+    no_key_.clear();
+    try {
+      key_.read();
+    } catch (const std::exception& error) {
+      no_key_ = error.what();
+    }
+    if (no_key_.empty() && good()) return {};
+  }
+  if (!no_key_.empty()) return Refusal{"no_key", no_key_};
+  return Refusal{"bad_proof", fmt::format("it does not prove that this user gave it, by {}", key_.file().string())};
+}
+
+std::optional<Refusal> CommandRights::unsigned_by(const std::string& peer, const operator_command_t& message, Now now) {
+  if (now - looks_begun_ >= 1s) looks_begun_ = now, looks_ = 0;
+  if (++looks_ > looks_per_s) return Refusal{"too_often", "too many signatures to look at"};
+  if (signatures_ && signatures_->has_signed(peer, proved_bytes(message), message.proof)) return {};
+  return Refusal{"bad_proof",
+                 fmt::format("it is not signed by {}, or {} is not trusted (arkmesh keys list)", peer, peer)};
+}
+
+hal::Counters CommandRights::counters() const {
+  hal::Counters all;
+  if (givers_.size() > 1) all.set("operator.armed", armed_ ? 1 : 0);
+  for (const auto& [peer, giver] : givers_) {
+    if (giver.admitted == 0) continue;
+    const std::string whose = peer.empty() ? "" : "." + peer;
+    all.set("operator.commands" + whose, giver.admitted);
+    all.set("operator.number" + whose, static_cast<std::uint64_t>(giver.newest));
+  }
+  return all;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,65 @@
+// Which commands of operators a lab admits: those that are proved to be its own user's, or, while it is armed, those of
+// labs that have the permission; meant for this run, new, and not too many. The caller owns time.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "arkmesh/operator_command_t.hpp"
+#include "hal/counters.hpp"
+#include "lab/exchange/state_rules.hpp"
+#include "lab/operator/operator_key.hpp"
+#include "lab/operator/peer_signatures.hpp"
+#include "lab/run_config.hpp"
+
+namespace arkmesh::lab {
+
+class CommandRights {
+ public:
+  using Now = std::chrono::microseconds;
+
+  CommandRights(const RunConfig& config, std::uint64_t run_id);
+  // Who knows the signatures of other labs; without it none of their commands is admitted.
+  void ask(PeerSignatures* signatures) { signatures_ = signatures; }
+
+  // Why the lab does not do it. Nothing: it does, and never again by the same message. `peer`: the lab whose operator
+  // gave it; empty: this one's.
+  std::optional<Refusal> refusal(const std::string& peer, const operator_command_t& message, Now now);
+  // Of a command that the own operator gives in this process, which knows who they are: nothing is to be proved.
+  std::optional<Refusal> refusal_here(int command, Now now);
+  // Whether other labs' operators are obeyed. Not before the own operator has said so.
+  bool armed() const { return armed_; }
+  void disarm() { armed_ = false; }
+
+  // Whether the lab is armed, if anybody has permission; of whom how many were admitted, and the newest number.
+  hal::Counters counters() const;
+
+ private:
+  struct Giver {
+    std::int64_t newest = 0;  // number of the command admitted last
+    std::uint64_t admitted = 0;
+    std::optional<Now> last;  // when
+  };
+  std::optional<Refusal> forbidden(const std::string& peer, const operator_command_t& message, Now now) const;
+  std::optional<Refusal> unfit(const Giver& giver, const operator_command_t& message, Now now) const;
+  std::optional<Refusal> admit(const std::string& peer, int command, Now now);
+  std::optional<Refusal> unproved(const operator_command_t& message, Now now);
+  std::optional<Refusal> unsigned_by(const std::string& peer, const operator_command_t& message, Now now);
+
+  const std::string lab_;
+  const std::int64_t run_id_;
+  const Now gap_;  // least time between two commands of a peer
+  OperatorKey key_;
+  std::string no_key_;  // why it cannot be read
+  std::optional<Now> read_;
+  PeerSignatures* signatures_ = nullptr;
+  Now looks_begun_{0};  // of the second in which signatures were looked at so often
+  int looks_ = 0;
+  bool armed_ = false;
+  std::map<std::string, Giver, std::less<>> givers_;  // "": the own operator; those with permission
+};
+
+}  // namespace arkmesh::lab

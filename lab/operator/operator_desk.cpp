@@ -1,0 +1,91 @@
+#include "lab/operator/operator_desk.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
+
+#include "hal/bus.hpp"
+#include "hal/label.hpp"
+#include "hal/messages.hpp"
+#include "lab/exchange/message_check.hpp"
+#include "lab/operator/operator_message.hpp"
+
+namespace arkmesh::lab {
+
+OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
+                           const hal::Clock& clock)
+    : lab_(config.lab),
+      run_id_(run_id),
+      recorder_(recorder),
+      clock_(clock),
+      rights_(config, run_id),
+      audit_(recorder, clock) {}
+
+void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> bytes, Now now) {
+  const auto slash = channel.rfind('/');
+  const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
+  operator_command_t message;
+  if (!check_operator_command(bytes).empty() || !hal::decode(bytes, message))
+    return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
+  const int command = message.command.command;
+  if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
+  if (message.lab != lab_) return counters_.add("operator.for_other_lab");
+  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);
+  admit(peer, channel, message, bytes);
+}
+
+std::string OperatorDesk::obey(std::uint8_t command, Now now) {
+  std::optional<Refusal> refusal;
+  if (closed_)
+    refusal = {"ended", "the run has ended"};
+  else
+    refusal = rights_.refusal_here(command, now);
+  if (refusal) {
+    refuse({}, command, *refusal);
+    return refusal->sentence;
+  }
+  operator_command_t message{};
+  message.lab = lab_;
+  message.run_id = static_cast<std::int64_t>(run_id_);
+  message.clock_us = now.count();
+  message.command.command = command;
+  // Nobody but this process vouches for it: no number, and a proof of zeros.
+  const std::vector<std::uint8_t> bytes = proved_bytes(message);
+  admit({}, operator_channel, message, std::as_bytes(std::span(bytes)));
+  return {};
+}
+
+void OperatorDesk::admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
+                         std::span<const std::byte> bytes) {
+  const int command = message.command.command;
+  audit_.admitted(peer, command);
+  recorder_.record(clock_.now(), channel, bytes);
+  if (command == operator_command_t::stop)
+    end_asked_ = true;
+  else if (command != operator_command_t::arm && command != operator_command_t::disarm)
+    for_robots_.push_back({peer, message.command});
+}
+
+void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
+  audit_.refused(peer, command, refusal.why);
+  const std::string counter = fmt::format("operator.refused.{}", refusal.why);
+  counters_.add(counter);
+  if (said_.emplace(refusal.why).second)
+    spdlog::warn("{} refused a command on {}: {}; further ones are counted as {}", lab_,
+                 peer.empty() ? operator_channel : hal::printable(peer, hal::max_lab_name) + '/' + operator_channel,
+                 refusal.sentence, counter);
+}
+
+std::vector<OperatorDesk::ForRobots> OperatorDesk::take() {
+  return std::exchange(for_robots_, {});
+}
+
+hal::Counters OperatorDesk::counters() const {
+  hal::Counters all = counters_;
+  all.merge(rights_.counters());
+  return all;
+}
+
+}  // namespace arkmesh::lab

@@ -1,0 +1,281 @@
+#include "sim_ode/host/programs/object_build.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "sim_ode/host/programs/subprocess.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One of arkmesh's folders, by a file that is in it: beside an installed program, or among the sources.
+fs::path find_folder(const char* name, const fs::path& among_sources, const char* file, const char* what) {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  const fs::path installed = program.parent_path().parent_path() / "share" / "arkmesh" / name;
+  if (fs::exists(installed / file, ignored)) return installed;
+  const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / among_sources;
+  if (fs::exists(source / file, ignored)) return source;
+  throw ProgramError(
+      fmt::format("{} is neither in {} nor in {}; install arkmesh again", what, source.string(), installed.string()));
+}
+
+// Whether a path lies in a folder of arkmesh, and not of the program.
+bool is_ours(std::string_view path) {
+  for (const fs::path& folder : {kilolib_folder(), firmware_folder()})
+    if (path.starts_with(folder.string() + "/")) return true;
+  return false;
+}
+
+// The line that says what is wrong; otherwise the compiler's first one. Without the path of our own folder. An error in
+// one of our macros is told where the program uses it.
+std::string first_error(std::string output, const fs::path& folder) {
+  const std::string ours = folder.string() + "/";
+  for (std::size_t at; (at = output.find(ours)) != std::string::npos;) output.erase(at, ours.size());
+  // what the compiler says before the words of our headers' own refusals
+  constexpr std::string_view preface = "declared with attribute error: ";
+  for (std::size_t at; (at = output.find(preface)) != std::string::npos;) {
+    const std::size_t begin = output.rfind("call to ", at);
+    output.erase(begin == std::string::npos ? at : begin,
+                 begin == std::string::npos ? preface.size() : at + preface.size() - begin);
+  }
+  std::string first, of_macro;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    if (first.empty()) first = line;
+    if (!of_macro.empty()) {
+      const auto note = line.find(" note: in expansion of macro");
+      if (note == std::string::npos) return of_macro;
+      if (!is_ours(line)) return line.substr(0, note) + of_macro.substr(of_macro.find(" error:"));
+      continue;
+    }
+    for (const char* mark : {"error:", "undefined reference", "multiple definition"})
+      if (line.find(mark) != std::string::npos) {
+        if (!is_ours(line) || line.find(" error:") == std::string::npos) return line;
+        of_macro = line;
+        break;
+      }
+  }
+  if (!of_macro.empty()) return of_macro;
+  return first.empty() ? "the compiler gave no message" : first;
+}
+
+// Whether a variable of the program or of what it includes may change under its eyes: the word stands in lines that are
+// neither the system's nor ours. `preprocessed` has line markers.
+bool waits_for_memory(const std::string& preprocessed) {
+  const std::string ours[] = {"\"" + kilolib_folder().string() + "/", "\"" + firmware_folder().string() + "/"};
+  std::istringstream lines(preprocessed);
+  bool of_program = true;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# ")) {
+      // # 17 "/usr/include/stdio.h" 1 3 4: the flags behind the name; 3 is the system's
+      const std::string flags = line.substr(line.rfind('"') + 1) + " ";
+      of_program = line.find(ours[0]) == std::string::npos && line.find(ours[1]) == std::string::npos &&
+                   flags.find(" 3 ") == std::string::npos;
+    } else if (of_program && line.find("volatile") != std::string::npos)
+      return true;
+  }
+  return false;
+}
+
+// What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
+// keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
+// headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
+// fault's line is the one that called.
+std::vector<std::string> language(const fs::path& folder, const fs::path& kilolib, const fs::path& firmware) {
+  return {"cc",
+          "-std=gnu11",
+          "-fgnu89-inline",
+          "-O2",
+          "-g",
+          "-w",
+          "-fPIC",
+          "-fvisibility=hidden",
+          "-fcommon",
+          "-funsigned-char",
+          "-funsigned-bitfields",
+          "-fshort-enums",
+          "-fpack-struct",
+          "-fwrapv",
+          "-fno-strict-aliasing",
+          "-fno-builtin-printf",
+          "-fno-optimize-sibling-calls",
+          "-ffp-contract=off",
+          "-fno-diagnostics-show-caret",
+          "-fno-stack-protector",
+          "-fstack-clash-protection",
+          "-D__NO_INLINE__",
+          "-D__STRICT_ANSI__",
+          "-DF_CPU=8000000UL",
+          "-iquote",
+          kilolib.string(),
+          "-iquote",
+          firmware.string(),
+          "-iquote",
+          folder.string(),
+          "-I",
+          kilolib.string(),
+          "-I",
+          firmware.string(),
+          "-I",
+          folder.string(),
+          "-include",
+          (kilolib / "kilolib.h").string()};
+}
+
+// A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting
+// takes time.
+const std::vector<std::string> counting_options = {"-fsanitize=thread",
+                                                   "--param",
+                                                   "tsan-distinguish-volatile=1",
+                                                   "--param",
+                                                   "tsan-instrument-func-entry-exit=0",
+                                                   "-c"};
+constexpr const char* plain_clock_option = "-DARKMESH_PLAIN_CLOCK";
+
+std::vector<fs::path> library_sources(const fs::path& kilolib) {
+  return {kilolib / "robot.c", kilolib / "avr_libc.c", kilolib / "robot_math.c"};
+}
+
+std::vector<std::string> link_options(const fs::path& kilolib) {
+  std::vector<std::string> words = {"-shared", "-nostartfiles", "-Wl,-Bsymbolic,-z,now,-z,defs",
+                                    "-Wl,-T," + (kilolib / "robot.ld").string()};
+  for (const fs::path& source : library_sources(kilolib)) words.push_back(source.string());
+  words.push_back("-lm");
+  return words;
+}
+
+fs::path folder_of(const fs::path& source) {
+  return fs::absolute(source).parent_path();
+}
+
+// The compiler had no time left.
+class TooLong : public ProgramError {
+ public:
+  using ProgramError::ProgramError;
+};
+
+}  // namespace
+
+fs::path kilolib_folder() {
+  return find_folder("kilolib", fs::path("sim_ode") / "kilolib", "robot.c", "the Kilobot library");
+}
+
+fs::path firmware_folder() {
+  return find_folder("firmware", fs::path("hal") / "platforms" / "kilobot" / "firmware", "arkmesh_id.h",
+                     "the robots' firmware");
+}
+
+std::string read_program(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  const bool empty = in && in.peek() == std::ifstream::traits_type::eof();
+  if (!fs::is_regular_file(file) || !(empty || (in && text << in.rdbuf())))
+    throw ProgramError(fmt::format("{} cannot be read; name a C file", file.string()));
+  // some editors put a mark of three bytes before the first line
+  std::string read = text.str();
+  if (read.starts_with("\xEF\xBB\xBF")) read.erase(0, 3);
+  return read;
+}
+
+ObjectBuild::ObjectBuild(const fs::path& source, const std::string& text, const fs::path& work,
+                         std::chrono::milliseconds limit)
+    : text_(text),
+      source_(source),
+      work_(work),
+      kilolib_(kilolib_folder()),
+      firmware_(firmware_folder()),
+      copy_(work / (source.extension() == ".c" ? source.filename() : fs::path("program.c"))),
+      object_(work / "program.so"),
+      deadline_(std::chrono::steady_clock::now() + limit),
+      limit_(limit) {
+  if (!(std::ofstream(copy_, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
+    throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy_.string()));
+}
+
+void ObjectBuild::run() {
+  try {
+    const fs::path expanded = work_ / "expanded.i";
+    compile({"-E", copy_.string(), "-o", expanded.string()});
+    if (waits_for_memory(read_program(expanded)))
+      build_counted();
+    else
+      link(copy_);
+  } catch (const TooLong&) {
+    throw;
+  } catch (const ProgramError&) {
+    // Perhaps because our kilo_ticks is a macro: as a field's name, or declared anew. A variable is as good when its
+    // readings are counted.
+    if (text_.find("kilo_ticks") == std::string::npos || !builds_with_plain_clock()) throw;
+  }
+}
+
+std::vector<std::string> ObjectBuild::recipe(const fs::path& source) {
+  const fs::path kilolib = kilolib_folder();
+  // of the order of steps in run(), which no option shows: to be counted up when it changes
+  std::vector<std::string> all = {"1"};
+  for (const auto& part : {language(folder_of(source), kilolib, firmware_folder()),
+                           counting_options,
+                           {plain_clock_option},
+                           link_options(kilolib)})
+    all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<fs::path> ObjectBuild::compiled() const {
+  std::vector<fs::path> files = library_sources(kilolib_);
+  files.push_back(copy_);
+  return files;
+}
+
+void ObjectBuild::compile(const std::vector<std::string>& more) const {
+  std::vector<std::string> command;
+  // the variable's value ends at a blank
+  if (rules().string().find(' ') == std::string::npos) command = {"env", "SUNPRO_DEPENDENCIES=" + rules().string()};
+  for (const auto& part : {language(folder_of(source_), kilolib_, firmware_), more})
+    command.insert(command.end(), part.begin(), part.end());
+  if (plain_clock_) command.push_back(plain_clock_option);
+  const Finished done = run_to_end(
+      command, std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
+  if (done.too_long)
+    throw TooLong(fmt::format("does not compile: the C compiler `cc` was ended, for it had not finished after {:g} s",
+                              std::chrono::duration<double>(limit_).count()));
+  if (done.status == 127 || (done.status == -1 && done.output.empty()))
+    throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+  if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_));
+}
+
+void ObjectBuild::link(const fs::path& part) const {
+  std::vector<std::string> words = {part.string(), "-o", object_.string()};
+  const std::vector<std::string> library = link_options(kilolib_);
+  words.insert(words.end(), library.begin(), library.end());
+  compile(words);
+}
+
+void ObjectBuild::build_counted() const {
+  const fs::path part = work_ / "program.o";
+  std::vector<std::string> words = counting_options;
+  words.insert(words.end(), {copy_.string(), "-o", part.string()});
+  compile(words);
+  link(part);
+}
+
+bool ObjectBuild::builds_with_plain_clock() {
+  plain_clock_ = true;
+  try {
+    build_counted();
+    return true;
+  } catch (const TooLong&) {
+    throw;
+  } catch (const ProgramError&) {
+    return false;
+  }
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,45 @@
+// Keeps compiled programs from run to run: a program is compiled when it, or anything that decides what comes out, is
+// new. A file's name is the hash of all that decided it, so nothing is ever out of date, and no run depends on what is
+// kept. Works for several processes at once without locks; without a folder that it may use it keeps nothing.
+#pragma once
+
+#include <cstdint>
+#include <ctime>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "sim_ode/host/programs/object_build.hpp"
+
+namespace arkmesh::sim_ode {
+
+class ProgramCache {
+ public:
+  // What is kept is at most so large; files that were not used for the longest time leave.
+  static constexpr std::uintmax_t most_bytes = 64 << 20;
+
+  // $XDG_CACHE_HOME/arkmesh/controllers, else ~/.cache/arkmesh/controllers; empty when ARKMESH_CACHE is "off" or there
+  // is no home. Throws ProgramError when ARKMESH_CACHE is anything else.
+  static std::filesystem::path folder_of_user();
+
+  // Of one program: its file, what it says, and how it is compiled now. An empty folder keeps nothing.
+  ProgramCache(std::filesystem::path folder, const std::filesystem::path& source, const std::string& text);
+
+  // The object's file, whole and to be loaded as it is; it may vanish at any time.
+  std::optional<std::filesystem::path> find() const;
+  // Keeps what `build` has made, unless it depends on the moment. A folder that cannot be written is told once.
+  void keep(const ObjectBuild& build, std::uintmax_t most = most_bytes) const;
+
+ private:
+  // The hash of everything that decides but for what is included.
+  std::string key() const;
+  std::filesystem::path inputs_file() const { return folder_ / (key_ + ".inputs"); }
+  std::filesystem::path object_file(const std::set<std::string>& inputs) const;
+
+  std::filesystem::path folder_, source_;
+  std::string text_, key_;
+  timespec begin_{};  // of the building
+};
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,125 @@
+// Compiles into a directory that is gone before load() returns: also a killed process leaves nothing behind.
+#include "sim_ode/host/programs/robot_program.hpp"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include "hal/scratch_folder.hpp"
+#include "sim_ode/host/programs/program_cache.hpp"
+#include "sim_ode/host/programs/subprocess.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of a robot's static memory; text buffers of programs for PCs were seen to take 11 kB.
+constexpr std::size_t max_memory_bytes = 256 << 10;
+
+std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
+  static std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>> programs;
+  return programs;
+}
+
+}  // namespace
+
+std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
+  const std::string text = read_program(source);
+  std::erase_if(loaded_programs(), [](const auto& entry) { return entry.second.expired(); });
+  const auto key = std::pair(fs::absolute(source).string(), text);
+  if (const auto found = loaded_programs().find(key); found != loaded_programs().end())
+    if (auto program = found->second.lock()) return program;
+
+  std::shared_ptr<RobotProgram> program(new RobotProgram);
+  program->source_ = source;
+  const ProgramCache cache(ProgramCache::folder_of_user(), source, text);
+  if (!program->load_kept(cache)) {
+    const hal::ScratchFolder work("controller");
+    ObjectBuild build(source, text, work.path());
+    build.run();
+    program->load_object(build.object());
+    cache.keep(build);
+  }
+  loaded_programs()[key] = program;
+  return program;
+}
+
+// False when there is none, or it does not load: it may just have left, or be of a machine with other libraries.
+bool RobotProgram::load_kept(const ProgramCache& cache) {
+  const std::optional<fs::path> object = cache.find();
+  if (!object) return false;
+  // its memory would not be as before the first instruction
+  if (void* const loaded = dlopen(object->c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) {
+    dlclose(loaded);
+    return false;
+  }
+  try {
+    load_object(*object);
+    return true;
+  } catch (const ProgramError&) {
+    unload();
+    return false;
+  }
+}
+
+void RobotProgram::load_object(const fs::path& object) {
+  file_ = open(object.c_str(), O_RDONLY | O_CLOEXEC);
+  handle_ = dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!handle_) throw ProgramError(fmt::format("does not load: {}", dlerror()));
+  abi_ = static_cast<const arkmesh_program*>(dlsym(handle_, "arkmesh_program"));
+  if (!abi_) throw ProgramError("does not load: it lacks the simulator's part");
+
+  // behind a robot's memory: a page to read, then one to be caught at
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  char* const end = abi_->end;
+  if (reinterpret_cast<std::uintptr_t>(end) % page != 0 || mprotect(end, page, PROT_READ) != 0 ||
+      mprotect(end + page, page, PROT_NONE) != 0)
+    throw ProgramError("does not load: its memory cannot be fenced");
+
+  if (const auto bytes = static_cast<std::size_t>(end - abi_->begin); bytes > max_memory_bytes)
+    throw ProgramError(
+        fmt::format("its variables take {} bytes; a robot has 2048, and the simulator gives it at most {}", bytes,
+                    max_memory_bytes));
+  const auto* begin = reinterpret_cast<const std::byte*>(abi_->begin);
+  first_.assign(begin, begin + (end - abi_->begin));
+}
+
+void RobotProgram::listen() const {
+  if (!text_) text_ = std::make_unique<ProgramText>();
+}
+
+void RobotProgram::unload() {
+  if (handle_) dlclose(handle_);
+  if (file_ >= 0) close(file_);
+  handle_ = nullptr;
+  file_ = -1;
+}
+
+std::string RobotProgram::place_of(const void* instruction) const {
+  Dl_info where{};
+  if (file_ < 0 || !dladdr(instruction, &where) || !where.dli_fbase) return {};
+  Dl_info ours{};
+  dladdr(abi_, &ours);
+  if (where.dli_fbase != ours.dli_fbase) return {};
+  const auto offset = reinterpret_cast<std::uintptr_t>(instruction) - reinterpret_cast<std::uintptr_t>(where.dli_fbase);
+  const Finished found = run_to_end(
+      {"addr2line", "-f", "-s", "-e", fmt::format("/proc/{}/fd/{}", getpid(), file_), fmt::format("{:#x}", offset)});
+  std::istringstream lines(found.output);
+  std::string function, line;
+  if (found.status != 0 || !std::getline(lines, function) || !std::getline(lines, line) || line.starts_with("??"))
+    return {};
+  if (const auto extra = line.find(" (disc"); extra != std::string::npos) line.resize(extra);
+  return fmt::format(" in {} ({})", function, line);
+}
+
+}  // namespace arkmesh::sim_ode

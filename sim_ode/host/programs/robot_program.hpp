@@ -1,0 +1,55 @@
+// A Kilobot C program, compiled and loaded: its code once, and the picture of a robot's memory before its first
+// instruction. Knows nothing of time, robots or worlds.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim_ode/host/programs/object_build.hpp"
+#include "sim_ode/host/programs/program_text.hpp"
+#include "sim_ode/kilolib/robot_abi.h"
+
+namespace arkmesh::sim_ode {
+
+class ProgramCache;
+
+class RobotProgram {
+ public:
+  // Compiles with `cc`, unless it was compiled before (program_cache.hpp). Programs of the same file and text that are
+  // in use at the same time are loaded once. Throws ProgramError.
+  static std::shared_ptr<const RobotProgram> load(const std::filesystem::path& source);
+  ~RobotProgram() { unload(); }
+  RobotProgram(const RobotProgram&) = delete;
+  RobotProgram& operator=(const RobotProgram&) = delete;
+
+  const std::filesystem::path& source() const { return source_; }
+  const arkmesh_program& abi() const { return *abi_; }
+  // Bytes of a robot's memory, and those bytes before main() ran.
+  std::size_t memory_bytes() const { return first_.size(); }
+  const std::vector<std::byte>& first_memory() const { return first_; }
+  // From now on what robots print is kept for whoever takes it; otherwise it is dropped. To be called before robots
+  // run.
+  void listen() const;
+  // Null when nobody listens.
+  ProgramText* text() const { return text_.get(); }
+  // Source line of an instruction, " at loop (prog.c:17)"; empty when it is none of the program's.
+  std::string place_of(const void* instruction) const;
+
+ private:
+  RobotProgram() = default;
+  bool load_kept(const ProgramCache& cache);
+  void unload();
+  // Throws ProgramError.
+  void load_object(const std::filesystem::path& object);
+  std::filesystem::path source_;
+  void* handle_ = nullptr;
+  int file_ = -1;  // keeps the object's file, deleted perhaps, for place_of(), and its inode from being used again
+  const arkmesh_program* abi_ = nullptr;
+  std::vector<std::byte> first_;
+  mutable std::unique_ptr<ProgramText> text_;  // no part of the program
+};
+
+}  // namespace arkmesh::sim_ode

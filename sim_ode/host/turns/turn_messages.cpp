@@ -1,0 +1,96 @@
+// What a robot hears and says in its turn: messages to its callbacks or its firmware, and the message of its send
+// timer.
+#include <cstring>
+
+#include "sim_ode/host/turns/turns.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+constexpr std::uint32_t timer_count_us = 128;
+
+}  // namespace
+
+// Program code that runs in an interrupt.
+template <class Call>
+void Turns::call_back(Call call) {
+  in_callback_ = true;
+  callback_busy_ = 0;
+  FaultGuard::enter_program();
+  call();
+  FaultGuard::leave_program();
+  in_callback_ = false;
+}
+
+// Delivers the oldest message that the robot has not had yet. False when there is none.
+bool Turns::deliver_next() {
+  while (next_overhead_ < inbox_->overhead.size() && !inbox_->overhead[next_overhead_].reaches(robot_))
+    ++next_overhead_;
+  const bool overhead = next_overhead_ < inbox_->overhead.size(), infrared = next_infrared_ < past_infrared_;
+  Firmware& firmware = cells_[index(robot_)].firmware;
+  if ((!overhead && !infrared) || firmware.resets()) return false;
+
+  const Message* message;
+  std::int16_t low = 0, high = 0;
+  if (infrared && (!overhead || inbox_->infrared[next_infrared_].at_us < inbox_->overhead[next_overhead_].at_us)) {
+    const Reception& reception = inbox_->infrared[next_infrared_++];
+    message = &reception.message;
+    low = reception.low_gain;
+    high = reception.high_gain;
+  } else {
+    message = &inbox_->overhead[next_overhead_++].message;
+  }
+
+  // one buffer for all messages, as on the robot
+  std::memcpy(abi_.rx_message, message, sizeof *message);
+  abi_.rx_distance[0] = low;
+  abi_.rx_distance[1] = high;
+  if (message->type > 127 || firmware.state() == Firmware::State::loader) {
+    hear(*message);
+  } else if (*abi_.rx) {
+    call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+    firmware.callback_ran();
+  }
+  return true;
+}
+
+void Turns::hear(const Message& command) {
+  Cell& cell = cells_[index(robot_)];
+  RobotValues values = read_values();
+  const Effects effects = cell.firmware.hear(command, values, loaders_[index(robot_)]);
+  write_values(values);
+  bodies_.apply(robot_, effects, values, cursor_us_);
+  if (effects.save) save(values);
+  if (cell.firmware.resets() || cell.firmware.state() == Firmware::State::loader) forget_program(cell);
+  // main() runs after all robots' turns
+  if (cell.firmware.resets()) resets_.push_back(robot_);
+}
+
+Fault Turns::send(const Outcome& outcome, Reply& reply) {
+  if (!cells_[index(outcome.robot)].firmware.talks()) return {};  // no longer, since it backed off
+  outcome_ = outcome;
+  reply_ = &reply;
+  robot_ = outcome.robot;
+  running_ = this;
+  memory_.copy_in(robot_);
+  Fault fault = guard_.run([](void* self) { static_cast<Turns*>(self)->ask_for_message(); }, this);
+  memory_.copy_out(robot_);
+  return fault;
+}
+
+// As in the robot's timer interrupt: the message, then what the library does about the channel.
+void Turns::ask_for_message() {
+  call_back([this] {
+    const void* const message = *abi_.tx ? (*abi_.tx)() : nullptr;
+    if (!message) return;
+    std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
+    if (!outcome_.free) {
+      reply_->back_off_us = abi_.back_off() * timer_count_us;
+      return;
+    }
+    if (*abi_.tx_success) (*abi_.tx_success)();
+    cells_[index(robot_)].firmware.has_sent();
+  });
+}
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,326 @@
+// The walk runs on worker stacks: when a program waits past the end of a tick, its stack stays with it and the walk
+// goes on with another; when it is due, the walk moves onto that stack and goes on from there.
+#include "sim_ode/host/turns/turns.hpp"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "sim_ode/host/turns/distance_readings.hpp"
+#include "sim_ode/host/turns/robot_services.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+void call(void (*function)(void)) {
+  FaultGuard::enter_program();
+  function();
+  FaultGuard::leave_program();
+}
+
+}  // namespace
+
+Turns* Turns::running_ = nullptr;
+
+Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
+             std::vector<RobotClock> clocks, bool clocks_differ, ProgramText* text)
+    : abi_(program),
+      memory_(memory),
+      bodies_(bodies),
+      guard_(guard),
+      text_(text),
+      count_(static_cast<int>(clocks.size())),
+      cells_(clocks.size()),
+      loaders_(clocks.size()),
+      clocks_(std::move(clocks)),
+      clocks_differ_(clocks_differ) {
+  *abi_.host = RobotServices::all(text != nullptr);
+}
+
+RobotValues Turns::read_values() const {
+  return {*abi_.uid, {*abi_.turn_left, *abi_.turn_right, *abi_.straight_left, *abi_.straight_right}};
+}
+
+void Turns::write_values(const RobotValues& values) {
+  *abi_.uid = values.uid;
+  *abi_.turn_left = values.duties.turn_left;
+  *abi_.turn_right = values.duties.turn_right;
+  *abi_.straight_left = values.duties.straight_left;
+  *abi_.straight_right = values.duties.straight_right;
+}
+
+Fault Turns::boot(int robot) {
+  start_anew(robot);
+  write_values(bodies_.values(robot));
+  std::copy(high_gain_table.begin(), high_gain_table.end(), abi_.irhigh);
+  std::copy(low_gain_table.begin(), low_gain_table.end(), abi_.irlow);
+  cells_[index(robot)] = {};
+  bodies_.stop(robot);
+  robot_ = robot;
+  cursor_us_ = 0;
+  booting_ = true;
+  running_ = this;
+  Fault fault = guard_.run(
+      [](void* self) {
+        FaultGuard::enter_program();
+        static_cast<Turns*>(self)->abi_.main();
+        FaultGuard::leave_program();
+      },
+      this);
+  booting_ = false;
+  memory_.copy_out(robot);
+  return fault;
+}
+
+void Turns::switch_off(int robot) {
+  forget_program(cells_[index(robot)]);
+  cells_[index(robot)] = {};
+  cells_[index(robot)].firmware = Firmware(Firmware::State::off);
+  bodies_.stop(robot);
+}
+
+// Whatever its program was doing.
+void Turns::forget_program(Cell& cell) {
+  if (!cell.context) return;
+  stacks_.give(cell.stack);
+  --waiting_;
+  cell.context = nullptr;
+}
+
+Fault Turns::walk(std::int64_t number, const Inbox& inbox) {
+  tick_ = number;
+  inbox_ = &inbox;
+  offers_.clear();
+  resets_.clear();
+  robot_ = 0;
+  phase_ = Phase::enter;
+  next_infrared_ = 0;
+  return run_walk();
+}
+
+Fault Turns::walk_on_without_robot() {
+  give_up_robot();
+  stacks_.give(stack_);  // its program was on it
+  worker_ = nullptr;
+  ++robot_;
+  phase_ = Phase::enter;
+  return run_walk();
+}
+
+void Turns::give_up_robot() {
+  in_callback_ = false;
+  switch_off(robot_);
+}
+
+Fault Turns::run_walk() {
+  running_ = this;
+  Fault fault = guard_.run(
+      [](void* self) {
+        Turns& turns = *static_cast<Turns*>(self);
+        if (!turns.worker_) turns.worker_ = turns.new_worker();
+        turns.save_to_ = &turns.scheduler_;
+        turns.worker_ = switch_to(turns.worker_, turns.stack_->bounds(), self);
+      },
+      this);
+  if (fault.kind != Fault::Kind::none) {
+    leaving_for(scheduler_stack_);
+    arrived();
+  }
+  return fault;
+}
+
+// Moves the walk onto a fresh stack; its worker starts when somebody switches to the context returned.
+void* Turns::new_worker() {
+  namespace context = boost::context::detail;
+  stack_ = stacks_.take();
+  return context::make_fcontext(stack_->top, stack_->bytes, [](context::transfer_t from) {
+    auto* const turns = static_cast<Turns*>(from.data);
+    const StackBounds left = arrived();
+    if (turns->save_to_ == &turns->scheduler_) turns->scheduler_stack_ = left;
+    *turns->save_to_ = from.fctx;
+    turns->worker();
+  });
+}
+
+// A worker's life: a walk, or what is left of one, per tick. Never returns.
+void Turns::worker() {
+  for (;;) {
+    walk_on();
+    void* const from = switch_to(scheduler_, scheduler_stack_, nullptr);
+    *save_to_ = from;
+  }
+}
+
+[[gnu::always_inline]] inline void Turns::leave() {
+  const std::size_t i = index(robot_);
+  Cell& cell = cells_[i];
+  if (!cell.context) main_loop(cell);
+  cell.firmware.count(beats_);
+  const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
+  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period)) offers_.push_back({robot_, clocks_[i].at_us});
+  memory_.copy_out(robot_);
+}
+
+// Calls setup() or loop() once. May return many ticks later, on the same stack.
+[[gnu::always_inline]] inline void Turns::run_program() {
+  ran_ = true;
+  delayed_ = false;
+  cells_[index(robot_)].busy_ticks = 0;
+  *abi_.reads = *abi_.blocks = 0;
+  if (cells_[index(robot_)].firmware.has_setup()) {
+    cells_[index(robot_)].firmware.calls_loop();
+    call(*abi_.loop);
+    return;
+  }
+  call(*abi_.setup);
+  Firmware& firmware = cells_[index(robot_)].firmware;
+  firmware.setup_is_done();
+  // loop follows at once
+  if (firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+}
+
+// From the present robot's present phase to the end of the tick.
+void Turns::walk_on() {
+  for (;;) {
+    switch (phase_) {
+      case Phase::enter:
+        walk_quiet();
+        if (phase_ == Phase::run) break;
+        if (robot_ == count_) return;
+        if (!enter()) {
+          ++robot_;
+          break;
+        }
+        phase_ = Phase::messages;
+        [[fallthrough]];
+      case Phase::messages:
+        if (deliver_next()) {
+          // a robot runs loop thousands of times in a tick, so it sees each message by itself
+          const Cell& cell = cells_[index(robot_)];
+          if (cell.firmware.runs() && cell.firmware.has_setup() && !cell.context) run_program();
+          break;
+        }
+        phase_ = Phase::tick;
+        [[fallthrough]];
+      case Phase::tick: {
+        const Cell& cell = cells_[index(robot_)];
+        if (cell.firmware.resets()) {
+          phase_ = Phase::leave;
+          break;
+        }
+        *abi_.ticks = *abi_.ticks + beats_;
+        phase_ = Phase::run;
+        ran_ = false;
+        if (cell.context) {
+          if (cell.wake_us < (tick_ + 1) * tick_us) resume();
+          phase_ = Phase::leave;
+          break;
+        }
+        [[fallthrough]];
+      }
+      case Phase::run: {
+        const Cell& cell = cells_[index(robot_)];
+        // again in the same tick after a delay that did not last to its end
+        if (cell.firmware.runs() && !cell.context && (!ran_ || (delayed_ && cursor_us_ < tick_us))) {
+          run_program();
+          break;
+        }
+        phase_ = Phase::leave;
+        [[fallthrough]];
+      }
+      case Phase::leave:
+        leave();
+        ++robot_;
+        phase_ = Phase::enter;
+        break;
+    }
+  }
+}
+
+// The turns of robots that have nothing to do but loop, which are nearly all, up to one that has more; that one may be
+// in phase run already. As the phases of walk_on() with nothing heard, no wait and no change of state, step by step.
+void Turns::walk_quiet() {
+  if (clocks_differ_ || !inbox_->overhead.empty()) return;
+  while (robot_ < count_) {
+    Cell& cell = cells_[index(robot_)];
+    if (!cell.firmware.only_loops() || cell.context || cell.frozen_us > 0) return;
+    while (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot < robot_)
+      ++next_infrared_;
+    if (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot == robot_) return;
+
+    memory_.copy_in(robot_);
+    *abi_.ticks = *abi_.ticks + 1;
+    cursor_us_ = 0;
+    phase_ = Phase::run;
+    // returns to this robot, on this stack, but perhaps many ticks later
+    run_program();
+    if (delayed_) return;
+    leave();
+    ++robot_;
+    phase_ = Phase::enter;
+  }
+}
+
+// False when the robot's clock stands still in this tick.
+bool Turns::enter() {
+  Cell& cell = cells_[index(robot_)];
+  if (cell.firmware.state() == Firmware::State::off) return false;
+  cursor_us_ = 0;
+  next_overhead_ = 0;
+  if (clocks_differ_) beats_ = clocks_[index(robot_)].next_tick();
+  while (next_infrared_ < inbox_->infrared.size() && inbox_->infrared[next_infrared_].robot < robot_) ++next_infrared_;
+  past_infrared_ = next_infrared_;
+  while (past_infrared_ < inbox_->infrared.size() && inbox_->infrared[past_infrared_].robot == robot_) ++past_infrared_;
+
+  if (cell.firmware.sleeps() && !cell.context) {
+    // what the controller says is repeated until somebody wakes to hear it
+    if (!repeats_) cell.firmware.say_asleep(0);
+    for (const Inbox::Overhead& heard : inbox_->overhead)
+      if (heard.message.type > 127 && (repeats_ || heard.reaches(robot_))) cell.firmware.say_asleep(heard.message.type);
+    Message command;
+    command.type = cell.firmware.wake(tick_);
+    if (command.type == 0) return false;
+    memory_.copy_in(robot_);
+    hear(command);
+    next_overhead_ = inbox_->overhead.size();
+    next_infrared_ = past_infrared_;
+    return true;
+  }
+  if (cell.frozen_us > 0) {
+    if (cell.frozen_us >= tick_us) {
+      cell.frozen_us -= tick_us;
+      return false;
+    }
+    cursor_us_ = std::exchange(cell.frozen_us, 0);
+  }
+  memory_.copy_in(robot_);
+  if (robot_ + 1 < count_) memory_.fetch(robot_ + 1);
+  return true;
+}
+
+// What the firmware does from its main loop, once loop has returned.
+void Turns::main_loop(Cell& cell) {
+  const std::int64_t us = std::min(cursor_us_, tick_us - 1);
+  switch (cell.firmware.state()) {
+    case Firmware::State::moving:
+      cell.firmware.steer(us, read_values(), [this](Duties duties, std::int64_t at_us) {
+        bodies_.drive(robot_, duties.left, duties.right, at_us);
+      });
+      break;
+    case Firmware::State::idle:
+      if (!cell.firmware.comes_round()) return;
+      break;
+    case Firmware::State::sleeping:
+      cell.firmware.fall_asleep(tick_);
+      break;
+    case Firmware::State::loader:
+      if (loaders_[index(robot_)].flashes()) bodies_.show(robot_, 0, us);
+      break;
+    default:
+      break;
+  }
+  if (!cell.firmware.shows_another()) return;
+  if (const auto colour = cell.firmware.show(bodies_.voltage(robot_))) bodies_.show(robot_, *colour, us);
+}
+
+}  // namespace arkmesh::sim_ode

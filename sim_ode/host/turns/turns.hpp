@@ -1,0 +1,148 @@
+// Robots' turns: gives each robot its own memory in turn, delivers what it heard, lets its clock tick, calls its
+// program and carries out what the firmware says. A program that waits past the end of a tick keeps a stack of its own
+// meanwhile; others cost none. All program code runs in here, guarded.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim_ode/host/programs/program_text.hpp"
+#include "sim_ode/host/robot_bodies.hpp"
+#include "sim_ode/host/turns/boot_loader.hpp"
+#include "sim_ode/host/turns/fault_guard.hpp"
+#include "sim_ode/host/turns/firmware.hpp"
+#include "sim_ode/host/turns/inbox.hpp"
+#include "sim_ode/host/turns/robot_clock.hpp"
+#include "sim_ode/host/turns/robot_memory.hpp"
+#include "sim_ode/host/turns/send_timer.hpp"
+#include "sim_ode/host/turns/worker_stacks.hpp"
+#include "sim_ode/kilolib/robot_abi.h"
+
+namespace arkmesh::sim_ode {
+
+class Turns {
+ public:
+  // Everything given outlives the turns. One clock for each robot; they are run when they differ. `text` is null when
+  // nobody listens to what programs print.
+  Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
+        std::vector<RobotClock> clocks, bool clocks_differ, ProgramText* text);
+  Turns(const Turns&) = delete;
+  Turns& operator=(const Turns&) = delete;
+
+  // Each of these returns why it ended early: then robot() and now_us() say in whose turn and when. The turns are of no
+  // more use then, unless that robot is given up.
+
+  // Before a robot's first power-up: what its EEPROM comes with.
+  void write_eeprom(int robot);
+  // Power-up: fresh memory but for the EEPROM, values from the EEPROM, main() up to kilo_start(), with which it ends
+  // (Fault::Kind::left).
+  Fault boot(int robot);
+  // All robots' turns for tick `number` (1, 2, ...).
+  Fault walk(std::int64_t number, const Inbox& inbox);
+  // After a fault in walk(): that robot is given up, and the others' turns go on.
+  Fault walk_on_without_robot();
+  // After a fault: the robot whose turn it was is switched off.
+  void give_up_robot();
+  // A robot's turn when the moment of its send timer has come.
+  Fault send(const Outcome& outcome, Reply& reply);
+
+  // Of the last walk: robots whose send timer comes, ascending, and robots to be booted.
+  std::span<const Offer> offers() const { return offers_; }
+  const std::vector<int>& resets() const { return resets_; }
+
+  void switch_off(int robot);
+  Firmware& firmware(int robot) { return cells_[index(robot)].firmware; }
+  const Firmware& firmware(int robot) const { return cells_[index(robot)].firmware; }
+  BootLoader& loader(int robot) { return loaders_[index(robot)]; }
+  const BootLoader& loader(int robot) const { return loaders_[index(robot)]; }
+  // From now on a robot in deep sleep hears only what is on the air when it wakes. Else a fleet command is taken to be
+  // repeated until everybody has heard it.
+  void nothing_is_repeated() { repeats_ = false; }
+
+  int robot() const { return robot_; }
+  // Lab time of the robot whose turn it is.
+  std::int64_t now_us() const { return tick_ * tick_us + (booting_ ? 0 : cursor_us_); }
+  // Whether an address lies below a stack that programs run on.
+  bool is_below_a_stack(const void* address) const { return stacks_.is_fence(address); }
+  std::uint64_t stacks_in_use() const { return waiting_; }
+
+ private:
+  friend struct RobotServices;
+  enum class Phase : std::uint8_t { enter, messages, tick, run, leave };
+  // All that a quiet turn looks at, in one line of the cache.
+  struct alignas(64) Cell {
+    void* context = nullptr;                     // of a program that waits; null: none does
+    const WorkerStacks::Stack* stack = nullptr;  // it waits on
+    std::int64_t wake_us = 0;                    // lab time at which its wait ends
+    std::int64_t frozen_us = 0;                  // time that a callback spent waiting: interrupts are off
+    Firmware firmware;
+    std::uint16_t busy_ticks = 0;  // in a row that its program only computed
+  };
+  static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
+
+  void start_anew(int robot);
+  void save(const RobotValues& values);
+  void* new_worker();
+  void worker();
+  Fault run_walk();
+  void walk_on();
+  void walk_quiet();
+  bool enter();
+  bool deliver_next();
+  void hear(const Message& command);
+  void main_loop(Cell& cell);
+  void leave();
+  void run_program();
+  void ask_for_message();
+  [[noreturn]] void resume();
+  void forget_program(Cell& cell);
+  template <class Call>
+  void call_back(Call call);
+  RobotValues read_values() const;
+  void write_values(const RobotValues& values);
+
+  // What programs ask for.
+  void wait(std::int64_t us);
+  void busy_at(const void* from, bool wakeable);
+  void wait_for_tick(const void* from);
+  void busy_in_callback(const void* from);
+
+  static Turns* running_;  // whose robots have their turn; programs call back without saying for whom
+
+  const arkmesh_program abi_;
+  RobotMemory& memory_;
+  RobotBodies& bodies_;
+  FaultGuard& guard_;
+  ProgramText* text_;
+  int count_;
+  std::vector<Cell> cells_;
+  std::vector<BootLoader> loaders_;
+  std::vector<RobotClock> clocks_;
+  bool clocks_differ_, repeats_ = true;
+  std::vector<Offer> offers_;
+  std::vector<int> resets_;
+
+  // the walk's place; outside any stack, because the walk moves from stack to stack
+  WorkerStacks stacks_;
+  const WorkerStacks::Stack* stack_ = nullptr;  // the walk is on
+  void* scheduler_ = nullptr;                   // context that waits for the walk's end
+  StackBounds scheduler_stack_;
+  void* worker_ = nullptr;    // context that waits for the next walk
+  void** save_to_ = nullptr;  // where the context that was left is to be kept
+  void* scrap_ = nullptr;
+  const Inbox* inbox_ = nullptr;
+  std::int64_t tick_ = 0;
+  int robot_ = 0;
+  Phase phase_ = Phase::enter;
+  std::size_t next_overhead_ = 0, next_infrared_ = 0, past_infrared_ = 0;
+  unsigned beats_ = 1;          // of the robot's timer in this tick
+  std::int64_t cursor_us_ = 0;  // of the robot, after the start of the tick
+  bool ran_ = false, delayed_ = false, in_callback_ = false, booting_ = false;
+  int callback_busy_ = 0;  // times that the present callback has computed for a tick
+  std::uint64_t waiting_ = 0;
+  Outcome outcome_{};  // of the present send turn
+  Reply* reply_ = nullptr;
+};
+
+}  // namespace arkmesh::sim_ode

@@ -1,0 +1,180 @@
+#include "tracker/camera/source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <stdexcept>
+#include <tuple>
+#include <vector>
+
+#include "tracker/camera/lower_case.hpp"
+
+namespace arkmesh::tracker {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double folder_pictures_per_s = 10;
+
+// frame9 before frame10. The names themselves decide where numbers do not.
+bool natural_before(const std::string& a, const std::string& b) {
+  std::size_t i = 0, j = 0;
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  while (i < a.size() && j < b.size()) {
+    if (!digit(a[i]) || !digit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    const auto number = [&](const std::string& text, std::size_t& at) {
+      while (at < text.size() && text[at] == '0') ++at;
+      const std::size_t begin = at;
+      while (at < text.size() && digit(text[at])) ++at;
+      return text.substr(begin, at - begin);
+    };
+    const std::string left = number(a, i), right = number(b, j);
+    if (left != right) return std::tuple(left.size(), left) < std::tuple(right.size(), right);
+  }
+  if (i < a.size() || j < b.size()) return j < b.size();
+  return a < b;
+}
+
+class PictureFiles final : public Recording {
+ public:
+  explicit PictureFiles(std::vector<fs::path> files) : files_(std::move(files)) {}
+  std::optional<Picture> next() override {
+    if (next_ == files_.size()) return {};
+    Picture picture{.bgr = read_picture(files_[next_]),
+                    .number = static_cast<std::uint32_t>(next_),
+                    .name = files_[next_].filename().string()};
+    picture.stamp = hal::LabTime(std::llround(static_cast<double>(next_) * 1e6 / folder_pictures_per_s));
+    ++next_;
+    return picture;
+  }
+  std::optional<std::uint32_t> pictures() const override { return static_cast<std::uint32_t>(files_.size()); }
+  double pictures_per_s() const override { return folder_pictures_per_s; }
+
+ private:
+  std::vector<fs::path> files_;
+  std::size_t next_ = 0;
+};
+
+class VideoFile final : public Recording {
+ public:
+  explicit VideoFile(const std::string& path) {
+    if (!video_.open(path, cv::CAP_FFMPEG) || !video_.isOpened())
+      throw std::runtime_error(fmt::format("{} is neither a video nor a picture that can be read", path));
+    const double rate = video_.get(cv::CAP_PROP_FPS), count = video_.get(cv::CAP_PROP_FRAME_COUNT);
+    if (std::isfinite(rate) && rate > 0.01 && rate < 10'000) pictures_per_s_ = rate;
+    if (std::isfinite(count) && count >= 1 && count < 1e9) pictures_ = static_cast<std::uint32_t>(count);
+  }
+  std::optional<Picture> next() override {
+    Picture picture;
+    if (!video_.read(picture.bgr) || picture.bgr.empty()) return {};
+    picture.number = next_++;
+    picture.stamp = hal::LabTime(std::llround(picture.number * 1e6 / pictures_per_s_));
+    return picture;
+  }
+  std::optional<std::uint32_t> pictures() const override { return pictures_; }
+  double pictures_per_s() const override { return pictures_per_s_; }
+
+ private:
+  cv::VideoCapture video_;
+  double pictures_per_s_ = 25;
+  std::optional<std::uint32_t> pictures_;
+  std::uint32_t next_ = 0;
+};
+
+}  // namespace
+
+SourceKind source_kind(const std::string& source) {
+  const bool number = !source.empty() && source.size() <= 3 &&
+                      std::all_of(source.begin(), source.end(), [](unsigned char c) { return std::isdigit(c); });
+  if (number || source.starts_with("/dev/video")) return SourceKind::camera;
+  const std::size_t colon = source.find("://");
+  if (colon == std::string::npos || colon == 0 ||
+      !std::all_of(source.begin(), source.begin() + static_cast<long>(colon),
+                   [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-'; }))
+    return SourceKind::recording;
+  const std::string scheme = lower_case(source.substr(0, colon));
+  for (const char* known : {"http", "https", "rtsp", "rtmp", "udp", "tcp"})
+    if (scheme == known) return SourceKind::url;
+  throw std::runtime_error(
+      fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
+}
+
+std::string without_password(const std::string& source) {
+  const std::size_t colon = source.find("://");
+  if (colon == std::string::npos) return source;
+  const std::size_t host = colon + 3, at = source.substr(0, source.find_first_of("/?#", host)).rfind('@');
+  return at == std::string::npos ? source : source.substr(0, host) + "..." + source.substr(at);
+}
+
+bool is_picture_name(const fs::path& file) {
+  const std::string ending = lower_case(file.extension().string());
+  for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})
+    if (ending == known) return true;
+  return false;
+}
+
+std::vector<fs::path> pictures_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (is_picture_name(it->path()) && it->is_regular_file(error)) files.push_back(it->path());
+  if (error)
+    throw std::runtime_error(fmt::format("the folder {} cannot be read: {}", folder.string(), error.message()));
+  if (files.empty())
+    throw std::runtime_error(
+        fmt::format("the folder {} holds no picture (png, jpg, bmp, tif, ppm, webp)", folder.string()));
+  const auto before = [](const fs::path& a, const fs::path& b) {
+    return natural_before(a.filename().string(), b.filename().string());
+  };
+  std::sort(files.begin(), files.end(), before);
+  return files;
+}
+
+cv::Mat read_picture(const fs::path& file) {
+  try {
+    return cv::imread(file.string(), cv::IMREAD_COLOR);
+  } catch (const cv::Exception&) {
+    return {};  // an absurd size, for example: as good as unreadable
+  }
+}
+
+void write_picture(const fs::path& file, const cv::Mat& bgr) {
+  bool written = false;
+  try {
+    written = cv::imwrite(file.string(), bgr);
+  } catch (const cv::Exception&) {
+    // said below
+  }
+  if (!written)
+    throw std::runtime_error(
+        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
+}
+
+std::unique_ptr<Recording> open_recording(const std::string& path) {
+  std::error_code error;
+  const auto status = fs::status(path, error);
+  if (!fs::exists(status))
+    throw std::runtime_error(
+        fmt::format("there is no {}: give a video, a picture, a folder of pictures, a camera's number or a URL", path));
+  if (fs::is_directory(status)) return std::make_unique<PictureFiles>(pictures_of(path));
+  if (is_picture_name(path)) return std::make_unique<PictureFiles>(std::vector<fs::path>{path});
+  return std::make_unique<VideoFile>(path);
+}
+
+void quieten_libraries() {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
+}
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,208 @@
+// See suspect.hpp.
+#include "tracker/detect/suspect.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tracker/detect/median.hpp"
+
+namespace arkmesh::tracker {
+namespace {
+
+// Circles of different robots have their centres at least this part of a radius apart; touching ones, two radii.
+constexpr double min_apart = 1.5;
+
+double ramp(double value, double none, double all) {
+  return std::clamp((value - none) / (all - none), 0.0, 1.0);
+}
+
+// Whether what is inside differs from the outside, and varies, as a robot does. Flat discs are not ruled out: a coin
+// cell may be plain.
+double looks(double weber, double activity) {
+  return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.02, 0.07));
+}
+
+// Whether it has a board like a robot's: motley with parts, dark gaps between them; and something on it, not the table
+// itself as a ring has.
+double likeness_of(const Face& face, double outside) {
+  const double coin = static_cast<double>(face.coin), board = static_cast<double>(face.board),
+               low = static_cast<double>(face.board_low);
+  // in parts of the brightness here; what is nowhere dark is seen through haze
+  const double range = std::max(std::max({outside, coin, board}) - 0.7 * low, 15.0);
+  const double motley = ramp((static_cast<double>(face.board_high) - low) / range, 0.06, 0.18);
+  const double gaps = ramp((board - low) / range, 0.01, 0.05);
+  const double dark_table = ramp((outside - board) / range, 0.3, 0.1);
+  const double solid =
+      std::max(ramp((coin - board) / range, 0.8, 0.6), dark_table * ramp((coin - outside) / range, 0.1, 0.25));
+  return motley * gaps * solid;
+}
+
+// A robot among robots may be less like one than what shows that there are robots at all.
+double tolerated(double likeness) {
+  return std::min(1.0, 2 * likeness);
+}
+
+// How much one suspect says about the size of all: clutter is plentiful but weak and open, and small circles are easily
+// imagined.
+double vote(const Suspect& one) {
+  const double squared = one.evidence * one.evidence;
+  return static_cast<double>(one.rim.closed) * squared * squared * squared * std::min(1.0, one.rim.circle.r_px / 8);
+}
+
+}  // namespace
+
+bool Suspect::operator<(const Suspect& other) const {
+  if (evidence != other.evidence) return evidence > other.evidence;
+  if (rim.support != other.rim.support) return rim.support > other.rim.support;
+  return rim.circle.y_px != other.rim.circle.y_px ? rim.circle.y_px < other.rim.circle.y_px
+                                                  : rim.circle.x_px < other.rim.circle.x_px;
+}
+
+Suspect suspect(const Rim& rim) {
+  const double outside = (rim.face.rings[11] + rim.face.rings[12]) / 2, board = rim.face.rings[8];
+  Suspect one{rim, rim.contrast / std::max({outside, board, 25.0})};
+  const double step = std::abs(outside - (rim.face.rings[3] + rim.face.rings[6] + board) / 3);
+  one.activity = rim.face.activity / std::max(step, 1.0);
+  one.shape = ramp(rim.support, 0.4, 0.75) * ramp(rim.closed, 0.05, 0.28) * ramp(rim.inside, 0.3, 0.6);
+  one.likeness = likeness_of(rim.face, outside);
+  // Things on a picture are round by chance, too; then the step over the rim is small beside what varies outside it
+  // anyway.
+  one.clear =
+      ramp(rim.contrast / std::max(static_cast<double>(rim.face.outside_high - rim.face.outside_low), 8.0), 0.15, 0.45);
+  one.clear *= one.likeness;
+  // Only on dark tables are robots brighter than what surrounds them, down to their gaps.
+  const double brightest =
+      std::max({outside, static_cast<double>(rim.face.coin), static_cast<double>(rim.face.board), 15.0});
+  const double low = static_cast<double>(rim.face.board_low);
+  one.clear *= std::max(ramp((low - outside) / brightest, 0.25, 0.1), ramp(outside / brightest, 0.75, 0.6));
+  one.evidence = one.shape * looks(one.weber, one.activity) * tolerated(one.likeness);
+  return one;
+}
+
+std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_px, int height_px) {
+  std::sort(suspects.begin(), suspects.end());
+  struct Group {
+    double r_px, votes;
+  };
+  std::vector<Group> groups;
+  for (std::size_t i = 0; i < std::min<std::size_t>(suspects.size(), 150); ++i) {
+    // Only strong suspects can name a size.
+    const double r_px = suspects[i].rim.circle.r_px;
+    if (suspects[i].evidence < 0.4) break;
+    if (std::any_of(groups.begin(), groups.end(),
+                    [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
+      continue;
+    Places places(min_apart * r_px, width_px, height_px);
+    std::vector<double> radii;
+    Group group{r_px, 0};
+    for (const Suspect& one : suspects) {
+      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, min_apart * r_px))
+        continue;
+      places.add(one.rim.circle);
+      group.votes += vote(one);
+      if (one.evidence > 0.5) radii.push_back(one.rim.circle.r_px);
+    }
+    if (radii.empty()) continue;
+    group.r_px = median(radii);
+    groups.push_back(group);
+  }
+  if (groups.empty()) return {};
+  const auto fewer = [](const Group& a, const Group& b) { return a.votes < b.votes; };
+  Group best = *std::max_element(groups.begin(), groups.end(), fewer);
+  // A coin cell's edge may be as clear as the board's: the board is the one outside.
+  for (const Group& group : groups)
+    if (group.r_px > 1.2 * best.r_px && group.r_px < 1.7 * best.r_px && group.votes > 0.6 * best.votes) best = group;
+  return best.r_px;
+}
+
+Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tolerance) {
+  std::vector<const Suspect*> strong;
+  double dark = 0, bright = 0;
+  for (const Suspect& one : suspects) {
+    if (one.evidence < 0.5 || std::abs(one.rim.circle.r_px / r_px - 1) > tolerance) continue;
+    (one.rim.darker ? dark : bright) += one.evidence * one.evidence;
+    strong.push_back(&one);
+  }
+  Likeness common{.r_px = r_px, .weber = 0, .darker = dark >= bright};
+  std::erase_if(strong, [&](const Suspect* one) { return one->rim.darker != common.darker; });
+  if (strong.empty()) return common;
+  std::vector<double> webers, activities, radii;
+  for (const Suspect* one : strong)
+    webers.push_back(one->weber), activities.push_back(one->activity), radii.push_back(one->rim.circle.r_px);
+  common.weber = median(webers);
+  common.activity = median(activities);
+  common.r_px = median(radii);
+  if (strong.size() < 8) return common;
+
+  // A plane through the radii: weighted least squares round the middle of the view, letting go of what lies off.
+  double middle_x = 0, middle_y = 0;
+  for (const Suspect* one : strong) middle_x += one->rim.circle.x_px, middle_y += one->rim.circle.y_px;
+  middle_x /= static_cast<double>(strong.size()), middle_y /= static_cast<double>(strong.size());
+  double r0 = common.r_px, per_x = 0, per_y = 0;
+  for (int turn = 0; turn < 4; ++turn) {
+    double s0 = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, b0 = 0, bx = 0, by = 0;
+    for (const Suspect* one : strong) {
+      const double x = one->rim.circle.x_px - middle_x, y = one->rim.circle.y_px - middle_y;
+      const double off = one->rim.circle.r_px - (r0 + per_x * x + per_y * y), part = off / (0.15 * common.r_px);
+      if (part * part >= 1) continue;
+      const double weight = (1 - part * part) * (1 - part * part);
+      s0 += weight, sx += weight * x, sy += weight * y, sxx += weight * x * x, sxy += weight * x * y,
+          syy += weight * y * y;
+      b0 += weight * off, bx += weight * off * x, by += weight * off * y;
+    }
+    // Stiff against tilting: as if robots of the mean size stood far out on all sides.
+    const double far = 20 * common.r_px;
+    sxx += 2 * far * far, syy += 2 * far * far;
+    const double det = s0 * (sxx * syy - sxy * sxy) - sx * (sx * syy - sxy * sy) + sy * (sx * sxy - sxx * sy);
+    if (!(det > 1e-6)) break;
+    r0 += (b0 * (sxx * syy - sxy * sxy) - sx * (bx * syy - sxy * by) + sy * (bx * sxy - sxx * by)) / det;
+    per_x += (s0 * (bx * syy - sxy * by) - b0 * (sx * syy - sxy * sy) + sy * (sx * by - bx * sy)) / det;
+    per_y += (s0 * (sxx * by - bx * sxy) - sx * (sx * by - bx * sy) + b0 * (sx * sxy - sxx * sy)) / det;
+  }
+  common.r_px = r0 - per_x * middle_x - per_y * middle_y;
+  common.r_per_x = per_x, common.r_per_y = per_y;
+  return common;
+}
+
+double confidence(const Suspect& suspect, const Likeness& others, double tolerance) {
+  const Circle& circle = suspect.rim.circle;
+  const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
+  // A weak rim among weak rims is as good as a strong one among strong ones.
+  double value = suspect.shape * tolerated(suspect.likeness) *
+                 std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
+  value *= ramp(off, tolerance, tolerance / 2);
+  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);
+  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.15, 0.4);
+  return suspect.rim.darker == others.darker ? value : 0.6 * value;
+}
+
+Places::Places(double cell_px, int width_px, int height_px)
+    : cell_px_(std::max(cell_px, 1.0)),
+      wide_(static_cast<int>(width_px / cell_px_) + 3),
+      high_(static_cast<int>(height_px / cell_px_) + 3),
+      cells_(static_cast<std::size_t>(wide_) * static_cast<std::size_t>(high_)) {}
+
+void Places::add(const Circle& circle) {
+  cells_[cell(column(circle.x_px), line(circle.y_px))].push_back(circle);
+}
+
+bool Places::taken(const Circle& circle, double min_px) const {
+  const int x = column(circle.x_px), y = line(circle.y_px);
+  for (int cy = std::max(0, y - 1); cy <= std::min(high_ - 1, y + 1); ++cy)
+    for (int cx = std::max(0, x - 1); cx <= std::min(wide_ - 1, x + 1); ++cx)
+      for (const Circle& other : cells_[cell(cx, cy)])
+        if (std::hypot(other.x_px - circle.x_px, other.y_px - circle.y_px) < min_px) return true;
+  return false;
+}
+
+int Places::column(double x_px) const {
+  return std::clamp(static_cast<int>(x_px / cell_px_) + 1, 0, wide_ - 1);
+}
+int Places::line(double y_px) const {
+  return std::clamp(static_cast<int>(y_px / cell_px_) + 1, 0, high_ - 1);
+}
+std::size_t Places::cell(int x, int y) const {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(x);
+}
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,60 @@
+// Which rims are robots': each by itself, and then against what the others in the same view look like.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tracker/detect/rim.hpp"
+
+namespace arkmesh::tracker {
+
+// A rim and how much it looks like a robot's.
+struct Suspect {
+  Rim rim;
+  double weber = 0;     // step over the rim, as a part of the brighter side
+  double activity = 0;  // how much the grey level varies within, as a part of the difference to the outside
+  double shape = 0;     // 0..1: how closed and round the rim is
+  double likeness = 0;  // 0..1: what is inside is like a robot's board and coin cell
+  double clear = 0;     // 0..1: how surely there are robots in the view if this is seen: not for each robot to reach
+  double evidence = 0;  // 0..1, of this rim alone: its shape, its step and what is inside together
+  bool operator<(const Suspect& other) const;  // stronger first; ties by place
+};
+
+Suspect suspect(const Rim& rim);
+
+// What the robots of one view have in common.
+struct Likeness {
+  double r_px = 0;                  // at the picture's origin ...
+  double r_per_x = 0, r_per_y = 0;  // ... and how it drifts over the view, px per px
+  double weber = 0, activity = 0;   // medians
+  bool darker = true;
+  double r_at(double x_px, double y_px) const { return r_px + r_per_x * x_px + r_per_y * y_px; }
+};
+
+// Robots of one view are about the same size: the radius that has most evidence for it.
+std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_px, int height_px);
+
+// From suspects whose radius differs from r_px by at most the given part of it.
+Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tolerance);
+
+// Evidence for a robot among robots like these: 0..1.
+double confidence(const Suspect& suspect, const Likeness& others, double tolerance);
+
+// Circles by place, so that neighbours are found without looking at all of them.
+class Places {
+ public:
+  Places(double cell_px, int width_px, int height_px);
+  void add(const Circle& circle);
+  // Whether a circle already added has its centre nearer than `min_px`, which is at most the size of a cell.
+  bool taken(const Circle& circle, double min_px) const;
+
+ private:
+  int column(double x_px) const;
+  int line(double y_px) const;
+  std::size_t cell(int x, int y) const;
+  double cell_px_;
+  int wide_, high_;
+  std::vector<std::vector<Circle>> cells_;
+};
+
+}  // namespace arkmesh::tracker

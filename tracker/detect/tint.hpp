@@ -1,0 +1,20 @@
+// A false white balance, as the robots of a picture and their table show it together: what is tinted alone has that
+// colour itself.
+#pragma once
+
+#include <span>
+
+#include "tracker/detect/circle.hpp"
+#include "tracker/detect/led_colour.hpp"
+
+namespace cv {
+class Mat;
+}
+
+namespace arkmesh::tracker {
+
+// Factors that make light what it was, 1 where nothing is false. `boards` are the circles round the robots of an 8-bit
+// BGR picture.
+Light untinting(const cv::Mat& bgr, std::span<const Circle> boards);
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,91 @@
+// Follows robots from frame to frame: gives all observations of a frame to all tracks at once, so that the whole fits
+// best. Says of a track when it may be somebody else; finding out who it is, is the identifier's work. Pure: no
+// pictures, no clock.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hal/counters.hpp"
+#include "tracker/follow/assignment.hpp"
+#include "tracker/follow/motion.hpp"
+#include "tracker/follow/seen.hpp"
+#include "tracker/follow/track.hpp"
+
+namespace arkmesh::tracker {
+
+struct AssociatorSettings {
+  double diameter_m = not_given;      // of a robot's body; two bodies cannot overlap
+  double led_offset_rad = not_given;  // driving direction minus LED direction
+  double top_speed_m_s = 0.06;        // nobody walks faster, pushed or played at four times life speed
+  double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
+  hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
+  hal::LabTime swap_after{
+      800'000};  // unseen for this long: it may be another one when it is seen again, and must be named anew
+  hal::LabTime show_for{1'000'000};      // unseen for this long: no longer reported
+  hal::LabTime forget_after{5'000'000};  // unseen for this long: gone; what appears there later is a new track
+  double min_certainty = 5;  // natural logarithm of how much likelier an assignment must be than its neighbours
+  MotionSettings motion;
+};
+
+// Where a track should be seen next, and how far from there it may be.
+struct Prospect {
+  TrackNumber number = 0;
+  double x_m = 0, y_m = 0;
+  double reach_m = 0;
+};
+
+// Counters: track.born, .lost (no longer shown), .doubtful (became so), .jumped (moved by hand); seen.too_close
+// (overlaps a robot).
+class Associator {
+ public:
+  explicit Associator(const AssociatorSettings& settings);
+
+  // Every track that is in the picture or has been lately, lost ones too, ascending. `now` at or after that of the last
+  // update.
+  std::vector<Prospect> prospects(hal::LabTime now) const;
+  // One frame. Returns what is to be reported, ascending by number. `now` never decreases.
+  const std::vector<Track>& update(hal::LabTime now, std::span<const Seen> seen);
+  const std::vector<Track>& tracks() const { return reported_; }
+
+  // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such
+  // track any more.
+  bool name(TrackNumber track, hal::RobotId robot);
+  // The track is not who it was thought to be.
+  void unname(TrackNumber track);
+  const hal::Counters& counters() const { return counters_; }
+
+ private:
+  struct Life {
+    Track track;
+    Motion motion;
+    hal::LabTime last_seen{0};
+    std::uint32_t times_seen = 1;
+    bool established = false;  // seen often or clearly enough to be reported
+    bool suspected = false;    // doubtful until named again
+    bool jumped =
+        false;  // last seen where no motion explains it: a hand, or something else; the next observation tells
+    bool shown = true;
+  };
+
+  double reach_m(const Life& life, hal::LabTime now) const;
+  std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const Seen> seen) const;
+  double gain(const Life& life, const Seen& seen, hal::LabTime now) const;
+  void suspect_ambiguous(std::span<const Pairing> possible, std::span<const std::int32_t> seen_by);
+  void suspect(Life& life);
+  void meet(Life& life, const Seen& seen, hal::LabTime now);
+  void miss(Life& life, hal::LabTime now);
+  void give_birth(std::span<const Seen> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
+  void report(hal::LabTime now);
+  Life* find(TrackNumber number);
+
+  AssociatorSettings settings_;
+  std::vector<Life> lives_;  // ascending by number
+  std::vector<Track> reported_;
+  TrackNumber next_ = 0;
+  hal::LabTime now_{0};
+  hal::Counters counters_;
+};
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,29 @@
+// Brings what several cameras detected together on the arena plane: one observation for each robot, however many
+// cameras saw it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tracker/camera/calibration.hpp"
+#include "tracker/detect/detection.hpp"
+#include "tracker/follow/not_given.hpp"
+#include "tracker/follow/seen.hpp"
+
+namespace arkmesh::tracker {
+
+struct Body {
+  double diameter_m = not_given;
+  double board_m = not_given;  // of the board's edge above the table: that is what is found in pictures
+  double led_m = not_given;    // of the LED
+};
+
+// One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its
+// picture.
+std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
+
+// Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
+// headings weighted by their certainty, the colour of the one surest of it. `views[i]` is camera i's.
+std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& body);
+
+}  // namespace arkmesh::tracker
