@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/drawing_script.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 #include "recording/export/exports.hpp"
 #include "recording/export/out_file.hpp"
 
@@ -32,10 +32,8 @@ struct ExportKind {
 // The page's own modules draw it, in a browser without a screen: scripts/film, which tells itself how far it is.
 recording::Exported export_film(const recording::Run& run, const fs::path& to, recording::Watch&) {
   recording::make_folder_of(to);
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path() / "arkmesh";
-  const std::string said =
-      watch_drawing_script("film", {run.folder().string(), "--out", to.string(), "--program", program.string()});
+  const std::string said = hal::watch_script(
+      "film", {run.folder().string(), "--out", to.string(), "--program", (hal::program_folder() / "arkmesh").string()});
   return {said.substr(std::min(said.size(), to.string().size() + 2)), run.notes()};  // "FILE: 150 pictures, 6.0 s"
 }
 

@@ -1,14 +1,11 @@
 #include "cli/page_opener.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <exception>
 
+#include "hal/child_process.hpp"
 #include "hal/guarded_file.hpp"
 
 namespace arkmesh::cli {
@@ -16,19 +13,8 @@ namespace {
 
 // The shell leaves at once, so that nobody has to wait for the browser; false: it could not be started.
 bool open_in_browser(const std::string& target) {
-  posix_spawn_file_actions_t quiet;
-  posix_spawn_file_actions_init(&quiet);
-  posix_spawn_file_actions_addopen(&quiet, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", O_WRONLY, 0);
-  const char* const words[] = {"sh", "-c", "command -v xdg-open && { setsid xdg-open \"$0\" & }", target.c_str(),
-                               nullptr};
-  pid_t child = 0;
-  int code = 1;
-  if (::posix_spawn(&child, "/bin/sh", &quiet, nullptr, const_cast<char* const*>(words), environ) == 0)
-    ::waitpid(child, &code, 0);
-  posix_spawn_file_actions_destroy(&quiet);
-  return code == 0;
+  const char* const words = "command -v xdg-open && { setsid xdg-open \"$0\" & } >/dev/null 2>&1";
+  return hal::ChildProcess({.command = {"/bin/sh", "-c", words, target}, .own_group = false}).wait().code == 0;
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "cli/drawing_script.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 #include "recording/run.hpp"
 
 namespace arkmesh::cli {
@@ -32,7 +32,7 @@ void plot(const PlotOptions& options) {
   for (const std::string& name : options.series) words.insert(words.end(), {"--series", name});
   if (!options.at.empty()) words.insert(words.end(), {"--at", options.at});
   if (!options.out.empty()) words.insert(words.end(), {"--out", options.out});
-  fmt::print("{}\n", run_drawing_script(curves ? "plot_curves" : "plot", words));
+  fmt::print("{}\n", hal::run_script(curves ? "plot_curves" : "plot", words));
 }
 
 }  // namespace

@@ -1,20 +1,24 @@
 // `arkmesh up`: the labs and gateways of some files as children of one process, which end together.
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "cli/child_processes.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
+#include "hal/child_process.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -36,6 +40,38 @@ struct LabOfFile {
   std::size_t lab = 0, gateway = 0;
 };
 
+// `arkmesh ARGUMENTS`, of which each line is printed behind a name. Should this process die, it ends with its result.
+struct NamedChild {
+  NamedChild(std::string its_name, std::vector<std::string> arguments)
+      : name(std::move(its_name)), process(start_of(std::move(arguments))) {}
+
+  static hal::ChildStart start_of(std::vector<std::string> words) {
+    words.insert(words.begin(), (hal::program_folder() / "arkmesh").string());
+    return {.command = std::move(words), .last_signal = SIGTERM};
+  }
+
+  void serve() {
+    if (code) return;
+    // Whether it has ended is looked up before what it said last is read.
+    const auto end = process.end();
+    process.read(line);
+    if (end && !line.empty() && !line.ends_with('\n')) line += '\n';
+    for (std::size_t at = 0; (at = line.find('\n')) != std::string::npos; line.erase(0, at + 1))
+      fmt::print("{}: {}\n", name, line.substr(0, at));
+    if (end && end->code == 127) fmt::print("{}: arkmesh cannot be started\n", name);
+    std::fflush(stdout);
+    if (end) code = end->code;
+  }
+  void signal(int number) const {
+    if (!code) process.signal(number);
+  }
+
+  std::string name;
+  hal::ChildProcess process;
+  std::string line;         // what it has begun to say
+  std::optional<int> code;  // 128 + signal when it was killed
+};
+
 class Group {
  public:
   explicit Group(const UpOptions& options) {
@@ -53,15 +89,15 @@ class Group {
   int run() {
     OperatorStop stop;
     while (goes_on()) {
-      children_.serve(100ms);
+      serve();
       for (const LabOfFile& lab : labs_) look_after(lab);
       if (stop.stopped())
         stop_labs(SIGTERM);
       else if (end_at_ && Clock::now() >= *end_at_)
         stop_labs(group_failed_signal);
     }
-    for (const LabOfFile& lab : labs_) children_.signal(lab.gateway, SIGTERM);
-    for (const auto until = Clock::now() + 5s; Clock::now() < until && !all_ended();) children_.serve(100ms);
+    for (const LabOfFile& lab : labs_) children_[lab.gateway].signal(SIGTERM);
+    for (const auto until = Clock::now() + 5s; Clock::now() < until && !all_ended();) serve();
     for (const LabOfFile& lab : labs_)
       if (const int code = *children_[lab.lab].code; code != 0) return code > 128 ? 1 : code;
     return 0;
@@ -76,11 +112,21 @@ class Group {
       more.insert(more.end(), sets.begin(), sets.end());
       return more;
     };
-    lab.gateway = children_.start(lab.name + " gateway", words("gateway", {}));
+    lab.gateway = children_.size();
+    children_.emplace_back(lab.name + " gateway", words("gateway", {}));
     std::vector<std::string> more;
     if (!options.out.empty()) more = {"--out", (std::filesystem::path(options.out) / lab.name).string()};
     if (options.force) more.push_back("--force");
-    lab.lab = children_.start(lab.name, words("lab", more));
+    lab.lab = children_.size();
+    children_.emplace_back(lab.name, words("lab", more));
+  }
+
+  // For up to 100 ms, or until one says something.
+  void serve() {
+    std::vector<pollfd> outs;
+    for (const NamedChild& child : children_) outs.push_back({child.process.output(), POLLIN, 0});
+    ::poll(outs.data(), outs.size(), 100);
+    for (NamedChild& child : children_) child.serve();
   }
 
   void look_after(const LabOfFile& lab) {
@@ -100,20 +146,18 @@ class Group {
   void stop_labs(int signal) {
     if (stopped_) return;
     stopped_ = true;
-    for (const LabOfFile& lab : labs_) children_.signal(lab.lab, signal);
+    for (const LabOfFile& lab : labs_) children_[lab.lab].signal(signal);
   }
 
   bool goes_on() const {
     return std::ranges::any_of(labs_, [&](const LabOfFile& lab) { return !children_[lab.lab].code; });
   }
   bool all_ended() const {
-    for (std::size_t i = 0; i < children_.size(); ++i)
-      if (!children_[i].code) return false;
-    return true;
+    return std::ranges::all_of(children_, [](const NamedChild& child) { return child.code.has_value(); });
   }
 
   std::vector<LabOfFile> labs_;
-  ChildProcesses children_;
+  std::vector<NamedChild> children_;
   std::optional<Clock::time_point> end_at_;
   bool stopped_ = false;
 };

@@ -2,27 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "sim_ode/host/programs/subprocess.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::app {
 
 void draw_batch(const std::filesystem::path& directory, const BatchPlot& plot) {
-  const std::string script = sim_ode::script_of_arkmesh("plot_batch").string();
-  std::vector<std::string> command = {script, directory.string(), "--column", plot.column, "--over", plot.over};
-  if (!plot.by.empty()) command.insert(command.end(), {"--by", plot.by});
-  if (!plot.kind.empty()) command.insert(command.end(), {"--kind", plot.kind});
-  const sim_ode::Finished done = sim_ode::run_to_end(command);
-  std::string last = done.output;
-  while (last.ends_with('\n')) last.pop_back();
-  if (const auto line = last.rfind('\n'); line != std::string::npos) last.erase(0, line + 1);
-  if (done.status != 0)
-    throw std::runtime_error(last.empty() ? fmt::format("{} cannot be started; it needs /usr/bin/python3", script)
-                                          : last);
-  fmt::print("{}\n", last);
+  std::vector<std::string> words = {directory.string(), "--column", plot.column, "--over", plot.over};
+  if (!plot.by.empty()) words.insert(words.end(), {"--by", plot.by});
+  if (!plot.kind.empty()) words.insert(words.end(), {"--kind", plot.kind});
+  fmt::print("{}\n", hal::run_script("plot_batch", words));
 }
 
 }  // namespace arkmesh::app

@@ -1,14 +1,9 @@
 #include "app/batch/run_pool.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/prctl.h>
 #include <sys/statvfs.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -69,16 +64,12 @@ class ChildStop final : public hal::StopRequest {
 };
 
 // SIGKILL comes from outside, mostly of a machine without memory: the run itself is not at fault.
-bool was_killed(int status) {
-  return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
-}
-
-std::string death_of(int status) {
-  if (was_killed(status))
+std::string death_of(const hal::ChildProcess::End& end) {
+  if (end.signal == SIGKILL)
     return "its process was killed from outside, perhaps because the memory was full: use fewer --jobs then";
-  if (WIFSIGNALED(status))
-    return fmt::format("its process was ended by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status)));
-  return fmt::format("its process ended with exit code {} and no result", WEXITSTATUS(status));
+  if (end.signal != 0)
+    return fmt::format("its process was ended by signal {} ({})", end.signal, ::strsignal(end.signal));
+  return fmt::format("its process ended with exit code {} and no result", end.code);
 }
 
 }  // namespace
@@ -111,14 +102,6 @@ int run_task(const RunTask& task, hal::StopRequest& stop) try {
 RunPool::RunPool(std::deque<RunTask> tasks, std::size_t jobs, std::uintmax_t free_bytes)
     : tasks_(std::move(tasks)), jobs_(jobs), free_bytes_(free_bytes) {}
 
-RunPool::~RunPool() {
-  for (const auto& [pid, run] : running_) {
-    ::kill(pid, SIGKILL);
-    ::waitpid(pid, nullptr, 0);
-    ::close(run.out);
-  }
-}
-
 bool RunPool::has_room(const fs::path& directory) const {
   struct statvfs disk {};
   // the nearest folder that is there
@@ -127,26 +110,16 @@ bool RunPool::has_room(const fs::path& directory) const {
   return static_cast<std::uintmax_t>(disk.f_bavail) * disk.f_frsize >= free_bytes_ || disk.f_frsize == 0;
 }
 
-void RunPool::start(RunTask task) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no more files can be opened; use fewer --jobs");
-  std::fflush(nullptr);
-  const pid_t parent = ::getpid(), pid = ::fork();
-  if (pid < 0) throw std::runtime_error("cannot start another process for the next run; use fewer --jobs");
-  if (pid == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) ::_exit(1);  // it was gone before
-    ::dup2(ends[1], STDOUT_FILENO);
-    ::dup2(ends[1], STDERR_FILENO);
-    ::close(ends[1]);
-    for (const auto& [other, run] : running_) ::close(run.out);
+void RunPool::start(RunTask task) try {
+  const auto run = [&] {
+    for (Running& other : running_) other.process.close_output();
     ChildStop stop;
-    const int code = run_task(task, stop);
-    std::fflush(nullptr);
-    ::_exit(code);
-  }
-  ::close(ends[1]);
-  running_.emplace(pid, Running{std::move(task), ends[0], {}});
+    return run_task(task, stop);
+  };
+  hal::ChildProcess process({.function = run, .own_group = false});
+  running_.push_back({std::move(task), std::move(process), {}});
+} catch (const std::runtime_error& e) {
+  throw std::runtime_error(fmt::format("{}; use fewer --jobs", e.what()));
 }
 
 void RunPool::start_where_room() {
@@ -163,24 +136,18 @@ void RunPool::start_where_room() {
 }
 
 void RunPool::read(Running& run) {
-  std::array<char, 4096> some;
-  pollfd more{run.out, POLLIN, 0};
-  while (::poll(&more, 1, 0) == 1) {
-    const ssize_t n = ::read(run.out, some.data(), some.size());
-    if (n <= 0) return;
-    if (run.said.size() < kept_output) run.said.append(some.data(), static_cast<std::size_t>(n));
-  }
+  run.process.read(run.said);
+  if (run.said.size() > kept_output) run.said.resize(kept_output);
 }
 
-RunPool::Ended RunPool::conclude(Running& run, int status) {
-  read(run);
-  ::close(run.out);
+RunPool::Ended RunPool::conclude(Running& run, const hal::ChildProcess::End& end) {
   RunState state = state_of_run(run.task.directory);
-  const bool stopped = WIFEXITED(status) && WEXITSTATUS(status) == 3;
+  const bool stopped = end.code == 3;
   const bool disk_full = lost_records(hal::ResultFile(run.task.directory).content()) || !has_room(run.task.directory);
   if (state == RunState::missing && !stopped && !disk_full) {
-    save_failure(run.task, death_of(status), was_killed(status) ? hal::Outcome::killed : hal::Outcome::failed);
-    if (was_killed(status)) run.said = death_of(status);
+    const bool was_killed = end.signal == SIGKILL;
+    save_failure(run.task, death_of(end), was_killed ? hal::Outcome::killed : hal::Outcome::failed);
+    if (was_killed) run.said = death_of(end);
   }
   if (state != RunState::finished && disk_full) {
     // what a full disk did to it says nothing about the run
@@ -194,20 +161,18 @@ RunPool::Ended RunPool::conclude(Running& run, int status) {
 std::optional<RunPool::Ended> RunPool::next(hal::StopRequest& stop, std::chrono::milliseconds wait) {
   if (stop.stopped() && halted_ != "stopped") {
     halted_ = "stopped";
-    for (const auto& [pid, run] : running_) ::kill(pid, SIGTERM);
+    for (const Running& run : running_) run.process.signal(SIGTERM);
   }
   start_where_room();
   std::vector<pollfd> outs;
-  for (const auto& [pid, run] : running_) outs.push_back({run.out, POLLIN, 0});
+  for (const Running& run : running_) outs.push_back({run.process.output(), POLLIN, 0});
   if (::poll(outs.data(), outs.size(), static_cast<int>(wait.count())) < 0 && errno != EINTR)
     throw std::runtime_error(fmt::format("cannot wait for runs: {}", std::strerror(errno)));
   for (auto one = running_.begin(); one != running_.end(); ++one) {
-    int status = 0;
-    if (::waitpid(one->first, &status, WNOHANG) != one->first) {
-      read(one->second);
-      continue;
-    }
-    Ended ended = conclude(one->second, status);
+    const auto end = one->process.end();
+    read(*one);
+    if (!end) continue;
+    Ended ended = conclude(*one, *end);
     running_.erase(one);
     return ended;
   }

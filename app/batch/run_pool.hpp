@@ -1,18 +1,17 @@
 // Runs of labs, each in a process of its own, some at a time. None outlives this process, however it ends.
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <map>
+#include <list>
 #include <optional>
 #include <string>
 
 #include "app/lab_files.hpp"
+#include "hal/child_process.hpp"
 #include "hal/stop_request.hpp"
 
 namespace arkmesh::app {
@@ -26,11 +25,9 @@ struct RunTask {
 
 class RunPool {
  public:
-  // `free_bytes`: no run is started while the disk of its folder has less left.
+  // `free_bytes`: no run is started while the disk of its folder has less left. What still runs at its end is killed,
+  // without a result.
   RunPool(std::deque<RunTask> tasks, std::size_t jobs, std::uintmax_t free_bytes);
-  ~RunPool();  // ends what still runs, without a result
-  RunPool(const RunPool&) = delete;
-  RunPool& operator=(const RunPool&) = delete;
 
   struct Ended {
     std::size_t number = 0;
@@ -52,19 +49,19 @@ class RunPool {
  private:
   struct Running {
     RunTask task;
-    int out = -1;  // what it prints; ends with the process
+    hal::ChildProcess process;
     std::string said;
   };
   void start(RunTask task);
   void start_where_room();
   void read(Running& run);
-  Ended conclude(Running& run, int status);
+  Ended conclude(Running& run, const hal::ChildProcess::End& end);
   bool has_room(const std::filesystem::path& directory) const;
 
   std::deque<RunTask> tasks_;
   std::size_t jobs_;
   std::uintmax_t free_bytes_;
-  std::map<pid_t, Running> running_;
+  std::list<Running> running_;
   std::string halted_;
 };
 

@@ -12,9 +12,10 @@
 #include <thread>
 
 #include "app/batch/batch_progress.hpp"
+#include "hal/child_process.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 #include "hal/replace_file.hpp"
-#include "sim_ode/host/programs/subprocess.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -50,7 +51,7 @@ std::string task_lines(const std::vector<std::size_t>& runs) {
 
 std::string job_script(const Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
   const Batch::Request& request = wanted.batch;
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "arkmesh";
+  const fs::path program = hal::program_folder() / "arkmesh";
   std::string command = quoted(program.string()) + " batch";
   for (const fs::path& file : request.files) command += " " + quoted(fs::absolute(file).string());
   command += " --out " + quoted(fs::absolute(batch.directory()).string());
@@ -73,7 +74,7 @@ std::string job_under_way(const fs::path& file) {
   std::ifstream in(file);
   std::string job;
   if (!std::getline(in, job) || job.empty()) return {};
-  const sim_ode::Finished asked = sim_ode::run_to_end({"squeue", "--noheader", "--jobs", job});
+  const hal::Finished asked = hal::run_to_end({.command = {"squeue", "--noheader", "--jobs", job}});
   return asked.status == 0 && asked.output.find_first_not_of(" \n") != std::string::npos ? job : std::string();
 }
 
@@ -91,8 +92,8 @@ std::string submit(const Batch& batch, const SlurmRequest& wanted, const std::ve
   };
   command.insert(command.end(), wanted.options.begin(), wanted.options.end());
   command.push_back((folder / "job.sh").string());
-  const sim_ode::Finished said = sim_ode::run_to_end(command);
-  if (said.status == 127 || (said.status == -1 && said.output.empty()))
+  const hal::Finished said = hal::run_to_end({.command = command});
+  if (said.status == 127)
     throw hal::ConfigError("--slurm: there is no sbatch here; install slurm-client, or leave --slurm out");
   if (said.status != 0) throw std::runtime_error(fmt::format("Slurm refused the job: {}", first_line(said.output)));
   // "12;cluster"

@@ -26,6 +26,7 @@
 #include "gateway/address.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/child_process.hpp"
 #include "hal/handle.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
@@ -84,10 +85,8 @@ Finding needs_program(const std::string& name, const std::string& purpose, const
 
 Finding plots() {
   Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
-  const char* ask =
-      "/usr/bin/python3 -c 'import importlib.util as u, sys; sys.exit(u.find_spec(\"matplotlib\") is None)' >/dev/null "
-      "2>&1";
-  if (std::system(ask) != 0)
+  const char* ask = "import importlib.util as u, sys; sys.exit(u.find_spec('matplotlib') is None)";
+  if (hal::run_to_end({.command = {"/usr/bin/python3", "-c", ask}}).status != 0)
     finding.problem = "/usr/bin/python3 with matplotlib is missing: scripts/plot draws with it";
   return finding;
 }

@@ -1,14 +1,10 @@
 #include "scenarios/python/child.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <signal.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -19,60 +15,10 @@ namespace arkmesh::scenarios::python {
 namespace {
 
 constexpr std::size_t head_bytes = 5;
-constexpr int child_descriptor = 3;
-
-std::vector<char*> pointers(std::vector<std::string>& words) {
-  std::vector<char*> out;
-  for (std::string& word : words) out.push_back(word.data());
-  out.push_back(nullptr);
-  return out;
-}
-
 }  // namespace
 
-Child::Child(std::vector<std::string> command, const std::vector<std::string>& environment) {
-  std::array<int, 2> line{}, prints{};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, line.data()) != 0)
-    throw std::runtime_error("no more files can be opened");
-  socket_ = hal::Handle(line[0]);
-  hal::Handle its_line(line[1]);
-  if (::pipe2(prints.data(), O_CLOEXEC) != 0) throw std::runtime_error("no more files can be opened");
-  prints_ = hal::Handle(prints[0]);
-  hal::Handle its_prints(prints[1]);
-  for (const int each : {socket_.get(), prints_.get()}) ::fcntl(each, F_SETFL, O_NONBLOCK);
-
-  std::vector<std::string> variables = environment;
-  for (char** each = environ; *each; ++each) {
-    const std::string_view name = std::string_view(*each).substr(0, std::string_view(*each).find('='));
-    bool given = false;
-    for (const std::string& other : environment) given = given || other.substr(0, other.find('=')) == name;
-    if (!given) variables.emplace_back(*each);
-  }
-  std::vector<char*> arguments = pointers(command), all_variables = pointers(variables);
-  const pid_t parent = ::getpid();
-  id_ = ::fork();
-  if (id_ < 0) throw std::runtime_error(fmt::format("no more processes can be started: {}", std::strerror(errno)));
-  if (id_ == 0) {
-    ::setpgid(0, 0);
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) ::_exit(1);  // it was gone before
-    // Neither end may be the other's new number.
-    const int line_aside = ::fcntl(its_line.get(), F_DUPFD_CLOEXEC, 10);
-    ::dup2(its_prints.get(), STDOUT_FILENO);
-    ::dup2(its_prints.get(), STDERR_FILENO);
-    const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    ::dup2(nothing, STDIN_FILENO);
-    ::dup2(line_aside, child_descriptor);
-    ::execvpe(arguments[0], arguments.data(), all_variables.data());
-    ::_exit(127);
-  }
-  ::setpgid(id_, id_);
-}
-
-Child::~Child() {
-  ::kill(-id_, SIGKILL);
-  ::waitpid(id_, nullptr, 0);
-}
+Child::Child(std::vector<std::string> command, std::vector<std::string> environment)
+    : process_({.command = std::move(command), .environment = std::move(environment), .has_line = true}) {}
 
 void Child::send(char kind, std::string_view content) {
   const auto size = static_cast<std::uint32_t>(content.size());
@@ -94,26 +40,22 @@ std::optional<Message> Child::receive(std::chrono::milliseconds wait) {
 
 // False: a signal came instead.
 bool Child::pump(std::chrono::milliseconds wait) {
-  std::array<pollfd, 2> both{pollfd{socket_.get(), static_cast<short>(POLLIN | (out_.empty() ? 0 : POLLOUT)), 0},
-                             pollfd{prints_.get(), POLLIN, 0}};
-  const int ready = ::poll(both.data(), both.size(), static_cast<int>(wait.count()));
-  if (ready < 0) return false;
-  std::array<char, 1 << 16> some;
-  if ((both[1].revents & (POLLIN | POLLHUP)) != 0) {
-    const ssize_t n = ::read(prints_.get(), some.data(), some.size());
-    const std::size_t got = n > 0 ? static_cast<std::size_t>(n) : 0;
-    const std::size_t kept = std::min<std::size_t>(got, max_output - kept_);
-    printed_.append(some.data(), kept);
-    kept_ += kept;
-    dropped_ += got - kept;
-    if (n == 0) prints_ = hal::Handle();  // it has closed both; poll passes over it from now on
-  }
+  std::array<pollfd, 2> both{pollfd{process_.line(), static_cast<short>(POLLIN | (out_.empty() ? 0 : POLLOUT)), 0},
+                             pollfd{process_.output(), POLLIN, 0}};
+  if (::poll(both.data(), both.size(), static_cast<int>(wait.count())) < 0) return false;
+  std::string said;
+  process_.read(said);
+  const std::size_t fits = std::min(said.size(), max_output - kept_);
+  printed_.append(said, 0, fits);
+  kept_ += fits;
+  dropped_ += said.size() - fits;
   if ((both[0].revents & POLLOUT) != 0) {
-    const ssize_t n = ::send(socket_.get(), out_.data(), out_.size(), MSG_NOSIGNAL);
+    const ssize_t n = ::send(process_.line(), out_.data(), out_.size(), MSG_NOSIGNAL);
     if (n > 0) out_.erase(0, static_cast<std::size_t>(n));
   }
   if ((both[0].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
-    const ssize_t n = ::recv(socket_.get(), some.data(), some.size(), 0);
+    std::array<char, 1 << 16> some;
+    const ssize_t n = ::recv(process_.line(), some.data(), some.size(), 0);
     if (n > 0) in_.append(some.data(), static_cast<std::size_t>(n));
     ended_ = n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR);
   }
@@ -134,17 +76,14 @@ std::optional<Message> Child::next() {
 void Child::gone() {
   for (int i = 0; i < 20 && pump(std::chrono::milliseconds(0)); ++i) {
   }
-  siginfo_t how{};
   // It has closed its end, so it ends, or is made to.
-  for (int i = 0; i < 100 && how.si_pid == 0; ++i) {
-    ::waitid(P_PID, static_cast<id_t>(id_), &how, WEXITED | WNOWAIT | WNOHANG);
-    if (how.si_pid == 0) ::poll(nullptr, 0, 10);
-  }
-  if (how.si_pid == 0) throw std::runtime_error("closed its line to the lab");
-  if (how.si_code != CLD_EXITED) throw std::runtime_error(fmt::format("was killed by signal {}", how.si_status));
-  if (how.si_status == 127)
+  std::optional<hal::ChildProcess::End> end;
+  for (int i = 0; i < 100 && !(end = process_.end()); ++i) ::poll(nullptr, 0, 10);
+  if (!end) throw std::runtime_error("closed its line to the lab");
+  if (end->signal != 0) throw std::runtime_error(fmt::format("was killed by signal {}", end->signal));
+  if (end->code == 127)
     throw std::runtime_error("cannot be run: there is no such Python; name one in the environment, as ARKMESH_PYTHON");
-  throw std::runtime_error(fmt::format("ended by itself, with exit code {}", how.si_status));
+  throw std::runtime_error(fmt::format("ended by itself, with exit code {}", end->code));
 }
 
 std::string Child::take_output() {
@@ -152,7 +91,7 @@ std::string Child::take_output() {
 }
 
 void Child::ask_where() {
-  ::kill(id_, SIGUSR1);
+  process_.signal(SIGUSR1);
 }
 
 }  // namespace arkmesh::scenarios::python

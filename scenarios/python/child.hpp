@@ -2,8 +2,6 @@
 // in a group of its own, so Ctrl-C does not reach it, and it does not outlive this object or this process.
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -11,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/handle.hpp"
+#include "hal/child_process.hpp"
 
 namespace arkmesh::scenarios::python {
 
@@ -26,10 +24,7 @@ class Child {
 
   // Looks `command[0]` up in PATH; `environment` holds NAME=VALUE beside those of this process. The child has its end
   // of the socket pair as descriptor 3. Throws std::runtime_error with one sentence.
-  Child(std::vector<std::string> command, const std::vector<std::string>& environment);
-  ~Child();  // kills it and all of its group
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
+  Child(std::vector<std::string> command, std::vector<std::string> environment);
 
   // Never blocks: what does not fit goes out in later calls of receive.
   void send(char kind, std::string_view content);
@@ -47,10 +42,9 @@ class Child {
   std::optional<Message> next();
   [[noreturn]] void gone();
 
-  hal::Handle socket_, prints_;
-  pid_t id_ = -1;
+  hal::ChildProcess process_;
   std::string in_, out_, printed_;
-  std::uint64_t kept_ = 0, dropped_ = 0;
+  std::size_t kept_ = 0, dropped_ = 0;
   bool ended_ = false;
 };
 

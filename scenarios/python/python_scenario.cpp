@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "hal/colour.hpp"
+#include "hal/own_files.hpp"
 #include "scenarios/python/encoding.hpp"
 
 namespace arkmesh::scenarios::python {
@@ -33,15 +34,6 @@ const std::vector<std::string> fixed_environment = {
     "MKL_CBWR=COMPATIBLE",
     "NPY_DISABLE_CPU_FEATURES=AVX2 FMA3 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL",
     "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"};
-
-// Beside bin/arkmesh lies share/arkmesh; else the sources have it.
-fs::path child_program() {
-  std::error_code ignored;
-  const fs::path installed = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share" /
-                             "arkmesh" / "python" / "arkmesh_child.py";
-  return fs::exists(installed, ignored) ? installed
-                                        : fs::path(ARKMESH_SOURCE_DIR) / "scenarios" / "python" / "arkmesh_child.py";
-}
 
 fs::path find_file(const fs::path& lab_file, const std::string& scenario) {
   const fs::path folder = fs::absolute(lab_file).parent_path(),
@@ -120,7 +112,8 @@ PythonScenario::~PythonScenario() {
 
 void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena) {
   const char* const named = ::getenv("ARKMESH_PYTHON");
-  child_ = std::make_unique<Child>(std::vector<std::string>{named ? named : "python3", "-B", child_program().string()},
+  const fs::path program = hal::own_file("python/arkmesh_child.py", "scenarios/python/arkmesh_child.py");
+  child_ = std::make_unique<Child>(std::vector<std::string>{named ? named : "python3", "-B", program.string()},
                                    fixed_environment);
   const nlohmann::json facts = {{"file", file_.string()},
                                 {"name", run.lab},

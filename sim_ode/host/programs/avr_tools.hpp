@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_ode/host/programs/subprocess.hpp"
+#include "hal/child_process.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -20,7 +20,7 @@ inline constexpr const char* link_without_limits =
 
 // Runs avr-gcc or one of its tools, a minute at most. Throws std::runtime_error with one sentence when it is missing or
 // takes longer.
-Finished run_avr(std::vector<std::string> command);
+hal::Finished run_avr(std::vector<std::string> command);
 // Throws std::runtime_error.
 Sizes measured(const std::filesystem::path& elf);
 

@@ -71,7 +71,7 @@ const std::vector<std::string>& robot_language() {
 std::string compile_for_robot(const std::vector<std::string>& more, const fs::path& source) {
   std::vector<std::string> command = robot_language();
   command.insert(command.end(), more.begin(), more.end());
-  Finished done = run_avr(std::move(command));
+  hal::Finished done = run_avr(std::move(command));
   if (done.status != 0)
     throw BuildError(fmt::format("{} does not build for the robot, see above", source.string()), done.output);
   return done.output;
@@ -109,8 +109,8 @@ BuiltProgram build_program(const fs::path& program, const fs::path& kilolib, con
 
   out.sizes = measured(elf);
   if (out.sizes.flash > flash_limit_bytes || out.sizes.ram > ram_limit_bytes) return out;
-  const Finished copied = run_avr({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", "-R", ".fuse", "-R", ".lock", "-R",
-                                   ".signature", elf.string(), made.string()});
+  const hal::Finished copied = run_avr({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", "-R", ".fuse", "-R", ".lock",
+                                        "-R", ".signature", elf.string(), made.string()});
   if (copied.status != 0) throw BuildError("avr-objcopy makes no Intel HEX file of the program", copied.output);
   // what an upload would refuse is not worth keeping
   out.pages = hal::kilobot::read_intel_hex(made).pages();

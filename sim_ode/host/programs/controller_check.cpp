@@ -90,37 +90,37 @@ class Builder {
   // Compiles `source`, returns what the compiler said. Throws when it does not compile.
   std::string compile(const fs::path& source, const std::string& object) const {
     // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
-    const Finished done = run_avr({"avr-gcc",
-                                   "-mmcu=atmega328p",
-                                   "-DF_CPU=8000000",
-                                   "-std=gnu99",
-                                   "-fgnu89-inline",
-                                   "-Os",
-                                   "-funsigned-char",
-                                   "-funsigned-bitfields",
-                                   "-fpack-struct",
-                                   "-fshort-enums",
-                                   "-fcommon",
-                                   "-Wtype-limits",
-                                   "-Wconversion",
-                                   "-fno-diagnostics-show-caret",
-                                   "-idirafter",
-                                   kilolib_folder().string(),
-                                   "-idirafter",
-                                   firmware_folder().string(),
-                                   "-include",
-                                   (folder_ / "prelude.h").string(),
-                                   "-c",
-                                   source.string(),
-                                   "-o",
-                                   (folder_ / object).string()});
+    const hal::Finished done = run_avr({"avr-gcc",
+                                        "-mmcu=atmega328p",
+                                        "-DF_CPU=8000000",
+                                        "-std=gnu99",
+                                        "-fgnu89-inline",
+                                        "-Os",
+                                        "-funsigned-char",
+                                        "-funsigned-bitfields",
+                                        "-fpack-struct",
+                                        "-fshort-enums",
+                                        "-fcommon",
+                                        "-Wtype-limits",
+                                        "-Wconversion",
+                                        "-fno-diagnostics-show-caret",
+                                        "-idirafter",
+                                        kilolib_folder().string(),
+                                        "-idirafter",
+                                        firmware_folder().string(),
+                                        "-include",
+                                        (folder_ / "prelude.h").string(),
+                                        "-c",
+                                        source.string(),
+                                        "-o",
+                                        (folder_ / object).string()});
     if (done.status != 0) refuse("does not compile for the robot", source, done.output);
     return done.output;
   }
   Sizes link(const std::string& object, const fs::path& source) const {
     const fs::path elf = folder_ / (object + ".elf");
-    const Finished done = run_avr({"avr-gcc", "-mmcu=atmega328p", link_without_limits, (folder_ / object).string(),
-                                   (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
+    const hal::Finished done = run_avr({"avr-gcc", "-mmcu=atmega328p", link_without_limits, (folder_ / object).string(),
+                                        (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
     if (done.status != 0) refuse("does not link for the robot", source, done.output);
     return measured(elf);
   }

@@ -7,7 +7,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "sim_ode/host/programs/subprocess.hpp"
+#include "hal/child_process.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -15,15 +16,11 @@ namespace {
 namespace fs = std::filesystem;
 
 // One of arkmesh's folders, by a file that is in it: beside an installed program, or among the sources.
-fs::path find_folder(const char* name, const fs::path& among_sources, const char* file, const char* what) {
+fs::path find_folder(const fs::path& name, const fs::path& among_sources, const char* file, const char* what) {
+  const fs::path found = hal::own_file(name / file, among_sources / file);
   std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-  const fs::path installed = program.parent_path().parent_path() / "share" / "arkmesh" / name;
-  if (fs::exists(installed / file, ignored)) return installed;
-  const fs::path source = fs::path(ARKMESH_SOURCE_DIR) / among_sources;
-  if (fs::exists(source / file, ignored)) return source;
-  throw ProgramError(
-      fmt::format("{} is neither in {} nor in {}; install arkmesh again", what, source.string(), installed.string()));
+  if (fs::exists(found, ignored)) return found.parent_path();
+  throw ProgramError(fmt::format("{} is not in {}; install arkmesh again", what, found.parent_path().string()));
 }
 
 // Whether a path lies in a folder of arkmesh, and not of the program.
@@ -241,13 +238,13 @@ void ObjectBuild::compile(const std::vector<std::string>& more) const {
   for (const auto& part : {language(folder_of(source_), kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);
-  const Finished done = run_to_end(
-      command, std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
+  const hal::Finished done = hal::run_to_end(
+      {.command = command},
+      std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
   if (done.too_long)
     throw TooLong(fmt::format("does not compile: the C compiler `cc` was ended, for it had not finished after {:g} s",
                               std::chrono::duration<double>(limit_).count()));
-  if (done.status == 127 || (done.status == -1 && done.output.empty()))
-    throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+  if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; install gcc");
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_));
 }
 

@@ -16,10 +16,10 @@
 #include <system_error>
 #include <vector>
 
+#include "hal/child_process.hpp"
 #include "hal/replace_file.hpp"
 #include "sim_ode/host/programs/content_hash.hpp"
 #include "sim_ode/host/programs/program_inputs.hpp"
-#include "sim_ode/host/programs/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -52,7 +52,7 @@ std::string found_in_path(const std::string& name) {
 
 // The path of a part of the compiler, to be told by its age; empty when it has none of that name.
 std::string part_of_compiler(const std::string& name) {
-  std::string path = run_to_end({"cc", "-print-prog-name=" + name}).output;
+  std::string path = hal::run_to_end({.command = {"cc", "-print-prog-name=" + name}}).output;
   path.erase(std::min(path.find('\n'), path.size()));
   return path.starts_with('/') ? by_age + path : std::string();
 }

@@ -14,9 +14,9 @@
 #include <system_error>
 #include <utility>
 
+#include "hal/child_process.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"
-#include "sim_ode/host/programs/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -112,8 +112,9 @@ std::string RobotProgram::place_of(const void* instruction) const {
   dladdr(abi_, &ours);
   if (where.dli_fbase != ours.dli_fbase) return {};
   const auto offset = reinterpret_cast<std::uintptr_t>(instruction) - reinterpret_cast<std::uintptr_t>(where.dli_fbase);
-  const Finished found = run_to_end(
-      {"addr2line", "-f", "-s", "-e", fmt::format("/proc/{}/fd/{}", getpid(), file_), fmt::format("{:#x}", offset)});
+  const hal::Finished found =
+      hal::run_to_end({.command = {"addr2line", "-f", "-s", "-e", fmt::format("/proc/{}/fd/{}", getpid(), file_),
+                                   fmt::format("{:#x}", offset)}});
   std::istringstream lines(found.output);
   std::string function, line;
   if (found.status != 0 || !std::getline(lines, function) || !std::getline(lines, line) || line.starts_with("??"))

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "hal/own_files.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "sim_ode/host/programs/subprocess.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -24,25 +24,17 @@ std::string described(const hal::Shape& shape, const hal::Pose& pose) {
 
 void draw_swarm(const SwarmDrawing& drawing, const std::optional<std::filesystem::path>& poses) {
   if (drawing.png.empty() && drawing.video.empty()) return;
-  const std::filesystem::path script = script_of_arkmesh("draw_swarm");
-  std::vector<std::string> command = {script.string(), "--arena",
-                                      fmt::format("{}x{}", drawing.width_m, drawing.height_m), "--diameter",
-                                      fmt::format("{}", 2 * hal::kilobot::body_radius_m)};
-  command.push_back(poses ? poses->string() : "--try");
-  if (drawing.light) command.push_back(fmt::format("--light={},{}", drawing.light->x_m, drawing.light->y_m));
+  std::vector<std::string> words = {"--arena", fmt::format("{}x{}", drawing.width_m, drawing.height_m), "--diameter",
+                                    fmt::format("{}", 2 * hal::kilobot::body_radius_m)};
+  words.push_back(poses ? poses->string() : "--try");
+  if (drawing.light) words.push_back(fmt::format("--light={},{}", drawing.light->x_m, drawing.light->y_m));
   for (const hal::Obstacle& obstacle : drawing.obstacles)
-    command.push_back("--solid=:" + described(obstacle.shape, obstacle.pose));
+    words.push_back("--solid=:" + described(obstacle.shape, obstacle.pose));
   for (const hal::MovableObject& object : drawing.objects)
-    command.push_back("--solid=" + object.name + ":" + described(object.shape, object.start));
-  if (!drawing.png.empty()) command.insert(command.end(), {"--png", drawing.png});
-  if (!drawing.video.empty()) command.insert(command.end(), {"--video", drawing.video});
-  const Finished done = run_to_end(command);
-  if (done.status == 0) return;
-  std::string last = done.output;
-  while (last.ends_with('\n')) last.pop_back();
-  if (const auto line = last.rfind('\n'); line != std::string::npos) last.erase(0, line + 1);
-  throw std::runtime_error(
-      last.empty() ? fmt::format("{} cannot be started; it needs /usr/bin/python3", script.string()) : last);
+    words.push_back("--solid=" + object.name + ":" + described(object.shape, object.start));
+  if (!drawing.png.empty()) words.insert(words.end(), {"--png", drawing.png});
+  if (!drawing.video.empty()) words.insert(words.end(), {"--video", drawing.video});
+  hal::run_script("draw_swarm", std::move(words));
 }
 
 }  // namespace arkmesh::sim_ode
