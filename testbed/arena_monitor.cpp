@@ -12,6 +12,7 @@
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "testbed/placed_camera.hpp"
 #include "tracker/camera/hung_camera.hpp"
+#include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {
 namespace {

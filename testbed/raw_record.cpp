@@ -15,6 +15,8 @@
 #include <thread>
 #include <utility>
 
+#include "tracker/camera/source.hpp"
+
 namespace arkmesh::testbed {
 namespace {
 

@@ -19,7 +19,7 @@ constexpr int side = Template::side, half = side / 2;
 constexpr double min_likeness = 0.75;  // correlation with the template
 constexpr double roughly_px = 0.3, precisely_px = 0.05;
 constexpr std::size_t turns = 4;
-constexpr double farthest_px = 5;  // that a mark is followed without searching
+constexpr double followed_px = 5;  // that a mark is followed without searching
 constexpr std::size_t fewest_for_fit = 6;
 constexpr int small_reach = 56;  // searching, in the shrunk picture
 
@@ -95,7 +95,7 @@ bool CameraGuard::find(Mark& mark, const cv::Mat& bgr, double x_px, double y_px,
     const double move_x = (look.yy * off_x - look.xy * off_y) / determinant,
                  move_y = (look.xx * off_y - look.xy * off_x) / determinant;
     x_px -= std::clamp(move_x, -2.0, 2.0), y_px -= std::clamp(move_y, -2.0, 2.0);
-    if (std::hypot(x_px - from_x_px, y_px - from_y_px) > farthest_px) return false;
+    if (std::hypot(x_px - from_x_px, y_px - from_y_px) > followed_px) return false;
     if (std::abs(move_x) + std::abs(move_y) < within_px) break;
   }
   mark.off_x_px = x_px - mark.at_x_px, mark.off_y_px = y_px - mark.at_y_px;

@@ -16,18 +16,18 @@ namespace {
 
 constexpr int directions = 48, rings = 8;
 constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
-constexpr double tau = 6.283185307179586;
+constexpr double two_pi = 6.283185307179586;
 constexpr double cold_bonus = 0.12, lit = 0.98;  // least brightness of a spot that is lit, see below
 // Most that a coin cell lets guess of white. Chosen on real pictures with glare painted on: with 255, more than a
 // quarter of their lit LEDs stay off, because the mean of a lit spot is darker than its brightest pixel.
 constexpr double most_white = 190;
 
-struct Directions {
+struct RingDirections {
   std::array<float, directions> x{}, y{};
-  Directions() {
+  RingDirections() {
     for (std::size_t i = 0; i < directions; ++i) {
-      x[i] = static_cast<float>(std::cos(tau * static_cast<double>(i) / directions));
-      y[i] = static_cast<float>(std::sin(tau * static_cast<double>(i) / directions));
+      x[i] = static_cast<float>(std::cos(two_pi * static_cast<double>(i) / directions));
+      y[i] = static_cast<float>(std::sin(two_pi * static_cast<double>(i) / directions));
     }
   }
 };
@@ -67,7 +67,7 @@ class Pixels {
   bool inside_;
 };
 
-int brightest(const std::uint8_t* bgr) {
+int brightest_channel(const std::uint8_t* bgr) {
   return std::max(bgr[0], std::max(bgr[1], bgr[2]));
 }
 
@@ -109,7 +109,7 @@ std::pair<hal::Led, float> primary_of(const Light& added) {
 }  // namespace
 
 LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
-  static const Directions towards;
+  static const RingDirections towards;
   const double none = std::numeric_limits<double>::quiet_NaN();
   const double r_px = board.r_px;
   LedSpot spot{.x_px = none, .y_px = none};
@@ -128,11 +128,11 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
     for (std::size_t a = 0; a < directions; ++a) {
       const std::uint8_t* pixel = at(far, a);
       seen.colour[d][a] = {pixel[0], pixel[1], pixel[2]};
-      seen.value[d][a] = brightest(pixel);
+      seen.value[d][a] = brightest_channel(pixel);
     }
     seen.usual[d] = median(seen.value[d]);
   }
-  for (std::size_t a = 0; a < directions; ++a) table[a] = brightest(at(1.2F * r, a));
+  for (std::size_t a = 0; a < directions; ++a) table[a] = brightest_channel(at(1.2F * r, a));
 
   // The spot: 3 x 3 samples that stand out most from the rest of their rings; and the best elsewhere on the robot.
   std::array<std::array<int, directions>, rings - 2> stands_out;
@@ -163,7 +163,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   // How bright a white thing is here: the table, or on a dark table what the coin cell lets guess; a coin cell that
   // mirrors a lamp lets guess no more than most_white.
   std::array<int, directions> coin{};
-  for (std::size_t a = 0; a < directions; ++a) coin[a] = brightest(at(0.35F * r, a));
+  for (std::size_t a = 0; a < directions; ++a) coin[a] = brightest_channel(at(0.35F * r, a));
   const double white = std::max({static_cast<double>(median(table)), std::min(1.6 * median(coin), most_white), 20.0});
 
   // Core and halo, pixel by pixel.
@@ -188,7 +188,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
     for (int column = from_x; column <= to_x; ++column) {
       const std::uint8_t* pixel = line + 3 * column;
       const float dx = static_cast<float>(column - x), squared = dx * dx + dy * dy;
-      const auto value = static_cast<float>(brightest(pixel));
+      const auto value = static_cast<float>(brightest_channel(pixel));
       if (value > core_level && squared < core_squared) {
         const float weight = value - core_level;
         core_x += weight * dx, core_y += weight * dy, core_weight += weight;

@@ -14,16 +14,16 @@ constexpr double tau = 6.283185307179586;
 
 constexpr std::size_t all_rays = 48;
 
-struct Directions {
+struct EdgeDirections {
   std::array<float, all_rays> x{}, y{};
-  Directions() {
+  EdgeDirections() {
     for (std::size_t i = 0; i < all_rays; ++i) {
       x[i] = static_cast<float>(std::cos(tau * static_cast<double>(i) / all_rays));
       y[i] = static_cast<float>(std::sin(tau * static_cast<double>(i) / all_rays));
     }
   }
 };
-const Directions towards;
+const EdgeDirections towards;
 
 // Indices of the pixels nearest to evenly spaced places; `y` and `x` are already half a pixel further.
 ARKMESH_WIDE void nearest_pixels(float x, float y, float dx, float dy, int width, int count,

@@ -8,7 +8,6 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 constexpr double seen_probability = 0.98;      // of a robot that was seen in the last frame
 constexpr double stranger_density = 1e-3;      // new robots and false observations, per square metre and frame
 constexpr double jump_probability = 0.02;      // of being anywhere within reach, whatever the motion says
@@ -50,8 +49,8 @@ double Associator::gain(const Life& life, const Seen& seen, hal::LabTime now) co
   const double reach = reach_m(life, now);
   if (square > reach * reach) return 0;
   const double sigma = life.motion.place_sigma_m(), variance = sigma * sigma + seen.sigma_m * seen.sigma_m;
-  const double bell = std::exp(-square / (2 * variance)) / (2 * pi * variance);
-  const double density = (1 - jump_probability) * bell + jump_probability / (pi * reach * reach);
+  const double bell = std::exp(-square / (2 * variance)) / (2 * std::numbers::pi * variance);
+  const double density = (1 - jump_probability) * bell + jump_probability / (std::numbers::pi * reach * reach);
   // One that has been out of sight for a while is likely to stay so.
   const double unseen_s = seconds(now_ - life.last_seen);
   const double visible = std::max(0.1, seen_probability * std::exp(-unseen_s));

@@ -8,8 +8,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double unknown_heading_variance = pi * pi;
+constexpr double unknown_heading_variance = std::numbers::pi * std::numbers::pi;
 constexpr double longest_step_s = 0.05;   // the model is linear enough over this
 constexpr double speed_memory_s = 2;      // a robot out of sight is thought to stop in about this time
 constexpr double hand_speed_m_s = 0.02;   // how fast a robot of unknown heading is allowed to drift
@@ -19,8 +18,8 @@ constexpr double anchor_life_s = 3;       // slower than that it tells nothing
 }  // namespace
 
 double wrapped(double angle_rad) {
-  const double turns = std::remainder(angle_rad, 2 * pi);
-  return turns <= -pi ? turns + 2 * pi : turns;
+  const double turns = std::remainder(angle_rad, 2 * std::numbers::pi);
+  return turns <= -std::numbers::pi ? turns + 2 * std::numbers::pi : turns;
 }
 
 Motion::Motion(double x_m, double y_m, double sigma_m, const MotionSettings& settings) : settings_(settings) {
@@ -156,7 +155,7 @@ void Motion::turn_round() {
   const bool backwards = state_[speed] < -0.003 && since_led_s_ > 0.5;
   backwards_ = backwards ? backwards_ + 1 : 0;
   if (backwards_ < 5) return;
-  state_[heading] = wrapped(state_[heading] + pi);
+  state_[heading] = wrapped(state_[heading] + std::numbers::pi);
   state_[speed] = -state_[speed];
   spread_.row(speed) *= -1;
   spread_.col(speed) *= -1;
@@ -202,7 +201,7 @@ double Motion::place_sigma_m() const {
   return std::sqrt(std::max(spread_(x, x), spread_(y, y)));
 }
 double Motion::heading_sigma_rad() const {
-  return std::min(pi, std::sqrt(spread_(heading, heading)));
+  return std::min(std::numbers::pi, std::sqrt(spread_(heading, heading)));
 }
 double Motion::speed_m_s() const {
   return state_[speed];

@@ -3,6 +3,7 @@
 // damaged: an object was kept under the contents of all it depends on, so equal contents mean an equal object.
 #include "sim_ode/host/programs/program_cache.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
