@@ -1,0 +1,277 @@
+"""What answers a lab for a scenario: in the scenario's own process (arkmesh_child.py), or in the caller's (running.py).
+A message is its length (4 bytes), its kind (1 byte) and its content; numbers are little-endian. python_scenario.cpp is the
+other end."""
+import ast
+import hashlib
+import importlib.util
+import inspect
+import json
+import linecache
+import os
+import pathlib
+import platform
+import re
+import socket
+import struct
+import sys
+import sysconfig
+import textwrap
+import traceback
+
+import numpy
+
+from .scenario import Lab, Scenario
+
+HEAD = struct.Struct("<IB")
+PACKAGE = pathlib.Path(__file__).resolve().parent
+# Whose code none of the user's is.
+NOT_USERS = {PACKAGE, pathlib.Path(sysconfig.get_path("stdlib")), pathlib.Path(sysconfig.get_path("platstdlib"))}
+
+
+class Wrong(Exception):
+    """A sentence about the user's file."""
+
+
+class Gone(Exception):
+    """The lab has closed its end."""
+
+
+class Line:
+    """The end of a socket pair that a lab has the other end of."""
+
+    def __init__(self, fileno):
+        self.socket, self.kind = socket.socket(fileno=fileno), None  # of the message received last
+
+    def computing(self, is_computing):
+        """Called as the user's code begins to compute an answer, and as it ends."""
+
+    def read(self, n):
+        data = bytearray(n)
+        view, at = memoryview(data), 0
+        while at < n:
+            try:
+                got = self.socket.recv_into(view[at:])
+            except ConnectionError:
+                got = 0
+            if got == 0:
+                raise Gone
+            at += got
+        return data
+
+    def receive(self):
+        size, kind = HEAD.unpack(self.read(HEAD.size))
+        self.kind, content = chr(kind), self.read(size)
+        self.computing(True)
+        return self.kind, content
+
+    def send(self, kind, content):
+        self.computing(False)
+        try:
+            self.socket.sendall(HEAD.pack(len(content), ord(kind)) + content)
+        except ConnectionError as error:
+            raise Gone from error
+
+    def ask_setting(self, setting):
+        self.send("V", json.dumps(setting).encode())
+        return json.loads(self.receive()[1])
+
+    def answer(self, lab, more=None):
+        words, said = lab._take()
+        said.update(more or {})
+        self.send("A", struct.pack("<I", len(words)) + words + (json.dumps(said).encode() if said else b""))
+
+    def fail(self, sentence):
+        self.send("E", sentence[:1000].encode())
+
+
+class Reader:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def number(self, form):
+        value = struct.unpack_from("<" + form, self.data, self.at)[0]
+        self.at += struct.calcsize("<" + form)
+        return value
+
+    def array(self, dtype, n):
+        found = numpy.frombuffer(self.data, dtype, n, self.at).astype(numpy.dtype(dtype).newbyteorder("="))
+        self.at += found.nbytes
+        return found
+
+    def robots(self):
+        n = self.number("I")
+        ids = self.array("<u4", n)
+        xy, heading = self.array("<f8", 2 * n).reshape(n, 2), self.array("<f8", n)
+        return {"ids": ids, "xy": xy, "heading": heading, "shared_xy": self.array("<f8", 2 * n).reshape(n, 2),
+                "led": self.array("u1", n)}
+
+    def text(self):
+        n = self.number("B")
+        self.at += n
+        return self.data[self.at - n:self.at].decode()
+
+
+def see(lab, kind, content):
+    """Shows a lab what a message of kind F (a frame) or P (a boundary) holds."""
+    reader = Reader(content)
+    now_us, number = reader.number("q"), reader.number("I")
+    if kind == "F":
+        lab._see(now_us, reader.robots())
+        return
+    states = []
+    for name in lab.labs:
+        robots = reader.robots()
+        fields = {reader.text(): reader.array("<i8", reader.number("I")) for _ in range(reader.number("I"))}
+        states.append((name, robots, fields))
+    lab._merge(now_us, number, states)
+
+
+class Answers:
+    """One lab's scenario, asked message by message. `make`, given what the lab tells of itself, makes the scenario and says
+    which sources there are of it: {path: text}."""
+
+    def __init__(self, line, make):
+        self.line, self.make = line, make
+        self.scenario = self.lab = None
+
+    def take(self):
+        """Receives a message, and answers it. What the user's code raises passes through."""
+        kind, content = self.line.receive()
+        if kind == "S":
+            self.begin(json.loads(content))
+            return
+        see(self.lab, kind, content)
+        if kind == "F":
+            self.scenario.frame(self.lab)
+            self.line.answer(self.lab)
+        else:
+            self.scenario.period(self.lab)
+            self.line.answer(self.lab, {"finished": True} if self.scenario.finished(self.lab) else None)
+
+    def begin(self, facts):
+        self.scenario, sources = self.make(facts)
+        self.lab = Lab(facts, self.line.ask_setting)
+        self.scenario.begin(self.lab)
+        self.lab._ask = None
+        self.line.answer(self.lab, about(self.scenario.every, sources()))
+
+
+def about(every, sources):
+    """What the answer to the first message tells of a scenario."""
+    if not isinstance(every, int) or isinstance(every, bool) or not 1 <= every <= 1_000_000:
+        raise ValueError(f"`every` is a whole number from 1, and not {every!r}")
+    return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": every, "sources": sources,
+                      "fingerprint": hashlib.sha256(json.dumps(sources).encode()).hexdigest()[:16]}}
+
+
+# --- the user's file or class ---
+def load(file):
+    """A scenario of the class that a file holds."""
+    if not file.is_file():
+        raise Wrong(f"there is no file {file}; run.scenario is looked up beside the lab's file, and a run of a loop, or of what was typed at a prompt, keeps none")
+    sys.path.insert(0, str(file.parent))
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[file.stem] = module
+    spec.loader.exec_module(module)
+    found = [c for c in vars(module).values() if isinstance(c, type) and issubclass(c, Scenario) and c.__module__ == file.stem]
+    if len(found) != 1:
+        names = " and ".join(c.__name__ for c in found)
+        raise Wrong(f"{file.name}:{inspect.getsourcelines(found[1])[1]}: it holds {len(found)} scenarios, {names}; keep one in a file"
+                    if found else f"{file.name}:1: it holds no scenario; write a class that derives from arkmesh.Scenario")
+    return found[0]()
+
+
+def sources_of_file(file):
+    """{path below the scenario's folder: text} of it and of the modules there that have been imported."""
+    found = {file.name: file}
+    for module in list(sys.modules.values()):
+        name = getattr(module, "__file__", None)
+        if name and name.endswith(".py") and is_users(os.path.abspath(name)) and file.parent in pathlib.Path(os.path.abspath(name)).parents:
+            path = pathlib.Path(os.path.abspath(name))
+            found[path.relative_to(file.parent).as_posix()] = path
+    return {name: path.read_text() for name, path in sorted(found.items())}
+
+
+def name_of_class(cls):
+    """That of its file without .py; in a notebook, or in the script that runs, LightUp is light_up."""
+    if cls.__module__ != "__main__":
+        return cls.__module__.rpartition(".")[2]
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls.__name__).lower()
+
+
+def source_of(thing):
+    """The text of a function or class, also of a notebook's cell, where inspect finds no classes. Raises OSError."""
+    methods = [f.__code__ for f in vars(thing).values() if inspect.isfunction(f)] if inspect.isclass(thing) else []
+    for code in methods:
+        lines = linecache.getlines(code.co_filename)
+        for node in ast.walk(ast.parse("".join(lines))):
+            if isinstance(node, ast.ClassDef) and node.name == thing.__name__ and node.lineno <= code.co_firstlineno <= node.end_lineno:
+                first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+                return textwrap.dedent("".join(lines[first - 1:node.end_lineno]))
+    return textwrap.dedent(inspect.getsource(thing))
+
+
+def sources_of_class(cls):
+    """Of its file; in a notebook or script its own source, and that of what it names there, as far as there is one."""
+    name = name_of_class(cls)
+    if cls.__module__ != "__main__":
+        file = pathlib.Path(inspect.getfile(cls))
+        return sources_of_file(file) if file.suffix == ".py" else {}
+    around = vars(sys.modules["__main__"])
+    parts, seen = [], {}
+
+    def add(thing):
+        text = source_of(thing)
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Name) and node.id in around and node.id not in seen:
+                seen[node.id] = around[node.id]
+                define(node.id, around[node.id])
+        parts.append(text)
+
+    def define(as_name, value):
+        home = getattr(value, "__module__", None)
+        if inspect.ismodule(value):
+            parts.append(f"import {value.__name__} as {as_name}\n")
+        elif (inspect.isclass(value) or inspect.isroutine(value)) and home == "__main__":
+            if value is not cls:
+                add(value)
+        elif inspect.isclass(value) or inspect.isroutine(value):
+            parts.append(f"from {home} import {value.__qualname__} as {as_name}\n")
+        elif isinstance(value, (bool, int, float, str, tuple, list, dict)):
+            parts.append(f"{as_name} = {value!r}\n")
+
+    try:
+        add(cls)
+    except (OSError, TypeError, SyntaxError):  # typed at a prompt: nobody has it
+        return {}
+    return {name + ".py": "\n".join(parts)}
+
+
+# --- what goes wrong in the user's code ---
+def is_users(filename):
+    path = pathlib.Path(filename)
+    return not (filename.startswith("<frozen") or {"site-packages", "dist-packages"} & set(path.parts) or NOT_USERS & set(path.parents)
+                or path == PACKAGE.parent / "arkmesh_child.py")
+
+
+def shown_name(filename):
+    """A file's name, or `In[5]` of a cell of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    cell = getattr(getattr(shell, "compile", None), "_filename_map", {}).get(filename)
+    return pathlib.Path(filename).name if cell is None else f"In[{cell}]"
+
+
+def place_of(error):
+    """`light_up.py:12: ` of the user's line that a traceback ends in, if there is one."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{shown_name(error.filename)}:{error.lineno}: "
+    inside = [f for f in traceback.extract_tb(error.__traceback__) if is_users(f.filename)]
+    return f"{shown_name(inside[-1].filename)}:{inside[-1].lineno}: " if inside else ""
+
+
+def sentence_of(error, name):
+    """One line about what the user's code has raised; `name`: whose, when no line of it is at fault."""
+    if isinstance(error, Wrong):
+        return str(error)
+    return f"{place_of(error) or name + ': '}{type(error).__name__}: {' '.join(str(error).split())}"
