@@ -13,6 +13,7 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/result_file.hpp"
 #include "hal/scratch_folder.hpp"
 
 namespace arkmesh::cli {
@@ -48,6 +49,7 @@ int rerun(const RerunOptions& options) {
   if (!is_equal) fmt::print(", and it was {}", recorded.final_hash());
   if (const std::string first = recorded.first_difference(directory); !is_equal && !first.empty())
     fmt::print("; the first difference is in {}", first);
+  if (!is_equal && !run.finished()) fmt::print("; this one ended early: {}", hal::ended_in(result));
   fmt::print("\n");
   return is_equal ? 0 : 1;
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,6 +33,7 @@ struct RunOptions {
   app::LabFiles labs;
   std::string seeds, jobs, out;
   std::int64_t seed = -1;
+  double seconds = 0;
   bool force = false, open = false;
 };
 
@@ -81,6 +83,8 @@ void add_run_command(CLI::App* command) {
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")->check(CLI::NonNegativeNumber);
+  command->add_option("--seconds", options->seconds, "How long the run lasts (overrides run.duration_s)")
+      ->check(CLI::PositiveNumber);
   command->add_option("--seeds", options->seeds)->group("");  // refused, with what to type instead
   command->add_option("--jobs", options->jobs)->group("");
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LABS)");
@@ -95,6 +99,7 @@ void add_run_command(CLI::App* command) {
       "run.duration_s=600\n"
       "The labs of the shared world are those given; shared.labs of the files is not used unless --set says so.");
   command->callback([options] {
+    if (options->seconds > 0) options->labs.sets.push_back(fmt::format("run.duration_s={}", options->seconds));
     hand_over_cameras(options->labs.files, options->labs.sets);
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
   });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -236,7 +237,10 @@ BatchFile read_batch_file(const std::vector<fs::path>& files, const std::string&
     for (const ConfigEntry& entry : entries.entries) reader.read(entry);
   }
   if (!seeds.empty()) try {
-      out.plan.seeds = seeds_of({seeds});
+      std::vector<std::string> parts;
+      std::istringstream in(seeds);
+      for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
+      out.plan.seeds = seeds_of(parts);
     } catch (const std::invalid_argument& wrong) {
       throw hal::ConfigError(fmt::format("--seeds {}: {}", seeds, wrong.what()));
     }

@@ -1,14 +1,27 @@
 """The process of a scenario in Python. A lab starts it with one end of a socket pair as descriptor 3, and asks; it answers,
-with the user's file: arkmesh/answering.py."""
+with the user's file, or hands that end over to the process that ARKMESH_ANSWERS names the socket of: running.py."""
 import faulthandler
 import os
 import pathlib
 import signal
+import socket
 import struct
 import sys
 import traceback
 
 LAB = 3  # the descriptor
+
+
+def hand_over(place):
+    """The other process answers; this one stands for it, and asks it where it hangs when the lab asks."""
+    with socket.socket(socket.AF_UNIX) as other:
+        other.connect(place)
+        socket.send_fds(other, [b"L"], [LAB])
+        os.close(LAB)
+        signal.signal(signal.SIGUSR1, lambda *_: other.send(b"?"))
+        while said := other.recv(1 << 16):
+            sys.stderr.write(said.decode())
+            sys.stderr.flush()
 
 
 def serve():
@@ -38,6 +51,9 @@ def serve():
 
 def main():
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the lab ends it
+    if place := os.environ.get("ARKMESH_ANSWERS"):
+        hand_over(place)
+        sys.exit("the process that answered is gone")
     faulthandler.register(signal.SIGUSR1, all_threads=False)  # where it hangs
     try:
         import numpy  # pylint: disable=unused-import

@@ -224,12 +224,21 @@ void PythonScenario::fail_silent() {
   }
   output_ += printed;
   write_output();
-  std::string line;
-  const std::string before = fmt::format("File \"{}\", line ", file_.string());
-  if (const std::size_t at = printed.find(before); at != std::string::npos)
-    line = ":" + printed.substr(at + before.size(), printed.find(' ', at + before.size()) - at - before.size());
-  throw std::runtime_error(fmt::format("{}{}: no answer for {} s (scenario.answer_s)", file_.filename().string(), line,
-                                       static_cast<double>(patience_.count()) * 1e-6));
+  const auto word_behind = [&](const std::string& before) {
+    const std::size_t at = printed.find(before);
+    return at == std::string::npos
+               ? std::string()
+               : printed.substr(at + before.size(),
+                                printed.find_first_of(" ,\n", at + before.size()) - at - before.size());
+  };
+  std::string where = word_behind("hangs at ");  // of a notebook's process
+  if (where.empty()) {
+    where = file_.filename().string();
+    if (const std::string line = word_behind(fmt::format("File \"{}\", line ", file_.string())); !line.empty())
+      where += ":" + line;
+  }
+  throw std::runtime_error(
+      fmt::format("{}: no answer for {} s (scenario.answer_s)", where, static_cast<double>(patience_.count()) * 1e-6));
 }
 
 void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
