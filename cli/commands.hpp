@@ -21,6 +21,7 @@ void add_view_command(CLI::App* command);
 void add_mark_command(CLI::App* command);
 void add_config_command(CLI::App* command);
 void add_controller_command(CLI::App* command);
+void add_scenario_command(CLI::App* command);
 void add_gateway_command(CLI::App* command);
 void add_keys_command(CLI::App* command);
 void add_explain_command(CLI::App* command);
@@ -57,13 +58,10 @@ inline constexpr OwnCommand lab_commands[] = {
 #if !ARKMESH_CAMERAS
     {"config", add_config_command},
 #endif
-    {"run", add_run_command},
-    {"batch", add_batch_command},
-    {"rerun", add_rerun_command},
-    {"lab", add_lab_command},
-    {"view", add_view_command},
-    {"mark", add_mark_command},
-    {"controller", add_controller_command}};
+    {"run", add_run_command},           {"batch", add_batch_command},
+    {"rerun", add_rerun_command},       {"lab", add_lab_command},
+    {"view", add_view_command},         {"mark", add_mark_command},
+    {"scenario", add_scenario_command}, {"controller", add_controller_command}};
 inline constexpr OwnCommand recording_commands[] = {{"export", add_export_command}, {"plot", add_plot_command}};
 
 }  // namespace arkmesh::cli

@@ -1,4 +1,4 @@
-/* Walks about at random and shows white while it is told to. The robot of the light-up scenario. */
+/* Walks about at random and shows white while it is told to. The robot of light_up.py. */
 #include <kilolib.h>
 
 enum { DARK = 0, LIT = 1 };

@@ -82,6 +82,14 @@ void draw(lab::Lab& lab, const nlohmann::json& drawn) {
 
 }  // namespace
 
+fs::path package_folder() {
+  return hal::own_file("python", "scenarios/python");
+}
+
+fs::path example_folder() {
+  return hal::own_file("light_up", "experiments/light_up");
+}
+
 bool is_python(const std::string& scenario) {
   return scenario.ends_with(".py");
 }
@@ -112,9 +120,9 @@ PythonScenario::~PythonScenario() {
 
 void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena) {
   const char* const named = ::getenv("ARKMESH_PYTHON");
-  const fs::path program = hal::own_file("python/arkmesh_child.py", "scenarios/python/arkmesh_child.py");
-  child_ = std::make_unique<Child>(std::vector<std::string>{named ? named : "python3", "-B", program.string()},
-                                   fixed_environment);
+  child_ = std::make_unique<Child>(
+      std::vector<std::string>{named ? named : "python3", "-B", (package_folder() / "arkmesh_child.py").string()},
+      fixed_environment);
   const nlohmann::json facts = {{"file", file_.string()},
                                 {"name", run.lab},
                                 {"labs", run.labs},

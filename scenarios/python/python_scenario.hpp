@@ -21,6 +21,9 @@
 
 namespace arkmesh::scenarios::python {
 
+// The folder of the package `arkmesh`, which also holds the child's program; and that of the example of a scenario.
+std::filesystem::path package_folder();
+std::filesystem::path example_folder();
 // Whether run.scenario names a file of Python.
 bool is_python(const std::string& scenario);
 // How long its answer is waited for: answer_s of [scenario].

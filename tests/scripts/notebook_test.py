@@ -1,5 +1,5 @@
-"""arkmesh from a script or notebook: runs, batches and loops that the caller's process answers,
-recordings. Each case is a script as users write it, in a process of its own."""
+"""arkmesh from a script or notebook: runs, batches and loops that the caller's process answers, recordings, and a new
+scenario. Each case is a script as users write it, in a process of its own."""
 import json
 import os
 import pathlib
@@ -254,6 +254,35 @@ class Notebook(unittest.TestCase):
             frames = [read_log.decode(data) for _, channel, data in read_log.events(run.folder / "a/log.lcm") if channel == "poses"]
             assert [robot.x_m for robot in frames[-1].robots] == list(run.xy[-1, :, 0])
             print(json.dumps(len(frames) == len(run.xy)))"""))
+
+
+class NewScenario(unittest.TestCase):
+    def test_a_new_scenario_runs_and_its_test_passes(self):
+        """As printed: it runs, its test passes, and nothing in it tells of the example."""
+        with tempfile.TemporaryDirectory() as folder:
+            def arkmesh(*arguments):
+                return subprocess.run([ARKMESH, *arguments], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
+
+            made = arkmesh("scenario", "new", "studies/my_swarm", "--python")
+            self.assertEqual(made.returncode, 0, made.stderr)
+            command = made.stdout.split("run it with arkmesh ")[1].split()
+            ran = arkmesh(*command)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertIn("20 s simulated", ran.stdout)
+            path = arkmesh("scenario", "path").stdout.strip()
+            tested = subprocess.run([PYTHON, "studies/my_swarm/my_swarm_test.py"], cwd=folder, env={**ENVIRONMENT, "PYTHONPATH": path},
+                                    capture_output=True, text=True, timeout=120)
+            self.assertEqual(tested.returncode, 0, tested.stderr)
+            files = sorted((pathlib.Path(folder) / "studies/my_swarm").iterdir())
+            self.assertEqual([f.name for f in files if f.is_file()],
+                             ["README.md", "a.toml", "b.toml", "my_swarm.c", "my_swarm.py", "my_swarm_test.py"])
+            for file in files:
+                if file.is_file():
+                    self.assertNotRegex(file.read_text(), "(?i)light[_-]?up", file.name)
+            for name, wanted in (("studies/my_swarm", "is there already"), ("My-Swarm", "a scenario's name is"), ("arkmesh", "a scenario's name is")):
+                refused = arkmesh("scenario", "new", name)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn(wanted, refused.stderr)
 
 
 if __name__ == "__main__":
