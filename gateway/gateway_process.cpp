@@ -3,16 +3,22 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <set>
@@ -40,6 +46,7 @@ namespace arkmesh::gateway {
 namespace {
 
 namespace asio = boost::asio;
+using Local = asio::local::stream_protocol;
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
@@ -52,6 +59,28 @@ constexpr std::chrono::milliseconds port_time{900};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
+
+// How many gateways of one file, which differ by --set, hear `arkmesh reload`.
+constexpr int max_doors = 8;
+
+// Where it asks: the names of local sockets that are no files, so none is left of a gateway that was killed.
+std::vector<Local::endpoint> doors_of(const std::filesystem::path& file) {
+  const std::string path = std::filesystem::weakly_canonical(file).string();
+  std::vector<Local::endpoint> doors;
+  for (int i = 0; i < max_doors; ++i)  // a name has 107 bytes at most
+    doors.emplace_back(
+        std::string(1, '\0') +
+        fmt::format("arkmesh-gateway-{}{}", i, path.substr(path.size() - std::min<std::size_t>(path.size(), 80))));
+  return doors;
+}
+
+// By the kernel's word: of our user, or root's.
+bool is_trusted(Local::socket& other) {
+  ucred who{};
+  socklen_t size = sizeof who;
+  return ::getsockopt(other.native_handle(), SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 &&
+         (who.uid == ::geteuid() || who.uid == 0 || ::geteuid() == 0);
+}
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
@@ -124,12 +153,15 @@ class GatewayProcess {
         readable_(io_, bus_.descriptor()),
         timer_(io_),
         ends_with_terminal_(has_terminal() && !ignores_hangup()),
-        signals_(io_, SIGINT, SIGTERM, SIGHUP) {}
+        signals_(io_, SIGINT, SIGTERM, SIGHUP),
+        door_(io_),
+        doors_(doors_of(file.file())) {}
   ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
     await_signal();
+    open_door();
     serve_bus();
     monitor_.ask();
     // Nobody is met before the answers are in, but who is first loses no more than that: its port is open, so that
@@ -154,8 +186,33 @@ class GatewayProcess {
     });
   }
 
-  // The rules of the file as it is now, without touching any link. A wrong file changes nothing.
-  void reload() {
+  void open_door() {
+    boost::system::error_code taken = asio::error::address_in_use;
+    for (auto door = doors_.begin(); taken && door != doors_.end(); ++door) {
+      door_ = Local::acceptor(io_, Local());
+      door_.bind(*door, taken);
+    }
+    if (taken) {
+      say(fmt::format("arkmesh reload does not reach it: {} gateways of its file run", max_doors));
+      return;
+    }
+    door_.listen();
+    await_request();
+  }
+
+  // Who connects asks for a reload, and hears what became of it.
+  void await_request() {
+    door_.async_accept([this](auto error, Local::socket asking) {
+      if (error) return;
+      boost::system::error_code gone;
+      if (is_trusted(asking)) asio::write(asking, asio::buffer(reload()), gone);
+      await_request();
+    });
+  }
+
+  // The rules of the file as it is now, without touching any link. A wrong file changes nothing. Returns what it says:
+  // lines, or '!' and why it is wrong.
+  std::string reload() {
     try {
       const hal::Config file = read_();
       ProcessConfig now = read_process_config(file);
@@ -169,22 +226,23 @@ class GatewayProcess {
         node_->set_exports(config_.gateway.rules.announced(peer_labs()));
         gateway_->set_rules(config_.gateway.rules);
       }
-      say(fmt::format("{} rules are in force, as {} says now", config_.gateway.rules.all().size(),
-                      file.file().filename().string()));
-      say_what_waits_for_a_start(fixed_keys(file));
+      return say(fmt::format("{} rules are in force, as {} says now", config_.gateway.rules.all().size(),
+                             file.file().filename().string())) +
+             say_what_waits_for_a_start(fixed_keys(file));
     } catch (const std::exception& error) {
       say(fmt::format("the rules stay as they were: {}", error.what()));
+      return fmt::format("!{}", error.what());
     }
   }
 
-  void say_what_waits_for_a_start(const std::map<std::string, std::string, std::less<>>& now) const {
+  std::string say_what_waits_for_a_start(const std::map<std::string, std::string, std::less<>>& now) const {
     std::set<std::string, std::less<>> changed;
     for (const auto& [key, value] : now)
       if (const auto before = fixed_.find(key); before == fixed_.end() || before->second != value) changed.insert(key);
     for (const auto& [key, value] : fixed_)
       if (!now.contains(key)) changed.insert(key);
-    if (!changed.empty())
-      say(fmt::format("changed in the file, but in force after a new start only: {}", fmt::join(changed, ", ")));
+    if (changed.empty()) return {};
+    return say(fmt::format("changed in the file, but in force after a new start only: {}", fmt::join(changed, ", ")));
   }
 
   std::vector<std::string> peer_labs() const {
@@ -340,11 +398,12 @@ class GatewayProcess {
     if (!wrong.empty()) say_change("keys", wrong, "keys: " + wrong);
   }
 
-  // To standard output, at once. Nobody may be reading it any more; that is no reason to stop.
-  void say(std::string_view sentence) const {
-    const std::string line = fmt::format("gateway of {}: {}\n", config_.lab, sentence);
+  // To standard output, at once. Nobody may be reading it any more; that is no reason to stop. Returns the line.
+  std::string say(std::string_view sentence) const {
+    std::string line = fmt::format("gateway of {}: {}\n", config_.lab, sentence);
     std::fwrite(line.data(), 1, line.size(), stdout);
     std::fflush(stdout);
+    return line;
   }
 
   std::function<hal::Config()> read_;
@@ -359,6 +418,8 @@ class GatewayProcess {
   asio::steady_timer timer_;
   const bool ends_with_terminal_;
   asio::signal_set signals_;
+  Local::acceptor door_;
+  const std::vector<Local::endpoint> doors_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
   std::unique_ptr<Gateway> gateway_;        // holds the node's links
@@ -374,8 +435,22 @@ void run_gateway(const std::function<hal::Config()>& read) {
   GatewayProcess(read).run();
 }
 
-std::string check_gateway_file(const hal::Config& config) {
-  return read_process_config(config).lab;
+std::vector<std::string> reload_gateways(const std::filesystem::path& file) {
+  std::vector<std::string> answers;
+  for (const Local::endpoint& door : doors_of(file)) {
+    asio::io_context io;
+    Local::socket gateway(io);
+    boost::system::error_code error;
+    gateway.connect(door, error);
+    if (error || !is_trusted(gateway)) continue;
+    asio::read(gateway, asio::dynamic_buffer(answers.emplace_back()), error);
+    if (answers.back().starts_with('!')) throw hal::ConfigError(answers.back().substr(1));
+  }
+  return answers;
+}
+
+void check_gateway_file(const hal::Config& config) {
+  read_process_config(config);
 }
 
 }  // namespace arkmesh::gateway
