@@ -22,7 +22,7 @@ def read_table(path):
 
 def _column(name, cells):
     texts = numpy.array(cells, dtype=str)
-    if name.endswith("hash"):  # hexadecimal digits may look like a number
+    if name == "why" or name.endswith("hash"):  # nothing is no number; hexadecimal digits may look like one
         return texts
     for convert in (lambda: texts.astype(numpy.int64), lambda: numpy.where(texts == "", "nan", texts).astype(float)):
         try:

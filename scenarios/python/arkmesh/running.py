@@ -292,7 +292,7 @@ def run(scenario, *labs, seconds=None, seed=None, settings=None, out=None):
 def batch(scenario, *labs, seeds, jobs=1, seconds=None, settings=None, out=None):
     """Runs the labs once for each of `seeds`, `jobs` at a time, and returns the Batch. As run(); a run that fails is a row
     that says why, and what fails before any run begins is raised as Failed."""
-    settings = settings if seconds is None else {**(settings or {}), "run.duration_s": seconds}
+    settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
     (_, *arguments), folder, cls = arguments_of(scenario, labs, None, settings, out)
     session = Session(["batch", *arguments, "--seeds", ",".join(str(int(seed)) for seed in seeds), "--jobs", str(jobs)], cls is not None)
     first = serve(session, maker(cls))
