@@ -6,11 +6,11 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
+#include "tracker/detect/candidate.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
 #include "tracker/detect/round_votes.hpp"
-#include "tracker/detect/suspect.hpp"
-#include "tracker/detect/tint.hpp"
+#include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tracker {
 
@@ -50,8 +50,9 @@ class Detector::Search {
       if (i + 1 < where.size()) fetch_ahead(bgr, where[i + 1]);
       // Its LED is looked at while its pixels are at hand.
       if (const auto one = near(bgr, where[i]))
-        claims.push_back({std::hypot(one->rim.circle.x_px - where[i].x_px, one->rim.circle.y_px - where[i].y_px), i,
-                          detection(bgr, *one)});
+        claims.push_back(
+            {std::hypot(one->circle_fit.circle.x_px - where[i].x_px, one->circle_fit.circle.y_px - where[i].y_px), i,
+             detection(bgr, *one)});
     }
     if (claims.empty()) return seen;
     // Nearest first: two places that see the same robot do not both get it.
@@ -101,7 +102,7 @@ class Detector::Search {
   }
 
   // The robot nearest to an expected place, if one is within its reach.
-  std::optional<Suspect> near(const cv::Mat& bgr, const Expected& place) {
+  std::optional<Candidate> near(const cv::Mat& bgr, const Expected& place) {
     const double r_px = place.r_px, far_px = place.reach_px + 1.25 * r_px;
     // written so that not-a-number is refused, too
     if (!(r_px >= 2 && r_px < 10000 && place.reach_px >= 0 && far_px < 20000)) return {};
@@ -109,30 +110,31 @@ class Detector::Search {
           place.y_px < bgr.rows + far_px))
       return {};
     // Mostly it is very nearly where it should be.
-    if (const auto rim = rims_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
-      const Suspect one = suspect(*rim);
-      const bool reached = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px) <= place.reach_px;
+    if (const auto circle_fit = fitter_.fit(bgr, {place.x_px, place.y_px, r_px}, 0.22, true, noise_)) {
+      const Candidate one = candidate(*circle_fit);
+      const bool reached =
+          std::hypot(circle_fit->circle.x_px - place.x_px, circle_fit->circle.y_px - place.y_px) <= place.reach_px;
       if (reached && one.evidence >= settings_.min_confidence &&
-          std::abs(rim->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance)
+          std::abs(circle_fit->circle.r_px / r_px - 1) < 0.5 * settings_.diameter_tolerance)
         return one;
     }
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, static_cast<int>(place.x_px - far_px), static_cast<int>(place.y_px - far_px),
                   static_cast<int>(place.x_px + far_px) + 2, static_cast<int>(place.y_px + far_px) + 2, block);
     votes_.look_at(picture_, min_step());
-    std::optional<Suspect> best;
+    std::optional<Candidate> best;
     double best_off_px = place.reach_px;
     for (const bool darker : {true, false}) {
-      candidates_.clear();
-      votes_.find(r_px * 0.92 / block, r_px * 1.08 / block, darker, 0.5, candidates_);
-      if (candidates_.size() > 6) candidates_.resize(6);
-      for (const RoundCandidate& candidate : candidates_) {
-        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y), r_px};
+      circle_votes_.clear();
+      votes_.find(r_px * 0.92 / block, r_px * 1.08 / block, darker, 0.5, circle_votes_);
+      if (circle_votes_.size() > 6) circle_votes_.resize(6);
+      for (const CircleVote& vote : circle_votes_) {
+        const Circle guess{picture_.picture_x(vote.x), picture_.picture_y(vote.y), r_px};
         if (std::hypot(guess.x_px - place.x_px, guess.y_px - place.y_px) > best_off_px + 0.3 * r_px) continue;
-        const auto rim = closely(bgr, guess, darker);
-        if (!rim || std::abs(rim->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
-        const Suspect one = suspect(*rim);
-        const double off_px = std::hypot(rim->circle.x_px - place.x_px, rim->circle.y_px - place.y_px);
+        const auto circle_fit = closely(bgr, guess, darker);
+        if (!circle_fit || std::abs(circle_fit->circle.r_px / r_px - 1) > settings_.diameter_tolerance) continue;
+        const Candidate one = candidate(*circle_fit);
+        const double off_px = std::hypot(circle_fit->circle.x_px - place.x_px, circle_fit->circle.y_px - place.y_px);
         if (one.evidence < settings_.min_confidence || off_px > best_off_px) continue;
         best = one;
         best_off_px = off_px;
@@ -143,54 +145,54 @@ class Detector::Search {
   }
 
   // First on the shrunk picture, where most of what is no robot shows itself; then on the picture itself.
-  std::optional<Rim> closely(const cv::Mat& bgr, const Circle& guess, bool darker) {
-    const auto better = rims_.roughly(picture_, guess, darker, noise_);
-    return better ? rims_.fit(bgr, *better, 0.14, darker, noise_) : std::nullopt;
+  std::optional<CircleFit> closely(const cv::Mat& bgr, const Circle& guess, bool darker) {
+    const auto better = fitter_.roughly(picture_, guess, darker, noise_);
+    return better ? fitter_.fit(bgr, *better, 0.14, darker, noise_) : std::nullopt;
   }
 
   // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a
   // row are nothing.
   void look(const cv::Mat& bgr, double min_r_px, double max_r_px, double min_votes, std::size_t patience,
-            std::vector<Suspect>& suspects) {
+            std::vector<Candidate>& candidates) {
     for (const bool darker : {true, false}) {
-      candidates_.clear();
-      votes_.find(min_r_px / picture_.block, max_r_px / picture_.block, darker, min_votes, candidates_);
+      circle_votes_.clear();
+      votes_.find(min_r_px / picture_.block, max_r_px / picture_.block, darker, min_votes, circle_votes_);
       // Strongest first; a long run of candidates that are nothing ends it. What lies inside a robot is no other robot.
       Places robots(2 * max_r_px, bgr.cols, bgr.rows);
       std::size_t in_vain = 0;
-      for (const RoundCandidate& candidate : candidates_) {
-        const Circle guess{picture_.picture_x(candidate.x), picture_.picture_y(candidate.y),
-                           candidate.r * picture_.block};
+      for (const CircleVote& vote : circle_votes_) {
+        const Circle guess{picture_.picture_x(vote.x), picture_.picture_y(vote.y), vote.r * picture_.block};
         if (robots.taken(guess, 0.9 * min_r_px)) continue;
         if (++in_vain > patience) break;
-        const auto rim = closely(bgr, guess, darker);
-        if (!rim || rim->circle.r_px < min_r_px * 0.85 || rim->circle.r_px > max_r_px * 1.15) continue;
-        const Suspect one = suspect(*rim);
+        const auto circle_fit = closely(bgr, guess, darker);
+        if (!circle_fit || circle_fit->circle.r_px < min_r_px * 0.85 || circle_fit->circle.r_px > max_r_px * 1.15)
+          continue;
+        const Candidate one = candidate(*circle_fit);
         if (one.evidence <= 0) continue;
-        suspects.push_back(one);
+        candidates.push_back(one);
         if (one.evidence > 0.4) in_vain = 0;
-        if (one.evidence > 0.8) robots.add(one.rim.circle);
+        if (one.evidence > 0.8) robots.add(one.circle_fit.circle);
       }
     }
   }
 
   std::optional<double> find_diameter(const cv::Mat& bgr) {
-    std::vector<Suspect> suspects;
+    std::vector<Candidate> candidates;
     for (int block = 1; block <= 64; block *= 2) {
       // radii from 5 to 10 shrunk pixels
       if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
       if (5.0 * block > settings_.largest_diameter_px / 2) break;
       picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
       votes_.look_at(picture_, min_step());
-      look(bgr, 5.0 * block, 7.1 * block, 0.3, 120, suspects);
-      look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, suspects);
+      look(bgr, 5.0 * block, 7.1 * block, 0.3, 120, candidates);
+      look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, candidates);
     }
-    std::erase_if(suspects, [&](const Suspect& one) {
-      return 2 * one.rim.circle.r_px < settings_.smallest_diameter_px ||
-             2 * one.rim.circle.r_px > settings_.largest_diameter_px;
+    std::erase_if(candidates, [&](const Candidate& one) {
+      return 2 * one.circle_fit.circle.r_px < settings_.smallest_diameter_px ||
+             2 * one.circle_fit.circle.r_px > settings_.largest_diameter_px;
     });
-    for (Suspect& one : suspects) one.evidence *= one.clear;
-    const auto r_px = common_radius_px(std::move(suspects), bgr.cols, bgr.rows);
+    for (Candidate& one : candidates) one.evidence *= one.clear;
+    const auto r_px = common_radius_px(std::move(candidates), bgr.cols, bgr.rows);
     if (!r_px) return {};
     return 2 * *r_px;
   }
@@ -200,32 +202,32 @@ class Detector::Search {
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
     picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
     votes_.look_at(picture_, min_step());
-    std::vector<Suspect> suspects;
+    std::vector<Candidate> candidates;
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5,
-         60, suspects);
+         60, candidates);
     const double tolerance = settings_.diameter_tolerance;
-    const Likeness common = likeness(suspects, r_px, tolerance);
+    const Likeness common = likeness(candidates, r_px, tolerance);
     // Where robots are, one at least is beyond doubt, by itself and among the others: else it is a view of clutter.
     double clearest = 0;
-    for (Suspect& one : suspects) {
+    for (Candidate& one : candidates) {
       const double among = confidence(one, common, tolerance);
       clearest = std::max(clearest, std::min(among, one.clear * one.evidence));
       one.evidence = among;
     }
-    std::sort(suspects.begin(), suspects.end());
+    std::sort(candidates.begin(), candidates.end());
     std::vector<Detection> found;
     if (clearest < std::max(0.65, settings_.min_confidence)) return found;
     Places places(1.5 * r_px, bgr.cols, bgr.rows);
     std::vector<Circle> boards;
-    std::erase_if(suspects, [&](const Suspect& one) {
-      const Circle& circle = one.rim.circle;
+    std::erase_if(candidates, [&](const Candidate& one) {
+      const Circle& circle = one.circle_fit.circle;
       if (one.evidence < settings_.min_confidence || places.taken(circle, 1.5 * r_px)) return true;
       places.add(circle);
       boards.push_back(circle);
       return false;
     });
-    untint_ = untinting(bgr, boards);
-    for (const Suspect& one : suspects) found.push_back(detection(bgr, one));
+    white_balance_ = white_balance(bgr, boards);
+    for (const Candidate& one : candidates) found.push_back(detection(bgr, one));
     std::vector<Detection*> robots;
     for (Detection& one : found) robots.push_back(&one);
     judge_beside_others(robots);
@@ -235,9 +237,9 @@ class Detector::Search {
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
   double min_step() const { return std::max(4.0, 1.2 * noise_ / picture_.block); }
 
-  Detection detection(const cv::Mat& bgr, const Suspect& one) const {
-    const Circle& circle = one.rim.circle;
-    const LedSpot led = find_led(bgr, circle, untint_);
+  Detection detection(const cv::Mat& bgr, const Candidate& one) const {
+    const Circle& circle = one.circle_fit.circle;
+    const LedSpot led = find_led(bgr, circle, white_balance_);
     return {circle.x_px, circle.y_px,    circle.r_px,        static_cast<float>(one.evidence),
             led.led,     led.confidence, led.lit_confidence, led.hue_deg,
             led.x_px,    led.y_px,       led.primary,        led.primary_confidence};
@@ -245,12 +247,12 @@ class Detector::Search {
 
   DetectorSettings settings_;
   std::optional<double> diameter_px_;
-  double noise_ = 0;       // of the picture looked at, in grey levels
-  Light untint_{1, 1, 1};  // of the picture last searched
+  double noise_ = 0;              // of the picture looked at, in grey levels
+  Light white_balance_{1, 1, 1};  // of the picture last searched
   ShrunkPicture picture_;
   RoundVotes votes_;
-  RimFinder rims_;
-  std::vector<RoundCandidate> candidates_;
+  CircleFitter fitter_;
+  std::vector<CircleVote> circle_votes_;
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}

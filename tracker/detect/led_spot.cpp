@@ -108,7 +108,7 @@ std::pair<hal::Led, float> primary_of(const Light& added) {
 
 }  // namespace
 
-LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
+LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
   static const RingDirections towards;
   const double none = std::numeric_limits<double>::quiet_NaN();
   const double r_px = board.r_px;
@@ -175,8 +175,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint) {
   const float halo = 1 / (0.36F * r_squared), core_squared = 0.1F * r_squared;
   const int from_y = std::max(0, static_cast<int>(y) - static_cast<int>(reach)),
             to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
-  const auto by_blue = static_cast<float>(untint.blue), by_green = static_cast<float>(untint.green),
-             by_red = static_cast<float>(untint.red);
+  const auto by_blue = static_cast<float>(gains.blue), by_green = static_cast<float>(gains.green),
+             by_red = static_cast<float>(gains.red);
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);

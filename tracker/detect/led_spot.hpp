@@ -1,4 +1,4 @@
-// The LED of one robot: the brightest small spot near its rim, whether it is lit at all, and the colour of the light
+// The LED of one robot: the brightest small spot near its edge, whether it is lit at all, and the colour of the light
 // round it.
 #pragma once
 
@@ -25,7 +25,7 @@ struct LedSpot {
 };
 
 // `board` is the circle round the robot's outer edge in an 8-bit BGR picture.
-// `untint`: see untinting().
-LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& untint = {1, 1, 1});
+// `gains`: see white_balance().
+LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains = {1, 1, 1});
 
 }  // namespace arkmesh::tracker

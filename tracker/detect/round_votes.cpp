@@ -53,7 +53,7 @@ void RoundVotes::look_at(const ShrunkPicture& picture, double min_step) {
   }
 }
 
-void RoundVotes::find(double min_r, double max_r, bool darker, double min_votes, std::vector<RoundCandidate>& found) {
+void RoundVotes::find(double min_r, double max_r, bool darker, double min_votes, std::vector<CircleVote>& found) {
   // The margin makes room for centres outside the picture, so that no vote needs a check.
   const int margin = static_cast<int>(std::ceil(max_r)) + 2;
   const int wide = width_ + 2 * margin, high = height_ + 2 * margin;
@@ -98,7 +98,7 @@ void RoundVotes::find(double min_r, double max_r, bool darker, double min_votes,
     }
   }
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(),
-            [](const RoundCandidate& a, const RoundCandidate& b) {
+            [](const CircleVote& a, const CircleVote& b) {
               return a.votes != b.votes ? a.votes > b.votes : a.y != b.y ? a.y < b.y : a.x < b.x;
             });
 }

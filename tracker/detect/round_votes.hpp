@@ -9,7 +9,7 @@
 
 namespace arkmesh::tracker {
 
-struct RoundCandidate {
+struct CircleVote {
   double x = 0, y = 0;  // in pixels of the shrunk picture
   double r = 0;         // middle of the radii that were voted for
   bool darker = true;   // than what surrounds it
@@ -21,7 +21,7 @@ class RoundVotes {
   // Finds the edges of a picture. An edge is at least `min_step` grey levels a pixel strong.
   void look_at(const ShrunkPicture& picture, double min_step);
   // Adds the candidates with radii in [min_r, max_r] and at least `min_votes`, strongest first.
-  void find(double min_r, double max_r, bool darker, double min_votes, std::vector<RoundCandidate>& found);
+  void find(double min_r, double max_r, bool darker, double min_votes, std::vector<CircleVote>& found);
 
  private:
   struct Edge {

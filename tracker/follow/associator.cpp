@@ -26,51 +26,52 @@ Associator::Associator(const AssociatorSettings& settings) : settings_(settings)
   assert(settings.diameter_m + settings.motion.rear_axle_m > 0 && "the caller gives the robots' measures");
 }
 
-double Associator::reach_m(const Life& life, hal::LabTime now) const {
-  return settings_.reach_m + settings_.top_speed_m_s * seconds(now - life.last_seen);
+double Associator::reach_m(const Followed& followed, hal::LabTime now) const {
+  return settings_.reach_m + settings_.top_speed_m_s * seconds(now - followed.last_seen);
 }
 
 std::vector<Prospect> Associator::prospects(hal::LabTime now) const {
   std::vector<Prospect> all;
-  all.reserve(lives_.size());
-  for (const Life& life : lives_) {
-    Motion ahead = life.motion;
+  all.reserve(followed_.size());
+  for (const Followed& followed : followed_) {
+    Motion ahead = followed.motion;
     ahead.predict(seconds(now - now_));
-    all.push_back({life.track.number, ahead.pose().x_m, ahead.pose().y_m, reach_m(life, now)});
+    all.push_back({followed.track.number, ahead.pose().x_m, ahead.pose().y_m, reach_m(followed, now)});
   }
   return all;
 }
 
 // How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the
 // ratio. The motion model's bell curve stands on a low plateau as wide as the reach, for robots that were pushed.
-double Associator::gain(const Life& life, const Seen& seen, hal::LabTime now) const {
-  const hal::Pose at = life.motion.pose();
+double Associator::gain(const Followed& followed, const Observation& seen, hal::LabTime now) const {
+  const hal::Pose at = followed.motion.pose();
   const double off_x = seen.x_m - at.x_m, off_y = seen.y_m - at.y_m, square = off_x * off_x + off_y * off_y;
-  const double reach = reach_m(life, now);
+  const double reach = reach_m(followed, now);
   if (square > reach * reach) return 0;
-  const double sigma = life.motion.place_sigma_m(), variance = sigma * sigma + seen.sigma_m * seen.sigma_m;
+  const double sigma = followed.motion.place_sigma_m(), variance = sigma * sigma + seen.sigma_m * seen.sigma_m;
   const double bell = std::exp(-square / (2 * variance)) / (2 * std::numbers::pi * variance);
   const double density = (1 - jump_probability) * bell + jump_probability / (std::numbers::pi * reach * reach);
   // One that has been out of sight for a while is likely to stay so.
-  const double unseen_s = seconds(now_ - life.last_seen);
+  const double unseen_s = seconds(now_ - followed.last_seen);
   const double visible = std::max(0.1, seen_probability * std::exp(-unseen_s));
   return std::log(density * visible / ((1 - visible) * stranger_density)) + std::log(std::max(seen.confidence, 0.05f));
 }
 
-std::vector<Pairing> Associator::possible_pairs(hal::LabTime now, std::span<const Seen> seen) const {
+std::vector<Pairing> Associator::possible_pairs(hal::LabTime now, std::span<const Observation> seen) const {
   std::vector<std::uint32_t> by_x(seen.size());
   for (std::uint32_t i = 0; i < seen.size(); ++i) by_x[i] = i;
   std::sort(by_x.begin(), by_x.end(),
             [&](auto a, auto b) { return seen[a].x_m != seen[b].x_m ? seen[a].x_m < seen[b].x_m : a < b; });
   std::vector<Pairing> possible;
-  for (std::uint32_t row = 0; row < lives_.size(); ++row) {
-    const double x_m = lives_[row].motion.pose().x_m, y_m = lives_[row].motion.pose().y_m,
-                 reach = reach_m(lives_[row], now);
+  for (std::uint32_t row = 0; row < followed_.size(); ++row) {
+    const double x_m = followed_[row].motion.pose().x_m, y_m = followed_[row].motion.pose().y_m,
+                 reach = reach_m(followed_[row], now);
     auto it = std::lower_bound(by_x.begin(), by_x.end(), x_m - reach,
                                [&](auto i, double least) { return seen[i].x_m < least; });
     for (; it != by_x.end() && seen[*it].x_m <= x_m + reach; ++it) {
       if (std::abs(seen[*it].y_m - y_m) > reach) continue;
-      if (const double gained = gain(lives_[row], seen[*it], now); gained > 0) possible.push_back({row, *it, gained});
+      if (const double gained = gain(followed_[row], seen[*it], now); gained > 0)
+        possible.push_back({row, *it, gained});
     }
   }
   return possible;
@@ -101,7 +102,7 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     const std::int32_t holder = other.column < row_of.size() ? row_of[other.column] : alone;
     if (holder == alone) {
       // Two observations that could be this robot.
-      if (column_of[other.row] != alone && mine - other.gain < settings_.min_certainty) suspect(lives_[other.row]);
+      if (column_of[other.row] != alone && mine - other.gain < settings_.min_certainty) doubt(followed_[other.row]);
       continue;
     }
     const auto exchanged = gain_of(static_cast<std::uint32_t>(holder), column_of[other.row]);
@@ -109,59 +110,60 @@ void Associator::suspect_ambiguous(std::span<const Pairing> possible, std::span<
     const double theirs =
         gain_of(static_cast<std::uint32_t>(holder), static_cast<std::int32_t>(other.column)).value_or(0);
     if (mine + theirs - other.gain - *exchanged >= settings_.min_certainty) continue;
-    suspect(lives_[other.row]);
-    suspect(lives_[holder]);
+    doubt(followed_[other.row]);
+    doubt(followed_[holder]);
   }
 }
 
-void Associator::suspect(Life& life) {
-  if (life.suspected) return;
-  life.suspected = true;
+void Associator::doubt(Followed& followed) {
+  if (followed.suspected) return;
+  followed.suspected = true;
   counters_.add("track.doubtful");
 }
 
-void Associator::meet(Life& life, const Seen& seen, hal::LabTime now) {
-  if (now - life.last_seen >= settings_.swap_after) suspect(life);
-  const hal::Pose at = life.motion.pose();
+void Associator::meet(Followed& followed, const Observation& seen, hal::LabTime now) {
+  if (now - followed.last_seen >= settings_.swap_after) doubt(followed);
+  const hal::Pose at = followed.motion.pose();
   const double off_m = std::hypot(seen.x_m - at.x_m, seen.y_m - at.y_m);
-  const double expected_m = 5 * std::hypot(life.motion.place_sigma_m(), seen.sigma_m);
+  const double expected_m = 5 * std::hypot(followed.motion.place_sigma_m(), seen.sigma_m);
   if (off_m > std::max(expected_m, settings_.diameter_m / 8)) {
-    life.motion.jump(seen.x_m, seen.y_m, seen.sigma_m);
-    life.jumped = true;
+    followed.motion.jump(seen.x_m, seen.y_m, seen.sigma_m);
+    followed.jumped = true;
     counters_.add("track.jumped");
   } else {
-    life.motion.see_place(seen.x_m, seen.y_m, seen.sigma_m);
-    life.jumped = false;
+    followed.motion.see_place(seen.x_m, seen.y_m, seen.sigma_m);
+    followed.jumped = false;
   }
-  Track& track = life.track;
+  Track& track = followed.track;
   track.led_seen = seen.led_confidence >= certain_led;
   if (track.led_seen) track.led = seen.led;
   track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
   if (seen.led_heading_rad)
-    life.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
+    followed.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
-  life.last_seen = now;
-  life.shown = true;
-  if (++life.times_seen >= times_to_believe) life.established = true;
+  followed.last_seen = now;
+  followed.shown = true;
+  if (++followed.times_seen >= times_to_believe) followed.established = true;
 }
 
-void Associator::miss(Life& life, hal::LabTime now) {
-  life.track.led_seen = false;
-  life.track.primary_confidence = 0;
-  life.track.confidence *= static_cast<float>(std::exp(-2 * seconds(now - now_)));
-  if (!life.shown || now - life.last_seen <= settings_.show_for) return;
-  life.shown = false;
-  if (life.established) counters_.add("track.ended");
+void Associator::miss(Followed& followed, hal::LabTime now) {
+  followed.track.led_seen = false;
+  followed.track.primary_confidence = 0;
+  followed.track.confidence *= static_cast<float>(std::exp(-2 * seconds(now - now_)));
+  if (!followed.shown || now - followed.last_seen <= settings_.show_for) return;
+  followed.shown = false;
+  if (followed.established) counters_.add("track.ended");
 }
 
-void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int32_t> column_of, hal::LabTime now) {
+void Associator::give_birth(std::span<const Observation> seen, std::span<const std::int32_t> column_of,
+                            hal::LabTime now) {
   std::vector<bool> taken(seen.size());
   for (const std::int32_t column : column_of)
     if (column != alone) taken[column] = true;
   const double min_m = 0.7 * settings_.diameter_m;
   std::vector<std::pair<double, double>> occupied;
-  for (const Life& life : lives_)
-    if (life.last_seen == now) occupied.emplace_back(life.motion.pose().x_m, life.motion.pose().y_m);
+  for (const Followed& followed : followed_)
+    if (followed.last_seen == now) occupied.emplace_back(followed.motion.pose().x_m, followed.motion.pose().y_m);
   std::sort(occupied.begin(), occupied.end());
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (taken[i]) continue;
@@ -175,79 +177,79 @@ void Associator::give_birth(std::span<const Seen> seen, std::span<const std::int
       continue;
     }
     occupied.insert(std::upper_bound(begin, end, std::pair(seen[i].x_m, seen[i].y_m)), {seen[i].x_m, seen[i].y_m});
-    Life life{
+    Followed followed{
         .track = {}, .motion = Motion(seen[i].x_m, seen[i].y_m, seen[i].sigma_m, settings_.motion), .last_seen = now};
-    life.track.number = next_++;
-    life.track.confidence = 0.5f * seen[i].confidence;
-    life.established = seen[i].confidence >= clear_confidence;
-    life.track.led_seen = seen[i].led_confidence >= certain_led;
-    if (life.track.led_seen) life.track.led = seen[i].led;
-    life.track.primary = seen[i].primary, life.track.primary_confidence = seen[i].primary_confidence;
+    followed.track.number = next_++;
+    followed.track.confidence = 0.5f * seen[i].confidence;
+    followed.established = seen[i].confidence >= clear_confidence;
+    followed.track.led_seen = seen[i].led_confidence >= certain_led;
+    if (followed.track.led_seen) followed.track.led = seen[i].led;
+    followed.track.primary = seen[i].primary, followed.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
-      life.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad),
-                              seen[i].led_heading_sigma_rad);
-    lives_.push_back(std::move(life));
+      followed.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad),
+                                  seen[i].led_heading_sigma_rad);
+    followed_.push_back(std::move(followed));
     counters_.add("track.born");
   }
 }
 
 void Associator::report(hal::LabTime now) {
   reported_.clear();
-  for (Life& life : lives_) {
-    Track& track = life.track;
-    track.in_arena = life.motion.pose();
-    track.heading_sigma_rad = static_cast<float>(life.motion.heading_sigma_rad());
-    track.age = now - life.last_seen;
-    track.doubtful =
-        life.suspected || life.jumped || track.age >= settings_.doubt_after || track.confidence < settled_confidence;
-    if (life.established && life.shown) reported_.push_back(track);
+  for (Followed& followed : followed_) {
+    Track& track = followed.track;
+    track.in_arena = followed.motion.pose();
+    track.heading_sigma_rad = static_cast<float>(followed.motion.heading_sigma_rad());
+    track.age = now - followed.last_seen;
+    track.doubtful = followed.suspected || followed.jumped || track.age >= settings_.doubt_after ||
+                     track.confidence < settled_confidence;
+    if (followed.established && followed.shown) reported_.push_back(track);
   }
 }
 
-const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const Seen> seen) {
-  for (Life& life : lives_) life.motion.predict(seconds(now - now_));
+const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const Observation> seen) {
+  for (Followed& followed : followed_) followed.motion.predict(seconds(now - now_));
   const std::vector<Pairing> possible = possible_pairs(now, seen);
-  const auto rows = static_cast<std::uint32_t>(lives_.size()), columns = static_cast<std::uint32_t>(seen.size());
+  const auto rows = static_cast<std::uint32_t>(followed_.size()), columns = static_cast<std::uint32_t>(seen.size());
   const std::vector<std::int32_t> column_of = assign(rows, columns, possible);
   suspect_ambiguous(possible, column_of);
   for (std::size_t row = 0; row < column_of.size(); ++row) {
     if (column_of[row] != alone)
-      meet(lives_[row], seen[column_of[row]], now);
+      meet(followed_[row], seen[column_of[row]], now);
     else
-      miss(lives_[row], now);
+      miss(followed_[row], now);
   }
   give_birth(seen, column_of, now);
-  std::erase_if(lives_, [&](const Life& life) {
-    const hal::LabTime unseen = now - life.last_seen;
-    return unseen > settings_.forget_after || (!life.established && unseen > settings_.doubt_after);
+  std::erase_if(followed_, [&](const Followed& followed) {
+    const hal::LabTime unseen = now - followed.last_seen;
+    return unseen > settings_.forget_after || (!followed.established && unseen > settings_.doubt_after);
   });
   now_ = now;
   report(now);
   return reported_;
 }
 
-Associator::Life* Associator::find(TrackNumber number) {
-  const auto younger = [](const Life& life, TrackNumber wanted) { return life.track.number < wanted; };
-  const auto it = std::lower_bound(lives_.begin(), lives_.end(), number, younger);
-  return it != lives_.end() && it->track.number == number ? &*it : nullptr;
+Associator::Followed* Associator::find(TrackNumber number) {
+  const auto younger = [](const Followed& followed, TrackNumber wanted) { return followed.track.number < wanted; };
+  const auto it = std::lower_bound(followed_.begin(), followed_.end(), number, younger);
+  return it != followed_.end() && it->track.number == number ? &*it : nullptr;
 }
 
 bool Associator::name(TrackNumber track, hal::RobotId robot) {
-  Life* life = find(track);
-  if (!life) return false;
-  for (Life& other : lives_)
+  Followed* followed = find(track);
+  if (!followed) return false;
+  for (Followed& other : followed_)
     if (other.track.robot == robot && other.track.number != track) unname(other.track.number);
-  life->track.robot = robot;
-  life->suspected = false;
+  followed->track.robot = robot;
+  followed->suspected = false;
   report(now_);
   return true;
 }
 
 void Associator::unname(TrackNumber track) {
-  Life* life = find(track);
-  if (!life) return;
-  life->track.robot.reset();
-  life->suspected = false;
+  Followed* followed = find(track);
+  if (!followed) return;
+  followed->track.robot.reset();
+  followed->suspected = false;
   report(now_);
 }
 

@@ -10,7 +10,7 @@
 #include "hal/counters.hpp"
 #include "tracker/follow/assignment.hpp"
 #include "tracker/follow/motion.hpp"
-#include "tracker/follow/seen.hpp"
+#include "tracker/follow/observation.hpp"
 #include "tracker/follow/track.hpp"
 
 namespace arkmesh::tracker {
@@ -46,7 +46,7 @@ class Associator {
   // update.
   std::vector<Prospect> prospects(hal::LabTime now) const;
   // One frame. Returns what is to be reported, ascending by number. `now` never decreases.
-  const std::vector<Track>& update(hal::LabTime now, std::span<const Seen> seen);
+  const std::vector<Track>& update(hal::LabTime now, std::span<const Observation> seen);
   const std::vector<Track>& tracks() const { return reported_; }
 
   // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such
@@ -57,7 +57,7 @@ class Associator {
   const hal::Counters& counters() const { return counters_; }
 
  private:
-  struct Life {
+  struct Followed {
     Track track;
     Motion motion;
     hal::LabTime last_seen{0};
@@ -69,19 +69,19 @@ class Associator {
     bool shown = true;
   };
 
-  double reach_m(const Life& life, hal::LabTime now) const;
-  std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const Seen> seen) const;
-  double gain(const Life& life, const Seen& seen, hal::LabTime now) const;
+  double reach_m(const Followed& followed, hal::LabTime now) const;
+  std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const Observation> seen) const;
+  double gain(const Followed& followed, const Observation& seen, hal::LabTime now) const;
   void suspect_ambiguous(std::span<const Pairing> possible, std::span<const std::int32_t> seen_by);
-  void suspect(Life& life);
-  void meet(Life& life, const Seen& seen, hal::LabTime now);
-  void miss(Life& life, hal::LabTime now);
-  void give_birth(std::span<const Seen> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
+  void doubt(Followed& followed);
+  void meet(Followed& followed, const Observation& seen, hal::LabTime now);
+  void miss(Followed& followed, hal::LabTime now);
+  void give_birth(std::span<const Observation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);
-  Life* find(TrackNumber number);
+  Followed* find(TrackNumber number);
 
   AssociatorSettings settings_;
-  std::vector<Life> lives_;  // ascending by number
+  std::vector<Followed> followed_;  // ascending by number
   std::vector<Track> reported_;
   TrackNumber next_ = 0;
   hal::LabTime now_{0};

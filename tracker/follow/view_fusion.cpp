@@ -15,8 +15,8 @@ constexpr double min_led_noise_rad = 0.035;
 
 }  // namespace
 
-std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body) {
-  std::vector<Seen> seen;
+std::vector<Observation> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body) {
+  std::vector<Observation> seen;
   seen.reserve(detections.size());
   for (const Detection& found : detections) {
     const Point pixel{found.x_px, found.y_px};
@@ -27,13 +27,13 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
     const auto scale = camera.scale(*place, body.board_m);
     if (!scale || !(scale->smallest > 1)) continue;
 
-    Seen one{.x_m = place->x,
-             .y_m = place->y,
-             .confidence = found.confidence,
-             .led = found.led,
-             .led_confidence = found.led_confidence,
-             .primary = found.primary,
-             .primary_confidence = found.primary_confidence};
+    Observation one{.x_m = place->x,
+                    .y_m = place->y,
+                    .confidence = found.confidence,
+                    .led = found.led,
+                    .led_confidence = found.led_confidence,
+                    .primary = found.primary,
+                    .primary_confidence = found.primary_confidence};
     // A robot that the picture's edge cuts is placed less well, and so is one seen from aside.
     const double cut = inside_px < found.r_px ? 3 : 1;
     one.sigma_m =
@@ -41,7 +41,7 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
     if (found.led != hal::Led::off && std::isfinite(found.led_x_px) && std::isfinite(found.led_y_px)) {
       const double off_px = std::hypot(found.led_x_px - found.x_px, found.led_y_px - found.y_px);
       const auto led = camera.to_arena({found.led_x_px, found.led_y_px}, body.led_m);
-      // Near the rim is where a robot's own LED is.
+      // Near the edge is where a robot's own LED is.
       if (led && off_px > 0.4 * found.r_px && off_px < 1.2 * found.r_px) {
         one.led_heading_rad = std::atan2(led->y - place->y, led->x - place->x);
         one.led_heading_sigma_rad = std::max(min_led_noise_rad, cut * std::atan2(led_noise_px, off_px));
@@ -52,16 +52,16 @@ std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection>
   return seen;
 }
 
-std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& body) {
+std::vector<Observation> fuse(std::span<const std::vector<Observation>> views, const Body& body) {
   if (views.size() == 1) return views[0];
   struct Item {
     std::size_t view;
-    const Seen* seen;
+    const Observation* seen;
     std::size_t group;
   };
   std::vector<Item> items;
   for (std::size_t view = 0; view < views.size(); ++view)
-    for (const Seen& seen : views[view]) items.push_back({view, &seen, 0});
+    for (const Observation& seen : views[view]) items.push_back({view, &seen, 0});
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
     return std::tuple(a.seen->x_m, a.seen->y_m, a.view) < std::tuple(b.seen->x_m, b.seen->y_m, b.view);
   });
@@ -104,14 +104,14 @@ std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& bod
     groups[from].clear();
   }
 
-  std::vector<Seen> fused;
+  std::vector<Observation> fused;
   for (const auto& group : groups) {
     if (group.empty()) continue;
-    Seen one = *items[group.front()].seen;
+    Observation one = *items[group.front()].seen;
     double weight = 0, x = 0, y = 0, led_weight = 0, led_x = 0, led_y = 0;
     float doubt = 1;
     for (const std::size_t i : group) {
-      const Seen& seen = *items[i].seen;
+      const Observation& seen = *items[i].seen;
       const double w = 1 / (seen.sigma_m * seen.sigma_m);
       weight += w, x += w * seen.x_m, y += w * seen.y_m;
       doubt *= 1 - seen.confidence;

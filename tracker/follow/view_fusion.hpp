@@ -8,7 +8,7 @@
 #include "tracker/camera/calibration.hpp"
 #include "tracker/detect/detection.hpp"
 #include "tracker/follow/not_given.hpp"
-#include "tracker/follow/seen.hpp"
+#include "tracker/follow/observation.hpp"
 
 namespace arkmesh::tracker {
 
@@ -20,10 +20,10 @@ struct Body {
 
 // One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its
 // picture.
-std::vector<Seen> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
+std::vector<Observation> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
 
 // Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
 // headings weighted by their certainty, the colour of the one surest of it. `views[i]` is camera i's.
-std::vector<Seen> fuse(std::span<const std::vector<Seen>> views, const Body& body);
+std::vector<Observation> fuse(std::span<const std::vector<Observation>> views, const Body& body);
 
 }  // namespace arkmesh::tracker

@@ -8,31 +8,31 @@
 #include <vector>
 
 #include "tracker/detect/circle.hpp"
-#include "tracker/detect/face.hpp"
+#include "tracker/detect/radial_profile.hpp"
 #include "tracker/detect/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
 
-struct Rim {
+struct CircleFit {
   Circle circle;
-  bool darker = true;  // than what surrounds it
-  float support = 0;   // part of the rays inside the picture whose edge lies on the circle
-  float closed = 0;    // the same in the three eighths of the turn where it is least: low for cables and corners
-  float inside = 0;    // part of the rays whose edge would lie inside the picture
-  float contrast = 0;  // median step over the edge, in grey levels
-  float scatter = 0;   // of the edges round the circle, as a part of its radius (median deviation)
-  Face face;           // what it encloses
+  bool darker = true;     // than what surrounds it
+  float support = 0;      // part of the rays inside the picture whose edge lies on the circle
+  float closed = 0;       // the same in the three eighths of the turn where it is least: low for cables and corners
+  float inside = 0;       // part of the rays whose edge would lie inside the picture
+  float contrast = 0;     // median step over the edge, in grey levels
+  float scatter = 0;      // of the edges round the circle, as a part of its radius (median deviation)
+  RadialProfile profile;  // what it encloses
 };
 
 // Keeps its working memory from call to call.
-class RimFinder {
+class CircleFitter {
  public:
   // A better guess from a picture shrunk so that the robot's radius is 5 to 12 of its pixels: the first one may be off
   // by a third of its radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when too
   // few edges agree on any circle.
   std::optional<Circle> roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise);
   // From the picture itself; `guess` may be off by the given part of its radius.
-  std::optional<Rim> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
+  std::optional<CircleFit> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
 
  private:
   static constexpr int rays = 48, max_samples = 40;
@@ -50,7 +50,7 @@ class RimFinder {
   void find_edges(const Fitted& circle, float window, bool darker, float min_step);
   bool adjust(Fitted& circle, float scale) const;
   Fitted fit_circle(double r, bool darker, double min_step, std::initializer_list<double> windows);
-  void judge(double x, double y, const Fitted& fitted, bool darker, double min_step, Rim& rim) const;
+  void judge(double x, double y, const Fitted& fitted, bool darker, double min_step, CircleFit& circle_fit) const;
 
   ShrunkPicture patch_;
   Span span_{};

@@ -1,5 +1,5 @@
 // See tint.hpp.
-#include "tracker/detect/tint.hpp"
+#include "tracker/detect/white_balance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ double shared(double one, double other) {
 
 }  // namespace
 
-Light untinting(const cv::Mat& bgr, std::span<const Circle> boards) {
+Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards) {
   Ratios coins, table;
   const std::size_t every = boards.size() / max_robots + 1;
   for (std::size_t i = 0; i < boards.size(); i += every) {

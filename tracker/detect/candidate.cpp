@@ -1,5 +1,5 @@
-// See suspect.hpp.
-#include "tracker/detect/suspect.hpp"
+// See candidate.hpp.
+#include "tracker/detect/candidate.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,12 +24,12 @@ double looks(double weber, double activity) {
 
 // Whether it has a board like a robot's: motley with parts, dark gaps between them; and something on it, not the table
 // itself as a ring has.
-double likeness_of(const Face& face, double outside) {
-  const double coin = static_cast<double>(face.coin), board = static_cast<double>(face.board),
-               low = static_cast<double>(face.board_low);
+double likeness_of(const RadialProfile& profile, double outside) {
+  const double coin = static_cast<double>(profile.coin), board = static_cast<double>(profile.board),
+               low = static_cast<double>(profile.board_low);
   // in parts of the brightness here; what is nowhere dark is seen through haze
   const double range = std::max(std::max({outside, coin, board}) - 0.7 * low, 15.0);
-  const double motley = ramp((static_cast<double>(face.board_high) - low) / range, 0.06, 0.18);
+  const double motley = ramp((static_cast<double>(profile.board_high) - low) / range, 0.06, 0.18);
   const double gaps = ramp((board - low) / range, 0.01, 0.05);
   const double dark_table = ramp((outside - board) / range, 0.3, 0.1);
   const double solid =
@@ -42,65 +42,71 @@ double tolerated(double likeness) {
   return std::min(1.0, 2 * likeness);
 }
 
-// How much one suspect says about the size of all: clutter is plentiful but weak and open, and small circles are easily
-// imagined.
-double vote(const Suspect& one) {
+// How much one candidate says about the size of all: clutter is plentiful but weak and open, and small circles are
+// easily imagined.
+double vote(const Candidate& one) {
   const double squared = one.evidence * one.evidence;
-  return static_cast<double>(one.rim.closed) * squared * squared * squared * std::min(1.0, one.rim.circle.r_px / 8);
+  return static_cast<double>(one.circle_fit.closed) * squared * squared * squared *
+         std::min(1.0, one.circle_fit.circle.r_px / 8);
 }
 
 }  // namespace
 
-bool Suspect::operator<(const Suspect& other) const {
+bool Candidate::operator<(const Candidate& other) const {
   if (evidence != other.evidence) return evidence > other.evidence;
-  if (rim.support != other.rim.support) return rim.support > other.rim.support;
-  return rim.circle.y_px != other.rim.circle.y_px ? rim.circle.y_px < other.rim.circle.y_px
-                                                  : rim.circle.x_px < other.rim.circle.x_px;
+  if (circle_fit.support != other.circle_fit.support) return circle_fit.support > other.circle_fit.support;
+  return circle_fit.circle.y_px != other.circle_fit.circle.y_px ? circle_fit.circle.y_px < other.circle_fit.circle.y_px
+                                                                : circle_fit.circle.x_px < other.circle_fit.circle.x_px;
 }
 
-Suspect suspect(const Rim& rim) {
-  const double outside = (rim.face.rings[11] + rim.face.rings[12]) / 2, board = rim.face.rings[8];
-  Suspect one{rim, rim.contrast / std::max({outside, board, 25.0})};
-  const double step = std::abs(outside - (rim.face.rings[3] + rim.face.rings[6] + board) / 3);
-  one.activity = rim.face.activity / std::max(step, 1.0);
-  one.shape = ramp(rim.support, 0.4, 0.75) * ramp(rim.closed, 0.05, 0.28) * ramp(rim.inside, 0.3, 0.6);
-  one.likeness = likeness_of(rim.face, outside);
-  // Things on a picture are round by chance, too; then the step over the rim is small beside what varies outside it
+Candidate candidate(const CircleFit& circle_fit) {
+  const double outside = (circle_fit.profile.rings[11] + circle_fit.profile.rings[12]) / 2,
+               board = circle_fit.profile.rings[8];
+  Candidate one{circle_fit, circle_fit.contrast / std::max({outside, board, 25.0})};
+  const double step = std::abs(outside - (circle_fit.profile.rings[3] + circle_fit.profile.rings[6] + board) / 3);
+  one.activity = circle_fit.profile.activity / std::max(step, 1.0);
+  one.shape =
+      ramp(circle_fit.support, 0.4, 0.75) * ramp(circle_fit.closed, 0.05, 0.28) * ramp(circle_fit.inside, 0.3, 0.6);
+  one.likeness = likeness_of(circle_fit.profile, outside);
+  // Things on a picture are round by chance, too; then the step over the edge is small beside what varies outside it
   // anyway.
   one.clear =
-      ramp(rim.contrast / std::max(static_cast<double>(rim.face.outside_high - rim.face.outside_low), 8.0), 0.15, 0.45);
+      ramp(circle_fit.contrast /
+               std::max(static_cast<double>(circle_fit.profile.outside_high - circle_fit.profile.outside_low), 8.0),
+           0.15, 0.45);
   one.clear *= one.likeness;
   // Only on dark tables are robots brighter than what surrounds them, down to their gaps.
-  const double brightest =
-      std::max({outside, static_cast<double>(rim.face.coin), static_cast<double>(rim.face.board), 15.0});
-  const double low = static_cast<double>(rim.face.board_low);
+  const double brightest = std::max(
+      {outside, static_cast<double>(circle_fit.profile.coin), static_cast<double>(circle_fit.profile.board), 15.0});
+  const double low = static_cast<double>(circle_fit.profile.board_low);
   one.clear *= std::max(ramp((low - outside) / brightest, 0.25, 0.1), ramp(outside / brightest, 0.75, 0.6));
   one.evidence = one.shape * looks(one.weber, one.activity) * tolerated(one.likeness);
   return one;
 }
 
-std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_px, int height_px) {
-  std::sort(suspects.begin(), suspects.end());
+std::optional<double> common_radius_px(std::vector<Candidate> candidates, int width_px, int height_px) {
+  std::sort(candidates.begin(), candidates.end());
   struct Group {
     double r_px, votes;
   };
   std::vector<Group> groups;
-  for (std::size_t i = 0; i < std::min<std::size_t>(suspects.size(), 150); ++i) {
-    // Only strong suspects can name a size.
-    const double r_px = suspects[i].rim.circle.r_px;
-    if (suspects[i].evidence < 0.4) break;
+  for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 150); ++i) {
+    // Only strong candidates can name a size.
+    const double r_px = candidates[i].circle_fit.circle.r_px;
+    if (candidates[i].evidence < 0.4) break;
     if (std::any_of(groups.begin(), groups.end(),
                     [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
       continue;
     Places places(min_apart * r_px, width_px, height_px);
     std::vector<double> radii;
     Group group{r_px, 0};
-    for (const Suspect& one : suspects) {
-      if (std::abs(std::log(one.rim.circle.r_px / r_px)) > 0.12 || places.taken(one.rim.circle, min_apart * r_px))
+    for (const Candidate& one : candidates) {
+      if (std::abs(std::log(one.circle_fit.circle.r_px / r_px)) > 0.12 ||
+          places.taken(one.circle_fit.circle, min_apart * r_px))
         continue;
-      places.add(one.rim.circle);
+      places.add(one.circle_fit.circle);
       group.votes += vote(one);
-      if (one.evidence > 0.5) radii.push_back(one.rim.circle.r_px);
+      if (one.evidence > 0.5) radii.push_back(one.circle_fit.circle.r_px);
     }
     if (radii.empty()) continue;
     group.r_px = median(radii);
@@ -115,20 +121,20 @@ std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_
   return best.r_px;
 }
 
-Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tolerance) {
-  std::vector<const Suspect*> strong;
+Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double tolerance) {
+  std::vector<const Candidate*> strong;
   double dark = 0, bright = 0;
-  for (const Suspect& one : suspects) {
-    if (one.evidence < 0.5 || std::abs(one.rim.circle.r_px / r_px - 1) > tolerance) continue;
-    (one.rim.darker ? dark : bright) += one.evidence * one.evidence;
+  for (const Candidate& one : candidates) {
+    if (one.evidence < 0.5 || std::abs(one.circle_fit.circle.r_px / r_px - 1) > tolerance) continue;
+    (one.circle_fit.darker ? dark : bright) += one.evidence * one.evidence;
     strong.push_back(&one);
   }
   Likeness common{.r_px = r_px, .weber = 0, .darker = dark >= bright};
-  std::erase_if(strong, [&](const Suspect* one) { return one->rim.darker != common.darker; });
+  std::erase_if(strong, [&](const Candidate* one) { return one->circle_fit.darker != common.darker; });
   if (strong.empty()) return common;
   std::vector<double> webers, activities, radii;
-  for (const Suspect* one : strong)
-    webers.push_back(one->weber), activities.push_back(one->activity), radii.push_back(one->rim.circle.r_px);
+  for (const Candidate* one : strong)
+    webers.push_back(one->weber), activities.push_back(one->activity), radii.push_back(one->circle_fit.circle.r_px);
   common.weber = median(webers);
   common.activity = median(activities);
   common.r_px = median(radii);
@@ -136,14 +142,14 @@ Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tole
 
   // A plane through the radii: weighted least squares round the middle of the view, letting go of what lies off.
   double middle_x = 0, middle_y = 0;
-  for (const Suspect* one : strong) middle_x += one->rim.circle.x_px, middle_y += one->rim.circle.y_px;
+  for (const Candidate* one : strong) middle_x += one->circle_fit.circle.x_px, middle_y += one->circle_fit.circle.y_px;
   middle_x /= static_cast<double>(strong.size()), middle_y /= static_cast<double>(strong.size());
   double r0 = common.r_px, per_x = 0, per_y = 0;
   for (int turn = 0; turn < 4; ++turn) {
     double s0 = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, b0 = 0, bx = 0, by = 0;
-    for (const Suspect* one : strong) {
-      const double x = one->rim.circle.x_px - middle_x, y = one->rim.circle.y_px - middle_y;
-      const double off = one->rim.circle.r_px - (r0 + per_x * x + per_y * y), part = off / (0.15 * common.r_px);
+    for (const Candidate* one : strong) {
+      const double x = one->circle_fit.circle.x_px - middle_x, y = one->circle_fit.circle.y_px - middle_y;
+      const double off = one->circle_fit.circle.r_px - (r0 + per_x * x + per_y * y), part = off / (0.15 * common.r_px);
       if (part * part >= 1) continue;
       const double weight = (1 - part * part) * (1 - part * part);
       s0 += weight, sx += weight * x, sy += weight * y, sxx += weight * x * x, sxy += weight * x * y,
@@ -164,16 +170,16 @@ Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tole
   return common;
 }
 
-double confidence(const Suspect& suspect, const Likeness& others, double tolerance) {
-  const Circle& circle = suspect.rim.circle;
+double confidence(const Candidate& candidate, const Likeness& others, double tolerance) {
+  const Circle& circle = candidate.circle_fit.circle;
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
-  // A weak rim among weak rims is as good as a strong one among strong ones.
-  double value = suspect.shape * tolerated(suspect.likeness) *
-                 std::max(looks(suspect.weber, suspect.activity), looks(others.weber, others.activity));
+  // A weak edge among weak edges is as good as a strong one among strong ones.
+  double value = candidate.shape * tolerated(candidate.likeness) *
+                 std::max(looks(candidate.weber, candidate.activity), looks(others.weber, others.activity));
   value *= ramp(off, tolerance, tolerance / 2);
-  if (others.weber > 0) value *= ramp(suspect.weber / others.weber, 0.3, 0.6);
-  if (others.activity > 0) value *= ramp(suspect.activity / others.activity, 0.15, 0.4);
-  return suspect.rim.darker == others.darker ? value : 0.6 * value;
+  if (others.weber > 0) value *= ramp(candidate.weber / others.weber, 0.3, 0.6);
+  if (others.activity > 0) value *= ramp(candidate.activity / others.activity, 0.15, 0.4);
+  return candidate.circle_fit.darker == others.darker ? value : 0.6 * value;
 }
 
 Places::Places(double cell_px, int width_px, int height_px)

@@ -15,6 +15,6 @@ namespace arkmesh::tracker {
 
 // Factors that make light what it was, 1 where nothing is false. `boards` are the circles round the robots of an 8-bit
 // BGR picture.
-Light untinting(const cv::Mat& bgr, std::span<const Circle> boards);
+Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards);
 
 }  // namespace arkmesh::tracker

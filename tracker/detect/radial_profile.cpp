@@ -1,5 +1,5 @@
-// See face.hpp.
-#include "tracker/detect/face.hpp"
+// See profile.hpp.
+#include "tracker/detect/radial_profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr std::size_t directions = 48, of_ring = 16;  // each ring is looked at in every third direction
+constexpr std::size_t spokes = 48, of_ring = 16;  // each ring is looked at in every third direction
 
 struct Directions {
-  std::array<float, directions> x{}, y{};
+  std::array<float, spokes> x{}, y{};
   Directions() {
-    for (std::size_t i = 0; i < directions; ++i) {
-      const double angle = 6.283185307179586 * static_cast<double>(i) / directions;
+    for (std::size_t i = 0; i < spokes; ++i) {
+      const double angle = 6.283185307179586 * static_cast<double>(i) / spokes;
       x[i] = static_cast<float>(std::cos(angle)), y[i] = static_cast<float>(std::sin(angle));
     }
   }
@@ -45,19 +45,19 @@ class Greys {
 
 }  // namespace
 
-Face face_of(const ShrunkPicture& patch, float x, float y, float r) {
+RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float r) {
   static const Directions towards;
-  Face face;
+  RadialProfile profile;
   const float max_x = static_cast<float>(patch.width) - 1.001F, max_y = static_cast<float>(patch.height) - 1.001F;
   // Where pixels are much smaller than what is looked at, the nearest one is as good as a mix of four.
   const bool nearest = r > 11;
   Greys<5 * of_ring> within, coin;
   Greys<2 * of_ring> board, outside;
-  for (std::size_t ring = 0; ring < face.rings.size(); ++ring) {
+  for (std::size_t ring = 0; ring < profile.rings.size(); ++ring) {
     const float far = (0.1F * static_cast<float>(ring) + 0.05F) * r;
     float sum = 0;
     int count = 0;
-    for (std::size_t ray = ring % 2; ray < directions; ray += directions / of_ring) {
+    for (std::size_t ray = ring % 2; ray < spokes; ray += spokes / of_ring) {
       const float px = x + far * towards.x[ray], py = y + far * towards.y[ray];
       if (!(px >= 0 && py >= 0 && px <= max_x && py <= max_y)) continue;
       const float value =
@@ -70,14 +70,14 @@ Face face_of(const ShrunkPicture& patch, float x, float y, float r) {
       sum += value;
       ++count;
     }
-    face.rings[ring] = count ? sum / static_cast<float>(count) : 0;
+    profile.rings[ring] = count ? sum / static_cast<float>(count) : 0;
   }
   // Median deviation: a glint or an LED alone does not count.
-  face.activity = within.deviation();
-  face.coin = coin.at(0.5);
-  face.board_low = board.at(0.1), face.board = board.at(0.5), face.board_high = board.at(0.9);
-  face.outside_low = outside.at(0.1), face.outside_high = outside.at(0.9);
-  return face;
+  profile.activity = within.deviation();
+  profile.coin = coin.at(0.5);
+  profile.board_low = board.at(0.1), profile.board = board.at(0.5), profile.board_high = board.at(0.9);
+  profile.outside_low = outside.at(0.1), profile.outside_high = outside.at(0.9);
+  return profile;
 }
 
 }  // namespace arkmesh::tracker

@@ -1,5 +1,5 @@
-// See rim.hpp.
-#include "tracker/detect/rim.hpp"
+// See edge.hpp.
+#include "tracker/detect/circle_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ void rises(const float* __restrict along, int count, float* __restrict rise) {
 
 }  // namespace
 
-void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span) {
+void CircleFitter::sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span) {
   span_ = span;
   first_ = static_cast<float>(span.from * r);
   spacing_ = static_cast<float>((span.to - span.from) * r / (span.samples - 1));
@@ -92,7 +92,7 @@ void RimFinder::sample(const ShrunkPicture& picture, double x, double y, double 
 }
 
 // Along each ray the strongest edge near the circle, nearer ones preferred.
-void RimFinder::find_edges(const Fitted& circle, float window, bool darker, float min_step) {
+void CircleFitter::find_edges(const Fitted& circle, float window, bool darker, float min_step) {
   const float sign = darker ? 1.0F : -1.0F, per_sample = 1 / spacing_;
   const int half = static_cast<int>(window * per_sample) + 1;
   std::array<float, 2 * max_samples + 1> preference;
@@ -128,7 +128,7 @@ void RimFinder::find_edges(const Fitted& circle, float window, bool darker, floa
 }
 
 // One step of least squares with weights that let go of what lies off the circle by more than `scale`.
-bool RimFinder::adjust(Fitted& circle, float scale) const {
+bool CircleFitter::adjust(Fitted& circle, float scale) const {
   constexpr int lanes = 8;  // sums in parallel, always in the same order
   std::array<std::array<float, lanes>, 9> sums{};
   const float inverse = 1 / scale;
@@ -160,7 +160,8 @@ bool RimFinder::adjust(Fitted& circle, float scale) const {
   return true;
 }
 
-RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double min_step, std::initializer_list<double> windows) {
+CircleFitter::Fitted CircleFitter::fit_circle(double r, bool darker, double min_step,
+                                              std::initializer_list<double> windows) {
   Fitted fitted{0, 0, static_cast<float>(r), false};
   for (const double part : windows) {
     const float window = static_cast<float>(part * r);
@@ -176,7 +177,8 @@ RimFinder::Fitted RimFinder::fit_circle(double r, bool darker, double min_step, 
   return fitted;
 }
 
-void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, double min_step, Rim& rim) const {
+void CircleFitter::judge(double x, double y, const Fitted& fitted, bool darker, double min_step,
+                         CircleFit& circle_fit) const {
   const float sign = darker ? 1.0F : -1.0F;
   const float near = std::max(0.05F * fitted.r, 0.6F);
   const int reach = span_.reach;
@@ -204,21 +206,23 @@ void RimFinder::judge(double x, double y, const Fitted& fitted, bool darker, dou
       eighths[i] = static_cast<float>(eighth_on[i]) / static_cast<float>(eighth_inside[i]), ++eighths_seen;
   std::partial_sort(eighths.begin(), eighths.begin() + 3, eighths.end());
   const std::size_t least = std::max<std::size_t>(1, eighths_seen * 3 / 8);
-  for (std::size_t i = 0; i < least; ++i) rim.closed += std::min(eighths[i], 1.0F) / static_cast<float>(least);
-  rim.inside = static_cast<float>(inside) / rays;
-  rim.support = inside ? static_cast<float>(on) / static_cast<float>(inside) : 0;
+  for (std::size_t i = 0; i < least; ++i) circle_fit.closed += std::min(eighths[i], 1.0F) / static_cast<float>(least);
+  circle_fit.inside = static_cast<float>(inside) / rays;
+  circle_fit.support = inside ? static_cast<float>(on) / static_cast<float>(inside) : 0;
   if (inside) {
     std::nth_element(steps.begin(), steps.begin() + inside / 2, steps.begin() + inside);
-    rim.contrast = steps[static_cast<std::size_t>(inside / 2)];
+    circle_fit.contrast = steps[static_cast<std::size_t>(inside / 2)];
   }
   if (offs_count) {
     std::nth_element(offs.begin(), offs.begin() + offs_count / 2, offs.begin() + offs_count);
-    rim.scatter = offs[static_cast<std::size_t>(offs_count / 2)] / fitted.r;
+    circle_fit.scatter = offs[static_cast<std::size_t>(offs_count / 2)] / fitted.r;
   }
-  rim.face = face_of(patch_, static_cast<float>(x) + fitted.x, static_cast<float>(y) + fitted.y, fitted.r);
+  circle_fit.profile =
+      radial_profile(patch_, static_cast<float>(x) + fitted.x, static_cast<float>(y) + fitted.y, fitted.r);
 }
 
-std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise) {
+std::optional<Circle> CircleFitter::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker,
+                                            double noise) {
   const double x = picture.shrunk_x(guess.x_px), y = picture.shrunk_y(guess.y_px), r = guess.r_px / picture.block;
   const double min_step = std::max(3.0, 1.5 * noise / picture.block);
   sample(picture, x, y, r, {.from = 0.58, .to = 1.42, .samples = 28, .reach = 2, .every = 2});
@@ -238,7 +242,8 @@ std::optional<Circle> RimFinder::roughly(const ShrunkPicture& picture, const Cir
                 picture.picture_y(y + static_cast<double>(found.y)), static_cast<double>(found.r) * picture.block};
 }
 
-std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise) {
+std::optional<CircleFit> CircleFitter::fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker,
+                                           double noise) {
   // Large robots are looked at smaller: the cost of a fit does not depend on the size, and noise is averaged.
   const int block = std::max(1, static_cast<int>(guess.r_px / 14));
   const double far = (1.32 + 0.5 * off) * guess.r_px + 2;
@@ -258,12 +263,12 @@ std::optional<Rim> RimFinder::fit(const cv::Mat& bgr, const Circle& guess, doubl
   const Fitted found = off > 0.15 ? fit_circle(r, darker, min_step, {off, 0.12, 0.07})
                                   : fit_circle(r, darker, min_step, {0.14, 0.09, 0.07});
   if (!found.good) return {};
-  Rim rim;
-  rim.darker = darker;
-  judge(x, y, found, darker, min_step, rim);
-  rim.circle = {patch_.picture_x(x + static_cast<double>(found.x)), patch_.picture_y(y + static_cast<double>(found.y)),
-                static_cast<double>(found.r) * block};
-  return rim;
+  CircleFit circle_fit;
+  circle_fit.darker = darker;
+  judge(x, y, found, darker, min_step, circle_fit);
+  circle_fit.circle = {patch_.picture_x(x + static_cast<double>(found.x)),
+                       patch_.picture_y(y + static_cast<double>(found.y)), static_cast<double>(found.r) * block};
+  return circle_fit;
 }
 
 }  // namespace arkmesh::tracker

@@ -1,4 +1,4 @@
-// What lies within a round rim and just outside it, in grey levels: a robot has a paler coin cell in a dark, motley
+// What lies within a round edge and just outside it, in grey levels: a robot has a paler coin cell in a dark, motley
 // board.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace arkmesh::tracker {
 
-struct Face {
+struct RadialProfile {
   // Mean grey level in rings round the centre; ring i reaches from 0.1 i to 0.1 (i + 1) of the radius.
   std::array<float, 13> rings{};
   float activity = 0;  // median deviation of the grey level within 0.9 of the radius
@@ -19,6 +19,6 @@ struct Face {
 };
 
 // Of the circle round (x, y), all in pixels of the patch. Zeros where nothing of it lies in the patch.
-Face face_of(const ShrunkPicture& patch, float x, float y, float r);
+RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float r);
 
 }  // namespace arkmesh::tracker

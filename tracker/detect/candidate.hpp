@@ -1,26 +1,26 @@
-// Which rims are robots': each by itself, and then against what the others in the same view look like.
+// Which edges are robots': each by itself, and then against what the others in the same view look like.
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "tracker/detect/rim.hpp"
+#include "tracker/detect/circle_fit.hpp"
 
 namespace arkmesh::tracker {
 
-// A rim and how much it looks like a robot's.
-struct Suspect {
-  Rim rim;
-  double weber = 0;     // step over the rim, as a part of the brighter side
+// A edge and how much it looks like a robot's.
+struct Candidate {
+  CircleFit circle_fit;
+  double weber = 0;     // step over the edge, as a part of the brighter side
   double activity = 0;  // how much the grey level varies within, as a part of the difference to the outside
-  double shape = 0;     // 0..1: how closed and round the rim is
+  double shape = 0;     // 0..1: how closed and round the edge is
   double likeness = 0;  // 0..1: what is inside is like a robot's board and coin cell
   double clear = 0;     // 0..1: how surely there are robots in the view if this is seen: not for each robot to reach
-  double evidence = 0;  // 0..1, of this rim alone: its shape, its step and what is inside together
-  bool operator<(const Suspect& other) const;  // stronger first; ties by place
+  double evidence = 0;  // 0..1, of this edge alone: its shape, its step and what is inside together
+  bool operator<(const Candidate& other) const;  // stronger first; ties by place
 };
 
-Suspect suspect(const Rim& rim);
+Candidate candidate(const CircleFit& circle_fit);
 
 // What the robots of one view have in common.
 struct Likeness {
@@ -32,13 +32,13 @@ struct Likeness {
 };
 
 // Robots of one view are about the same size: the radius that has most evidence for it.
-std::optional<double> common_radius_px(std::vector<Suspect> suspects, int width_px, int height_px);
+std::optional<double> common_radius_px(std::vector<Candidate> candidates, int width_px, int height_px);
 
-// From suspects whose radius differs from r_px by at most the given part of it.
-Likeness likeness(const std::vector<Suspect>& suspects, double r_px, double tolerance);
+// From candidates whose radius differs from r_px by at most the given part of it.
+Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double tolerance);
 
 // Evidence for a robot among robots like these: 0..1.
-double confidence(const Suspect& suspect, const Likeness& others, double tolerance);
+double confidence(const Candidate& candidate, const Likeness& others, double tolerance);
 
 // Circles by place, so that neighbours are found without looking at all of them.
 class Places {
