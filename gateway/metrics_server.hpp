@@ -27,7 +27,7 @@ class MetricsServer {
 
  private:
   struct State;
-  std::shared_ptr<State> state_;  // shared with what is under way
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace arkmesh::gateway

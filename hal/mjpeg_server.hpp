@@ -43,7 +43,7 @@ class MjpegServer {
 
  private:
   struct State;
-  std::shared_ptr<State> state_;  // shared with the loop's next call, which looks whether it still lives
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace arkmesh::hal

@@ -1,34 +1,31 @@
 #include "view/seats.hpp"
 
-#include <utility>
-
 #include "view/connection.hpp"
 
 namespace arkmesh::view {
 
 Seats::Verdict Seats::for_connection() const {
   if (seats_.size() < viewers_ + beside_) return {};
-  const Seat* quietest = nullptr;
+  Connection* quietest = nullptr;
   for (const auto& [connection, seat] : seats_)
-    if (!connection->may_control && !watching_.contains(connection) && (!quietest || seat.heard < quietest->heard))
-      quietest = &seat;
-  return {quietest != nullptr, quietest ? quietest->who : nullptr};
+    if (!connection->may_control && !watching_.contains(connection) &&
+        (!quietest || seat.heard < seats_.at(quietest).heard))
+      quietest = connection;
+  return {quietest != nullptr, quietest};
 }
 
 Seats::Verdict Seats::for_viewer(bool has_token) const {
   if (watching_.size() < viewers_) return {};
-  if (!has_token) return {.admitted = false, .leaves = nullptr};
-  const Seat* newest = nullptr;
+  if (!has_token) return {.admitted = false};
+  Connection* newest = nullptr;
   for (Connection* const viewer : watching_)
-    if (const Seat& seat = seats_.at(viewer);
-        !viewer->may_control && (!newest || seat.watches_since > newest->watches_since))
-      newest = &seat;
-  return {newest != nullptr, newest ? newest->who : nullptr};
+    if (!viewer->may_control && (!newest || seats_.at(viewer).watches_since > seats_.at(newest).watches_since))
+      newest = viewer;
+  return {newest != nullptr, newest};
 }
 
-void Seats::add(std::shared_ptr<Connection> connection) {
-  Connection* const key = connection.get();
-  seats_[key] = {.who = std::move(connection), .heard = ++turn_};
+void Seats::add(Connection& connection) {
+  seats_[&connection].heard = ++turn_;
 }
 
 void Seats::heard(Connection& connection) {
@@ -44,12 +41,6 @@ bool Seats::remove(Connection& connection) {
   const bool watched = watching_.erase(&connection) > 0;
   seats_.erase(&connection);
   return watched;
-}
-
-std::vector<std::shared_ptr<Connection>> Seats::all() const {
-  std::vector<std::shared_ptr<Connection>> out;
-  for (const auto& [connection, seat] : seats_) out.push_back(seat.who);
-  return out;
 }
 
 }  // namespace arkmesh::view

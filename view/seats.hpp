@@ -5,9 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <set>
-#include <vector>
 
 namespace arkmesh::view {
 
@@ -20,7 +18,7 @@ class Seats {
 
   struct Verdict {
     bool admitted = true;
-    std::shared_ptr<Connection> leaves;  // before the newcomer comes; null: nobody
+    Connection* leaves = nullptr;  // before the newcomer comes; null: nobody
   };
   // One more connection: of those that neither watch nor have shown the token the one that was quiet for longest
   // leaves. So nobody keeps others out by connections alone.
@@ -28,18 +26,16 @@ class Seats {
   // One of them wants to watch. For who has shown the token the newest viewer leaves who has not.
   Verdict for_viewer(bool has_token) const;
 
-  void add(std::shared_ptr<Connection> connection);
+  void add(Connection& connection);
   // It has said something.
   void heard(Connection& connection);
   void watch(Connection& connection);
   // True: it watched.
   bool remove(Connection& connection);
   const std::set<Connection*>& watching() const { return watching_; }
-  std::vector<std::shared_ptr<Connection>> all() const;
 
  private:
   struct Seat {
-    std::shared_ptr<Connection> who;
     std::uint64_t heard = 0, watches_since = 0;  // turns
   };
   std::size_t viewers_, beside_;

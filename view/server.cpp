@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/host_name.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <deque>
@@ -29,7 +28,7 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 constexpr std::size_t connections_beside_viewers = 32;  // for the page's files
-constexpr auto accept_again_after = 100ms, rates_every = 1000ms, refresh_every = 500ms;
+constexpr auto rates_every = 1000ms, refresh_every = 500ms;
 constexpr std::size_t max_lines = 500, max_line_bytes = 500;  // of the event log that late viewers get
 constexpr int max_wrong_tokens = 5;
 
@@ -40,38 +39,18 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
       : options(std::move(wanted)),
         desk(&who),
         tls(make_tls(options)),
-        acceptor(listen_from(loop, options)),
-        again(loop),
         sampling(loop),
         rating(loop),
         refreshing(loop),
-        port(acceptor.local_endpoint().port()),
-        access(options.hosts, port, tls != nullptr),
-        seats(options.max_viewers, connections_beside_viewers) {}
+        seats(options.max_viewers, connections_beside_viewers),
+        http(listen_from(loop, options), [this](tcp::socket socket) { return take(std::move(socket)); }),
+        access(options.hosts, http.listening().port(), tls != nullptr) {}
 
-  void accept() {
-    acceptor.async_accept([weak = weak_from_this()](error_code error, tcp::socket socket) {
-      const auto self = weak.lock();
-      if (!self || error == asio::error::operation_aborted) return;
-      if (error) return self->accept_later();
-      self->take(std::move(socket));
-      self->accept();
-    });
-  }
-
-  // Without a file descriptor to spare, say.
-  void accept_later() {
-    again.expires_after(accept_again_after);
-    again.async_wait([weak = weak_from_this()](error_code error) {
-      if (const auto self = weak.lock(); self && !error) self->accept();
-    });
-  }
-
-  void take(tcp::socket socket) {
-    if (!make_way(seats.for_connection())) return totals.add("view.refused.too_many_connections");
+  std::shared_ptr<hal::HttpConnection> take(tcp::socket socket) {
+    if (!make_way(seats.for_connection())) return totals.add("view.refused.too_many_connections"), nullptr;
     const auto made = make_connection(std::move(socket), tls.get(), *this);
-    seats.add(made);
-    made->start();
+    seats.add(*made);
+    return made;
   }
 
   // False: nobody can make way.
@@ -82,44 +61,40 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
 
   // --- what connections ask ---
 
-  // Empty when the request comes as it should.
-  Reply strange(const Request& request) {
-    if (!access.is_host(request.host, request.reached)) {
-      totals.add("view.refused.host");
-      return {.status = 403,
-              .body = "This server is not known by that name; view.hosts of the lab's file lists names.\n"};
-    }
-    if (!request.origin.empty() && !access.is_own_origin(request.origin, request.host)) {
-      totals.add("view.refused.origin");
-      return {.status = 403, .body = "Pages of other sites may not ask here.\n"};
-    }
-    return {};
-  }
-
-  Reply reply_to(Connection& connection, const Request& request) override {
+  void asked(Connection& connection, const hal::HttpRequest& request) override {
     seats.heard(connection);
-    if (Reply refusal = strange(request); refusal.status != 200) return refusal;
+    if (!access.is_host(request.host, request.reached))
+      return refuse(connection, 403, "host",
+                    "This server is not known by that name; view.hosts of the lab's file lists names.\n");
+    if (!request.origin.empty() && !access.is_own_origin(request.origin, request.host))
+      return refuse(connection, 403, "origin", "Pages of other sites may not ask here.\n");
     connection.may_control = connection.may_control || access.has_cookie(request.cookie);
-    if (request.path == "/token" && request.method == "POST") return reply_to_token(connection, request);
-    if (request.method != "GET" && request.method != "HEAD") {
-      totals.add("view.refused.method");
-      return {.status = 405, .body = "Only GET and HEAD.\n"};
-    }
-    if (request.path == "/about.json") return {.type = "application/json", .body = text_of(about())};
-    if (const auto file = page_file(request.path)) return {.type = file->type, .body = std::string(file->bytes)};
-    totals.add("view.refused.no_such_file");
-    return {.status = 404, .body = "There is no such file here; / is the page.\n"};
+    if (request.upgrade) return admit(connection, request);
+    if (request.path == "/token" && request.method == "POST") return take_token(connection, request);
+    if (request.method != "GET" && request.method != "HEAD")
+      return refuse(connection, 405, "method", "Only GET and HEAD.\n");
+    if (request.path == "/about.json") return connection.answer({.type = "application/json", .body = text_of(about())});
+    if (const auto file = page_file(request.path))
+      return connection.answer({.type = file->type, .body = std::string(file->bytes)});
+    refuse(connection, 404, "no_such_file", "There is no such file here; / is the page.\n");
   }
 
-  Reply reply_to_token(Connection& connection, const Request& request) {
+  void refuse(Connection& connection, unsigned status, std::string_view why, std::string_view sentence) {
+    totals.add(fmt::format("view.refused.{}", why));
+    hal::HttpReply reply{.status = status, .body = std::string(sentence)};
+    if (status == 405) reply.headers = {{"Allow", "GET, HEAD"}};
+    connection.answer(std::move(reply));
+  }
+
+  void take_token(Connection& connection, const hal::HttpRequest& request) {
     if (request.origin.empty() || !access.is_token(request.body)) {
       totals.add("view.refused.token");
-      return {.status = 403,
-              .body = "This is not the token in the URL that the lab printed.\n",
-              .after = refused(connection, nullptr, "wrong_token")};
+      return connection.answer_later(refused(connection, nullptr, "wrong_token"), [] {
+        return hal::HttpReply{.status = 403, .body = "This is not the token in the URL that the lab printed.\n"};
+      });
     }
     connection.may_control = true;
-    return {.status = 204, .body = {}, .set_cookie = access.set_cookie()};
+    connection.answer({.status = 204, .headers = {{"Set-Cookie", access.set_cookie()}}});
   }
 
   // What a viewer was refused for want of a token is written down by the desk. Returns how long the viewer is to wait.
@@ -128,27 +103,18 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     return viewer.may_control ? Patience::Wait(0) : patience.after_wrong(viewer.from, Monotonic::now());
   }
 
-  Reply admit(Connection& connection, const Request& request) override {
-    seats.heard(connection);
-    if (Reply refusal = strange(request); refusal.status != 200) return refusal;
-    if (request.origin.empty()) {
-      totals.add("view.refused.origin");
-      return {.status = 403, .body = "A WebSocket must say of which page it is (Origin).\n"};
-    }
-    if (request.path != "/ws") {
-      totals.add("view.refused.no_such_file");
-      return {.status = 404, .body = "The WebSocket is at /ws.\n"};
-    }
-    if (!make_way(seats.for_viewer(access.has_cookie(request.cookie)))) {
-      totals.add("view.refused.too_many_viewers");
-      return {.status = 503, .body = "Too many watch already.\n"};
-    }
-    return {.status = 101};
+  // It wants to watch.
+  void admit(Connection& connection, const hal::HttpRequest& request) {
+    if (request.origin.empty())
+      return refuse(connection, 403, "origin", "A WebSocket must say of which page it is (Origin).\n");
+    if (request.path != "/ws") return refuse(connection, 404, "no_such_file", "The WebSocket is at /ws.\n");
+    if (!make_way(seats.for_viewer(connection.may_control)))
+      return refuse(connection, 503, "too_many_viewers", "Too many watch already.\n");
+    connection.open();
   }
 
-  void joined(Connection& viewer, const Request& request) override {
+  void joined(Connection& viewer) override {
     totals.add("view.viewers");
-    viewer.may_control = access.has_cookie(request.cookie);
     if (seats.watching().empty()) start_clocks();
     seats.watch(viewer);
     greet(viewer);
@@ -175,7 +141,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     if (const auto token = what.find("token"); token != what.end()) return show_token(viewer, *token);
     const auto number = what.find("request");
     const bool numbered = number != what.end() && number->is_number_unsigned() && *number <= 0xffff'ffffu;
-    Answer answer(viewer.weak_from_this(), numbered ? *number : json());
+    Answer answer(std::static_pointer_cast<Connection>(viewer.shared_from_this()), numbered ? *number : json());
     const bool commands = what.contains("command") || what.contains("fault") || what.contains("move");
     Heard heard;
     try {
@@ -288,10 +254,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   ServerOptions options;
   Desk* desk;
   std::unique_ptr<asio::ssl::context> tls;  // null: plain
-  tcp::acceptor acceptor;
-  asio::steady_timer again, sampling, rating, refreshing;
-  std::uint16_t port;
-  Access access;
+  asio::steady_timer sampling, rating, refreshing;
   Seats seats;
   Patience patience;
   Channels channels;
@@ -300,19 +263,16 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
   Monotonic::time_point rated{};
   std::uint64_t replaced_by_gone = 0;
   hal::Counters totals;
+  hal::HttpServer http;  // its connections use all that is above
+  Access access;
 };
 
 Server::Server(hal::EventLoop& loop, ServerOptions options, Desk& desk)
-    : state_(std::make_shared<State>(loop, std::move(options), desk)) {
-  state_->accept();
-}
-
-Server::~Server() {
-  for (const auto& connection : state_->seats.all()) connection->leave();
-}
+    : state_(std::make_shared<State>(loop, std::move(options), desk)) {}
+Server::~Server() = default;
 
 std::uint16_t Server::port() const {
-  return state_->port;
+  return state_->http.listening().port();
 }
 
 std::string Server::url() const {

@@ -1,4 +1,5 @@
-// A connection's bytes, in plain TCP or through TLS: one type, so that what reads HTTP and WebSocket is compiled once.
+// The bytes of an HTTP connection, in plain TCP or through TLS: one type, so that what reads HTTP and WebSocket is
+// compiled once.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -9,18 +10,18 @@
 #include <optional>
 #include <utility>
 
-namespace arkmesh::view {
+namespace arkmesh::hal {
 
-class Stream {
+class HttpStream {
  public:
   using executor_type = boost::asio::ip::tcp::socket::executor_type;
   using Error = boost::system::error_code;
 
   // `tls`: null for plain TCP; else it outlives the stream.
-  Stream(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context* tls) : socket_(std::move(socket)) {
+  HttpStream(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context* tls) : socket_(std::move(socket)) {
     if (tls) tls_.emplace(socket_, *tls);
   }
-  Stream(const Stream&) = delete;
+  HttpStream(const HttpStream&) = delete;
 
   executor_type get_executor() { return socket_.get_executor(); }
   boost::asio::ip::tcp::socket& socket() { return socket_; }
@@ -52,19 +53,19 @@ class Stream {
 };
 
 // Called by Beast when a WebSocket took too long.
-inline void beast_close_socket(Stream& stream) {
+inline void beast_close_socket(HttpStream& stream) {
   stream.close();
 }
 // When one has been closed on both sides: nothing is left to be said.
-inline void teardown(boost::beast::role_type, Stream& stream, boost::system::error_code& error) {
+inline void teardown(boost::beast::role_type, HttpStream& stream, boost::system::error_code& error) {
   stream.close();
   error = {};
 }
 template <class Handler>
-void async_teardown(boost::beast::role_type, Stream& stream, Handler&& handler) {
+void async_teardown(boost::beast::role_type, HttpStream& stream, Handler&& handler) {
   stream.close();
   boost::asio::post(stream.get_executor(),
                     boost::beast::bind_front_handler(std::forward<Handler>(handler), boost::system::error_code{}));
 }
 
-}  // namespace arkmesh::view
+}  // namespace arkmesh::hal
