@@ -49,15 +49,13 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
 }
 
 std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
-                                       hal::EventLoop& loop, hal::PictureBoard& pictures,
-                                       const std::filesystem::path& directory) {
+                                       hal::PictureBoard& pictures, const std::filesystem::path& directory) {
   const hal::Section arena = config.root().section("arena");
   std::unique_ptr<hal::Arena> made = chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
                                                                       .lab = run.lab,
                                                                       .seed = run.seed,
                                                                       .run_length = run.period * run.last_period,
                                                                       .bus = &bus,
-                                                                      .loop = &loop,
                                                                       .pictures = &pictures,
                                                                       .directory = directory,
                                                                       .all_read = [&] { config.refuse_unknown(); }});

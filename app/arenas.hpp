@@ -9,7 +9,6 @@
 #include "hal/arena_row.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
-#include "hal/event_loop.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {
@@ -28,11 +27,10 @@ std::vector<hal::ArenaRow>& arena_rows();
 // ConfigError.
 const hal::ArenaRow& chosen_arena(const hal::Section& arena);
 
-// The arena of a lab's run. An arena with cameras draws what it hears on `bus` over their pictures, serves them on
-// `loop`, shows them on `pictures` and keeps videos in `directory`; bus, loop and board outlive the arena. Refuses what
+// The arena of a lab's run. An arena with cameras shows their pictures on `pictures` and keeps videos in
+// `directory`, with what it hears on `bus` drawn over them; bus and board outlive the arena. Refuses what
 // nobody has read of the configuration. Throws ConfigError.
 std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
-                                       hal::EventLoop& loop, hal::PictureBoard& pictures,
-                                       const std::filesystem::path& directory);
+                                       hal::PictureBoard& pictures, const std::filesystem::path& directory);
 
 }  // namespace arkmesh::app

@@ -91,7 +91,7 @@ void ConfiguredLab::make_parts(OwnParts* own) {
   } else {
     scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
   }
-  arena_ = make_arena(config_, run_config_, private_bus_, loop_, pictures_, directory_);
+  arena_ = make_arena(config_, run_config_, private_bus_, pictures_, directory_);
   if (in_python) {
     auto made = std::make_unique<scenarios::python::PythonScenario>(root.section("scenario"), config_.file(),
                                                                     run_config_, arena_->info(), directory_);

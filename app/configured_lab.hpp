@@ -27,7 +27,7 @@ namespace arkmesh::app {
 class ConfiguredLab {
  public:
   // Reads every key, refuses unknown ones, and makes all but the run: nothing is written. `directory` is for the run;
-  // `loop` serves what the arena shows, and outlives the lab. `own`: null for an arena and a scenario of the tables,
+  // `loop` is served while the lab ends, and outlives it. `own`: null for an arena and a scenario of the tables,
   // else it brings both. Throws ConfigError.
   ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop, OwnParts* own = nullptr);
   ~ConfiguredLab();

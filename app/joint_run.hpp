@@ -81,7 +81,7 @@ class JointRun {
   nlohmann::json save(double wall_s) const;
 
   std::filesystem::path directory_;
-  hal::EventLoop loop_;  // serves what arenas show
+  hal::EventLoop loop_;  // serves the page
   hal::LoopTime time_{loop_};
   gateway::LoopbackNetwork network_;
   std::vector<std::unique_ptr<Member>> labs_;

@@ -12,7 +12,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
-#include "testbed/arena_view.hpp"
+#include "testbed/arena_video.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/recorded_devices.hpp"
 #include "testbed/tracks.hpp"
@@ -115,14 +115,13 @@ class EmulatedTime final : public hal::WallTime {
 
 class EmulatedArena final : public hal::Arena, public hal::FaultPort {
  public:
-  // `names` finds out who is who, in place of what the settings say. Without an observer there is a window, if somebody
-  // watches.
+  // `names` finds out who is who, in place of what the settings say. Without an observer people may watch.
   EmulatedArena(hal::Config config, const hal::Section& arena, const hal::ArenaRequest& request,
                 testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), emulator_(config_.root()), eyes_(emulator_), time_(emulator_, eyes_) {
     config_.refuse_unknown();
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
-    if (!observer) observer = testbed::make_window(arena.section("kilobot"), settings, request);
+    if (!observer) observer = testbed::make_viewers(settings, request);
     const auto record = testbed::make_record(arena.section("kilobot"), settings, request.lab, "emulated", false, time_);
     const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
       const std::size_t camera = next++;

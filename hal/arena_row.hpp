@@ -12,19 +12,17 @@
 #include "hal/arena.hpp"
 #include "hal/bus.hpp"
 #include "hal/config.hpp"
-#include "hal/event_loop.hpp"
 #include "hal/picture_board.hpp"
 
 namespace arkmesh::hal {
 
 // Who wants an arena, and what for.
 struct ArenaRequest {
-  RobotModel robot;                  // what robots are in an arena that only stands for others
-  std::string lab;                   // its name
-  std::uint64_t seed = 1;            // of the arena's random streams
-  LabTime run_length{0};             // at least so much lab time will be asked for
-  Bus* bus = nullptr;                // what it carries may be drawn over cameras' pictures; null: nobody watches
-  EventLoop* loop = nullptr;         // where there is a bus: serves those pictures. Both outlive the arena
+  RobotModel robot;        // what robots are in an arena that only stands for others
+  std::string lab;         // its name
+  std::uint64_t seed = 1;  // of the arena's random streams
+  LabTime run_length{0};   // at least so much lab time will be asked for
+  Bus* bus = nullptr;  // what it carries may be drawn over cameras' pictures; outlives the arena. Null: nobody watches
   PictureBoard* pictures = nullptr;  // shows what cameras see; outlives the arena. Null: nobody wants it
   std::filesystem::path directory;   // for videos
   bool set_up = false;               // for a set-up procedure, which finds out itself who is who

@@ -2,7 +2,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <utility>
 
 namespace arkmesh::hal {
@@ -34,30 +33,6 @@ Readable::Readable(EventLoop& loop, int descriptor, std::function<void()> ready)
 
 Readable::~Readable() {
   state_->stream.release();
-}
-
-struct Repeating::State : std::enable_shared_from_this<State> {
-  State(EventLoop& loop, std::chrono::milliseconds each, std::function<void()> what)
-      : timer(loop), period(each), due(std::move(what)) {}
-
-  void wait() {
-    timer.expires_after(period);
-    timer.async_wait([weak = weak_from_this()](Error error) {
-      const auto self = weak.lock();
-      if (!self || error) return;
-      self->due();
-      self->wait();
-    });
-  }
-
-  asio::steady_timer timer;
-  std::chrono::milliseconds period;
-  std::function<void()> due;
-};
-
-Repeating::Repeating(EventLoop& loop, std::chrono::milliseconds period, std::function<void()> due)
-    : state_(std::make_shared<State>(loop, period, std::move(due))) {
-  state_->wait();
 }
 
 }  // namespace arkmesh::hal

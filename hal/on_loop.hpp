@@ -1,7 +1,6 @@
 // What an event loop calls as long as a handle lives: when the handle dies, no call can come.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 
@@ -14,16 +13,6 @@ class Readable {
  public:
   Readable(EventLoop& loop, int descriptor, std::function<void()> ready);
   ~Readable();
-
- private:
-  struct State;
-  std::shared_ptr<State> state_;  // shared with the loop's next call
-};
-
-// Calls `due` each `period`, for the first time after one. What is late is not made up for. The loop outlives this.
-class Repeating {
- public:
-  Repeating(EventLoop& loop, std::chrono::milliseconds period, std::function<void()> due);
 
  private:
   struct State;

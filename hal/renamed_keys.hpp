@@ -18,6 +18,8 @@ inline constexpr RenamedKey renamed_keys[] = {
     {"room.scene.table_grey", "emulator.scene.arena_grey"},
     {"emulator.scene.table_grey", "emulator.scene.arena_grey"},
     {"arena.room", "arena.emulated"},
+    {"arena.kilobot.window", "the lab's page, whose URL the lab prints; leave this key out"},
+    {"arena.kilobot.window_port", "view.port, that of the lab's page"},
 };
 
 struct RenamedValue {

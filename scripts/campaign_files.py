@@ -26,7 +26,6 @@ robots = {robots}
 controller = "{controller}"
 [arena.kilobot]
 port = "tcp://127.0.0.1:8091"
-window = false
 [[arena.kilobot.cameras]]
 source = "http://127.0.0.1:8090/camera0"
 calibration = "{out}/testbed.yaml"

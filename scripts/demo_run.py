@@ -144,7 +144,7 @@ def run_hybrid(arguments, program=PROGRAM):
     print(f"demo: {simulated} is simulated; the robots of {emulated} stand on an emulated testbed, with camera and overhead controller; "
           f"recording to {out}", flush=True)
     command = [program, "run", *files, "--seed", arguments.seed, "--out", out, "--set", f"run.duration_s={arguments.seconds}",
-               "--set", "arena.kilobot.video=true", "--set", "arena.kilobot.window=false", *(["--open"] if getattr(arguments, "open", False) else [])]
+               "--set", "arena.kilobot.video=true", *(["--open"] if getattr(arguments, "open", False) else [])]
     process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, preexec_fn=end_with_parent)
     try:
         code = process.wait()

@@ -17,7 +17,7 @@ STEP = "const done = arguments[arguments.length - 1]; {}.then(() => done(null), 
 
 
 def address_of(said):
-    """The address of the page in what a program says, line by line; others that it may tell are of live pictures."""
+    """The address of the page in what a program says, line by line."""
     lines = []
     for line in said:
         lines.append(line)

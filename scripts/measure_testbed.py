@@ -90,7 +90,7 @@ def testbed_dhtf(bench):
         for seed in seeds:
             out = bench.folder()
             lines_of([PROGRAM, "run", DHTF / "shark.toml", DHTF / file, "--set", f"run.duration_s={seconds}", "--set", "scenario.dhtf.types=easy",
-                      "--set", "arena.kilobot.window=false", "--seed", str(seed), "--out", out])
+                      "--seed", str(seed), "--out", out])
             completed.setdefault(kind, []).append(json.loads((out / "result.json").read_text())["counts"]["completed"])
     emulator, ode = (statistics.mean(completed[kind]) for kind in ("emulator", "ode"))
     off = 100 * (emulator / ode - 1) if ode else float("nan")

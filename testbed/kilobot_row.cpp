@@ -6,7 +6,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
 #include "testbed/arena_monitor.hpp"
-#include "testbed/arena_view.hpp"
+#include "testbed/arena_video.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/recorded_devices.hpp"
 #include "testbed/tracks.hpp"
@@ -27,7 +27,7 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   auto guard = std::make_unique<hal::kilobot::StandGuard>(settings.arena.port);
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
-  auto eyes = make_arena_monitor(settings, recorded(make_window(kilobot, settings, request), record),
+  auto eyes = make_arena_monitor(settings, recorded(make_viewers(settings, request), record),
                                  record ? recorded(tracker::open_camera_with_bytes, record) : tracker::open_camera,
                                  std::move(names));
   auto made = recorded(

@@ -43,9 +43,7 @@ void CameraSettings::fields(const hal::Section& camera) {
 }
 
 void KilobotSettings::fields(const hal::Section& kilobot) {
-  kilobot.field("video", window.keep_video, {.help = "keep a video of each camera"});
-  kilobot.field("window", window.open, {.help = "serve live pictures to browsers on this machine"});
-  kilobot.field("window_port", window.port, {.help = "where; 0: any free port"});
+  kilobot.field("video", keep_video, {.help = "keep a video of each camera"});
   kilobot.field("led_offset_deg", led_offset_deg,
                 {{-180, 180}, "deg", "driving direction minus LED direction, counter-clockwise"});
   kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "of robots' boards above the arena"});

@@ -23,15 +23,8 @@ struct CameraSettings {
   void fields(const hal::Section& camera);
 };
 
-// Live pictures for browsers on this machine, and videos.
-struct WindowSettings {
-  bool open = true;
-  std::uint16_t port = 0;   // 0: any free one
-  bool keep_video = false;  // one for each camera
-};
-
 struct KilobotSettings {
-  WindowSettings window;
+  bool keep_video = false;  // an annotated one of each camera
   tracker::TableSettings tracking = kilobot_tracking();
   double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
   bool known_to_ark = false;     // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only

@@ -43,9 +43,7 @@ TEST_CASE("testbed: a run is recorded and replayed") {
                                         "--set",
                                         "shared.labs=[\"roark\"]",
                                         "--set",
-                                        "shared.owner=roark",
-                                        "--set",
-                                        "arena.kilobot.window=false"};
+                                        "shared.owner=roark"};
   const TestbedEnd recorded = testbed_command(folder, record);
   CAPTURE(recorded.said);
   CHECK(recorded.code == 0);

@@ -1,21 +1,16 @@
 // A lab on an emulated testbed, whatever it waits for, says how it is and shows its arena: people see that it lives.
-#include <arpa/inet.h>
 #include <doctest/doctest.h>
-#include <fmt/format.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/messages.hpp"
 #include "tests/support/labs/lab_processes.hpp"
+#include "tests/support/view/browser.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
@@ -24,47 +19,29 @@ using tests::LabProcesses;
 
 namespace {
 
-constexpr std::uint16_t window_port = 7990;
-
-// Watches a stream of pictures; comes again until there is one.
+// Watches a lab's page, as soon as the lab has told where it is.
 class Viewer {
  public:
-  ~Viewer() { ::close(fd_); }
-  // Pictures that have begun to come so far.
-  std::size_t pictures() {
-    std::array<char, 65536> some;
-    const ssize_t n = fd_ < 0 ? 0 : ::recv(fd_, some.data(), some.size(), 0);
-    if (n > 0)
-      got_.append(some.data(), static_cast<std::size_t>(n));
-    else if (n == 0 || (errno != EAGAIN && errno != EINTR))
-      ask();
-    std::size_t count = 0;
-    for (std::size_t at = 0; (at = got_.find("Content-Length: ", at)) != std::string::npos; ++at) ++count;
-    return count;
+  // Messages and pictures that have come so far.
+  std::pair<std::size_t, std::size_t> heard(const std::string& told) {
+    if (const auto at = told.find("see it at http://127.0.0.1:");
+        !browser_ && told.find("#token=", at) != std::string::npos) {
+      browser_.emplace([] { ::poll(nullptr, 0, 2); }, static_cast<std::uint16_t>(std::stoi(told.substr(at + 27))));
+      CHECK(browser_->join() == 101);
+    }
+    if (!browser_) return {};
+    const auto& all = browser_->messages();
+    return {all.size(), std::ranges::count_if(all, [](const auto& one) { return one.kind() == 2; })};
   }
 
  private:
-  void ask() {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = ::socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(window_port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const std::string request = "GET /camera0 HTTP/1.1\r\n\r\n";
-    const timeval soon{.tv_sec = 0, .tv_usec = 2000};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &soon, sizeof soon);
-    if (::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0)
-      ::send(fd_, request.data(), request.size(), MSG_NOSIGNAL);
-  }
-
-  int fd_ = -1;
-  std::string got_;
+  std::optional<tests::Browser> browser_;
 };
 
 // What came while the lab's state began with some words.
 struct Seen {
-  std::vector<Clock::time_point> statuses, pictures;
+  std::vector<Clock::time_point> statuses, page;
+  std::size_t pictures = 0;
 };
 
 Clock::duration longest_gap(const std::vector<Clock::time_point>& moments) {
@@ -73,8 +50,8 @@ Clock::duration longest_gap(const std::vector<Clock::time_point>& moments) {
   return longest;
 }
 
-// Looks until so many statuses of that state, and as many pictures if there are any, have come.
-Seen look(LabProcesses& labs, const std::string& lab, const std::string& state, bool pictured = true) {
+// Looks until so many statuses of that state, as many messages of the page, and so many pictures of a camera have come.
+Seen look(LabProcesses& labs, const std::string& lab, const std::string& state, std::size_t pictures) {
   Seen seen;
   std::string current;
   hal::Bus bus(labs.bus_url(lab));
@@ -88,42 +65,40 @@ Seen look(LabProcesses& labs, const std::string& lab, const std::string& state, 
   std::size_t before = 0;
   CHECK(tests::eventually(50s, [&] {
     bus.drain(2ms);
-    const std::size_t now = viewer.pictures();
-    if (now > before && current.starts_with(state)) seen.pictures.push_back(Clock::now());
+    const auto [now, shown] = viewer.heard(labs.lab_output(lab));
+    if (now > before && current.starts_with(state)) seen.page.push_back(Clock::now());
     before = now;
-    return !labs.lab(lab).running() || (seen.statuses.size() >= 5 && (!pictured || seen.pictures.size() >= 5));
+    seen.pictures = shown;
+    return !labs.lab(lab).running() ||
+           (seen.statuses.size() >= 5 && seen.page.size() >= 5 && seen.pictures >= pictures);
   }));
   CAPTURE(labs.lab_output(lab));
   CHECK(labs.lab(lab).running());
   return seen;
 }
 
-LabProcesses::Options emulated(std::vector<std::string> overrides) {
-  overrides.insert(overrides.end(), {"arena.use=emulated", fmt::format("arena.kilobot.window_port={}", window_port)});
-  return {.overrides = std::move(overrides)};
-}
-
 void check_lively(const Seen& seen) {
   CHECK(seen.statuses.size() >= 5);
-  CHECK(seen.pictures.size() >= 5);
+  CHECK(seen.page.size() >= 5);
   CHECK(longest_gap(seen.statuses) < 8s);
-  CHECK(longest_gap(seen.pictures) < 8s);
+  CHECK(longest_gap(seen.page) < 8s);
 }
 
 }  // namespace
 
-TEST_CASE("a lab that waits for an absent peer shows its arena and answers") {
-  // Emulated time stands still meanwhile: what there is, is shown again.
-  LabProcesses labs(emulated({}));
+TEST_CASE("a lab that waits for an absent peer serves its page and answers") {
+  LabProcesses labs({.overrides = {"arena.use=emulated"}});
   labs.start_lab("roark");
-  check_lively(look(labs, "roark", "waiting for shark"));
+  check_lively(look(labs, "roark", "waiting for shark", 0));
 }
 
 TEST_CASE("a lab that identifies its robots shows its arena and answers") {
   // Robot 12 is nowhere, so that the search lasts.
-  LabProcesses labs(emulated({"arena.robots=13"}));
+  LabProcesses labs({.overrides = {"arena.use=emulated", "arena.robots=13"}});
   labs.start_lab("roark");
-  check_lively(look(labs, "roark", "waiting for the testbed"));
+  const Seen seen = look(labs, "roark", "waiting for the testbed", 5);
+  check_lively(seen);
+  CHECK(seen.pictures >= 5);
 }
 
 TEST_CASE("a lab that waits for the next frame of a slow arena answers") {
@@ -132,7 +107,5 @@ TEST_CASE("a lab that waits for the next frame of a slow arena answers") {
       {.labs = {"shark"},
        .overrides = {"arena.use=null", "arena.pace=1.0", "arena.frame_period_s=5.0", "gate.period_s=5.0"}});
   labs.start_lab("shark");
-  const Seen seen = look(labs, "shark", "running", false);
-  CHECK(seen.statuses.size() >= 5);
-  CHECK(longest_gap(seen.statuses) < 8s);
+  check_lively(look(labs, "shark", "running", 0));
 }

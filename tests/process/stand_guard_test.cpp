@@ -59,7 +59,6 @@ height_m = 0.5
 [arena.kilobot]
 port = "tcp://127.0.0.1:8091"
 settle_s = 0
-window = false
 [[arena.kilobot.cameras]]
 source = "http://127.0.0.1:8090/camera0"
 calibration = "camera.yaml"

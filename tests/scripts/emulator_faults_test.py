@@ -29,7 +29,6 @@ height_m = 0.5
 robots = 4
 [arena.kilobot]
 port = "tcp://{ohc}"
-window = false
 [[arena.kilobot.cameras]]
 source = "{camera}"
 calibration = "{folder}/testbed.yaml"

@@ -2,31 +2,29 @@
 its arena meanwhile, so that nothing is missing when the run begins."""
 import json
 import pathlib
-import re
 import signal
-import socket
 import tempfile
 import time
 import unittest
 
 import run_folder  # noqa: F401  (makes the scripts importable)
+import page_viewers
 import read_log
 from campaign_cell import ROBOTS, Cell
 from lab_processes import PROGRAM
 
-WINDOW_PORT = 7991
-LOOKED_FOR_S = 4
+PAGE_PORT = 7991
+LOOKED_FOR_S = 10
 ATTEMPTS = 3  # in real time: a machine that stands still for 0.2 s hides the robots from their lab, which then names them again
 
 
 def pictures(seconds):
-    """The different pictures of the lab's window that come in this time."""
-    with socket.create_connection(("127.0.0.1", WINDOW_PORT), timeout=30) as window:
-        window.sendall(b"GET /camera0 HTTP/1.1\r\n\r\n")
+    """The different camera pictures that the lab's page gets in this time."""
+    with page_viewers.join(PAGE_PORT) as page:
         got, end = b"", time.monotonic() + seconds
         while time.monotonic() < end:
-            got += window.recv(1 << 16)
-    return {part for part in re.split(rb"Content-Length: \d+\r\n", got)[1:-1]}
+            got += page.recv(1 << 16)
+    return set(got.split(b"\xff\xd8\xff")[1:-1])  # where a JPEG begins
 
 
 class LatePeer(unittest.TestCase):
@@ -48,9 +46,9 @@ class LatePeer(unittest.TestCase):
         """The frames and the counters of a run whose peer comes late."""
         with tempfile.TemporaryDirectory() as folder:
             cell = Cell("hardware", "waiting at 0", "SIGTERM", pathlib.Path(folder), PROGRAM, "")
-            with cell.prepared({"roark": ["arena.kilobot.window=true", f"arena.kilobot.window_port={WINDOW_PORT}"]}):
+            with cell.prepared({"roark": ["view.use=true", f"view.port={PAGE_PORT}"]}):
                 cell.enter_phase()
-                self.assertGreater(len(pictures(LOOKED_FOR_S)), LOOKED_FOR_S)
+                self.assertGreater(len(pictures(LOOKED_FOR_S)), 4)
                 self.assertTrue(cell.state().startswith("waiting for shark"), cell.state())
                 cell.tell_emulator("ohc unplug")
                 cell.until(300, lambda: "the overhead controller is gone" in cell.said(), "a controller that is unplugged")

@@ -19,7 +19,7 @@ namespace {
 // Labs of experiments/FOLDER in one process, until they have ended.
 struct Hybrid {
   Hybrid(const std::string& folder_name, const std::vector<std::string>& files, std::vector<std::string> overrides) {
-    overrides.insert(overrides.end(), {"recorder.log=false", "arena.kilobot.window=false"});
+    overrides.push_back("recorder.log=false");
     std::vector<hal::Config> configs;
     for (const std::string& file : files)
       configs.push_back(hal::Config::from_file(

@@ -43,7 +43,7 @@ class RecordedRun {
     const auto lab = folder.write(
         "roark.toml", fmt::format("[lab]\nname = \"roark\"\n[run]\nscenario = \"dhtf\"\nduration_s = {:.1f}\n"
                                   "[arena]\nuse = \"emulated\"\nrobots = 6\nwidth_m = 0.5\nheight_m = 0.5\n"
-                                  "[arena.emulated]\nfile = \"emulator.toml\"\n[arena.kilobot]\nwindow = false\n"
+                                  "[arena.emulated]\nfile = \"emulator.toml\"\n[arena.kilobot]\n"
                                   "record = \"run/roark/raw\"\n{}[scenario.dhtf.requirements]\nroark = [1, 2]\n",
                                   seconds, list));
     app::JointRun run({hal::Config::from_file(lab)}, folder.path() / "run");

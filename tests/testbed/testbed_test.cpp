@@ -221,7 +221,7 @@ TEST_CASE("a monitor's configuration is refused with file, key and reason") {
 TEST_CASE("a testbed's controller that is not there is refused with file, key and reason") {
   // Proves that a port that cannot be opened is told with the line that names it, cameras or not.
   const auto config = hal::Config::from_text(
-      "[arena]\nrobots = 2\n[arena.kilobot]\nwindow = false\nport = \"/dev/ttyNONE7\"\n"
+      "[arena]\nrobots = 2\n[arena.kilobot]\nport = \"/dev/ttyNONE7\"\n"
       "[[arena.kilobot.cameras]]\nsource = \"/dev/video97\"\ncalibration = \"" ARKMESH_SOURCE_DIR
       "/experiments/emulator/roark_calibration.yaml\"\n",
       "lab.toml");
@@ -231,5 +231,5 @@ TEST_CASE("a testbed's controller that is not there is refused with file, key an
   } catch (const hal::ConfigError& error) {
     said = error.what();
   }
-  CHECK(contains(said, "lab.toml:5: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
+  CHECK(contains(said, "lab.toml:4: arena.kilobot.port = \"/dev/ttyNONE7\": there is no serial port"));
 }
