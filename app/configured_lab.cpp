@@ -57,8 +57,7 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
       directory_(std::move(directory)),
       run_config_(config_.root().read<lab::RunConfig>()),
       run_id_(random_run_id()),
-      keys_(config_.root().section("gateway").get("keys", std::filesystem::path())),
-      signatures_(keys_),
+      signatures_(config_.root().section("gateway").get("keys", std::filesystem::path())),
       private_bus_("memq://") {
   const hal::Section root = config_.root();
   bus_config_ = root.section("bus").read<hal::BusConfig>();

@@ -70,8 +70,6 @@ class ConfiguredLab {
   hal::Bus& bus() { return private_bus_; }
   hal::PictureBoard& pictures() { return pictures_; }
   const view::ViewConfig& view() const { return view_config_; }
-  // gateway.keys
-  const std::filesystem::path& keys() const { return keys_; }
   bool has_run() const { return runner_ != nullptr; }  // open_run() was called
 
  private:
@@ -90,7 +88,6 @@ class ConfiguredLab {
   lab::RecorderConfig recorder_config_;
   nlohmann::json facts_;  // of the run's result
   std::uint64_t run_id_;
-  std::filesystem::path keys_;
   TrustedSignatures signatures_;
   hal::Bus private_bus_;
   hal::PictureBoard pictures_;

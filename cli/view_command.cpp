@@ -37,7 +37,6 @@ struct ViewOptions {
 struct BusOfLab {
   hal::BusConfig bus;
   std::string lab;
-  std::filesystem::path keys;
 };
 
 BusOfLab bus_of(const ViewOptions& options) {
@@ -45,8 +44,7 @@ BusOfLab bus_of(const ViewOptions& options) {
   if (what.find("://") != std::string::npos) return {.bus = {.url = what}};
   const hal::Section root = hal::Config::from_file(what, options.sets).root();
   return {.bus = root.section("bus").read<hal::BusConfig>(),
-          .lab = root.section("lab").get("name", std::string(), {.required = true}),
-          .keys = root.section("gateway").get("keys", std::filesystem::path())};
+          .lab = root.section("lab").get("name", std::string(), {.required = true})};
 }
 
 // Until somebody stops it.
@@ -63,7 +61,7 @@ void view_lab(const ViewOptions& options) {
   OperatorStop stop;
   const BusOfLab of = bus_of(options);
   view::ServerOptions server{.address = options.address, .port = options.port};
-  if (!view::is_loopback(options.address)) server.identity = app::view_identity(of.keys, of.lab, {options.address});
+  if (!view::is_loopback(options.address)) server.identity = app::view_identity(of.lab, {options.address});
   hal::EventLoop loop;
   app::BusView page(loop, of.bus, of.lab, std::move(server));
   show(page, options, stop, loop);

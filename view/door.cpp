@@ -26,13 +26,13 @@ asio::ip::tcp::acceptor listen_from(hal::EventLoop& loop, const ServerOptions& o
 
 std::unique_ptr<asio::ssl::context> make_tls(const ServerOptions& options) {
   if (is_loopback(options.address)) return nullptr;
-  if (!options.identity)
+  if (options.identity.empty())
     throw std::runtime_error(fmt::format(
         "the page is shown beyond this machine ({}) over TLS only, and there is no key for it", options.address));
   auto out = std::make_unique<asio::ssl::context>(asio::ssl::context::tlsv13_server);
   boost::system::error_code wrong;
-  out->use_certificate_chain(asio::buffer(options.identity->certificate_pem), wrong);
-  if (!wrong) out->use_private_key(asio::buffer(options.identity->key_pem), asio::ssl::context::pem, wrong);
+  out->use_certificate_chain(asio::buffer(options.identity), wrong);
+  if (!wrong) out->use_private_key(asio::buffer(options.identity), asio::ssl::context::pem, wrong);
   if (wrong) throw std::runtime_error(fmt::format("OpenSSL cannot use the key for the page: {}", wrong.message()));
   return out;
 }

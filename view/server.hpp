@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,11 +44,6 @@ class Desk {
   virtual void refresh() {}
 };
 
-// What a server shows itself with beyond loopback.
-struct Identity {
-  std::string key_pem, certificate_pem;
-};
-
 struct ServerOptions {
   std::string address = "127.0.0.1";  // an IP address of this machine
   std::uint16_t port = 8800;          // 0: any free one
@@ -57,7 +51,7 @@ struct ServerOptions {
   std::vector<std::string> hosts;     // names by which browsers may reach it, beside the address itself and loopback's
   double per_s = 30;                  // samples of each channel in a second of wall time, at most
   std::size_t max_viewers = 32;       // further ones are told so; who has the token gets the place of one without
-  std::optional<Identity> identity;   // https and wss only. Without it the address must be one of loopback
+  std::string identity;  // PEM, a key and its certificate: https and wss only. Empty: the address is one of loopback
 };
 
 class Server {

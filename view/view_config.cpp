@@ -12,7 +12,7 @@ void ViewConfig::fields(const hal::Section& view) {
            "whether the lab has a page for browsers; of several labs in one process the first one's [view] counts"});
   view.field("port", port, {.range = {1, 65535}, .help = "TCP port of the page; when it is taken, the next free one"});
   view.field("address", address,
-             {.help = "IP address that the page is served on; beyond loopback over TLS only, with the lab's key"});
+             {.help = "IP address that the page is served on; beyond loopback over TLS only, with a key of its own"});
   view.field("hosts", hosts,
              {.help = "names by which browsers may ask for the page, beside its address and localhost"});
   view.field("control", control, {.help = "whether those who have the page's token may command the lab"});

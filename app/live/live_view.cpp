@@ -184,8 +184,7 @@ std::unique_ptr<LiveView> LiveView::make(hal::EventLoop& loop, const std::vector
                               .hosts = config.hosts,
                               .per_s = config.per_s,
                               .max_viewers = config.viewers};
-  if (!view::is_loopback(config.address))
-    options.identity = view_identity(first.keys(), first.name(), certified(config));
+  if (!view::is_loopback(config.address)) options.identity = view_identity(first.name(), certified(config));
   try {
     return std::unique_ptr<LiveView>(new LiveView(loop, config, std::move(options), labs, std::move(run)));
   } catch (const std::runtime_error& error) {

@@ -1,18 +1,14 @@
 // What a lab's page shows itself with beyond its machine.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "view/server.hpp"
-
 namespace arkmesh::app {
 
-// Of lab `lab`, whose key lies in `keys` (empty: the default folder), for browsers that reach it as `hosts`. Keeps the
-// certificate as page-LAB.crt in the user's folder, and says its fingerprint in the log. Throws hal::ConfigError when
-// there is no key.
-view::Identity view_identity(const std::filesystem::path& keys, const std::string& lab,
-                             const std::vector<std::string>& hosts);
+// view::ServerOptions::identity of lab `lab`, for browsers that reach it as `hosts`. Made once and kept as page-LAB.pem
+// in the user's folder, which only the user may read; says its fingerprint in the log. Throws hal::ConfigError when
+// others may read the file, std::runtime_error when it cannot be written.
+std::string view_identity(const std::string& lab, const std::vector<std::string>& hosts);
 
 }  // namespace arkmesh::app

@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "app/live/view_identity.hpp"
 #include "arkmesh/lab_status_t.hpp"
 #include "hal/bus.hpp"
+#include "hal/config.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/view/browser.hpp"
@@ -193,19 +196,32 @@ TEST_CASE("two labs on a machine have a page each, and another process shows one
   CHECK(view.wait(10s) == 0);
 }
 
-TEST_CASE("a page beyond this machine needs a key, and [view] is checked") {
+TEST_CASE("a page's key is made once and kept where nobody else reads it") {
+  const tests::TemporaryFolder folder;
+  ::setenv("XDG_CONFIG_HOME", folder.path().c_str(), 1);
+  const std::string made = app::view_identity("shark", {"192.0.2.7"});
+  CHECK(app::view_identity("shark", {"192.0.2.7"}) == made);
+  const auto file = folder.path() / "arkmesh/page-shark.pem";
+  CHECK(tests::read_file(file) == made);
+  CHECK((std::filesystem::status(file).permissions() & std::filesystem::perms(077)) == std::filesystem::perms::none);
+  CHECK(app::view_identity("roark", {"192.0.2.7"}) != made);
+  std::filesystem::permissions(file, std::filesystem::perms(0644));
+  CHECK_THROWS_WITH_AS(app::view_identity("shark", {"192.0.2.7"}), doctest::Contains("can be read or changed by other"),
+                       hal::ConfigError);
+  ::unsetenv("XDG_CONFIG_HOME");
+}
+
+TEST_CASE("[view] is checked") {
   const tests::TemporaryFolder folder;
   const auto refusal = [&](const std::string& set) {
-    tests::Process lab(
-        ARKMESH_PROGRAM,
-        {"run", ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml", "--set", "arena.use=null", "--set",
-         "gateway.keys=\"" + folder.path().string() + "\"", "--set", set, "--out", (folder.path() / "out").string()},
-        folder.path() / "said.txt");
+    tests::Process lab(ARKMESH_PROGRAM,
+                       {"run", ARKMESH_SOURCE_DIR "/experiments/dhtf/shark.toml", "--set", "arena.use=null", "--set",
+                        set, "--out", (folder.path() / "out").string()},
+                       folder.path() / "said.txt");
     CHECK(lab.wait(30s) == 2);
     CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
     return lab.output();
   };
-  CHECK(refusal("view.address=\"0.0.0.0\"").find("over TLS with the lab's key only") != std::string::npos);
   CHECK(refusal("view.address=\"everywhere\"").find("is no IP address") != std::string::npos);
   CHECK(refusal("view.port=0").find("view.port") != std::string::npos);
   CHECK(refusal("view.prot=1").find("view.port") != std::string::npos);  // did you mean

@@ -1,4 +1,4 @@
-// A page beyond its own machine: over TLS, with what is made of the lab's key.
+// A page beyond its own machine: over TLS, with a key of its own.
 #include <doctest/doctest.h>
 
 #include <boost/asio/buffer.hpp>
@@ -11,10 +11,9 @@
 #include <boost/asio/streambuf.hpp>
 #include <boost/asio/write.hpp>
 #include <string>
+#include <vector>
 
 #include "gateway/browser_certificate.hpp"
-#include "gateway/certificate.hpp"
-#include "hal/config.hpp"
 #include "tests/support/view/browser.hpp"
 #include "view/server.hpp"
 
@@ -23,13 +22,6 @@ namespace {
 
 namespace asio = boost::asio;
 using Error = boost::system::error_code;
-
-struct LabKey {
-  std::string key = gateway::make_key(), certificate = gateway::make_certificate(key, "shark");
-  gateway::BrowserCertificate for_browsers(const std::vector<std::string>& hosts, std::string_view before = {}) const {
-    return gateway::browser_certificate(key, certificate, "shark", hosts, before);
-  }
-};
 
 struct NoDesk final : view::Desk {
   nlohmann::json about() override { return {{"labs", {"shark"}}}; }
@@ -64,39 +56,40 @@ std::string ask(asio::io_context& loop, std::uint16_t port, const std::string& t
   return out;
 }
 
-TEST_CASE("a key for browsers is made of the lab's key, and its certificate stays the same when it is kept") {
-  const LabKey lab, other;
-  const auto first = lab.for_browsers({"192.0.2.7", "lab.example"}),
-             again = lab.for_browsers({"192.0.2.7", "lab.example"});
-  CHECK(first.key_pem == again.key_pem);
-  CHECK(first.key_pem != other.for_browsers({}).key_pem);
-  CHECK(first.certificate_pem.starts_with("-----BEGIN CERTIFICATE-----"));
+TEST_CASE("a page's key is kept, and its certificate as long as it is for the same names") {
+  const std::vector<std::string> hosts{"192.0.2.7", "lab.example"};
+  const auto first = gateway::browser_certificate("shark", hosts);
+  const auto key_of = [](const std::string& pem) {
+    const auto at = pem.find("-----BEGIN PRIVATE KEY");
+    return pem.substr(at, pem.find("-----BEGIN CERTIFICATE") - at);
+  };
+  CHECK(first.pem.find("-----BEGIN CERTIFICATE-----") != std::string::npos);
   CHECK(first.fingerprint.size() == 95);
-  const auto kept = lab.for_browsers({"192.0.2.7", "lab.example"}, first.certificate_pem);
-  CHECK(kept.certificate_pem == first.certificate_pem);
+  const auto kept = gateway::browser_certificate("shark", hosts, first.pem);
+  CHECK(kept.pem == first.pem);
   CHECK(kept.fingerprint == first.fingerprint);
-  CHECK(lab.for_browsers({"192.0.2.8"}, first.certificate_pem).certificate_pem != first.certificate_pem);
-  CHECK(other.for_browsers({"192.0.2.7", "lab.example"}, first.certificate_pem).certificate_pem !=
-        first.certificate_pem);
-  CHECK(lab.for_browsers({}, "junk").certificate_pem.starts_with("-----BEGIN CERTIFICATE-----"));
-  CHECK_NOTHROW(lab.for_browsers({"a,DNS:evil", "", "x y"}));
+  const auto elsewhere = gateway::browser_certificate("shark", {"192.0.2.8"}, first.pem);
+  CHECK(elsewhere.fingerprint != first.fingerprint);
+  CHECK(key_of(elsewhere.pem) == key_of(first.pem));
+  CHECK(gateway::browser_certificate("roark", hosts, first.pem).fingerprint != first.fingerprint);
+  const auto other = gateway::browser_certificate("shark", hosts, "junk");
+  CHECK(key_of(other.pem) != key_of(first.pem));
+  // A certificate of another key is not kept.
+  const std::string mixed = first.pem.substr(0, first.pem.find('\n') + 1) + key_of(other.pem) +
+                            first.pem.substr(first.pem.find("-----BEGIN CERTIFICATE"));
+  CHECK(gateway::browser_certificate("shark", hosts, mixed).fingerprint != first.fingerprint);
+  CHECK_NOTHROW(gateway::browser_certificate("shark", {"a,DNS:evil", "", "x y"}));
 }
 
 TEST_CASE("beyond loopback a page is served over TLS only, and Host and Origin count there, too") {
-  const LabKey lab;
-  const auto shown = lab.for_browsers({"127.0.0.1", "lab.example"});
+  const auto shown = gateway::browser_certificate("shark", {"127.0.0.1", "lab.example"});
   asio::io_context loop;
   NoDesk desk;
-  view::Server server(loop,
-                      {.address = "0.0.0.0",
-                       .port = 0,
-                       .hosts = {"lab.example"},
-                       .identity = view::Identity{shown.key_pem, shown.certificate_pem}},
-                      desk);
+  view::Server server(loop, {.address = "0.0.0.0", .port = 0, .hosts = {"lab.example"}, .identity = shown.pem}, desk);
   const std::string port = std::to_string(server.port());
   CHECK(server.url() == "https://lab.example:" + port + "/");
   const auto status = [&](const std::string& headers) {
-    return ask(loop, server.port(), shown.certificate_pem, "127.0.0.1", headers);
+    return ask(loop, server.port(), shown.pem, "127.0.0.1", headers);
   };
   CHECK(status("Host: 127.0.0.1:" + port + "\r\n") == "HTTP/1.1 200 OK\r\n");
   CHECK(status("Host: lab.example:" + port + "\r\nOrigin: https://lab.example:" + port + "\r\n") ==
@@ -104,8 +97,8 @@ TEST_CASE("beyond loopback a page is served over TLS only, and Host and Origin c
   CHECK(status("Host: evil.example:" + port + "\r\n").starts_with("HTTP/1.1 403"));
   CHECK(status("Host: lab.example:" + port + "\r\nOrigin: http://lab.example:" + port + "\r\n")
             .starts_with("HTTP/1.1 403"));
-  // Another lab's certificate is not this one's.
-  CHECK(ask(loop, server.port(), LabKey().for_browsers({"127.0.0.1"}).certificate_pem, "127.0.0.1", "")
+  // Another key's certificate is not this one's.
+  CHECK(ask(loop, server.port(), gateway::browser_certificate("shark", {"127.0.0.1"}).pem, "127.0.0.1", "")
             .find("certificate verify failed") != std::string::npos);
   // Who speaks no TLS gets nothing.
   Browser plain(loop, server.port());
