@@ -9,7 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
-#include "gateway/gateway_process.hpp"
+#include "gateway/reload_door.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -3,17 +3,13 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/read.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/write.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -34,6 +30,7 @@
 #include "gateway/metrics.hpp"
 #include "gateway/metrics_server.hpp"
 #include "gateway/port_monitor.hpp"
+#include "gateway/reload_door.hpp"
 #include "gateway/tcp_node.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
@@ -46,7 +43,6 @@ namespace arkmesh::gateway {
 namespace {
 
 namespace asio = boost::asio;
-using Local = asio::local::stream_protocol;
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
@@ -59,28 +55,6 @@ constexpr std::chrono::milliseconds port_time{900};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
-
-// How many gateways of one file, which differ by --set, hear `arkmesh reload`.
-constexpr int max_doors = 8;
-
-// Where it asks: the names of local sockets that are no files, so none is left of a gateway that was killed.
-std::vector<Local::endpoint> doors_of(const std::filesystem::path& file) {
-  const std::string path = std::filesystem::weakly_canonical(file).string();
-  std::vector<Local::endpoint> doors;
-  for (int i = 0; i < max_doors; ++i)  // a name has 107 bytes at most
-    doors.emplace_back(
-        std::string(1, '\0') +
-        fmt::format("arkmesh-gateway-{}{}", i, path.substr(path.size() - std::min<std::size_t>(path.size(), 80))));
-  return doors;
-}
-
-// By the kernel's word: of our user, or root's.
-bool is_trusted(Local::socket& other) {
-  ucred who{};
-  socklen_t size = sizeof who;
-  return ::getsockopt(other.native_handle(), SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 &&
-         (who.uid == ::geteuid() || who.uid == 0 || ::geteuid() == 0);
-}
 
 // What the process needs of a lab's file; the other tables are the lab's.
 struct ProcessConfig {
@@ -154,14 +128,13 @@ class GatewayProcess {
         timer_(io_),
         ends_with_terminal_(has_terminal() && !ignores_hangup()),
         signals_(io_, SIGINT, SIGTERM, SIGHUP),
-        door_(io_),
-        doors_(doors_of(file.file())) {}
+        door_(io_, file.file(), [this] { return reload(); }) {}
   ~GatewayProcess() { readable_.release(); }  // the descriptor is the bus's
 
   // Returns when it was asked to stop.
   void run() {
     await_signal();
-    open_door();
+    if (!door_.is_open()) say("arkmesh reload does not reach it: too many gateways of its file run");
     serve_bus();
     monitor_.ask();
     // Nobody is met before the answers are in, but who is first loses no more than that: its port is open, so that
@@ -183,30 +156,6 @@ class GatewayProcess {
       if (signal != SIGHUP || (ends_with_terminal_ && !has_terminal())) return io_.stop();
       reload();
       await_signal();
-    });
-  }
-
-  void open_door() {
-    boost::system::error_code taken = asio::error::address_in_use;
-    for (auto door = doors_.begin(); taken && door != doors_.end(); ++door) {
-      door_ = Local::acceptor(io_, Local());
-      door_.bind(*door, taken);
-    }
-    if (taken) {
-      say(fmt::format("arkmesh reload does not reach it: {} gateways of its file run", max_doors));
-      return;
-    }
-    door_.listen();
-    await_request();
-  }
-
-  // Who connects asks for a reload, and hears what became of it.
-  void await_request() {
-    door_.async_accept([this](auto error, Local::socket asking) {
-      if (error) return;
-      boost::system::error_code gone;
-      if (is_trusted(asking)) asio::write(asking, asio::buffer(reload()), gone);
-      await_request();
     });
   }
 
@@ -418,8 +367,7 @@ class GatewayProcess {
   asio::steady_timer timer_;
   const bool ends_with_terminal_;
   asio::signal_set signals_;
-  Local::acceptor door_;
-  const std::vector<Local::endpoint> doors_;
+  ReloadDoor door_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
   std::unique_ptr<Gateway> gateway_;        // holds the node's links
@@ -433,20 +381,6 @@ class GatewayProcess {
 
 void run_gateway(const std::function<hal::Config()>& read) {
   GatewayProcess(read).run();
-}
-
-std::vector<std::string> reload_gateways(const std::filesystem::path& file) {
-  std::vector<std::string> answers;
-  for (const Local::endpoint& door : doors_of(file)) {
-    asio::io_context io;
-    Local::socket gateway(io);
-    boost::system::error_code error;
-    gateway.connect(door, error);
-    if (error || !is_trusted(gateway)) continue;
-    asio::read(gateway, asio::dynamic_buffer(answers.emplace_back()), error);
-    if (answers.back().starts_with('!')) throw hal::ConfigError(answers.back().substr(1));
-  }
-  return answers;
 }
 
 void check_gateway_file(const hal::Config& config) {
