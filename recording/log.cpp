@@ -10,9 +10,9 @@
 #include <limits>
 #include <map>
 
+#include "hal/layout/message.hpp"
 #include "hal/replace_file.hpp"
 #include "hal/whole_file.hpp"
-#include "recording/message.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -121,7 +121,7 @@ void Log::set_times() {
     for (std::size_t i = 0; i < std::min(all.size(), max_looked_at) && !has_start_; ++i) {
       const auto message = read(entries_[all[i]]);
       if (message.size() < 16) continue;
-      const auto stamp = static_cast<std::int64_t>(big_endian(message.subspan(8, 8)));
+      const auto stamp = static_cast<std::int64_t>(hal::layout::big_endian(message.subspan(8, 8)));
       constexpr std::int64_t max_stamp = 1'000'000'000'000'000;  // 30 years
       if (stamp < 0 || stamp > max_stamp) continue;
       start_utime_ = utimes_[all[i]] - stamp;

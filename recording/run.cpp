@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "hal/config.hpp"
+#include "hal/layout/message.hpp"
 #include "hal/result_file.hpp"
-#include "recording/message.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -142,6 +142,7 @@ bool Run::refresh() {
 
 std::vector<std::string> Run::notes() const {
   std::vector<std::string> out = left_out_;
+  const hal::layout::Types& known = hal::layout::types();
   for (const RecordedLab& lab : labs_) {
     const Log& log = *lab.log;
     if (log.entries().empty()) out.push_back(fmt::format("{} holds no whole message", log.file().string()));
@@ -155,7 +156,7 @@ std::vector<std::string> Run::notes() const {
     std::vector<std::string> strange;
     for (std::size_t i = 0; i < log.channels().size(); ++i) {
       const auto message = log.read(log.entries()[log.of_channel(i).front()]);
-      if (types().of_channel(log.channels()[i]) && !type_of(message, types())) strange.push_back(log.channels()[i]);
+      if (known.of_channel(log.channels()[i]) && !type_of(message, known)) strange.push_back(log.channels()[i]);
     }
     if (strange.empty()) continue;
     out.push_back(fmt::format(

@@ -6,6 +6,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 void append_text(std::string& to, std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
     to += text;

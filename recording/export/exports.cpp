@@ -17,6 +17,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 std::string rows_and_tables(std::size_t tables, std::uint64_t rows) {
   return fmt::format("{} tables with {} rows", tables, rows);
 }

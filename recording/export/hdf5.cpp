@@ -16,6 +16,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 constexpr std::size_t block_bytes = 512 << 10;   // of rows that are written at once, and a chunk of the file
 constexpr std::size_t max_text_bytes = 1 << 16;  // an HDF5 member of a compound ends there
 

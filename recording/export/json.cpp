@@ -7,6 +7,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 class JsonWriter : public Visitor {
  public:
   explicit JsonWriter(std::string& to) : to_(to) {}

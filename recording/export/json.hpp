@@ -4,16 +4,16 @@
 #include <span>
 #include <string>
 
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 
 namespace arkmesh::recording {
 
 // Appends a message that check() has passed: an object with its fields; lists as arrays, bytes as whole numbers,
 // numbers that JSON does not have (NaN, infinity) as null.
-void append_json(std::string& to, const Type& type, std::span<const std::byte> message);
+void append_json(std::string& to, const hal::layout::Type& type, std::span<const std::byte> message);
 // A text in quotes; bytes that are not UTF-8 become U+FFFD.
 void append_json_text(std::string& to, std::string_view text);
 // The JSON schema of such objects.
-std::string json_schema(const Type& type);
+std::string json_schema(const hal::layout::Type& type);
 
 }  // namespace arkmesh::recording

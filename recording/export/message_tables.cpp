@@ -9,6 +9,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 struct Table {
   RowSink* rows = nullptr;
   std::vector<Column> columns;

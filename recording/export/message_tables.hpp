@@ -14,7 +14,7 @@ namespace arkmesh::recording {
 class MessageTables {
  public:
   // `name` of the table of messages; those of lists are name.list, name.list.list, ... `sink` outlives this.
-  MessageTables(TableSink& sink, const std::string& group, const std::string& name, const Type& type);
+  MessageTables(TableSink& sink, const std::string& group, const std::string& name, const hal::layout::Type& type);
   ~MessageTables();
   // A message that check() has passed.
   void add(std::int64_t t_us, std::span<const std::byte> message);

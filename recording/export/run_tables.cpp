@@ -15,6 +15,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 namespace fs = std::filesystem;
 
 // Columns of a table of whoever: each name once, not empty, and of one line.

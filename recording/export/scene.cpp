@@ -14,6 +14,8 @@
 namespace arkmesh::recording {
 namespace {
 
+using namespace hal::layout;
+
 using nlohmann::json;
 using namespace scene;
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 
 namespace arkmesh::recording {
 
@@ -17,7 +17,7 @@ class Scene {
   explicit Scene(std::string lab) : lab_(std::move(lab)) {}
   // A SceneUpdate for a message of this channel that check() has passed; empty: nothing new is drawn. Robots are drawn
   // 5 times a second of lab time at most. `time_ns` since 1970.
-  std::string update(std::string_view channel, std::int64_t t_us, std::uint64_t time_ns, const Type& type,
+  std::string update(std::string_view channel, std::int64_t t_us, std::uint64_t time_ns, const hal::layout::Type& type,
                      std::span<const std::byte> message);
 
  private:

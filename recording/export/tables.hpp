@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 
 namespace arkmesh::recording {
 
@@ -14,14 +14,14 @@ struct Column {
   std::string name;     // ends in its unit, if it has one: "x_m"
   std::string unit;     // "m"; empty: none
   std::string comment;  // as in the .lcm file
-  Kind kind = Kind::int32;
+  hal::layout::Kind kind = hal::layout::Kind::int32;
 };
 
 class RowSink {
  public:
   virtual ~RowSink() = default;
   // One value for each column, of its kind.
-  virtual void row(std::span<const Value> values) = 0;
+  virtual void row(std::span<const hal::layout::Value> values) = 0;
 };
 
 class TableSink {

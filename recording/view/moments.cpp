@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "recording/types.hpp"
+#include "hal/layout/types.hpp"
 
 namespace arkmesh::recording {
 namespace {
@@ -16,8 +16,9 @@ std::vector<std::size_t> channels_of(const Log& log, const std::vector<std::stri
 
 // Whether several messages make one frame.
 bool has_parts(const Log& log, std::size_t channel) {
-  const Type* const type = types().of_channel(log.channels()[channel]);
-  return type && std::ranges::any_of(type->fields, [](const Field& field) { return field.name == "parts"; });
+  const hal::layout::Type* const type = hal::layout::types().of_channel(log.channels()[channel]);
+  return type &&
+         std::ranges::any_of(type->fields, [](const hal::layout::Field& field) { return field.name == "parts"; });
 }
 
 // The newest message and, of a frame in parts, those of the same time before it: [first, last] of the channel's own

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <map>
 
+#include "hal/layout/message.hpp"
 #include "recording/csv_table.hpp"
-#include "recording/message.hpp"
 
 namespace arkmesh::recording {
 namespace {
+
+using namespace hal::layout;
 
 namespace fs = std::filesystem;
 

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <span>
 
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 
 namespace {
 
-using namespace arkmesh::recording;
+using namespace arkmesh::hal::layout;
 
 class Sum : public Visitor {
  public:

@@ -18,7 +18,7 @@ import unittest
 import h5py
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "recording")]
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "hal/layout")]
 import make_types
 import read_log
 
@@ -142,7 +142,7 @@ class FormerRun(unittest.TestCase):
 
 class KeptDefinitions(unittest.TestCase):
     def check(self, folder):
-        done = subprocess.run([sys.executable, ROOT / "recording/make_types.py", "--check", folder], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, ROOT / "hal/layout/make_types.py", "--check", folder], capture_output=True, text=True)
         self.assertEqual(done.returncode == 0, not done.stderr, done)
         return done.stderr
 

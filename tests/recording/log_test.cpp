@@ -11,8 +11,8 @@
 
 #include "arkmesh/pose_frame_t.hpp"
 #include "hal/event_log.hpp"
+#include "hal/layout/message.hpp"
 #include "hal/recorder.hpp"
-#include "recording/message.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 #include "tests/recording/recorded_lab.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tests/support/view/browser.hpp"

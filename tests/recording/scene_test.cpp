@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "hal/drawing_message.hpp"
+#include "hal/layout/types.hpp"
 #include "hal/messages.hpp"
-#include "recording/types.hpp"
 
 using namespace arkmesh;
 using hal::Colour, hal::Drawing;
@@ -37,8 +37,8 @@ template <class Shape>
 json scene_of(Shape shape) {
   Drawing drawing;
   REQUIRE(drawing.add(std::move(shape)).empty());
-  const json update = json::parse(
-      recording::Scene("shark").update("overlay", 0, 0, *recording::types().find("overlay_t"), drawing_bytes(drawing)));
+  const json update = json::parse(recording::Scene("shark").update(
+      "overlay", 0, 0, *hal::layout::types().find("overlay_t"), drawing_bytes(drawing)));
   REQUIRE(update.at("entities").size() == 1);
   return update["entities"][0];
 }
@@ -129,7 +129,7 @@ TEST_CASE("scene: robots are as large as the arena told, and Kilobots before it 
     hal::PoseFrame frame;
     frame.stamp = stamp;
     frame.robots.push_back({hal::RobotId{1}, {0.1, 0.2, 0}, hal::Led::off, 1, {}});
-    const std::string update = scene.update("poses", stamp.count(), 0, *recording::types().find("pose_frame_t"),
+    const std::string update = scene.update("poses", stamp.count(), 0, *hal::layout::types().find("pose_frame_t"),
                                             bytes_of(hal::to_messages(frame).at(0)));
     return json::parse(update).at("entities").at(0).at("cylinders").at(0).at("size").at("x").get<double>();
   };
@@ -137,7 +137,7 @@ TEST_CASE("scene: robots are as large as the arena told, and Kilobots before it 
   hal::ArenaInfo info;
   info.name = "shark";
   info.body_radius_m = 0.02;
-  scene.update("arena", 0, 0, *recording::types().find("arena_info_t"), bytes_of(hal::to_message(info)));
+  scene.update("arena", 0, 0, *hal::layout::types().find("arena_info_t"), bytes_of(hal::to_message(info)));
   CHECK(width_m(hal::LabTime{10'000'000}) == doctest::Approx(0.04));
 }
 
@@ -146,7 +146,7 @@ TEST_CASE("scene: texts where they are, and an empty drawing takes all away") {
   CHECK(text["text"] == "north \"N\"");
   CHECK(text["pose"]["position"]["y"] == 0.2);
   recording::Scene scene("shark");
-  const recording::Type& type = *recording::types().find("overlay_t");
+  const hal::layout::Type& type = *hal::layout::types().find("overlay_t");
   const json empty = json::parse(scene.update("overlay", 0, 0, type, drawing_bytes({})))["entities"][0];
   for (const char* part : {"lines", "triangles", "texts"}) CHECK(empty[part].empty());
   CHECK(empty["id"] == "overlay");

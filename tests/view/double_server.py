@@ -23,7 +23,7 @@ HEADERS = {"Content-Security-Policy": "default-src 'self'", "X-Content-Type-Opti
 
 def types_json(folder):
     out = pathlib.Path(folder) / "types.json"
-    subprocess.run([sys.executable, ROOT / "recording/make_types.py", ROOT / "lcmtypes", out], check=True)
+    subprocess.run([sys.executable, ROOT / "hal/layout/make_types.py", ROOT / "lcmtypes", out], check=True)
     return out.read_bytes()
 
 

@@ -67,7 +67,7 @@ test("every shortened message, a long one, a huge count and a strange type are r
 function real_types() {
   const folder = mkdtempSync(`${tmpdir()}/types-`), root = new URL("../..", import.meta.url).pathname;
   try {
-    execFileSync("python3", [`${root}/recording/make_types.py`, `${root}/lcmtypes`, `${folder}/types.json`]);
+    execFileSync("python3", [`${root}/hal/layout/make_types.py`, `${root}/lcmtypes`, `${folder}/types.json`]);
     return JSON.parse(readFileSync(`${folder}/types.json`, "utf8"));
   } finally {
     rmSync(folder, { recursive: true });

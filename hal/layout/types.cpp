@@ -1,4 +1,4 @@
-#include "recording/types.hpp"
+#include "hal/layout/types.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-namespace arkmesh::recording {
+namespace arkmesh::hal::layout {
 namespace {
 
 constexpr std::pair<std::string_view, Kind> primitives[] = {
@@ -134,4 +134,4 @@ const Types& types() {
   return known;
 }
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal::layout

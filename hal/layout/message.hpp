@@ -8,9 +8,9 @@
 #include <span>
 #include <string_view>
 
-#include "recording/types.hpp"
+#include "hal/layout/types.hpp"
 
-namespace arkmesh::recording {
+namespace arkmesh::hal::layout {
 
 // A single value. `kind` says which of the others holds it: `real` for both floats, `text` for texts, else `integer`.
 struct Value {
@@ -48,4 +48,4 @@ inline std::uint64_t big_endian(std::span<const std::byte> bytes) {
   return out;
 }
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal::layout

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace arkmesh::recording {
+namespace arkmesh::hal::layout {
 
 enum class Kind { int8, int16, int32, int64, float32, float64, boolean, byte, text, record };
 
@@ -73,4 +73,4 @@ const Types& types();
 // The same as text, for who reads them elsewhere: docs/view-protocol.md and make_types.py say how it is made.
 std::string_view types_json();
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal::layout

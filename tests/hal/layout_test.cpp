@@ -1,7 +1,5 @@
 // Types as data: they are those that lcm-gen made, and messages come apart by them as by generated code, damaged ones
 // too.
-#include "recording/types.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -17,10 +15,11 @@
 #include "arkmesh/shared_view_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
 #include "arkmesh/world_t.hpp"
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
+#include "hal/layout/types.hpp"
 
 using namespace arkmesh;
-using namespace arkmesh::recording;
+using namespace arkmesh::hal::layout;
 
 namespace {
 

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Writes what lcmtypes/*.lcm say as one JSON object: types with their fields, fingerprints and comments, and which channel carries which.
 
-    recording/make_types.py lcmtypes build/types.json [build/types_json.cpp]
-    recording/make_types.py --former lcmtypes build/former      the definitions of each former step, for lcm-gen
-    recording/make_types.py --check lcmtypes                    whether the former definitions of all changed types are kept
+    hal/layout/make_types.py lcmtypes build/types.json [build/types_json.cpp]
+    hal/layout/make_types.py --former lcmtypes build/former      the definitions of each former step, for lcm-gen
+    hal/layout/make_types.py --check lcmtypes                    whether the former definitions of all changed types are kept
 
 {"types": {"pose_frame_t": {"fingerprint": "0123456789abcdef", "comment": "...", "fields": [{"name", "type", "dims", "comment"}],
 "constants": {"run": 0}}}, "channels": {"poses": "pose_frame_t"}}. A dimension is the name of an earlier field, or a number. Of channels of other labs,
@@ -20,16 +20,16 @@ import sys
 
 PRIMITIVES = {"int8_t", "int16_t", "int32_t", "int64_t", "float", "double", "string", "boolean", "byte"}
 FIELD = re.compile(r"(\w+)\s+(\w+)((?:\[\w+\])*);")
-SOURCE = """// Made by recording/make_types.py.
-#include "recording/types.hpp"
+SOURCE = """// Made by hal/layout/make_types.py.
+#include "hal/layout/types.hpp"
 
-namespace arkmesh::recording {
+namespace arkmesh::hal::layout {
 
 std::string_view types_json() {
   return R"json(%s)json";
 }
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal::layout
 """
 CHANNEL = re.compile(r"Channel `(\w+)`")
 

@@ -1,9 +1,9 @@
-#include "recording/message.hpp"
+#include "hal/layout/message.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-namespace arkmesh::recording {
+namespace arkmesh::hal::layout {
 namespace {
 
 class Walk {
@@ -144,4 +144,4 @@ void visit(const Type& type, std::span<const std::byte> message, Visitor& visito
   Walk(message, &visitor).message(type);
 }
 
-}  // namespace arkmesh::recording
+}  // namespace arkmesh::hal::layout
