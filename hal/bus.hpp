@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/layout/message.hpp"
 
 namespace arkmesh::hal {
 
@@ -70,15 +71,28 @@ class Bus {
   Counters counters_;
 };
 
-// Decodes one message that was made inside this lab or whose sizes were already checked. False when the bytes are not
-// exactly one message of that type. Never throws.
+// Texts in our messages are names, reasons and settings; none takes more bytes, its final NUL included.
+inline constexpr std::size_t max_text = 4096;
+
+// Decodes a message that may come from anywhere: LCM's generated decoders trust counts, so all of it is checked before.
+// Empty when the bytes are exactly one message of today's layout, else the reason in one word (as layout::check, or
+// "undecodable"). Never throws.
+template <class Message>
+std::string_view read_message(std::span<const std::byte> bytes, Message& message) {
+  if (const std::string_view why = layout::check(layout::type_for<Message>(), bytes, max_text); !why.empty())
+    return why;
+  try {
+    const auto size = static_cast<int>(bytes.size());
+    return message.decode(bytes.data(), 0, size) == size ? "" : "undecodable";
+  } catch (const std::exception&) {
+    return "undecodable";
+  }
+}
+
+// The same for those who do not ask for the reason.
 template <class Message>
 bool decode(std::span<const std::byte> bytes, Message& message) {
-  try {
-    return message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == static_cast<int>(bytes.size());
-  } catch (const std::exception&) {
-    return false;
-  }
+  return read_message(bytes, message).empty();
 }
 
 }  // namespace arkmesh::hal

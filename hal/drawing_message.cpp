@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "hal/bus.hpp"
-#include "hal/message_walker.hpp"
 
 namespace arkmesh::hal {
 namespace {
@@ -30,24 +29,6 @@ std::vector<Point> points_of(const std::vector<point_t>& points) {
   out.reserve(points.size());
   for (const point_t& point : points) out.push_back({point.x_m, point.y_m});
   return out;
-}
-
-std::string_view check_overlay(std::span<const std::byte> bytes) {
-  constexpr std::size_t text = MessageWalker::min_text, number = 8, count = 4, flag = 1, point = 2 * number;
-  MessageWalker w(bytes);
-  w.fingerprint(overlay_t::getHash());
-  w.skip(number);
-  w.list(4 * number + 3 * count + 2 * text, [&] {  // rasters
-    w.skip(4 * number + 2 * count);
-    w.array(1);
-    w.text(), w.text();
-  });
-  w.list(count + 2 * text + 2 * flag, [&] { w.array(point), w.text(), w.skip(2 * flag), w.text(); });  // polygons
-  w.list(3 * number + 2 * text + 2 * flag,
-         [&] { w.skip(3 * number), w.text(), w.skip(2 * flag), w.text(); });                   // circles
-  w.list(count + 2 * text + flag, [&] { w.array(point), w.text(), w.skip(flag), w.text(); });  // lines
-  w.list(2 * number + 2 * text, [&] { w.skip(2 * number), w.text(), w.text(); });              // texts
-  return w.verdict();
 }
 
 }  // namespace
@@ -107,9 +88,8 @@ bool read_overlay(std::span<const std::byte> bytes, Drawing& drawing, Counters& 
   const auto count = [&](std::string_view why) {
     if (!why.empty()) refused.add("overlay.refused." + std::string(why));
   };
-  const std::string_view why = check_overlay(bytes);
   overlay_t message;
-  if (!why.empty() || !decode(bytes, message)) return count(why.empty() ? "undecodable" : why), false;
+  if (const std::string_view why = read_message(bytes, message); !why.empty()) return count(why), false;
   drawing.clear();
   for (overlay_raster_t& m : message.rasters) {
     const bool whole = m.columns >= 1 && m.rows >= 1 && std::int64_t{m.columns} * m.rows == m.n_cells;

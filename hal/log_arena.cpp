@@ -18,6 +18,7 @@
 #include "hal/arena_config.hpp"
 #include "hal/bus.hpp"
 #include "hal/event_log.hpp"
+#include "hal/layout/message.hpp"
 #include "hal/messages.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/silent_link.hpp"
@@ -28,29 +29,6 @@ namespace {
 
 constexpr std::size_t max_robots = 100'000;
 constexpr double max_place_m = 1000;  // no arena is so large; what computes in whole units cannot overflow
-
-std::uint32_t number_at(std::span<const std::byte> bytes, std::size_t place) {
-  std::uint32_t out = 0;
-  for (std::size_t i = place; i < place + 4; ++i) out = out << 8 | std::to_integer<std::uint32_t>(bytes[i]);
-  return out;
-}
-
-// Whether the bytes are as long as the robots and objects that they claim to hold: the generated decoder would ask for
-// memory first.
-bool is_sized_as_claimed(std::span<const std::byte> bytes) {
-  constexpr std::size_t counts = 8 + 8 + 4 + 4 + 4, one_object = 3 * 8 + 4 + 4, one_robot = 4 + 3 * 8 + 1 + 4 + 4;
-  if (bytes.size() < counts + 8) return false;
-  return bytes.size() == counts + 8 + number_at(bytes, counts) * std::uint64_t{one_object} +
-                             number_at(bytes, counts + 4) * std::uint64_t{one_robot};
-}
-
-// The same of an arena's description, which is not so exact: no list holds more than there are bytes.
-bool can_hold_what_it_claims(std::span<const std::byte> bytes) {
-  if (bytes.size() < 8 + 3 * 4) return false;
-  for (const std::size_t count : {8, 12, 16})
-    if (number_at(bytes, count) > bytes.size() / 4) return false;
-  return true;
-}
 
 bool is_sane(const pose_frame_t& part) {
   for (const object_pose_t& pose : part.objects)
@@ -71,9 +49,9 @@ bool is_sane(const pose_frame_t& part) {
 
 // lcmtypes/former/2 has all fields of today but the last one, which is a robot's radius: 0 here.
 std::vector<std::byte> in_todays_layout(std::vector<std::byte> bytes) {
-  constexpr std::uint64_t former = 0xb5a3935d2ecac998;
-  const auto today = static_cast<std::uint64_t>(arena_info_t::getHash());
-  if (bytes.size() < 8 || (std::uint64_t{number_at(bytes, 0)} << 32 | number_at(bytes, 4)) != former) return bytes;
+  const layout::Type* const type = layout::type_of(bytes, layout::types());
+  if (!type || type->name != "arena_info_t-2") return bytes;
+  const std::uint64_t today = layout::type_for<arena_info_t>().fingerprint;
   for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(today >> (56 - 8 * i));
   bytes.resize(bytes.size() + sizeof(double));
   return bytes;
@@ -102,10 +80,9 @@ class FrameReader {
     while (auto event = log_.next()) {
       if (event->channel == channel::arena) take_info(event->bytes);
       if (event->channel != channel::poses) continue;
-      std::int64_t type = 0;
-      for (std::size_t i = 0; i < std::min<std::size_t>(8, event->bytes.size()); ++i)
-        type = type << 8 | std::to_integer<std::int64_t>(event->bytes[i]);
-      if (type != pose_frame_t::getHash()) other_type = type;
+      const std::span<const std::byte> bytes(event->bytes);
+      const std::uint64_t type = layout::big_endian(bytes.first(std::min<std::size_t>(8, bytes.size())));
+      if (type != layout::type_for<pose_frame_t>().fingerprint) other_type = type;
       if (auto frame = take_part(event->bytes)) return frame;
     }
     return {};
@@ -113,19 +90,17 @@ class FrameReader {
   bool truncated() const { return log_.truncated(); }
 
   std::optional<arena_info_t> info;
-  std::int64_t other_type = 0;  // of poses that another version of arkmesh wrote; 0: there are none
+  std::uint64_t other_type = 0;  // of poses that another version of arkmesh wrote; 0: there are none
 
  private:
   void take_info(std::span<const std::byte> bytes) {
     arena_info_t message;
-    const std::vector<std::byte> today = in_todays_layout({bytes.begin(), bytes.end()});
-    if (!info && can_hold_what_it_claims(today) && decode(today, message)) info = std::move(message);
+    if (!info && decode(in_todays_layout({bytes.begin(), bytes.end()}), message)) info = std::move(message);
   }
 
   std::optional<PoseFrame> take_part(std::span<const std::byte> bytes) {
     pose_frame_t message;
-    if (!is_sized_as_claimed(bytes) || !decode(bytes, message) || !is_sane(message))
-      return refuse("replay.refused.damaged");
+    if (!decode(bytes, message) || !is_sane(message)) return refuse("replay.refused.damaged");
     PoseFrame part = from_message(message);
     const bool first = message.part == 0;
     if (first && !building_.robots.empty() && next_part_ > 0) counters_.add("replay.refused.incomplete");
@@ -182,7 +157,7 @@ struct Survey {
   std::optional<arena_info_t> info;
   std::size_t objects = 0;   // in the first frame
   bool same_objects = true;  // in all others
-  std::int64_t other_type = 0;
+  std::uint64_t other_type = 0;
 };
 
 Survey survey(const std::filesystem::path& file) {
@@ -297,8 +272,7 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     refuse(
         fmt::format("the log is of another version of arkmesh: its poses are of type {:016x}, those of arkmesh {} of "
                     "type {:016x}; replay it with the version that recorded it",
-                    static_cast<std::uint64_t>(found.other_type), ARKMESH_VERSION,
-                    static_cast<std::uint64_t>(pose_frame_t::getHash())));
+                    found.other_type, ARKMESH_VERSION, layout::type_for<pose_frame_t>().fingerprint));
   if (found.frames == 0) refuse("the log holds no poses");
   if (found.first_number != 0 || found.first_stamp != LabTime{0})
     refuse(fmt::format("the log begins with frame {} at {}, not with frame 0; record it from the beginning of a run",

@@ -9,7 +9,6 @@
 #include "hal/label.hpp"
 #include "hal/loss.hpp"
 #include "hal/messages.hpp"
-#include "lab/exchange/message_check.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -22,7 +21,7 @@ constexpr std::string_view counted = "counts.";
 std::vector<std::string> StatusNews::read(std::span<const std::byte> bytes) {
   std::vector<std::string> lines;
   lab_status_t status;
-  if (!lab::check_status(bytes).empty() || !hal::decode(bytes, status)) return lines;
+  if (!hal::decode(bytes, status)) return lines;
   stamp_us_ = status.stamp_us;
   lab_ = hal::printable(status.lab, hal::max_lab_name);
   std::string state = hal::printable(status.state, longest_state);

@@ -3,7 +3,6 @@
 #include "arkmesh/peers_t.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
-#include "lab/exchange/message_check.hpp"
 
 namespace arkmesh::app {
 
@@ -19,7 +18,7 @@ TrafficMonitor::TrafficMonitor(hal::Bus& private_bus, const std::vector<std::str
                                      })),
       links_(private_bus.subscribe(hal::channel::peers, [this](std::string_view, std::span<const std::byte> bytes) {
         peers_t message;
-        if (!lab::check_peers(bytes).empty() || !hal::decode(bytes, message)) return;
+        if (!hal::decode(bytes, message)) return;
         for (const peer_t& peer : message.peers) {
           if (!labs_.contains(peer.lab)) continue;
           lab::Traffic& t = by_peer_[peer.lab];

@@ -9,7 +9,8 @@ namespace {
 class Walk {
  public:
   // `visitor` null: only looks whether the bytes are well formed.
-  Walk(std::span<const std::byte> bytes, Visitor* visitor) : bytes_(bytes), visitor_(visitor) {}
+  Walk(std::span<const std::byte> bytes, Visitor* visitor, std::size_t longest_text)
+      : bytes_(bytes), visitor_(visitor), longest_text_(longest_text) {}
 
   std::string_view message(const Type& type) {
     if (number(8) != type.fingerprint) fail("fingerprint");
@@ -103,7 +104,7 @@ class Walk {
   std::string_view text() {
     const auto n = static_cast<std::int32_t>(number(4));
     if (!good()) return {};
-    if (n < 1 || static_cast<std::size_t>(n) > left()) return fail("text"), std::string_view();
+    if (n < 1 || static_cast<std::size_t>(n) > std::min(left(), longest_text_)) return fail("text"), std::string_view();
     const auto* const begin = reinterpret_cast<const char*>(bytes_.data() + at_);
     if (std::memchr(begin, 0, static_cast<std::size_t>(n)) != begin + n - 1) return fail("text"), std::string_view();
     at_ += static_cast<std::size_t>(n);
@@ -126,6 +127,7 @@ class Walk {
 
   std::span<const std::byte> bytes_;
   Visitor* visitor_;
+  std::size_t longest_text_;
   std::size_t at_ = 0;
   std::string_view why_;
 };
@@ -136,12 +138,12 @@ const Type* type_of(std::span<const std::byte> message, const Types& types) {
   return message.size() < 8 ? nullptr : types.find(big_endian(message.first(8)));
 }
 
-std::string_view check(const Type& type, std::span<const std::byte> message) {
-  return Walk(message, nullptr).message(type);
+std::string_view check(const Type& type, std::span<const std::byte> message, std::size_t longest_text) {
+  return Walk(message, nullptr, longest_text).message(type);
 }
 
 void visit(const Type& type, std::span<const std::byte> message, Visitor& visitor) {
-  Walk(message, &visitor).message(type);
+  Walk(message, &visitor, message.size()).message(type);
 }
 
 }  // namespace arkmesh::hal::layout

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -35,9 +36,11 @@ class Visitor {
 
 // The type that the first 8 bytes name; null: none of ours, or another version's.
 const Type* type_of(std::span<const std::byte> message, const Types& types);
-// Empty when the bytes are exactly one well-formed message of this type, else the reason in one word: "fingerprint",
-// "truncated", "count", "text", "trailing".
-std::string_view check(const Type& type, std::span<const std::byte> message);
+// Empty when the bytes are exactly one well-formed message of this type, else the reason in one word, fit for a
+// counter's name: "fingerprint", "truncated", "count", "text", "trailing". No text may take more than `longest_text`
+// bytes, its final NUL included.
+std::string_view check(const Type& type, std::span<const std::byte> message,
+                       std::size_t longest_text = std::numeric_limits<std::size_t>::max());
 // Shows the visitor a message that check() has passed. What it has not, it shows up to the damage.
 void visit(const Type& type, std::span<const std::byte> message, Visitor& visitor);
 

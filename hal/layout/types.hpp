@@ -70,6 +70,12 @@ std::string unit_of(std::string_view name);
 
 // Those of this build.
 const Types& types();
+// That of generated code, looked up once.
+template <class Message>
+const Type& type_for() {
+  static const Type& type = *types().find(static_cast<std::uint64_t>(Message::getHash()));
+  return type;
+}
 // The same as text, for who reads them elsewhere: docs/view-protocol.md and make_types.py say how it is made.
 std::string_view types_json();
 

@@ -10,7 +10,6 @@
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus.hpp"
 #include "hal/label.hpp"
-#include "lab/exchange/message_check.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -64,9 +63,8 @@ bool Peers::hear_status(std::string_view name, std::span<const std::byte> bytes)
   };
   Peer* peer = find(name);
   if (!peer) return refuse("unknown_lab");
-  if (const std::string_view why = check_status(bytes); !why.empty()) return refuse(why);
   lab_status_t status;
-  if (!hal::decode(bytes, status)) return refuse("undecodable");
+  if (const std::string_view why = hal::read_message(bytes, status); !why.empty()) return refuse(why);
   if (status.lab != name) return refuse("other_name");
   const std::uint64_t run_id = gate_.run_id(name);
   if (run_id != 0 && static_cast<std::uint64_t>(status.nonce) != run_id) return refuse("other_run");
@@ -82,10 +80,9 @@ bool Peers::hear_status(std::string_view name, std::span<const std::byte> bytes)
 }
 
 void Peers::hear_peers(std::span<const std::byte> bytes) {
-  if (const std::string_view why = check_peers(bytes); !why.empty())
-    return counters_.add(fmt::format("peers.refused.{}", why));
   peers_t message;
-  if (!hal::decode(bytes, message)) return counters_.add("peers.refused.undecodable");
+  if (const std::string_view why = hal::read_message(bytes, message); !why.empty())
+    return counters_.add(fmt::format("peers.refused.{}", why));
   if (message.lab != lab_) return counters_.add("peers.refused.other_name");
   // After a silence, or from a gateway started anew, what was known of the links is void.
   if (gateway_silent() || message.boot_id != gateway_boot_id_)

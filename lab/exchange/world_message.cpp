@@ -4,7 +4,6 @@
 
 #include "hal/bus.hpp"
 #include "lab/behaviour_hash.hpp"
-#include "lab/exchange/message_check.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -109,9 +108,8 @@ LabState from_message(const lab_state_t& m) {
 }
 
 std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& message) {
-  if (const std::string_view why = check_world(bytes); !why.empty()) return why;
   world_t m;
-  if (!hal::decode(bytes, m)) return "undecodable";
+  if (const std::string_view why = hal::read_message(bytes, m); !why.empty()) return why;
   WorldMessage out;
   out.lab = m.lab;
   out.run_id = static_cast<std::uint64_t>(m.nonce);

@@ -9,7 +9,6 @@
 #include "hal/bus.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
-#include "lab/exchange/message_check.hpp"
 #include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {
@@ -27,8 +26,7 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   const auto slash = channel.rfind('/');
   const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
   operator_command_t message;
-  if (!check_operator_command(bytes).empty() || !hal::decode(bytes, message))
-    return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
+  if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
   const int command = message.command.command;
   if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");

@@ -9,7 +9,6 @@
 
 #include "hal/label.hpp"
 #include "hal/robot_words.hpp"
-#include "lab/exchange/message_check.hpp"
 #include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {
@@ -40,7 +39,7 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
       statuses_(bus_.subscribe(
           (own.empty() ? "" : name + '/') + hal::channel::status, [this, name](std::string_view, auto bytes) {
             lab_status_t status;
-            if (!check_status(bytes).empty() || !hal::decode(bytes, status)) return;
+            if (!hal::decode(bytes, status)) return;
             if (!name.empty() && status.lab != name) return;
             if (statuses_heard_ > 0 && (status.lab != status_.lab || status.nonce != status_.nonce)) return;
             status_ = status;

@@ -7,7 +7,6 @@
 
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
-#include "lab/exchange/message_check.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -38,12 +37,11 @@ StatusListener::StatusListener(const hal::BusConfig& config)
       statuses_(bus_.subscribe(hal::channel::status,
                                [this](std::string_view, auto bytes) {
                                  lab_status_t status;
-                                 if (check_status(bytes).empty() && hal::decode(bytes, status))
-                                   lab_.hear(std::move(status));
+                                 if (hal::decode(bytes, status)) lab_.hear(std::move(status));
                                })),
       links_(bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) {
         peers_t peers;
-        if (check_peers(bytes).empty() && hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
+        if (hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
       })) {}
 
 void StatusListener::listen(std::chrono::milliseconds time, hal::StopRequest& stop) {

@@ -4,16 +4,29 @@
 #include <cstdint>
 #include <span>
 
-#include "lab/exchange/message_check.hpp"
+#include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_command_t.hpp"
+#include "arkmesh/peers_t.hpp"
+#include "hal/bus.hpp"
 #include "lab/exchange/period_gate.hpp"
 #include "lab/exchange/world_message.hpp"
+
+namespace {
+
+template <class Message>
+void decode_as(std::span<const std::byte> bytes) {
+  Message message;
+  (void)arkmesh::hal::decode(bytes, message);
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace arkmesh::lab;
   const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
-  (void)check_status(bytes);
-  (void)check_peers(bytes);
-  (void)check_operator_command(bytes);
+  decode_as<arkmesh::lab_status_t>(bytes);
+  decode_as<arkmesh::peers_t>(bytes);
+  decode_as<arkmesh::operator_command_t>(bytes);
   WorldMessage message;
   if (!decode_world(bytes, message).empty()) return 0;
   PeriodGate gate({.lab = "a", .labs = {"a", "b"}, .slack = 1, .last_period = 100, .run_id = 1});

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "arkmesh/arena_info_t.hpp"
 #include "arkmesh/from_robots_t.hpp"
+#include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "arkmesh/overlay_t.hpp"
 #include "arkmesh/peers_t.hpp"
@@ -91,6 +93,8 @@ TEST_CASE("types have the fingerprints that generated code has") {
   CHECK(is("overlay_t") == hash_of<overlay_t>());
   CHECK(is("peers_t") == hash_of<peers_t>());
   CHECK(is("operator_command_t") == hash_of<operator_command_t>());
+  CHECK(is("lab_status_t") == hash_of<lab_status_t>());
+  CHECK(is("arena_info_t") == hash_of<arena_info_t>());
   CHECK(is("from_robots_t") == hash_of<from_robots_t>());
   CHECK(is("to_robots_t") == hash_of<to_robots_t>());
 }
@@ -164,4 +168,12 @@ TEST_CASE("a message that is cut, grown or forged is refused with the reason") {
   CHECK(check(type, bytes) == "count");
   bytes[8 + 8 + 4 * 4] = std::byte{0x7f};  // 2^31 - 1 robots
   CHECK(check(type, bytes) == "count");
+}
+
+TEST_CASE("a text may be as long as the reader allows, its final zero included") {
+  world_t world{};
+  world.lab = "shark";
+  const auto bytes = encoded(world);
+  CHECK(check(type_for<world_t>(), bytes, 6) == "");
+  CHECK(check(type_for<world_t>(), bytes, 5) == "text");
 }
