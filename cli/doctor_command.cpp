@@ -24,7 +24,7 @@ int say(const std::vector<hal::Finding>& findings) {
       fmt::print("ok       {}\n", finding.what);
     } else {
       ++problems;
-      fmt::print("problem  {}: {} -> {}\n", finding.what, finding.problem, finding.mend);
+      fmt::print("problem  {}: {} -> {}\n", finding.what, finding.problem, finding.remedy);
     }
   }
   std::fflush(stdout);

@@ -52,7 +52,7 @@ class EmulatedFeed final : public tracker::CameraFeed {
     was_gone_ = gone;
     return eyes_.take(camera_);
   }
-  std::string trouble() const override {
+  std::string error() const override {
     return eyes_.is_gone(camera_) ? fmt::format("the emulator's camera {} gives no pictures", name_) : "";
   }
   hal::Counters counters() const override { return counters_; }
@@ -71,7 +71,7 @@ class EmulatedStream final : public ByteStream {
   void open() override { open_ = emulator_.ohc_plugged(); }
   State check() override {
     open_ = open_ && emulator_.ohc_plugged();
-    trouble_ = open_ ? "" : "the emulator's overhead controller is unplugged";
+    error_ = open_ ? "" : "the emulator's overhead controller is unplugged";
     return open_ ? State::open : State::closed;
   }
   std::size_t write(std::span<const std::uint8_t> bytes) override {
@@ -81,12 +81,12 @@ class EmulatedStream final : public ByteStream {
     return fits;
   }
   std::size_t waiting_bytes() override { return emulator::OhcSerialPort::max_waiting - emulator_.serial_free(); }
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& error() const override { return error_; }
 
  private:
   Emulator& emulator_;
   bool open_ = false;
-  std::string trouble_;
+  std::string error_;
 };
 
 // Waiting is what lets the emulator's time pass. Cameras take their pictures at whole frame periods; of several in one

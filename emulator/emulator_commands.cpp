@@ -158,9 +158,9 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
                heading = words.size() > 5 ? number(words[5]) : pose.heading_rad / rad_per_degree;
     if (!x || !y || !heading)
       return "error: `robot N put` needs x and y in metres and, optionally, a heading in degrees";
-    const std::string trouble =
+    const std::string error =
         arena_->put(*robot, {*x, *y, std::remainder(*heading * rad_per_degree, 2 * std::numbers::pi)});
-    return trouble.empty() ? "ok" : "error: " + trouble;
+    return error.empty() ? "ok" : "error: " + error;
   }
   if (words[2] == "cover") {
     const auto seconds = number(words.size() > 3 ? words[3] : "");

@@ -211,9 +211,9 @@ std::optional<FrameDecoder::Frame> FrameDecoder::finish(std::span<const std::byt
   return Frame{kind_, whole.subspan(frame_header_bytes)};
 }
 
-void FrameDecoder::fail(Fault fault, std::string complaint) {
+void FrameDecoder::fail(Fault fault, std::string error) {
   fault_ = fault;
-  complaint_ = std::move(complaint);
+  error_ = std::move(error);
   std::vector<std::byte>().swap(partial_);
 }
 

@@ -75,7 +75,7 @@ class FrameDecoder {
   std::optional<Frame> next(std::span<const std::byte>& bytes);
   Fault fault() const { return fault_; }
   // In words, with the numbers that matter.
-  const std::string& complaint() const { return complaint_; }
+  const std::string& error() const { return error_; }
   // From the next frame on.
   void set_max_payload_bytes(std::size_t most) { max_payload_bytes_ = most; }
   // Memory held for an incomplete frame.
@@ -84,7 +84,7 @@ class FrameDecoder {
  private:
   bool check_header(std::span<const std::byte> header);
   std::optional<Frame> finish(std::span<const std::byte> whole);
-  void fail(Fault fault, std::string complaint);
+  void fail(Fault fault, std::string error);
 
   std::size_t max_payload_bytes_;
   std::vector<std::byte> partial_;  // beginning of an incomplete frame
@@ -92,7 +92,7 @@ class FrameDecoder {
   std::size_t payload_bytes_ = 0;   // of the frame whose header is complete
   FrameKind kind_ = FrameKind::heartbeat;
   Fault fault_ = Fault::none;
-  std::string complaint_;
+  std::string error_;
 };
 
 // Joins the parts of messages that are longer than a frame; holds no more than came.

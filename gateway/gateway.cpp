@@ -75,7 +75,7 @@ struct Gateway::State {
     return std::ranges::none_of(each, [](const auto& way) { return way.has_value(); });
   }
 
-  void obey(ChannelRules new_rules) {
+  void use(ChannelRules new_rules) {
     rules = std::move(new_rules);
     ++rules_number;
     // What was heard so far may wait for peers, under the names that it has there.
@@ -194,11 +194,11 @@ Gateway::Gateway(hal::Bus& bus, std::string lab, std::uint64_t boot_id, ChannelR
   assert(boot_id != 0 && "0 stands for a peer that was never met");
   state_->peers.resize(state_->links.size());
   for (std::size_t i = 0; i < state_->links.size(); ++i) state_->peers[i].link = state_->links[i].get();
-  state_->obey(std::move(rules));
+  state_->use(std::move(rules));
 }
 
 void Gateway::set_rules(ChannelRules rules) {
-  state_->obey(std::move(rules));
+  state_->use(std::move(rules));
 }
 
 void Gateway::start() {

@@ -343,7 +343,7 @@ class GatewayProcess {
     say_end(config_.lab);
     for (const auto& link : gateway_->links()) say_end(link->peer());
     std::string wrong;
-    for (const std::string& sentence : keys_->complaints()) wrong += (wrong.empty() ? "" : "; ") + sentence;
+    for (const std::string& sentence : keys_->errors()) wrong += (wrong.empty() ? "" : "; ") + sentence;
     if (!wrong.empty()) say_change("keys", wrong, "keys: " + wrong);
   }
 

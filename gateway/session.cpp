@@ -137,8 +137,8 @@ void Session::on_bytes(std::span<const std::byte> bytes) {
     on_frame(*frame);
   }
   if (!closed() && decoder_.fault() != FrameDecoder::Fault::none) {
-    if (state_ == State::up) say_bye(decoder_.complaint());
-    end(fmt::format("session.closed.{}", to_text(decoder_.fault())), decoder_.complaint());
+    if (state_ == State::up) say_bye(decoder_.error());
+    end(fmt::format("session.closed.{}", to_text(decoder_.fault())), decoder_.error());
   }
   if (state_ == State::up) acknowledge(false);
 }

@@ -77,7 +77,7 @@ void TlsKeys::read() {
   KeyFolder::Listing listing = folder_.list();
   trusted_ = by_pin(std::move(listing.trusted));
   revoked_ = by_pin(std::move(listing.revoked));
-  complaints_ = std::move(listing.damaged);
+  errors_ = std::move(listing.damaged);
   KeyFolder::Own own = folder_.own(lab_);
   context_ = make_context(own, *this);
   own_ = std::move(own.certificate);
@@ -94,7 +94,7 @@ void TlsKeys::refresh() {
     read();
     stamp_ = stamp;  // of before: a change since then is read the next time
   } catch (const std::runtime_error& error) {
-    complaints_ = {error.what()};
+    errors_ = {error.what()};
   }
 }
 

@@ -41,7 +41,7 @@ class TlsKeys {
   // Days until the certificate of a lab, this one or a trusted one, ends, when that is soon; negative: it has ended.
   std::optional<long> days_left(const std::string& lab) const;
   // What is wrong with the folder, in sentences.
-  const std::vector<std::string>& complaints() const { return complaints_; }
+  const std::vector<std::string>& errors() const { return errors_; }
 
  private:
   void read();
@@ -53,7 +53,7 @@ class TlsKeys {
   Certificate own_;
   std::map<Pin, Certificate> trusted_, revoked_;
   std::map<Pin, std::chrono::system_clock::time_point> seen_;  // of trusted keys
-  std::vector<std::string> complaints_;
+  std::vector<std::string> errors_;
 };
 
 }  // namespace arkmesh::gateway

@@ -55,7 +55,7 @@ class Runner {
     operators_.hear(channel, bytes, now_);
   }
   // What the lab's own operator says in this process, at its page. As OperatorDesk::obey.
-  std::string obey(std::uint8_t command) { return operators_.obey(command, now_); }
+  std::string perform(std::uint8_t command) { return operators_.perform(command, now_); }
   // Who knows the signatures of other labs' operators, and outlives the runner.
   void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
   bool armed() const { return operators_.armed(); }

@@ -36,7 +36,7 @@ class Link {
   virtual void send(std::string_view message) = 0;
   // Where the original comes or is: "127.0.0.1:7001"; and why it is not there, as the end of a sentence, or nothing.
   virtual std::string place() const = 0;
-  virtual std::string trouble() const = 0;
+  virtual std::string error() const = 0;
 };
 
 }  // namespace arkmesh::mark

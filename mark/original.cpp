@@ -199,12 +199,12 @@ std::string Original::absence() const {
     return fmt::format("{}, which is connected and has said nothing for {} s", name(),
                        std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count());
   if (link_->up()) return {};
-  const std::string trouble = link_->trouble();
-  if (away_since_) return fmt::format("{}, which is gone: {}", name(), trouble);
+  const std::string error = link_->error();
+  if (away_since_) return fmt::format("{}, which is gone: {}", name(), error);
   if (role_ == Role::server)
     return fmt::format("{}, which has not come to {}{}", name(), link_->place(),
-                       trouble.empty() ? "" : fmt::format(" ({})", trouble));
-  return fmt::format("{} at {}{}", name(), link_->place(), trouble.empty() ? "" : fmt::format(": {}", trouble));
+                       error.empty() ? "" : fmt::format(" ({})", error));
+  return fmt::format("{} at {}{}", name(), link_->place(), error.empty() ? "" : fmt::format(": {}", error));
 }
 
 }  // namespace arkmesh::mark

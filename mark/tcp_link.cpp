@@ -80,7 +80,7 @@ class TcpLink final : public Link {
     write_rest();
   }
   std::string place() const override { return fmt::format("{}:{}", address_, port_); }
-  std::string trouble() const override { return trouble_; }
+  std::string error() const override { return error_; }
 
  private:
   // What the loop's handlers touch; they may come after the link has died.
@@ -91,7 +91,7 @@ class TcpLink final : public Link {
     std::optional<tcp::acceptor> acceptor;
     boost::asio::steady_timer timer;
     bool alive = true, came = false, again = false, readable = false;
-    std::string trouble;
+    std::string error;
   };
 
   void listen() {
@@ -118,7 +118,7 @@ class TcpLink final : public Link {
         state->came = true;
         return;
       }
-      state->trouble = itself ? "nobody listens there" : error.message();
+      state->error = itself ? "nobody listens there" : error.message();
       wait(state);
     });
   }
@@ -126,11 +126,11 @@ class TcpLink final : public Link {
   // After a loss, or in vain.
   void go_on() {
     if (up_) return;
-    if (!state_->trouble.empty()) trouble_ = std::exchange(state_->trouble, {});
+    if (!state_->error.empty()) error_ = std::exchange(state_->error, {});
     try {
       role_ == Role::server ? listen() : connect();
     } catch (const std::exception& error) {
-      trouble_ = error.what();
+      error_ = error.what();
       wait(state_);
     }
   }
@@ -150,7 +150,7 @@ class TcpLink final : public Link {
     for (const auto& [name, value] : {std::pair{TCP_KEEPIDLE, 10}, {TCP_KEEPINTVL, 10}, {TCP_KEEPCNT, 60}})
       ::setsockopt(state_->socket.native_handle(), IPPROTO_TCP, name, &value, sizeof value);
     up_ = true;
-    trouble_.clear();
+    error_.clear();
     rest_.clear();
     events_->came();
     watch();
@@ -176,7 +176,7 @@ class TcpLink final : public Link {
 
   void lose(const std::string& why) {
     up_ = false;
-    trouble_ = why;
+    error_ = why;
     Error ignored;
     // With a reset: an orderly end would leave the port of an original server that went first in TIME_WAIT, and one
     // that is started again finds it taken and listens on another port without a word.
@@ -193,7 +193,7 @@ class TcpLink final : public Link {
   Role role_;
   Events* events_ = nullptr;
   bool up_ = false;
-  std::string rest_, trouble_;
+  std::string rest_, error_;
 };
 
 }  // namespace

@@ -133,7 +133,7 @@ class OdeArena final : public SimulatedArena {
                              pose.y_m, i);
       }
     if (!std::isfinite(pose.heading_rad) ||
-        !trouble_with({pose}, info_.width_m, info_.height_m, world_.solids()).empty() ||
+        !error_with({pose}, info_.width_m, info_.height_m, world_.solids()).empty() ||
         !std::isfinite(pose.x_m + pose.y_m))
       return fmt::format("{}, {} is not wholly inside the walls and clear of obstacles and objects", pose.x_m,
                          pose.y_m);
@@ -290,8 +290,8 @@ std::unique_ptr<OdeArena> make(
       arena.section("ode").refuse(
           "start_poses",
           fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
-    if (const std::string trouble = trouble_with(start, config.width_m, config.height_m, furniture); !trouble.empty())
-      arena.section("ode").refuse("start_poses", trouble);
+    if (const std::string error = error_with(start, config.width_m, config.height_m, furniture); !error.empty())
+      arena.section("ode").refuse("start_poses", error);
   } else {
     start = start_places(config.robots, within_x, within_y, lab, seed, furniture);
   }

@@ -78,8 +78,8 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
   return out;
 }
 
-std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
-                         const SolidBodies& solids) {
+std::string error_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
+                       const SolidBodies& solids) {
   constexpr double allowed_m = 1e-6;  // of rounding
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {

@@ -19,7 +19,7 @@ std::vector<hal::Pose> start_places(int robots, double half_width_m, double half
 // What is wrong with places given by hand, as the end of a sentence: a robot in or beyond a wall, two that overlap, one
 // in an obstacle or an object.
 // Empty when nothing is.
-std::string trouble_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
-                         const SolidBodies& solids);
+std::string error_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
+                       const SolidBodies& solids);
 
 }  // namespace arkmesh::sim_ode

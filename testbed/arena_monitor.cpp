@@ -21,8 +21,8 @@ struct Eye {
   std::string source;
   std::unique_ptr<tracker::CameraFeed> feed;
   tracker::HungCamera still;
-  std::string trouble;  // as last said
-  bool hung = false;    // as last said
+  std::string error;  // as last said
+  bool hung = false;  // as last said
 };
 
 // What is known of where a camera should hang, and the command that finds it out anew.
@@ -85,9 +85,9 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   }
   std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
-  std::string trouble() const override {
-    const auto troubled = std::ranges::find_if(placed_, [](const auto& camera) { return !camera.trouble().empty(); });
-    return troubled == placed_.end() ? std::string() : troubled->trouble();
+  std::string error() const override {
+    const auto troubled = std::ranges::find_if(placed_, [](const auto& camera) { return !camera.error().empty(); });
+    return troubled == placed_.end() ? std::string() : troubled->error();
   }
 
   const hal::Counters& counters() const override {
@@ -102,12 +102,12 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   // Empty: nothing new, or nothing that can be believed to be new.
   cv::Mat newest(Eye& eye, hal::LabTime now) {
     cv::Mat picture = eye.feed->newest();
-    if (std::string trouble = eye.feed->trouble(); trouble != eye.trouble) {
-      if (trouble.empty())
+    if (std::string error = eye.feed->error(); error != eye.error) {
+      if (error.empty())
         spdlog::info("the camera {} gives pictures", eye.source);
       else
-        spdlog::warn("{}", trouble);
-      eye.trouble = std::move(trouble);
+        spdlog::warn("{}", error);
+      eye.error = std::move(error);
     }
     if (picture.empty()) return picture;
     using Verdict = tracker::HungCamera::Verdict;
@@ -189,7 +189,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
     eyes.push_back({.source = tracker::without_password(source),
                     .feed = open(source, lens.width_px, lens.height_px),
                     .still = {},
-                    .trouble = {}});
+                    .error = {}});
     const std::string& name = settings.cameras[i].name;
     places.push_back({settings.landmarks[i],
                       fmt::format("arkmesh calibrate ... {}--out {}", name.empty() ? "" : "--name " + name + " ",

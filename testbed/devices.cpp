@@ -45,7 +45,7 @@ Finding controller(const std::string& port) {
     wait_until([&] { return (state = stream->check()) != hal::kilobot::ByteStream::State::opening; });
     if (state == hal::kilobot::ByteStream::State::open) return finding;
     finding.problem =
-        stream->trouble().empty() ? fmt::format("no answer for {} s", answers_within.count()) : stream->trouble();
+        stream->error().empty() ? fmt::format("no answer for {} s", answers_within.count()) : stream->error();
   } catch (const std::exception& wrong) {
     finding.problem = wrong.what();
   }
@@ -68,9 +68,9 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
     const auto feed = tracker::open_camera(source, lens.width_px, lens.height_px);
     cv::Mat picture;
     wait_until([&] { return !(picture = feed->newest()).empty(); });
-    if (picture.empty()) throw std::runtime_error(feed->trouble());
+    if (picture.empty()) throw std::runtime_error(feed->error());
     finding.what += fmt::format(", {} x {} pixels", picture.cols, picture.rows);
-    finding.mend = "calibrate it with: arkmesh calibrate";
+    finding.remedy = "calibrate it with: arkmesh calibrate";
     if (!no_calibration.empty()) throw std::runtime_error(no_calibration);
     if (lens.width_px != picture.cols || lens.height_px != picture.rows)
       finding.problem = fmt::format("its calibration {} is for pictures of {} x {} pixels", calibration.string(),

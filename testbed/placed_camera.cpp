@@ -63,7 +63,7 @@ bool PlacedCamera::in_place(const cv::Mat& picture, tracker::TableTracker& track
   const Verdict verdict = guard_.look(picture, *calibration);
   if (verdict == Verdict::in_place) {
     said_moved_ = false;
-    trouble_.clear();
+    error_.clear();
     if (std::exchange(amiss_, false)) spdlog::info("the camera {} shows the arena again", source_);
     if (!std::exchange(settled_, true)) renew_ = guard_.seen_part() < seen_well;
     return true;
@@ -90,7 +90,7 @@ bool PlacedCamera::in_place(const cv::Mat& picture, tracker::TableTracker& track
     tracker.realign(number_, std::move(*now));
     counters.add("camera.realigned");
     settled_ = true;
-    trouble_.clear();
+    error_.clear();
   }
   return false;
 }
@@ -104,11 +104,11 @@ bool PlacedCamera::at_start(Verdict verdict, hal::Counters& counters) {
   }
   if ((moved_ > 0 || verdict == Verdict::moved) && ++moved_ == moved_enough) {
     counters.add("camera.moved_at_start");
-    trouble_ = fmt::format(
+    error_ = fmt::format(
         "the camera {} was moved since it was calibrated, and the landmarks in sight do not tell where it hangs now; "
         "calibrate it again: {}",
         source_, remedy_);
-    spdlog::warn("{}", trouble_);
+    spdlog::warn("{}", error_);
   }
   return unrecognised_ > unrecognised_enough;
 }
@@ -121,7 +121,7 @@ void PlacedCamera::learn(const cv::Mat& picture, const tracker::TableTracker& tr
   if (settled_ ? robots.empty() : (robots_ = robots.empty() ? 0 : robots_ + 1) < robots_enough) return;
   guard_.learn(tracker::find_landmarks(picture, robots, *calibration), *calibration);
   renew_ = amiss_ = said_moved_ = false;
-  trouble_.clear();
+  error_.clear();
   spdlog::debug("the camera {} is monitored by {} landmarks in the arena", source_, guard_.marks());
   if (std::exchange(settled_, true)) return;
   counters.add("camera.unrecognised_at_start");

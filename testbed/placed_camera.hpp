@@ -30,13 +30,13 @@ class PlacedCamera {
   // none.
   void learn(const cv::Mat& picture, const tracker::TableTracker& tracker, hal::Counters& counters);
   // One sentence while the camera cannot be used until somebody calibrates it again; else empty.
-  const std::string& trouble() const { return trouble_; }
+  const std::string& error() const { return error_; }
 
  private:
   bool at_start(tracker::CameraGuard::Verdict verdict, hal::Counters& counters);
 
   std::size_t number_;
-  std::string source_, remedy_, trouble_;
+  std::string source_, remedy_, error_;
   tracker::CameraGuard guard_;
   bool settled_ = true;                      // else the calibration's landmarks have not been seen yet
   bool renew_ = false;                       // few of them: the first picture with robots shows better ones

@@ -44,7 +44,7 @@ struct PoseReplay::Pictures {
    public:
     Feed(Pictures& pictures, std::size_t camera) : pictures_(pictures), camera_(camera) {}
     cv::Mat newest() override { return std::exchange(pictures_.newest[camera_], cv::Mat()); }
-    std::string trouble() const override { return {}; }
+    std::string error() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
    private:

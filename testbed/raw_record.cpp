@@ -133,9 +133,9 @@ void RawRecord::looked(hal::LabTime now) {
   std::string line = fmt::format("look {} {}", now.count(), time_us());
   for (Eye& eye : eyes_) line += " " + std::exchange(eye.look, "-");
   writer_.line(looks_file, line);
-  if (std::string trouble = writer_.trouble(); trouble != trouble_) {
-    spdlog::warn("{}", trouble);
-    trouble_ = std::move(trouble);
+  if (std::string error = writer_.error(); error != error_) {
+    spdlog::warn("{}", error);
+    error_ = std::move(error);
   }
   say_rate();
 }

@@ -73,7 +73,7 @@ class RawRecord {
   std::int64_t began_utc_s_ = 0;  // seconds since 1970
   RecordWriter writer_;
   bool writes_ = false, said_rate_ = false;
-  std::string trouble_;  // as last said
+  std::string error_;  // as last said
   struct Eye {
     std::string look = "-";  // of looks.txt: what the next look uses
     std::uint64_t pictures = 0;

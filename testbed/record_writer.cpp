@@ -63,9 +63,9 @@ RecordWriter::Written RecordWriter::written() const {
   return written_;
 }
 
-std::string RecordWriter::trouble() const {
+std::string RecordWriter::error() const {
   const std::lock_guard lock(mutex_);
-  return trouble_;
+  return error_;
 }
 
 hal::Counters RecordWriter::counters() const {
@@ -165,7 +165,7 @@ void RecordWriter::write(const Picture& picture) {
 void RecordWriter::fail(const char* counter, const std::string& why, std::uint64_t times) {
   const std::lock_guard lock(mutex_);
   counters_.add(counter, times);
-  if (trouble_.empty()) trouble_ = why;
+  if (error_.empty()) error_ = why;
 }
 
 }  // namespace arkmesh::testbed

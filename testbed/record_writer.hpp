@@ -48,7 +48,7 @@ class RecordWriter {
   };
   Written written() const;
   // Why something is not recorded any more, one sentence; empty while all is.
-  std::string trouble() const;
+  std::string error() const;
   // raw.not_recorded.disk_full and .too_fast (pictures), .lines, .picture_failed.
   hal::Counters counters() const;
 
@@ -75,7 +75,7 @@ class RecordWriter {
   std::size_t held_bytes_ = 0;
   bool stopping_ = false, disk_full_ = false, lines_failed_ = false;
   Written written_;
-  std::string trouble_;
+  std::string error_;
   hal::Counters counters_;
   std::vector<std::pair<std::string, std::ofstream>> files_;  // the thread's
   std::thread thread_;

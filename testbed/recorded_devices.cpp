@@ -28,13 +28,13 @@ class RecordedStream final : public ByteStream {
     return written;
   }
   std::size_t waiting_bytes() override { return stream_->waiting_bytes(); }
-  const std::string& trouble() const override { return stream_->trouble(); }
+  const std::string& error() const override { return stream_->error(); }
   std::span<const std::uint8_t> heard() const override { return stream_->heard(); }
 
  private:
   void note(State now) {
     if (const auto bytes = stream_->heard(); !bytes.empty()) record_->heard(bytes);
-    const std::string& why = stream_->trouble();
+    const std::string& why = stream_->error();
     if (now == state_ && (now != State::closed || why == why_)) return;
     state_ = now;
     why_ = why;
@@ -57,7 +57,7 @@ class RecordedFeed final : public tracker::CameraFeed {
     return picture;
   }
   tracker::Arrival arrival() const override { return feed_->arrival(); }
-  std::string trouble() const override { return feed_->trouble(); }
+  std::string error() const override { return feed_->error(); }
   hal::Counters counters() const override { return feed_->counters(); }
 
  private:

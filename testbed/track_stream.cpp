@@ -33,21 +33,21 @@ constexpr double live_pictures_per_s = 15;  // of a camera's video
 class OutageReport {
  public:
   explicit OutageReport(hal::Progress& progress) : progress_(progress) {}
-  void watch(const std::string& trouble, TimePoint now) {
-    if (!trouble.empty()) last_trouble_ = now;
-    if (trouble.empty() ? said_.empty() || now - last_trouble_ < 2s
-                        : trouble == said_ || (!said_.empty() && now - said_at_ < 10s))
+  void watch(const std::string& error, TimePoint now) {
+    if (!error.empty()) last_error_ = now;
+    if (error.empty() ? said_.empty() || now - last_error_ < 2s
+                      : error == said_ || (!said_.empty() && now - said_at_ < 10s))
       return;
-    said_ = trouble;
+    said_ = error;
     said_at_ = now;
     progress_.done();
-    fmt::print(stderr, "arkmesh: {}\n", trouble.empty() ? "pictures arrive again" : trouble);
+    fmt::print(stderr, "arkmesh: {}\n", error.empty() ? "pictures arrive again" : error);
   }
 
  private:
   hal::Progress& progress_;
   std::string said_;
-  TimePoint said_at_{}, last_trouble_{};
+  TimePoint said_at_{}, last_error_{};
 };
 
 std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) {
@@ -121,10 +121,10 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
     if (options.seconds > 0 && since.count() > options.seconds * 1e6) break;
     const cv::Mat bgr = camera->newest();
-    if (outputs.pictures() > 0) outages.watch(camera->trouble(), now);
+    if (outputs.pictures() > 0) outages.watch(camera->error(), now);
     if (bgr.empty()) {
       if (outputs.pictures() > 0) continue;
-      if (since > first_picture_within) throw std::runtime_error(camera->trouble());
+      if (since > first_picture_within) throw std::runtime_error(camera->error());
       progress.show(fmt::format("waiting for the first picture of {}", options.source));
       continue;
     }
@@ -138,7 +138,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
         fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
   }
   progress.done();
-  if (outputs.pictures() == 0) throw std::runtime_error(camera->trouble());
+  if (outputs.pictures() == 0) throw std::runtime_error(camera->error());
   outputs.finish(tracker);
 }
 

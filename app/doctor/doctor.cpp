@@ -151,7 +151,7 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   Finding finding{"TCP " + where, "", ""};
   if (const std::string why = gateway::why_not_listenable(where); !why.empty()) {
     finding.problem = "gateway.listen " + why;
-    finding.mend = "correct the key gateway.listen";
+    finding.remedy = "correct the key gateway.listen";
     return finding;
   }
   const auto there = gateway::read_listen_address(where).at;
@@ -166,8 +166,8 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   }
   finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", there.port())
                                         : fmt::format("cannot listen there: {}", std::strerror(errno));
-  finding.mend = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen",
-                             there.port());
+  finding.remedy = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen",
+                               there.port());
   return finding;
 }
 
@@ -183,7 +183,7 @@ hal::Finding multicast() {
   if (!in || !out || ::bind(in.get(), reinterpret_cast<sockaddr*>(&any), sizeof any) != 0 ||
       ::getsockname(in.get(), reinterpret_cast<sockaddr*>(&any), &length) != 0) {
     finding.problem = "no UDP socket can be opened";
-    finding.mend = "look at the limits of open files (ulimit -n) and at the sandbox that this runs in";
+    finding.remedy = "look at the limits of open files (ulimit -n) and at the sandbox that this runs in";
     return finding;
   }
   ip_mreq membership{};
@@ -204,7 +204,7 @@ hal::Finding multicast() {
   if (::poll(&waiting, 1, 1000) != 1) {
     finding.problem =
         "a multicast message sent on this machine does not come back: a firewall drops it, or the interface is down";
-    finding.mend = "let UDP to 239.0.0.0/8 pass on lo; " + route;
+    finding.remedy = "let UDP to 239.0.0.0/8 pass on lo; " + route;
   }
   return finding;
 }

@@ -252,7 +252,7 @@ void LiveView::command(const json& what, view::Answer& answer) try {
   const auto name = command.find("name");
   for (const auto& row : command_names) {
     if (name == command.end() || !name->is_string() || name->get_ref<const std::string&>() != row.name) continue;
-    if (const std::string why = obey(command, row.command); !why.empty()) return answer.refuse(why);
+    if (const std::string why = perform(command, row.command); !why.empty()) return answer.refuse(why);
     answer.done();
     return;
   }
@@ -286,11 +286,11 @@ std::size_t LiveView::lab_of(const json& what) const {
 }
 
 // Without a lab it is for all. Returns why it was refused.
-std::string LiveView::obey(const json& what, std::uint8_t command) {
+std::string LiveView::perform(const json& what, std::uint8_t command) {
   std::string refused;
   for (std::size_t i = 0; i < labs_.size(); ++i) {
     if (what.contains("lab") && lab_of(what) != i) continue;
-    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().obey(command) : "the lab has not begun yet";
+    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().perform(command) : "the lab has not begun yet";
     eyes_[i]->tell(
         fmt::format("at the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
     if (!why.empty()) refused += (refused.empty() ? "" : "; ") + labs_[i]->name() + ": " + why;

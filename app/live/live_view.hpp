@@ -45,7 +45,7 @@ class LiveView final : public view::Desk, public hal::Counting {
   LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
            const std::vector<ConfiguredLab*>& labs, std::string run);
   void refuse(const nlohmann::json& what, std::string_view reason, std::string_view why, view::Answer& answer);
-  std::string obey(const nlohmann::json& what, std::uint8_t command);
+  std::string perform(const nlohmann::json& what, std::uint8_t command);
   void to_emulator(const nlohmann::json& what, view::Answer& answer);
   std::size_t lab_of(const nlohmann::json& what) const;
 

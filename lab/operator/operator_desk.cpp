@@ -34,7 +34,7 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   admit(peer, channel, message, bytes);
 }
 
-std::string OperatorDesk::obey(std::uint8_t command, Now now) {
+std::string OperatorDesk::perform(std::uint8_t command, Now now) {
   std::optional<Refusal> refusal;
   if (closed_)
     refusal = {"ended", "the run has ended"};

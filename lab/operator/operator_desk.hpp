@@ -36,7 +36,7 @@ class OperatorDesk {
   void hear(std::string_view channel, std::span<const std::byte> bytes, Now now);
   // What the own operator says in this process, which knows who they are: a fleet_command_t::command, or one of
   // operator_command_t. Returns why it is refused, in one sentence; nothing when it is not.
-  std::string obey(std::uint8_t command, Now now);
+  std::string perform(std::uint8_t command, Now now);
   // What was admitted for the robots since the last call, and whose it is: another lab's operator's, or with an empty
   // name the own one's.
   struct ForRobots {

@@ -239,7 +239,7 @@ TEST_CASE("a chessboard's corners are found and give the camera back" * doctest:
 
 TEST_CASE("cameras that cannot be are refused with a sentence") {
   // Each reason has its own words.
-  const auto complaint = [](auto change) {
+  const auto error = [](auto change) {
     CameraSettings settings = tilted_camera();
     change(settings);
     try {
@@ -249,8 +249,8 @@ TEST_CASE("cameras that cannot be are refused with a sentence") {
     }
     return std::string();
   };
-  CHECK(complaint([](CameraSettings& s) { s.distortion = {-3, 0, 0, 0, 0}; }).find("folds") != std::string::npos);
-  CHECK(complaint([](CameraSettings& s) { s.pose.z_m = -1; }).find("above the arena") != std::string::npos);
-  CHECK(complaint([](CameraSettings& s) { s.focal_px = 90000; }).find("pixels") != std::string::npos);
-  CHECK(complaint([](CameraSettings& s) { s.pose.z_m = 0.05; }).find("whole arena") != std::string::npos);
+  CHECK(error([](CameraSettings& s) { s.distortion = {-3, 0, 0, 0, 0}; }).find("folds") != std::string::npos);
+  CHECK(error([](CameraSettings& s) { s.pose.z_m = -1; }).find("above the arena") != std::string::npos);
+  CHECK(error([](CameraSettings& s) { s.focal_px = 90000; }).find("pixels") != std::string::npos);
+  CHECK(error([](CameraSettings& s) { s.pose.z_m = 0.05; }).find("whole arena") != std::string::npos);
 }

@@ -12,7 +12,7 @@ using namespace arkmesh::emulator;
 
 namespace {
 
-std::string complaint(const TestEmulator& emulator) {
+std::string error(const TestEmulator& emulator) {
   try {
     emulator.make();
   } catch (const hal::ConfigError& error) {
@@ -22,11 +22,10 @@ std::string complaint(const TestEmulator& emulator) {
 }
 
 std::string emulator_with(const std::string& line) {
-  return complaint({.robots = 2, .emulator = line});
+  return error({.robots = 2, .emulator = line});
 }
 std::string camera_with(const std::string& line) {
-  return complaint(
-      {.robots = 2, .cameras = "[[emulator.camera]]\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n" + line});
+  return error({.robots = 2, .cameras = "[[emulator.camera]]\nwidth_px = 320\nheight_px = 240\nz_m = 0.8\n" + line});
 }
 
 }  // namespace
@@ -44,10 +43,10 @@ TEST_CASE("every key of an emulator has its range") {
   CHECK(camera_with("distortion = [-5.0, 0.0, 0.0, 0.0, 0.0]").find("folds") != std::string::npos);
   CHECK(camera_with("x_m = 30.0\nlook_x_m = 60.0").find("whole arena") != std::string::npos);
   CHECK(camera_with("focal_px = 5.0").find("longer focal_px") != std::string::npos);
-  CHECK(complaint({.robots = 2, .events = "[[emulator.event]]\nat_s = 1.0"}).find("do") != std::string::npos);
-  CHECK(complaint({.robots = 2, .events = "[[emulator.event]]\nat_s = -1.0\ndo = \"help\""}).find("at_s") !=
+  CHECK(error({.robots = 2, .events = "[[emulator.event]]\nat_s = 1.0"}).find("do") != std::string::npos);
+  CHECK(error({.robots = 2, .events = "[[emulator.event]]\nat_s = -1.0\ndo = \"help\""}).find("at_s") !=
         std::string::npos);
-  CHECK(complaint({.poses = "0, 0, 0", .robots = 2}).find("start_poses") != std::string::npos);
+  CHECK(error({.poses = "0, 0, 0", .robots = 2}).find("start_poses") != std::string::npos);
 }
 
 TEST_CASE("an emulator without cameras gets one that sees the whole arena") {

@@ -60,11 +60,11 @@ class AirStream final : public ByteStream {
     return bytes.size();
   }
   std::size_t waiting_bytes() override { return air_->coming.size(); }
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& error() const override { return error_; }
 
  private:
   std::shared_ptr<Air> air_;  // shared with the test
-  std::string trouble_;
+  std::string error_;
 };
 
 struct AirBench {

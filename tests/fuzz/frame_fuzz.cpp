@@ -68,7 +68,7 @@ std::string decode(std::span<const std::byte> stream, std::size_t piece) {
     }
     require(decoder.held_bytes() <= 2 * (frame_header_bytes + max_payload_bytes));
   }
-  return out + std::string(to_text(decoder.fault())) + decoder.complaint();
+  return out + std::string(to_text(decoder.fault())) + decoder.error();
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ TEST_CASE("every single flipped bit is noticed") {
       FrameDecoder decoder(1000);
       CHECK(decode(decoder, bad, [&] { return piece; }).empty());
       CHECK(decoder.fault() == (bit / 8 < 12 ? Fault::bad_header : Fault::bad_checksum));
-      CHECK_FALSE(decoder.complaint().empty());
+      CHECK_FALSE(decoder.error().empty());
     }
     if (bit / 8 < 12) {
       FrameDecoder decoder(1000);
@@ -147,7 +147,7 @@ TEST_CASE("lengths are checked before memory is asked for") {
     FrameDecoder decoder(100);
     decode(decoder, header(length, 2), [] { return 5; });
     CHECK(decoder.fault() == Fault::bad_length);
-    CHECK(decoder.complaint() == "a frame of " + std::to_string(length) + " bytes came; the limit is 100");
+    CHECK(decoder.error() == "a frame of " + std::to_string(length) + " bytes came; the limit is 100");
     CHECK(decoder.held_bytes() == 0);
   }
   FrameDecoder decoder(100);

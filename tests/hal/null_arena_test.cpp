@@ -17,7 +17,7 @@ namespace {
 
 const RobotModel robot{.body_radius_m = 0.0165};
 
-std::string complaint(const std::string& keys) {
+std::string error(const std::string& keys) {
   try {
     read_arena_config(Config::from_text("[arena]\n" + keys, "a.toml").root().section("arena"), robot.body_radius_m);
   } catch (const ConfigError& error) {
@@ -54,7 +54,7 @@ TEST_CASE("the common arena keys are checked") {
   };
   for (const Row& row : rows) {
     CAPTURE(row.keys);
-    CHECK(complaint(row.keys) == row.message);
+    CHECK(error(row.keys) == row.message);
   }
 }
 

@@ -272,7 +272,7 @@ TEST_CASE("a damaged log is read up to its last whole event") {
 TEST_CASE("what is no log is refused in one sentence") {
   // Absent, a directory, empty, a text, a device.
   TemporaryDirectory directory;
-  const auto complaint = [](const std::filesystem::path& file) {
+  const auto error = [](const std::filesystem::path& file) {
     try {
       EventLogReader reader(file);
     } catch (const std::runtime_error& error) {
@@ -281,10 +281,10 @@ TEST_CASE("what is no log is refused in one sentence") {
     return std::string();
   };
   const std::string at = directory.path().string();
-  CHECK(complaint(at + "/none") == "there is no file " + at + "/none");
-  CHECK(complaint(at) == at + " is no file");
-  CHECK(complaint(directory.write("empty", "")).empty());
-  CHECK(complaint(directory.write("text", "hello there")) == at + "/text is no LCM log");
-  CHECK(complaint(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
-  CHECK(complaint("/dev/zero") == "/dev/zero is no file");
+  CHECK(error(at + "/none") == "there is no file " + at + "/none");
+  CHECK(error(at) == at + " is no file");
+  CHECK(error(directory.write("empty", "")).empty());
+  CHECK(error(directory.write("text", "hello there")) == at + "/text is no LCM log");
+  CHECK(error(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
+  CHECK(error("/dev/zero") == "/dev/zero is no file");
 }

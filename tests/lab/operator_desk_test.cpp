@@ -98,20 +98,20 @@ TEST_CASE("what the own operator says in the lab's process needs no proof, and i
   DeskBench bench;
   ByteSignatures signatures;
   bench.desk.ask(&signatures);
-  CHECK(bench.desk.obey(pause_robots, bench.now += 1ms).empty());
+  CHECK(bench.desk.perform(pause_robots, bench.now += 1ms).empty());
   CHECK(bench.taken() == std::vector<int>{pause_robots});
-  CHECK(bench.desk.obey(operator_command_t::arm, bench.now += 1ms).empty());
+  CHECK(bench.desk.perform(operator_command_t::arm, bench.now += 1ms).empty());
   CHECK(bench.desk.armed());
-  CHECK(bench.desk.obey(pause_robots, bench.now += 1ms).empty());
+  CHECK(bench.desk.perform(pause_robots, bench.now += 1ms).empty());
   CHECK_FALSE(bench.desk.armed());  // as whenever the own operator pauses
-  CHECK(bench.desk.obey(200, bench.now += 1ms).find("no command that this version knows") != std::string::npos);
+  CHECK(bench.desk.perform(200, bench.now += 1ms).find("no command that this version knows") != std::string::npos);
   CHECK(bench.refused("unknown") == 1);
   bench.hear(command_for_a(bench.key, run, 1));  // numbers of those with a proof go on
   CHECK(bench.taken() == std::vector<int>{pause_robots, run});
-  CHECK(bench.desk.obey(operator_command_t::stop, bench.now += 1ms).empty());
+  CHECK(bench.desk.perform(operator_command_t::stop, bench.now += 1ms).empty());
   CHECK(bench.desk.end_asked());
   bench.desk.close();
-  CHECK(bench.desk.obey(run, bench.now += 1ms) == "the run has ended");
+  CHECK(bench.desk.perform(run, bench.now += 1ms) == "the run has ended");
   bench.recorder.flush();
   hal::EventLogReader log(bench.folder.path() / "run/log.lcm");
   int events = 0;

@@ -196,12 +196,12 @@ TEST_CASE("quick words of an operator leave the last one, and the end outlasts t
   while (bench.runner.period() == 0) bench.step();
   bench.step();
   for (int i = 0; i < 40; ++i) {
-    CHECK(bench.runner.obey(fleet_command_t::pause).empty());
-    CHECK(bench.runner.obey(fleet_command_t::run).empty());
+    CHECK(bench.runner.perform(fleet_command_t::pause).empty());
+    CHECK(bench.runner.perform(fleet_command_t::run).empty());
   }
   bench.step();
   CHECK(bench.runner.run_register().wanted() == Kind::run);
-  CHECK(bench.runner.obey(operator_command_t::stop).empty());
+  CHECK(bench.runner.perform(operator_command_t::stop).empty());
   bench.run();
   CHECK(bench.arena.robots().commands.back() == Kind::pause);
   CHECK(bench.runner.run_register().kept_still_by() == "end");

@@ -199,7 +199,7 @@ TEST_CASE("the client tries until the server listens, and again after it was sta
     server.close();
     REQUIRE(bench.until([&] { return !bench.link->up(); }));
     bench.for_a_while();
-    CHECK_FALSE(bench.link->trouble().empty());
+    CHECK_FALSE(bench.link->error().empty());
   }
   CHECK(bench.events.comings == 2);
   CHECK(bench.events.losses.size() == 2);

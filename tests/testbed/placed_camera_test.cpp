@@ -89,7 +89,7 @@ struct Start {
   int looks = 0;         // until a place was believed
   double off_mm = 0;     // of the worst place in the arena, with the calibration of then
   double spoilt_mm = 0;  // of that place with the calibration of before
-  std::string trouble;
+  std::string error;
 };
 
 double off_mm(const tracker::Calibration& believed, const tracker::Calibration& truth) {
@@ -123,7 +123,7 @@ Start start(const std::vector<tracker::Landmark>& landmarks, const tracker::Came
       break;
     }
   }
-  out.trouble = placed.trouble();
+  out.error = placed.error();
   return out;
 }
 

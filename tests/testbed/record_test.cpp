@@ -59,7 +59,7 @@ struct JpegFeed final : tracker::CameraFeed {
   tracker::Arrival arrival() const override {
     return {.at = hal::TimePoint{} + std::chrono::milliseconds(3), .jpeg = bytes};
   }
-  std::string trouble() const override { return {}; }
+  std::string error() const override { return {}; }
   hal::Counters counters() const override { return {}; }
   std::vector<std::uint8_t> bytes;
 };
@@ -70,7 +70,7 @@ struct TalkingStream final : hal::kilobot::ByteStream {
   State check() override { return state; }
   std::size_t write(std::span<const std::uint8_t> bytes) override { return std::min<std::size_t>(bytes.size(), 2); }
   std::size_t waiting_bytes() override { return 0; }
-  const std::string& trouble() const override { return why; }
+  const std::string& error() const override { return why; }
   std::span<const std::uint8_t> heard() const override { return said; }
   State state = State::closed;
   std::string why;

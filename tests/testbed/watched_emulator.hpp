@@ -95,7 +95,7 @@ class EmulatedTestbed {
       if (!testbed_.emulator_.picture(camera_, picture)) return {};
       return picture.clone();
     }
-    std::string trouble() const override { return {}; }
+    std::string error() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
    private:

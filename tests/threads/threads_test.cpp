@@ -56,7 +56,7 @@ TEST_CASE("threads: a record is written beside the lab") {
       CHECK(writer.picture(fmt::format("camera0/{}.png", i), picture, {}));
       CHECK(cv::sum(picture)[0] == 48'000);
       CHECK(writer.written().pictures <= static_cast<std::uint64_t>(i) + 1);
-      CHECK(writer.trouble().empty());
+      CHECK(writer.error().empty());
     }
     writer.finish();
     CHECK(writer.written().pictures == 200);
@@ -122,13 +122,13 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
       CHECK(soon([&] {
         show();
         pictures += !feed->newest().empty();
-        return pictures >= 20 && feed->trouble().empty();
+        return pictures >= 20 && feed->error().empty();
       }));
       server.close("camera0");
       CHECK(soon([&] {
         loop.poll();
         static_cast<void>(feed->newest());
-        return !feed->trouble().empty();
+        return !feed->error().empty();
       }));
       CHECK(feed->counters()["camera.gone"] == static_cast<std::uint64_t>(times) + 1);
     }

@@ -52,11 +52,11 @@ TEST_CASE("people see a URL without its password, and the command that says why 
   CHECK(without_password("http://table?mail=a@b") == "http://table?mail=a@b");
   CHECK(without_password("/dev/video0") == "/dev/video0");
   const auto camera = open_camera("http://user:word@127.0.0.1:1/table", 0, 0);
-  CHECK(camera->trouble() == "no picture has come yet from http://...@127.0.0.1:1/table");
+  CHECK(camera->error() == "no picture has come yet from http://...@127.0.0.1:1/table");
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (camera->trouble().starts_with("no picture") && std::chrono::steady_clock::now() < end)
+  while (camera->error().starts_with("no picture") && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  CHECK(camera->trouble() ==
+  CHECK(camera->error() ==
         "the camera http://...@127.0.0.1:1/table gives no pictures; this says what comes from there: "
         "ffprobe 'http://...@127.0.0.1:1/table'");
 }
@@ -135,10 +135,10 @@ TEST_CASE("a camera that is not there says so and does not block") {
   for (const std::string source : {"/dev/video987", "http://127.0.0.1:1/none"}) {
     const auto feed = open_camera(source);
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (feed->trouble().find("no picture has come yet") != std::string::npos &&
+    while (feed->error().find("no picture has come yet") != std::string::npos &&
            std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();
-    CHECK(feed->trouble().find(source) != std::string::npos);
+    CHECK(feed->error().find(source) != std::string::npos);
     CHECK(feed->newest().empty());
   }
 }

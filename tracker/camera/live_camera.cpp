@@ -57,9 +57,9 @@ class LiveCamera final : public CameraFeed {
     const std::lock_guard lock(mutex_);
     return given_;
   }
-  std::string trouble() const override {
+  std::string error() const override {
     const std::lock_guard lock(mutex_);
-    return trouble_;
+    return error_;
   }
   hal::Counters counters() const override {
     const std::lock_guard lock(mutex_);
@@ -87,8 +87,8 @@ class LiveCamera final : public CameraFeed {
       }
       if (any) pause = first_retry;
       std::unique_lock lock(mutex_);
-      if (trouble_.empty()) counters_.add("camera.gone");
-      trouble_ = why;
+      if (error_.empty()) counters_.add("camera.gone");
+      error_ = why;
       wake_.wait_for(lock, pause, [this] { return stopping_; });
       pause = std::min(2 * pause, longest_retry);
     }
@@ -146,7 +146,7 @@ class LiveCamera final : public CameraFeed {
       if (picture.type() != CV_8UC3) break;
       any = true;
       const std::lock_guard lock(mutex_);
-      trouble_.clear();
+      error_.clear();
       if (!newest_.empty()) counters_.add("camera.skipped");
       newest_ = std::move(picture);
       arrived_ = std::move(arrived);
@@ -162,7 +162,7 @@ class LiveCamera final : public CameraFeed {
   bool stopping_ = false;
   cv::Mat newest_;
   Arrival arrived_, given_;  // of newest_, and of the picture that newest() gave last
-  std::string trouble_ = fmt::format("no picture has come yet from {}", shown_);
+  std::string error_ = fmt::format("no picture has come yet from {}", shown_);
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there
 };

@@ -28,7 +28,7 @@ class CameraFeed {
   // Of the picture that the last newest() gave.
   virtual Arrival arrival() const { return {}; }
   // Empty while pictures come; else one sentence.
-  virtual std::string trouble() const = 0;
+  virtual std::string error() const = 0;
   // camera.gone (each time it went), camera.skipped (pictures nobody took before a newer one came),
   // camera.refused.damaged (pictures whose bytes could not be decoded).
   virtual hal::Counters counters() const = 0;

@@ -32,7 +32,7 @@ class ByteStream {
   // Bytes taken that have not left this machine's buffers, as far as the system tells.
   virtual std::size_t waiting_bytes() = 0;
   // Why it is closed or could not be opened, one sentence; empty while nothing went wrong.
-  virtual const std::string& trouble() const = 0;
+  virtual const std::string& error() const = 0;
 };
 
 }  // namespace arkmesh::hal::kilobot

@@ -36,9 +36,9 @@ void DescriptorStream::open() {
     began_ = machine_time().now();
     descriptor_ = line_.open();
     open_ = !line_.connects;
-    if (open_) trouble_.clear();
+    if (open_) error_.clear();
   } catch (const PortError& why) {
-    trouble_ = why.what();
+    error_ = why.what();
   }
 }
 
@@ -61,7 +61,7 @@ ByteStream::State DescriptorStream::check() {
     return State::opening;
   if (code != 0) return lose(code);
   open_ = true;
-  trouble_.clear();
+  error_.clear();
   return State::open;
 }
 
@@ -81,7 +81,7 @@ std::size_t DescriptorStream::waiting_bytes() {
 }
 
 ByteStream::State DescriptorStream::lose(int code) {
-  trouble_ = line_.why_lost(open_, code);
+  error_ = line_.why_lost(open_, code);
   descriptor_ = Handle();
   open_ = false;
   return State::closed;

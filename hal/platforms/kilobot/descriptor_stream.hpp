@@ -40,7 +40,7 @@ class DescriptorStream final : public ByteStream {
   std::span<const std::uint8_t> heard() const override { return {heard_.data(), heard_bytes_}; }
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& error() const override { return error_; }
 
  private:
   State lose(int code);
@@ -49,7 +49,7 @@ class DescriptorStream final : public ByteStream {
   Handle descriptor_;  // none while closed
   bool open_ = false;  // and connected
   TimePoint began_{};  // to connect
-  std::string trouble_;
+  std::string error_;
   std::array<std::uint8_t, 4096> heard_{};
   std::size_t heard_bytes_ = 0;
 };

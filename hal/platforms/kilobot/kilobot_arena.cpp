@@ -201,9 +201,9 @@ class KilobotArena final : public Arena {
   // What the wait at the beginning waits for.
   std::string missing() const {
     if (!controller_.is_up() && !port_.is_open())
-      return port_.trouble().empty() ? "the overhead controller does not answer the connection" : port_.trouble();
+      return port_.error().empty() ? "the overhead controller does not answer the connection" : port_.error();
     if (!controller_.is_up()) return "the overhead controller is starting";
-    if (!has_picture_) return eyes_->trouble().empty() ? "the cameras give no picture" : eyes_->trouble();
+    if (!has_picture_) return eyes_->error().empty() ? "the cameras give no picture" : eyes_->error();
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
@@ -222,7 +222,7 @@ class KilobotArena final : public Arena {
     if (controller_.is_up())
       spdlog::info("the overhead controller listens");
     else
-      spdlog::warn("the overhead controller is gone: {}; trying again", port_.trouble());
+      spdlog::warn("the overhead controller is gone: {}; trying again", port_.error());
   }
 
   std::optional<PoseFrame> look() {
@@ -375,7 +375,7 @@ class KilobotArena final : public Arena {
 std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab) {
   std::unique_ptr<ByteStream> stream = claim_byte_stream(port, "lab " + lab);
   stream->open();
-  if (stream->check() == ByteStream::State::closed) throw PortError(stream->trouble());
+  if (stream->check() == ByteStream::State::closed) throw PortError(stream->error());
   return stream;
 }
 

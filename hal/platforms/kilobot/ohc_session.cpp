@@ -34,7 +34,7 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
   const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
     sender_.poll(now());
-    if (!port_.is_open() && !port_.trouble().empty()) throw std::runtime_error(port_.trouble());
+    if (!port_.is_open() && !port_.error().empty()) throw std::runtime_error(port_.error());
     if (!port_.is_open() && now() - begun > opening_takes_at_most)
       throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
                                            opening_takes_at_most.count()));
@@ -68,7 +68,7 @@ OhcSaid OhcSession::say(const OhcCommand& command) {
     sender_.poll(present);
     if (!port_.is_open())
       throw std::runtime_error(
-          fmt::format("{}; {} had been sent for {:.1f} of {:.1f} s", port_.trouble(), command.name, said_s(), all_s));
+          fmt::format("{}; {} had been sent for {:.1f} of {:.1f} s", port_.error(), command.name, said_s(), all_s));
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", command.name, said_s(), all_s));
     } else if (next == command.packets.size()) {
@@ -90,7 +90,7 @@ void OhcSession::upload(FirmwareUpload& upload) {
     upload.poll(sender_, present);
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())
-      status_.show(port_.is_open() ? "the controller is starting again" : port_.trouble() + "; trying again");
+      status_.show(port_.is_open() ? "the controller is starting again" : port_.error() + "; trying again");
     else if (upload.is_calling() || (upload.round() == 0 && upload.page() == 0))
       status_.show("calling the robots to their boot loaders; they flash blue");
     else

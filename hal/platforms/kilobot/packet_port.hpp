@@ -39,7 +39,7 @@ class PacketPort {
   // Grows each time the byte stream opens.
   std::uint64_t openings() const { return openings_; }
   // Why it is not open, one sentence; empty while nothing went wrong.
-  const std::string& trouble() const { return stream_->trouble(); }
+  const std::string& error() const { return stream_->error(); }
 
  private:
   void pump(TimePoint now);

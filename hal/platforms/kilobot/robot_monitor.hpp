@@ -29,7 +29,7 @@ class RobotMonitor : public PoseSource {
   // Every expected robot has been found and named.
   virtual bool everybody_named() const = 0;
   // Why pictures are not used until a person does something about it, one sentence; else empty.
-  virtual std::string trouble() const = 0;
+  virtual std::string error() const = 0;
   // Frames lost, tracks lost, swaps suspected, cameras gone, by reason.
   virtual const Counters& counters() const = 0;
 };

@@ -28,10 +28,10 @@ SimulatedRovers::SimulatedRovers(const Settings& settings, hal::WallTime& wall)
 }
 
 void SimulatedRovers::write(std::span<const std::byte> bytes) {
-  for (const Packet& packet : reader_.read(on_air(bytes))) obey(packet);
+  for (const Packet& packet : reader_.read(on_air(bytes))) perform(packet);
 }
 
-void SimulatedRovers::obey(const Packet& packet) {
+void SimulatedRovers::perform(const Packet& packet) {
   switch (packet.type) {
     case Packet::Type::tell:
       say({Packet::Type::answer, packet.robot, packet.kind, packet.value});

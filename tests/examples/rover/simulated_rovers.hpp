@@ -42,7 +42,7 @@ class SimulatedRovers final : public ByteStream, public SpotCamera {
   struct Circle {
     double x_m, y_m, radius_m;
   };
-  void obey(const Packet& packet);
+  void perform(const Packet& packet);
   void say(const Packet& packet);
   bool is_here(std::size_t robot) const;
   std::vector<std::byte> on_air(std::span<const std::byte> bytes);

@@ -40,12 +40,12 @@ class FakeStream final : public hal::kilobot::ByteStream {
   explicit FakeStream(std::shared_ptr<FakeCable> cable) : cable_(std::move(cable)) {}
   void open() override {
     open_ = cable_->plugged;
-    trouble_ = open_ ? "" : "there is no cable";
+    error_ = open_ ? "" : "there is no cable";
   }
   State check() override {
     if (open_ && !cable_->plugged) {
       open_ = false;
-      trouble_ = "the cable was unplugged";
+      error_ = "the cable was unplugged";
     }
     return open_ ? State::open : State::closed;
   }
@@ -56,12 +56,12 @@ class FakeStream final : public hal::kilobot::ByteStream {
     return taken;
   }
   std::size_t waiting_bytes() override { return cable_->waiting; }
-  const std::string& trouble() const override { return trouble_; }
+  const std::string& error() const override { return error_; }
 
  private:
   std::shared_ptr<FakeCable> cable_;  // shared with the test, which outlives no stream
   bool open_ = false;
-  std::string trouble_;
+  std::string error_;
 };
 
 }  // namespace arkmesh::tests

@@ -18,7 +18,7 @@ struct FakeTestbed {
   std::vector<hal::RobotId> in_doubt;
   std::optional<hal::kilobot::Message> question;
   bool covered = false;       // no picture comes
-  std::string trouble;        // what a person must do about it
+  std::string error;          // what a person must do about it
   int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
   int looks = 0;
   bool robots_run = false;  // as the monitor was last told
@@ -46,7 +46,7 @@ class FakeMonitor final : public hal::kilobot::RobotMonitor {
   bool everybody_named() const override {
     return testbed_->in_doubt.empty() && testbed_->looks >= testbed_->named_after_looks;
   }
-  std::string trouble() const override { return testbed_->trouble; }
+  std::string error() const override { return testbed_->error; }
   const hal::Counters& counters() const override { return counters_; }
 
  private:

@@ -31,7 +31,7 @@ struct BenchLink final : mark::Link {
   bool settled() const override { return has_settled; }
   void send(std::string_view message) override { sent.emplace_back(message); }
   std::string place() const override { return "127.0.0.1:7001"; }
-  std::string trouble() const override { return {}; }
+  std::string error() const override { return {}; }
 
   Events* events = nullptr;
   bool is_open = false, is_up = false, has_settled = true;

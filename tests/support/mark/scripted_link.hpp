@@ -54,7 +54,7 @@ class ScriptedLink final : public mark::Link {
   bool settled() const override { return to_original_.empty(); }
   void send(std::string_view message) override { to_original_.push_back({ticks_ + delay(), std::string(message)}); }
   std::string place() const override { return "127.0.0.1:7001"; }
-  std::string trouble() const override { return up_ ? "" : "it closed its connection"; }
+  std::string error() const override { return up_ ? "" : "it closed its connection"; }
 
  private:
   struct Segment {

@@ -37,7 +37,7 @@ std::string program(int size) {
   return out + end_record;
 }
 
-std::string complaint(const std::string& text) {
+std::string error(const std::string& text) {
   try {
     parse_intel_hex(text, "robot.hex");
   } catch (const FirmwareError& error) {
@@ -47,7 +47,7 @@ std::string complaint(const std::string& text) {
 }
 
 void check_complaint(const std::string& text, const std::string& begins, const std::string& holds) {
-  const std::string said = complaint(text);
+  const std::string said = error(text);
   CAPTURE(said);
   CHECK(said.starts_with(begins));
   CHECK(said.find(holds) != std::string::npos);

@@ -63,7 +63,7 @@ TEST_CASE("kilobot arena: through a serial device") {
 TEST_CASE("kilobot arena: configuration") {
   // A port that is missing and ids that cannot be are refused with file, line and key, a port that is not there by
   // name.
-  const auto complaint = [](const std::string& keys) -> std::string {
+  const auto error = [](const std::string& keys) -> std::string {
     try {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
       make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
@@ -73,20 +73,20 @@ TEST_CASE("kilobot arena: configuration") {
     }
     return "";
   };
-  CHECK(holds(complaint(""), "port"));
-  CHECK(holds(complaint("kilobot.port = \"/dev/ttyNONE7\""), "there is no serial port /dev/ttyNONE7"));
-  CHECK(holds(complaint("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
+  CHECK(holds(error(""), "port"));
+  CHECK(holds(error("kilobot.port = \"/dev/ttyNONE7\""), "there is no serial port /dev/ttyNONE7"));
+  CHECK(holds(error("kilobot.port = \"tcp://here\""), "such as tcp://192.168.1.20:3001"));
   const PseudoTerminal terminal;
   const std::string port = "kilobot.port = \"" + terminal.port() + "\"\n";
-  CHECK(complaint(port).empty());
-  CHECK(holds(complaint(port + "kilobot.ids = [\"0-4\"]"), "lists 5 robots, but arena.robots is 4"));
-  CHECK(holds(complaint(port + "kilobot.ids = [\"1\", \"x\"]"), "\"x\" is neither an id nor a range"));
-  CHECK(holds(complaint(port + "kilobot.ids = [\"5-3\"]"), "\"5-3\" is neither"));
-  CHECK(holds(complaint(port + "kilobot.ids = [\"0-1\", \"1-2\"]"), "robot 1 is listed twice"));
-  CHECK(holds(complaint(port + "kilobot.ids = [\"1020-1023\"]"), "1023 is above 1022"));
-  CHECK(holds(complaint(port + "kilobot.ids = [\"0-4294967295\"]"), "is above 1022"));
-  CHECK(holds(complaint(port + "kilobot.spacing_s = 0.04"), "at least 0.05"));
-  CHECK(holds(complaint(port + "kilobot.names_within_s = 0"), "names_within_s"));
+  CHECK(error(port).empty());
+  CHECK(holds(error(port + "kilobot.ids = [\"0-4\"]"), "lists 5 robots, but arena.robots is 4"));
+  CHECK(holds(error(port + "kilobot.ids = [\"1\", \"x\"]"), "\"x\" is neither an id nor a range"));
+  CHECK(holds(error(port + "kilobot.ids = [\"5-3\"]"), "\"5-3\" is neither"));
+  CHECK(holds(error(port + "kilobot.ids = [\"0-1\", \"1-2\"]"), "robot 1 is listed twice"));
+  CHECK(holds(error(port + "kilobot.ids = [\"1020-1023\"]"), "1023 is above 1022"));
+  CHECK(holds(error(port + "kilobot.ids = [\"0-4294967295\"]"), "is above 1022"));
+  CHECK(holds(error(port + "kilobot.spacing_s = 0.04"), "at least 0.05"));
+  CHECK(holds(error(port + "kilobot.names_within_s = 0"), "names_within_s"));
 
   CHECK(read_robot_ids(section("kilobot.ids = [\"40\", \"3-5\"]")) == std::vector<hal::RobotId>{3, 4, 5, 40});
 }

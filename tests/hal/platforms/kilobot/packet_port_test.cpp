@@ -60,11 +60,11 @@ std::unique_ptr<ByteStream> stream_to(const std::string& port) {
   return std::make_unique<DescriptorStream>(find_line(port));
 }
 
-std::string trouble_with(const std::string& port) {
+std::string error_with(const std::string& port) {
   const auto stream = stream_to(port);
   stream->open();
   CHECK(stream->check() == ByteStream::State::closed);
-  return stream->trouble();
+  return stream->error();
 }
 
 void check_holds(const std::string& text, const std::string& part) {
@@ -82,7 +82,7 @@ TEST_CASE("serial device: settings and bytes") {
   PacketPort line(stream_to(terminal.port()), counters);
   line.poll(now());
   REQUIRE(line.is_open());
-  CHECK(line.trouble().empty());
+  CHECK(line.error().empty());
   const termios settings = terminal.settings();
   CHECK(::cfgetospeed(&settings) == B38400);
   CHECK((settings.c_cflag & CSIZE) == CS8);
@@ -128,10 +128,9 @@ TEST_CASE("serial device: unplugged and plugged in again") {
     terminal.unplug();
     CHECK(eventually(deadline, [&] { return line.poll(now()), !line.is_open(); }));
     CHECK_FALSE(line.is_free());
-    check_holds(line.trouble(), "was unplugged");
-    CHECK(eventually(deadline, [&] {
-      return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos;
-    }));
+    check_holds(line.error(), "was unplugged");
+    CHECK(eventually(
+        deadline, [&] { return line.poll(now()), line.error().find("there is no serial port") != std::string::npos; }));
     terminal.plug();
     CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
     check_delivery(line, 3, [&] { return terminal.read(); });
@@ -187,8 +186,8 @@ TEST_CASE("serial device: for one program alone") {
     const auto first = stream_to(port);
     first->open();
     REQUIRE(first->check() == ByteStream::State::open);
-    check_holds(trouble_with(terminal.port()), "in use by another program");
-    check_holds(trouble_with(terminal.link()), "so end that one first");
+    check_holds(error_with(terminal.port()), "in use by another program");
+    check_holds(error_with(terminal.link()), "so end that one first");
   }
 }
 
@@ -204,7 +203,7 @@ TEST_CASE("serial device: a pseudo-terminal by its own name") {
   terminal.say(std::string(1000, 'x'));
   terminal.unplug();
   CHECK(eventually(
-      deadline, [&] { return line.poll(now()), line.trouble().find("there is no serial port") != std::string::npos; }));
+      deadline, [&] { return line.poll(now()), line.error().find("there is no serial port") != std::string::npos; }));
   terminal.plug();
   CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open(); }));
   check_delivery(line, 3, [&] { return terminal.read(); });
@@ -222,18 +221,18 @@ TEST_CASE("serial device: a pseudo-terminal is opened again by people who are no
     const auto stream = stream_to(device);
     stream->open();
     CHECK(stream->check() == ByteStream::State::open);
-    check_holds(trouble_with(device), "in use by another program");
+    check_holds(error_with(device), "in use by another program");
   }
   if (root) REQUIRE(::seteuid(0) == 0);
 }
 
 TEST_CASE("serial device: what is no device") {
   // A port that does not exist, a file and a folder are named with what they are.
-  check_holds(trouble_with("/dev/ttyNONE7"), "there is no serial port /dev/ttyNONE7");
-  check_holds(trouble_with("ttyNONE7"), "there is no serial port /dev/ttyNONE7");
-  check_holds(trouble_with("/etc/passwd"), "/etc/passwd is not a serial port");
-  check_holds(trouble_with("/dev"), "is not a serial port");
-  check_holds(trouble_with("/dev/null"), "is not a serial port");
+  check_holds(error_with("/dev/ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(error_with("ttyNONE7"), "there is no serial port /dev/ttyNONE7");
+  check_holds(error_with("/etc/passwd"), "/etc/passwd is not a serial port");
+  check_holds(error_with("/dev"), "is not a serial port");
+  check_holds(error_with("/dev/null"), "is not a serial port");
   CHECK_THROWS_AS(find_line(""), PortError);
   CHECK_THROWS_AS(find_line("udp://here:1"), PortError);
 }
@@ -246,12 +245,12 @@ TEST_CASE("serial device: no permission") {
   if (::geteuid() == 0) {
     // root may open everything, so the question is asked as nobody
     REQUIRE(::seteuid(65534) == 0);
-    const std::string said = trouble_with(device);
+    const std::string said = error_with(device);
     REQUIRE(::seteuid(0) == 0);
     check_holds(said, "no permission to open " + device + ": it belongs to group ");
     check_holds(said, "sudo usermod -aG ");
   } else {
-    check_holds(trouble_with(device), "sudo usermod -aG ");
+    check_holds(error_with(device), "sudo usermod -aG ");
   }
 }
 
@@ -271,11 +270,11 @@ TEST_CASE("tcp: a connection that ends") {
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.hang_up();
   CHECK(eventually(deadline, [&] { return line.poll(now()), counters["overhead.port_lost"] == 1; }));
-  CHECK(line.trouble() == listener.port() + ": the connection ended");
+  CHECK(line.error() == listener.port() + ": the connection ended");
   check_delivery(line, 3, [&] { return listener.read(); });
   listener.stop();
   CHECK(eventually(deadline,
-                   [&] { return line.poll(now()), line.trouble().find("nobody listens there") != std::string::npos; }));
+                   [&] { return line.poll(now()), line.error().find("nobody listens there") != std::string::npos; }));
   listener.listen_again();
   check_delivery(line, 3, [&] { return listener.read(); });
   CHECK(counters["overhead.port_opened"] == 3);
