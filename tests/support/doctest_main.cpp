@@ -21,7 +21,7 @@
 
 namespace {
 
-// Ends a program in which nothing has been asserted for four minutes (twenty, if thorough), and tells how each case
+// Ends a program in which nothing has been asserted for two minutes (twenty, if thorough), and tells how each case
 // that failed is repeated alone: lines that begin with "again: ", which scripts/test shows last.
 class Watch final : public doctest::IReporter {
  public:
@@ -73,7 +73,7 @@ class Watch final : public doctest::IReporter {
     if (!at_once && now - set_ < std::chrono::seconds(1)) return;
     set_ = now;
 
-    ::alarm(arkmesh::tests::thorough() ? 1200 : 240);
+    ::alarm(arkmesh::tests::thorough() ? 1200 : 120);
   }
   static void hung(int) {
     static constexpr std::string_view why = "\nhung: nothing was asserted for too long\n";
