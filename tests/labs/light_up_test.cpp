@@ -1,4 +1,6 @@
 // The small scenario of the documentation: by itself, and the whole way with simulated labs.
+#include "scenarios/light_up/light_up.hpp"
+
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -8,18 +10,19 @@
 #include <filesystem>
 
 #include "app/joint_run.hpp"
-#include "tests/labs/light_up_scenario.hpp"
 #include "tests/support/labs/lab_double.hpp"
 
 using namespace arkmesh;
 using hal::Led;
 using lab::WorldDouble;
+using scenarios::light_up::LightUp;
 
 TEST_CASE("light up: the projection decides who is near") {
   // Lab b is seen at scale 2: a robot 4 cm from its arena's centre is 8 cm from a robot at the shared centre and is
   // lit, one at 6 cm is 12 cm away and stays dark; lab a, the owner, tells its robots nothing.
   WorldDouble world({{"a", 1.0, {}}, {"b", 0.5, {.scale = 2}}}, "a");
-  world.begin([](const std::string&) { return std::make_unique<labs::LightUp>(0.10); });
+  world.begin(
+      [](const std::string&) { return std::make_unique<LightUp>(scenarios::light_up::Settings{.reach_m = 0.10}); });
   const auto frame = [&](Led led) {
     return hal::PoseFrame{.stamp = world.now() + hal::LabTime(100'000),
                           .number = 1,
@@ -32,7 +35,7 @@ TEST_CASE("light up: the projection decides who is near") {
   world["b"].frame(frame(Led::off));
   REQUIRE(world["b"].said.size() == 1);
   CHECK(world["b"].said[0].robot == 1);
-  CHECK(world["b"].said[0].kind == labs::LightUp::lit);
+  CHECK(world["b"].said[0].kind == LightUp::lit);
   CHECK(world["a"].said.empty());
   // Once it shows, no more is said; when lab a's robot is gone it is told to be dark.
   world["b"].said.clear();
@@ -42,15 +45,12 @@ TEST_CASE("light up: the projection decides who is near") {
   world.boundary();
   world["b"].frame(frame(Led::white));
   REQUIRE(world["b"].said.size() == 1);
-  CHECK(world["b"].said[0].kind == labs::LightUp::dark);
+  CHECK(world["b"].said[0].kind == LightUp::dark);
   CHECK(world["a"].lab.counts()["lit_periods"] == 1);
 }
 
 TEST_CASE("light up: the same in Python has the same hash") {
   // Proves that a scenario in Python sees and says, bit for bit, what one in C++ does; rerun from the folder, too.
-  if (std::none_of(app::catalogue().begin(), app::catalogue().end(),
-                   [](const app::CatalogueEntry& e) { return e.name == "light_up"; }))
-    app::catalogue().push_back(labs::light_up());
   ::setenv("ARKMESH_PYTHON", "/usr/bin/python3", 1);
   const std::filesystem::path files = std::filesystem::path(ARKMESH_SOURCE_DIR) / "experiments/light_up",
                               folder = std::filesystem::temp_directory_path() /
@@ -79,15 +79,12 @@ TEST_CASE("light up: the same in Python has the same hash") {
 TEST_CASE("light up: simulated labs") {
   // Over two minutes of two simulated labs, robots of b that are well within reach of a robot of a glow, and those well
   // out of reach are dark, as both labs see it in their merged states; and the reverse never happens to lab a.
-  if (std::none_of(app::catalogue().begin(), app::catalogue().end(),
-                   [](const app::CatalogueEntry& e) { return e.name == "light_up"; }))
-    app::catalogue().push_back(labs::light_up());
   const auto lab = [](const std::string& name, double side_m) {
     return hal::Config::from_text(
         fmt::format("[lab]\nname = \"{0}\"\n[run]\nscenario = \"light_up\"\nduration_s = 120\n[gate]\nperiod_s = 0.2\n"
                     "[shared]\nlabs = [\"a\", \"b\"]\nowner = \"a\"\n[shared.projection.b]\nscale = 2\n"
                     "[recorder]\nlog = false\n[arena]\nrobots = 12\nwidth_m = {1}\nheight_m = {1}\n"
-                    "[arena.ode]\ncontroller = \"{2}/tests/labs/light_up.c\"\n",
+                    "[arena.ode]\ncontroller = \"{2}/experiments/light_up/light_up.c\"\n",
                     name, side_m, ARKMESH_SOURCE_DIR),
         name + ".toml");
   };

@@ -47,8 +47,8 @@ FRAGMENTS = {
         ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
         ("void add(std::vector<app::CatalogueEntry>& entries) { std::vector<app::CatalogueEntry> more = {", "}; entries.swap(more); }")],
 }
-INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"tests/labs/light_up_scenario.hpp\"\n"
-            "using namespace arkmesh;\nusing labs::LightUp;\n")
+INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"scenarios/light_up/light_up.hpp\"\n"
+            "using namespace arkmesh;\n")
 
 
 class Documents(unittest.TestCase):

@@ -148,5 +148,5 @@ TEST_CASE("dhtf controller: walls") {
 }
 
 TEST_CASE("dhtf controller: builds for the robot") {
-  scenarios::check_builds_for_robot({"scenarios/dhtf/controller/dhtf.c", "tests/labs/light_up.c"});
+  scenarios::check_builds_for_robot({"scenarios/dhtf/controller/dhtf.c", "experiments/light_up/light_up.c"});
 }

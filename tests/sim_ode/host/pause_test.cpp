@@ -137,10 +137,10 @@ double of_same_colour(const std::vector<Picture>& film, double a_s, double b_s) 
   return share([&](std::size_t i) { return at(film, a_s).leds[i] == at(film, b_s).leds[i]; });
 }
 
-// What users load on robots, and the example that the guides name.
+// What users load on robots.
 std::vector<std::filesystem::path> shipped_programs() {
   std::vector<std::filesystem::path> out;
-  for (const char* const folder : {"scenarios", "experiments", "hal/platforms/kilobot/firmware", "tests/labs"})
+  for (const char* const folder : {"scenarios", "experiments", "hal/platforms/kilobot/firmware"})
     for (const auto& file :
          std::filesystem::recursive_directory_iterator(std::filesystem::path(ARKMESH_SOURCE_DIR) / folder))
       if (file.path().extension() == ".c") out.push_back(file.path());

@@ -1,0 +1,53 @@
+#include "scenarios/light_up/light_up.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace arkmesh::scenarios::light_up {
+
+void LightUp::begin(lab::Lab& lab) {
+  // How many robots were told to be lit in the newest frame.
+  lab.declare({.name = "lit", .length = 1, .low = 0, .high = 1'000'000});
+  lab.publish("lit", {0});
+}
+
+void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+  if (lab.is_owner() || !merged_) return;
+  std::int64_t n_lit = 0;
+  for (const hal::Observation& seen : frame.robots) {
+    const bool near = is_near(lab.projection().to_shared(seen.pose), lab.state(lab.owner()).robots);
+    n_lit += near;
+    const hal::ToRobot word{.robot = seen.robot, .kind = near ? lit : dark};
+    if (const auto message = words_.next(frame.stamp, word, (seen.led != hal::Led::off) == near)) lab.say(*message);
+  }
+  lab.publish("lit", {n_lit});
+}
+
+void LightUp::on_period(lab::Lab& lab) {
+  merged_ = true;
+  for (const std::string& each : lab.labs())
+    if (const auto& lit_there = lab.field(each, "lit"); !lit_there.empty())
+      lab.counts().add("lit_periods", static_cast<std::uint64_t>(lit_there[0]));
+  draw(lab);
+}
+
+// For people: within these circles robots of this lab light up.
+void LightUp::draw(lab::Lab& lab) const {
+  if (lab.is_owner()) return;
+  for (const lab::SharedRobot& other : lab.state(lab.owner()).robots) {
+    const hal::Pose at = lab.projection().to_arena(other.in_shared);
+    lab.draw(hal::Circle{.at = {at.x_m, at.y_m},
+                         .radius_m = settings_.reach_m / lab.projection().scale,
+                         .colour = hal::Colour::other,
+                         .dashed = true});
+  }
+}
+
+bool LightUp::is_near(const hal::Pose& p, const std::vector<lab::SharedRobot>& others) const {
+  return std::ranges::any_of(others, [&](const lab::SharedRobot& other) {
+    const double dx = other.in_shared.x_m - p.x_m, dy = other.in_shared.y_m - p.y_m;
+    return dx * dx + dy * dy <= settings_.reach_m * settings_.reach_m;
+  });
+}
+
+}  // namespace arkmesh::scenarios::light_up
