@@ -38,7 +38,7 @@ std::string_view text_of(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, FlowLimits flow,
+Session::Session(std::unique_ptr<SocketStream> stream, const SessionTimes& times, FlowLimits flow,
                  std::vector<std::byte> hello_frame, std::optional<SessionTimes::Duration> answer)
     : stream_(std::move(stream)),
       times_(times),

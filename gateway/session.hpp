@@ -10,13 +10,13 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/byte_stream.hpp"
 #include "gateway/clock_estimate.hpp"
 #include "gateway/flow_window.hpp"
 #include "gateway/frame.hpp"
 #include "gateway/heartbeat.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/outbox.hpp"
+#include "gateway/socket_stream.hpp"
 
 namespace arkmesh::gateway {
 
@@ -63,7 +63,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // `hello_frame` is the first that is written. Use through a shared_ptr: the loop's pending operations keep the
   // session alive until they have ended.
   // `answer`: within which the other machine's first answer comes; SessionTimes::hello unless less is given.
-  Session(std::unique_ptr<ByteStream> stream, const SessionTimes& times, FlowLimits flow,
+  Session(std::unique_ptr<SocketStream> stream, const SessionTimes& times, FlowLimits flow,
           std::vector<std::byte> hello_frame, std::optional<SessionTimes::Duration> answer = {});
 
   // Opens the stream and says hello.
@@ -118,7 +118,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void end(const StreamFailure& failure) { end(failure.counter, failure.why, failure.no_path); }
   void shut();
 
-  const std::unique_ptr<ByteStream> stream_;
+  const std::unique_ptr<SocketStream> stream_;
   const SessionTimes& times_;
   const SessionTimes::Duration answer_;
   Owner* owner_ = nullptr;    // null once nobody is to be told

@@ -132,7 +132,7 @@ std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::stri
       tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, std::move(attempts)), answer);
 }
 
-std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<ByteStream> stream,
+std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<SocketStream> stream,
                                                std::optional<SessionTimes::Duration> answer) const {
   return std::make_shared<Session>(std::move(stream), settings_.times, settings_.flow, hello_frame_, answer);
 }

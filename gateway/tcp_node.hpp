@@ -90,7 +90,7 @@ class TcpNode final : private Session::Owner {
   // Over a connection to `to`, where lab `peer` is to be.
   std::shared_ptr<Session> make_session(const Target& to, const std::string& peer, std::shared_ptr<Attempts> attempts,
                                         std::optional<SessionTimes::Duration> answer) const;
-  std::shared_ptr<Session> make_session(std::unique_ptr<ByteStream> stream,
+  std::shared_ptr<Session> make_session(std::unique_ptr<SocketStream> stream,
                                         std::optional<SessionTimes::Duration> answer = {}) const;
 
   boost::asio::io_context& io_;

@@ -75,7 +75,7 @@ StreamFailure no_connection(const std::string& there, const error_code& error) {
   return {"session.failed.connect", there + ": " + error.message(), no_path};
 }
 
-std::unique_ptr<ByteStream> tcp_stream(tcp::socket socket, std::optional<tcp::endpoint> to) {
+std::unique_ptr<SocketStream> tcp_stream(tcp::socket socket, std::optional<tcp::endpoint> to) {
   return std::make_unique<TcpStream>(std::move(socket), to);
 }
 

@@ -5,13 +5,13 @@
 #include <memory>
 #include <optional>
 
-#include "gateway/byte_stream.hpp"
+#include "gateway/socket_stream.hpp"
 
 namespace arkmesh::gateway {
 
 // Over a socket that was accepted, or that connects to `to` when it is opened.
-std::unique_ptr<ByteStream> tcp_stream(boost::asio::ip::tcp::socket socket,
-                                       std::optional<boost::asio::ip::tcp::endpoint> to = {});
+std::unique_ptr<SocketStream> tcp_stream(boost::asio::ip::tcp::socket socket,
+                                         std::optional<boost::asio::ip::tcp::endpoint> to = {});
 
 // Small messages go at once, and little waits in the kernel that newer messages could still replace.
 void prepare(boost::asio::ip::tcp::socket& socket);

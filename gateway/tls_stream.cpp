@@ -194,12 +194,12 @@ class TlsStream final : public AsioStream<TlsSocket> {
 
 }  // namespace
 
-std::unique_ptr<ByteStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys) {
+std::unique_ptr<SocketStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys) {
   return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::nullopt, "", nullptr);
 }
 
-std::unique_ptr<ByteStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys, Host to, std::string expected,
-                                       std::shared_ptr<Attempts> attempts) {
+std::unique_ptr<SocketStream> tls_stream(tcp::socket socket, std::shared_ptr<TlsKeys> keys, Host to,
+                                         std::string expected, std::shared_ptr<Attempts> attempts) {
   return std::make_unique<TlsStream>(std::move(socket), std::move(keys), std::move(to), std::move(expected),
                                      std::move(attempts));
 }

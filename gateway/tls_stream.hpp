@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "gateway/address.hpp"
-#include "gateway/byte_stream.hpp"
+#include "gateway/socket_stream.hpp"
 #include "gateway/tls_keys.hpp"
 
 namespace arkmesh::gateway {
 
 // Over a socket that was accepted.
-std::unique_ptr<ByteStream> tls_stream(boost::asio::ip::tcp::socket socket, std::shared_ptr<TlsKeys> keys);
+std::unique_ptr<SocketStream> tls_stream(boost::asio::ip::tcp::socket socket, std::shared_ptr<TlsKeys> keys);
 // What attempts to connect to one peer know of the ones before.
 struct Attempts {
   std::size_t number = 0;                                 // of the newest, from 1 on; counted by the caller
@@ -24,7 +24,7 @@ struct Attempts {
 // Connects to `to` when it is opened, and only to lab `expected`. Of several addresses of a name, each attempt begins
 // with another one than the attempt before; every second one takes the known addresses, for a broken path may be that
 // to the name server, too.
-std::unique_ptr<ByteStream> tls_stream(boost::asio::ip::tcp::socket socket, std::shared_ptr<TlsKeys> keys, Host to,
-                                       std::string expected, std::shared_ptr<Attempts> attempts);
+std::unique_ptr<SocketStream> tls_stream(boost::asio::ip::tcp::socket socket, std::shared_ptr<TlsKeys> keys, Host to,
+                                         std::string expected, std::shared_ptr<Attempts> attempts);
 
 }  // namespace arkmesh::gateway

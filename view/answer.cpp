@@ -1,7 +1,7 @@
 #include "view/answer.hpp"
 
 #include "view/connection.hpp"
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 namespace arkmesh::view {
 

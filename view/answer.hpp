@@ -26,8 +26,8 @@ class Answer {
       : viewer_(std::move(viewer)), request_(std::move(request)) {}
 
   // One recorded message (kind 1) or picture (kind 2). `t_us` is lab time from the run's start, in microseconds; `lab`
-  // an index of about()'s labs. False: more waits for that viewer than the server holds (Outbox::max_answer_bytes),
-  // and the message was not taken; refuse() then, so that the viewer asks for less.
+  // an index of about()'s labs. False: more waits for that viewer than the server holds
+  // (ViewerOutbox::max_answer_bytes), and the message was not taken; refuse() then, so that the viewer asks for less.
   bool message(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data);
   bool picture(int lab, std::int64_t t_us, std::string_view camera, std::span<const std::byte> jpeg);
   // {"done": {"request": n, ...}} with the members of `what`, an object. False as message().

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 namespace arkmesh::view {
 

@@ -9,7 +9,7 @@
 
 #include "hal/counters.hpp"
 #include "hal/http_server.hpp"
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 namespace arkmesh::view {
 
@@ -46,8 +46,8 @@ class Connection : public hal::HttpConnection {
   virtual void open() = 0;
   // Sends what waits in the outbox, as fast as the viewer takes it.
   virtual void send() = 0;
-  Outbox& outbox() { return outbox_; }
-  const Outbox& outbox() const { return outbox_; }
+  ViewerOutbox& outbox() { return outbox_; }
+  const ViewerOutbox& outbox() const { return outbox_; }
   // Something is under way to the viewer.
   virtual bool sending() const = 0;
 
@@ -58,7 +58,7 @@ class Connection : public hal::HttpConnection {
   using HttpConnection::HttpConnection;
 
  private:
-  Outbox outbox_;
+  ViewerOutbox outbox_;
 };
 
 // The reception outlives it, or has told it to leave() before. `tls`: null for plain TCP.

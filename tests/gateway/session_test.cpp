@@ -27,7 +27,7 @@ struct End final : Session::Owner {
   std::vector<std::string> arrived;
   std::vector<Session::End> ends;
 
-  void begin(std::unique_ptr<ByteStream> stream, const std::string& lab) {
+  void begin(std::unique_ptr<SocketStream> stream, const std::string& lab) {
     Hello hello;
     hello.lab = lab;
     hello.boot_id = 1;

@@ -143,7 +143,8 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   const Point a{0, 0}, b{0.034, 0};
   const std::vector<Detection> in_west = {detection_at(west, a), detection_at(west, b)};
   const std::vector<Detection> in_east = {detection_at(east, a, 0.004), detection_at(east, b, 0.004)};
-  const std::vector<std::vector<Observation>> views = {on_table(west, in_west, body), on_table(east, in_east, body)};
+  const std::vector<std::vector<FusedObservation>> views = {on_table(west, in_west, body),
+                                                            on_table(east, in_east, body)};
   const auto fused = fuse(views, body);
   REQUIRE(fused.size() == 2);
   CHECK(fused[0].x_m == doctest::Approx(0.002).epsilon(0.05));
@@ -153,7 +154,7 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   REQUIRE(fused[0].led_heading_rad.has_value());
   CHECK(*fused[0].led_heading_rad == doctest::Approx(std::numbers::pi / 2).epsilon(0.01));
   // What one camera sees alone stays, and what its picture's edge hides is left out.
-  CHECK(fuse(std::vector<std::vector<Observation>>{views[0], {}}, body).size() == 2);
+  CHECK(fuse(std::vector<std::vector<FusedObservation>>{views[0], {}}, body).size() == 2);
   Detection edge = in_west[0];
   edge.x_px = 2;
   CHECK(on_table(west, std::vector{edge}, body).empty());

@@ -25,7 +25,7 @@ hal::LabTime at_s(double seconds) {
   return hal::LabTime(std::llround(seconds * 1e6));
 }
 
-Observation robot_at(double x_m, double y_m) {
+FusedObservation robot_at(double x_m, double y_m) {
   return {.x_m = x_m, .y_m = y_m, .sigma_m = 0.0007, .confidence = 0.9f, .led_confidence = 0.9f};
 }
 
@@ -163,10 +163,10 @@ TEST_CASE("two robots exchanged by hand while covered are doubtful until they ar
   // are named again.
   Associator associator(testbed::kilobot_following());
   double now = 0;
-  const auto frames = [&](int n, const std::vector<Observation>& seen) {
+  const auto frames = [&](int n, const std::vector<FusedObservation>& seen) {
     for (; n > 0; --n, now += 0.1) associator.update(at_s(now), seen);
   };
-  const Observation a = robot_at(0, 0), b = robot_at(0.06, 0), c = robot_at(0.3, 0.3);
+  const FusedObservation a = robot_at(0, 0), b = robot_at(0.06, 0), c = robot_at(0.3, 0.3);
   frames(20, {a, b, c});
   REQUIRE(associator.tracks().size() == 3);
   for (hal::RobotId id = 0; id < 3; ++id) REQUIRE(associator.name(id, 10 + id));
@@ -238,7 +238,7 @@ TEST_CASE("a robot put elsewhere is a new track without a name") {
 TEST_CASE("a weak observation must be repeated, and two bodies never overlap") {
   // Proves that a flicker is no robot and that a second circle on a robot is refused and counted.
   Associator associator(testbed::kilobot_following());
-  Observation weak = robot_at(0.2, 0.2);
+  FusedObservation weak = robot_at(0.2, 0.2);
   weak.confidence = 0.55f;
   associator.update(at_s(0), std::vector{weak});
   CHECK(associator.tracks().empty());

@@ -11,7 +11,7 @@
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/types.hpp"
-#include "tracker/follow/observation.hpp"
+#include "tracker/follow/fused_observation.hpp"
 
 namespace arkmesh::tracker_test {
 
@@ -57,15 +57,15 @@ class WalkingSwarm {
   }
 
   // What cameras see of it now. Deterministic for a seed.
-  std::vector<tracker::Observation> look() {
-    std::vector<tracker::Observation> seen;
+  std::vector<tracker::FusedObservation> look() {
+    std::vector<tracker::FusedObservation> seen;
     for (Robot& robot : robots) {
       if (now_s_ < robot.hidden_until_s || chance(settings_.missed)) continue;
-      tracker::Observation one{.x_m = robot.pose.x_m + noise(settings_.noise_m),
-                               .y_m = robot.pose.y_m + noise(settings_.noise_m),
-                               .sigma_m = settings_.noise_m,
-                               .confidence = 0.9f,
-                               .led_confidence = 0.9f};
+      tracker::FusedObservation one{.x_m = robot.pose.x_m + noise(settings_.noise_m),
+                                    .y_m = robot.pose.y_m + noise(settings_.noise_m),
+                                    .sigma_m = settings_.noise_m,
+                                    .confidence = 0.9f,
+                                    .led_confidence = 0.9f};
       if (robot.led) {
         one.led = hal::Led::green;
         one.led_heading_rad = robot.pose.heading_rad - settings_.led_offset_rad + noise(settings_.led_noise_rad);

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 namespace arkmesh::tests {
 namespace {

@@ -43,7 +43,7 @@ std::vector<Prospect> Associator::prospects(hal::LabTime now) const {
 
 // How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the
 // ratio. The motion model's bell curve stands on a low plateau as wide as the reach, for robots that were pushed.
-double Associator::gain(const Followed& followed, const Observation& seen, hal::LabTime now) const {
+double Associator::gain(const Followed& followed, const FusedObservation& seen, hal::LabTime now) const {
   const hal::Pose at = followed.motion.pose();
   const double off_x = seen.x_m - at.x_m, off_y = seen.y_m - at.y_m, square = off_x * off_x + off_y * off_y;
   const double reach = reach_m(followed, now);
@@ -57,7 +57,7 @@ double Associator::gain(const Followed& followed, const Observation& seen, hal::
   return std::log(density * visible / ((1 - visible) * stranger_density)) + std::log(std::max(seen.confidence, 0.05f));
 }
 
-std::vector<Pairing> Associator::possible_pairs(hal::LabTime now, std::span<const Observation> seen) const {
+std::vector<Pairing> Associator::possible_pairs(hal::LabTime now, std::span<const FusedObservation> seen) const {
   std::vector<std::uint32_t> by_x(seen.size());
   for (std::uint32_t i = 0; i < seen.size(); ++i) by_x[i] = i;
   std::sort(by_x.begin(), by_x.end(),
@@ -121,7 +121,7 @@ void Associator::doubt(Followed& followed) {
   counters_.add("track.doubtful");
 }
 
-void Associator::meet(Followed& followed, const Observation& seen, hal::LabTime now) {
+void Associator::meet(Followed& followed, const FusedObservation& seen, hal::LabTime now) {
   if (now - followed.last_seen >= settings_.swap_after) doubt(followed);
   const hal::Pose at = followed.motion.pose();
   const double off_m = std::hypot(seen.x_m - at.x_m, seen.y_m - at.y_m);
@@ -155,7 +155,7 @@ void Associator::miss(Followed& followed, hal::LabTime now) {
   if (followed.established) counters_.add("track.ended");
 }
 
-void Associator::give_birth(std::span<const Observation> seen, std::span<const std::int32_t> column_of,
+void Associator::give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> column_of,
                             hal::LabTime now) {
   std::vector<bool> taken(seen.size());
   for (const std::int32_t column : column_of)
@@ -206,7 +206,7 @@ void Associator::report(hal::LabTime now) {
   }
 }
 
-const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const Observation> seen) {
+const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const FusedObservation> seen) {
   for (Followed& followed : followed_) followed.motion.predict(seconds(now - now_));
   const std::vector<Pairing> possible = possible_pairs(now, seen);
   const auto rows = static_cast<std::uint32_t>(followed_.size()), columns = static_cast<std::uint32_t>(seen.size());

@@ -9,8 +9,8 @@
 
 #include "hal/counters.hpp"
 #include "tracker/follow/assignment.hpp"
+#include "tracker/follow/fused_observation.hpp"
 #include "tracker/follow/motion.hpp"
-#include "tracker/follow/observation.hpp"
 #include "tracker/follow/track.hpp"
 
 namespace arkmesh::tracker {
@@ -46,7 +46,7 @@ class Associator {
   // update.
   std::vector<Prospect> prospects(hal::LabTime now) const;
   // One frame. Returns what is to be reported, ascending by number. `now` never decreases.
-  const std::vector<Track>& update(hal::LabTime now, std::span<const Observation> seen);
+  const std::vector<Track>& update(hal::LabTime now, std::span<const FusedObservation> seen);
   const std::vector<Track>& tracks() const { return reported_; }
 
   // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such
@@ -70,13 +70,13 @@ class Associator {
   };
 
   double reach_m(const Followed& followed, hal::LabTime now) const;
-  std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const Observation> seen) const;
-  double gain(const Followed& followed, const Observation& seen, hal::LabTime now) const;
+  std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const FusedObservation> seen) const;
+  double gain(const Followed& followed, const FusedObservation& seen, hal::LabTime now) const;
   void suspect_ambiguous(std::span<const Pairing> possible, std::span<const std::int32_t> seen_by);
   void doubt(Followed& followed);
-  void meet(Followed& followed, const Observation& seen, hal::LabTime now);
+  void meet(Followed& followed, const FusedObservation& seen, hal::LabTime now);
   void miss(Followed& followed, hal::LabTime now);
-  void give_birth(std::span<const Observation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
+  void give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);
   Followed* find(TrackNumber number);
 

@@ -107,7 +107,7 @@ const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const c
   const bool somebody_missing =
       before.size() < settings_.expected_robots || before.empty() ||
       std::any_of(before.begin(), before.end(), [](const Track& track) { return track.age.count() > 0; });
-  std::vector<std::vector<Observation>> seen(views_.size());
+  std::vector<std::vector<FusedObservation>> seen(views_.size());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     View& view = views_[i];
     view.detections.clear();

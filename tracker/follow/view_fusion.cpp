@@ -15,8 +15,9 @@ constexpr double min_led_noise_rad = 0.035;
 
 }  // namespace
 
-std::vector<Observation> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body) {
-  std::vector<Observation> seen;
+std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
+                                       const Body& body) {
+  std::vector<FusedObservation> seen;
   seen.reserve(detections.size());
   for (const Detection& found : detections) {
     const Point pixel{found.x_px, found.y_px};
@@ -27,13 +28,13 @@ std::vector<Observation> on_table(const Calibration& camera, std::span<const Det
     const auto scale = camera.scale(*place, body.board_m);
     if (!scale || !(scale->smallest > 1)) continue;
 
-    Observation one{.x_m = place->x,
-                    .y_m = place->y,
-                    .confidence = found.confidence,
-                    .led = found.led,
-                    .led_confidence = found.led_confidence,
-                    .primary = found.primary,
-                    .primary_confidence = found.primary_confidence};
+    FusedObservation one{.x_m = place->x,
+                         .y_m = place->y,
+                         .confidence = found.confidence,
+                         .led = found.led,
+                         .led_confidence = found.led_confidence,
+                         .primary = found.primary,
+                         .primary_confidence = found.primary_confidence};
     // A robot that the picture's edge cuts is placed less well, and so is one seen from aside.
     const double cut = inside_px < found.r_px ? 3 : 1;
     one.sigma_m =
@@ -52,16 +53,16 @@ std::vector<Observation> on_table(const Calibration& camera, std::span<const Det
   return seen;
 }
 
-std::vector<Observation> fuse(std::span<const std::vector<Observation>> views, const Body& body) {
+std::vector<FusedObservation> fuse(std::span<const std::vector<FusedObservation>> views, const Body& body) {
   if (views.size() == 1) return views[0];
   struct Item {
     std::size_t view;
-    const Observation* seen;
+    const FusedObservation* seen;
     std::size_t group;
   };
   std::vector<Item> items;
   for (std::size_t view = 0; view < views.size(); ++view)
-    for (const Observation& seen : views[view]) items.push_back({view, &seen, 0});
+    for (const FusedObservation& seen : views[view]) items.push_back({view, &seen, 0});
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
     return std::tuple(a.seen->x_m, a.seen->y_m, a.view) < std::tuple(b.seen->x_m, b.seen->y_m, b.view);
   });
@@ -104,14 +105,14 @@ std::vector<Observation> fuse(std::span<const std::vector<Observation>> views, c
     groups[from].clear();
   }
 
-  std::vector<Observation> fused;
+  std::vector<FusedObservation> fused;
   for (const auto& group : groups) {
     if (group.empty()) continue;
-    Observation one = *items[group.front()].seen;
+    FusedObservation one = *items[group.front()].seen;
     double weight = 0, x = 0, y = 0, led_weight = 0, led_x = 0, led_y = 0;
     float doubt = 1;
     for (const std::size_t i : group) {
-      const Observation& seen = *items[i].seen;
+      const FusedObservation& seen = *items[i].seen;
       const double w = 1 / (seen.sigma_m * seen.sigma_m);
       weight += w, x += w * seen.x_m, y += w * seen.y_m;
       doubt *= 1 - seen.confidence;

@@ -7,8 +7,8 @@
 
 #include "tracker/camera/calibration.hpp"
 #include "tracker/detect/detection.hpp"
+#include "tracker/follow/fused_observation.hpp"
 #include "tracker/follow/not_given.hpp"
-#include "tracker/follow/observation.hpp"
 
 namespace arkmesh::tracker {
 
@@ -20,10 +20,11 @@ struct Body {
 
 // One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its
 // picture.
-std::vector<Observation> on_table(const Calibration& camera, std::span<const Detection> detections, const Body& body);
+std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
+                                       const Body& body);
 
 // Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
 // headings weighted by their certainty, the colour of the one surest of it. `views[i]` is camera i's.
-std::vector<Observation> fuse(std::span<const std::vector<Observation>> views, const Body& body);
+std::vector<FusedObservation> fuse(std::span<const std::vector<FusedObservation>> views, const Body& body);
 
 }  // namespace arkmesh::tracker

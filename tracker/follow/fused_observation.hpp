@@ -7,7 +7,7 @@
 
 namespace arkmesh::tracker {
 
-struct Observation {
+struct FusedObservation {
   double x_m = 0, y_m = 0;  // arena frame, the robot's centre
   double sigma_m = 0.0007;  // standard deviation of each coordinate
   float confidence = 0;     // 0..1 that this is a robot

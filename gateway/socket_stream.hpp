@@ -22,12 +22,12 @@ struct StreamFailure {
   bool no_path = false;  // nobody answered, not even with a refusal: the path is broken, or the machine is off
 };
 
-class ByteStream {
+class SocketStream {
  public:
   using Opened = std::function<void(const StreamFailure& failure)>;
   using Done = std::function<void(boost::system::error_code error, std::size_t bytes)>;
 
-  virtual ~ByteStream() = default;
+  virtual ~SocketStream() = default;
   virtual boost::asio::any_io_executor executor() = 0;
   // Does what it takes before the first byte: connects, shakes hands. May call `opened` before it returns. What is
   // given to open(), read() and write() is kept until it was called and keeps the stream alive.
@@ -63,7 +63,7 @@ class ByteStream {
 
 // Over a stream that is open already.
 template <class Stream>
-class AsioStream : public ByteStream {
+class AsioStream : public SocketStream {
  public:
   explicit AsioStream(Stream stream) : stream_(std::move(stream)) {}
 

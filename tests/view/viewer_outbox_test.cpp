@@ -1,5 +1,5 @@
 // What waits for a viewer, how much of it, and in which order it goes.
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,14 +13,14 @@ namespace {
 view::Parcel parcel(std::string text) {
   return {std::make_shared<const std::string>(std::move(text)), true};
 }
-std::string all_of(view::Outbox& out) {
+std::string all_of(view::ViewerOutbox& out) {
   std::string text;
   while (const auto next = out.take()) text += *next->bytes + " ";
   return text;
 }
 
 TEST_CASE("words go first, then answers, events, and the newest of each channel, the longest waiting first") {
-  view::Outbox out;
+  view::ViewerOutbox out;
   out.newest(3, parcel("three"));
   out.newest(1, parcel("one"));
   out.newest(3, parcel("newer three"));
@@ -37,7 +37,7 @@ TEST_CASE("words go first, then answers, events, and the newest of each channel,
 }
 
 TEST_CASE("binary messages that wait go as one bundle, texts and long ones alone") {
-  view::Outbox out;
+  view::ViewerOutbox out;
   const auto binary = [](std::string bytes) {
     return view::Parcel{std::make_shared<const std::string>(std::move(bytes))};
   };
@@ -61,16 +61,16 @@ TEST_CASE("binary messages that wait go as one bundle, texts and long ones alone
 }
 
 TEST_CASE("what waits is bounded: words and answers are refused, the oldest events give way") {
-  view::Outbox out;
+  view::ViewerOutbox out;
   std::size_t words = 0;
   while (out.say("word")) ++words;
-  CHECK(words == view::Outbox::max_words);
+  CHECK(words == view::ViewerOutbox::max_words);
   const std::string mebibyte(1 << 20, 'x');
   std::size_t answers = 0;
   while (out.answer(mebibyte, false)) ++answers;
-  CHECK(answers == view::Outbox::max_answer_bytes >> 20);
+  CHECK(answers == view::ViewerOutbox::max_answer_bytes >> 20);
   CHECK(out.busy());
-  for (std::size_t i = 0; i < view::Outbox::max_events + 10; ++i) out.event(parcel(std::to_string(i)));
+  for (std::size_t i = 0; i < view::ViewerOutbox::max_events + 10; ++i) out.event(parcel(std::to_string(i)));
   CHECK(out.replaced() == 10);
   for (std::size_t i = 0; i < words + answers; ++i) out.take();
   CHECK_FALSE(out.busy());

@@ -32,7 +32,7 @@ std::string frame(Kind kind, int lab, std::uint32_t request, std::int64_t t_us, 
 // Several of them as one binary message.
 std::string bundle(std::span<const std::string> frames);
 
-class Outbox {
+class ViewerOutbox {
  public:
   static constexpr std::size_t max_words = 64, max_events = 512, max_event_bytes = 1 << 20, max_answer_bytes = 32 << 20;
 

@@ -1,4 +1,4 @@
-#include "view/outbox.hpp"
+#include "view/viewer_outbox.hpp"
 
 #include <boost/endian/conversion.hpp>
 #include <utility>
@@ -44,20 +44,20 @@ std::string bundle(std::span<const std::string> frames) {
   return out;
 }
 
-bool Outbox::say(std::string text) {
+bool ViewerOutbox::say(std::string text) {
   if (words_.size() >= max_words) return false;
   words_.push_back({std::make_shared<const std::string>(std::move(text)), true});
   return true;
 }
 
-bool Outbox::answer(std::string bytes, bool text) {
+bool ViewerOutbox::answer(std::string bytes, bool text) {
   if (answer_bytes_ + bytes.size() > max_answer_bytes) return false;
   answer_bytes_ += bytes.size();
   answers_.push_back({std::make_shared<const std::string>(std::move(bytes)), text});
   return true;
 }
 
-void Outbox::event(Parcel event) {
+void ViewerOutbox::event(Parcel event) {
   event_bytes_ += event.bytes->size();
   events_.push_back(std::move(event));
   while (events_.size() > max_events || (event_bytes_ > max_event_bytes && events_.size() > 1)) {
@@ -67,7 +67,7 @@ void Outbox::event(Parcel event) {
   }
 }
 
-void Outbox::newest(std::size_t slot, Parcel parcel) {
+void ViewerOutbox::newest(std::size_t slot, Parcel parcel) {
   if (slot >= slots_.size()) slots_.resize(slot + 1);
   if (slots_[slot].bytes)
     ++replaced_;
@@ -76,7 +76,7 @@ void Outbox::newest(std::size_t slot, Parcel parcel) {
   slots_[slot] = std::move(parcel);
 }
 
-std::optional<Parcel> Outbox::take() {
+std::optional<Parcel> ViewerOutbox::take() {
   const auto pop = [](std::deque<Parcel>& from) {
     Parcel out = std::move(from.front());
     from.pop_front();
@@ -95,14 +95,14 @@ std::optional<Parcel> Outbox::take() {
   return waiting_.size() > 1 ? take_bundle() : take_newest();
 }
 
-Parcel Outbox::take_newest() {
+Parcel ViewerOutbox::take_newest() {
   const std::size_t slot = waiting_.front();
   waiting_.pop_front();
   return std::exchange(slots_[slot], Parcel{});
 }
 
 // Each message costs a system call at both ends, so what waits goes as one, as far as it is no text and not too long.
-Parcel Outbox::take_bundle() {
+Parcel ViewerOutbox::take_bundle() {
   const auto is_bundle = [](const Parcel& parcel) { return parcel.bytes->starts_with(bundle_head); };
   const auto next = [&]() -> const Parcel& { return slots_[waiting_.front()]; };
   if (next().text || next().bytes->size() > max_bundle_bytes) return take_newest();
