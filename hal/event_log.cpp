@@ -45,6 +45,13 @@ std::optional<EventView> view_of(std::span<const std::byte> bytes) {
 
 }  // namespace
 
+std::filesystem::path log_in(const std::filesystem::path& folder) {
+  std::error_code error;
+  const bool is_packed = !std::filesystem::exists(folder / log_name, error) &&
+                         std::filesystem::is_regular_file(folder / packed_log_name, error);
+  return folder / (is_packed ? packed_log_name : log_name);
+}
+
 bool EventHeader::is_sane() const {
   return channel_bytes <= max_channel_bytes && data_bytes <= max_data_bytes && utime >= -max_utime &&
          utime <= max_utime;
@@ -70,7 +77,14 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
   struct stat status {};
   if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode))
     throw std::runtime_error(fmt::format("{} is no file", file.string()));
+  std::array<std::byte, 4> begin{};
+  if (PackedFile::is_one(std::span(begin).first(read_file_at(file_.get(), 0, begin)))) packed_.emplace(file_.get());
   look_again();
+  if (packed_ && packed_->is_foreign())
+    throw std::runtime_error(
+        fmt::format("{0} is compressed in a piece that is too large or does not tell its size, as no lab does it; "
+                    "give what `zstd -d {0}` makes of it",
+                    file.string()));
   const auto first = bytes_at(0, 4);
   if (size_ > 0 &&
       (first.size() < 4 || endian::load_big_u32(reinterpret_cast<const unsigned char*>(first.data())) != sync_word))
@@ -79,18 +93,17 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
 
 void EventLogReader::look_again() {
   struct stat status {};
-  if (::fstat(file_.get(), &status) == 0) size_ = std::max(end_, static_cast<std::uint64_t>(status.st_size));
+  if (::fstat(file_.get(), &status) != 0) return;
+  auto size = static_cast<std::uint64_t>(status.st_size);
+  if (packed_) {
+    packed_->look_again(size);
+    size = packed_->size();
+  }
+  size_ = std::max(end_, size);
 }
 
-std::size_t EventLogReader::read(std::uint64_t offset, std::span<std::byte> to) const {
-  std::size_t done = 0;
-  while (done < to.size()) {
-    const ssize_t n = ::pread(file_.get(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  return done;
+std::size_t EventLogReader::read(std::uint64_t offset, std::span<std::byte> to) {
+  return packed_ ? packed_->read(offset, to) : read_file_at(file_.get(), offset, to);
 }
 
 std::span<const std::byte> EventLogReader::bytes_at(std::uint64_t offset, std::size_t n) {

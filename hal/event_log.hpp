@@ -1,5 +1,6 @@
 // The format of LCM event logs, and their reading: logs may be truncated, foreign, damaged or still growing; one event
-// at a time, with sizes checked before memory is asked for.
+// at a time, with sizes checked before memory is asked for. Logs may be compressed (PackedFile); offsets and sizes are
+// those of the plain log.
 #pragma once
 
 #include <array>
@@ -12,8 +13,13 @@
 #include <vector>
 
 #include "hal/handle.hpp"
+#include "hal/packed_file.hpp"
 
 namespace arkmesh::hal {
+
+inline constexpr const char *log_name = "log.lcm", *packed_log_name = "log.lcm.zst";
+// The log in a lab's folder: log.lcm, or log.lcm.zst where only that is there. There may be none.
+std::filesystem::path log_in(const std::filesystem::path& folder);
 
 // What stands before the channel and the data of each event.
 struct EventHeader {
@@ -49,7 +55,7 @@ class EventLogReader {
   std::optional<EventView> read_at(std::uint64_t offset, std::size_t size);
   // Behind the events that were passed, as far as the file reached when it was opened or looked at last.
   bool truncated() const { return unread_bytes() > 0; }
-  std::uint64_t unread_bytes() const { return size_ - end_; }
+  std::uint64_t unread_bytes() const { return size_ - end_ + (packed_ ? packed_->unread_bytes() : 0); }
   std::uint64_t size() const { return size_; }
   // Where the next event begins, at most size().
   std::uint64_t place() const { return end_; }
@@ -59,13 +65,14 @@ class EventLogReader {
 
  private:
   // Fewer bytes than wanted at the file's end. The second reads ahead.
-  std::size_t read(std::uint64_t offset, std::span<std::byte> to) const;
+  std::size_t read(std::uint64_t offset, std::span<std::byte> to);
   std::span<const std::byte> bytes_at(std::uint64_t offset, std::size_t n);
 
   Handle file_;
-  std::uint64_t size_ = 0;        // of the file when last looked at
-  std::uint64_t end_ = 0;         // of the events that were passed
-  std::vector<std::byte> ahead_;  // bytes of the file from ahead_begin_ on
+  std::optional<PackedFile> packed_;  // when it is compressed
+  std::uint64_t size_ = 0;            // of the file when last looked at
+  std::uint64_t end_ = 0;             // of the events that were passed
+  std::vector<std::byte> ahead_;      // bytes of the file from ahead_begin_ on
   std::uint64_t ahead_begin_ = 0;
   std::vector<std::byte> event_;  // of read_at()
 };

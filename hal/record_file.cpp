@@ -10,9 +10,10 @@
 
 namespace arkmesh::hal {
 
-RecordFile::RecordFile(const std::filesystem::path& file)
+RecordFile::RecordFile(const std::filesystem::path& file, bool compress)
     : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
   if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), file.string());
+  if (compress) packer_.emplace();
 }
 
 RecordFile::~RecordFile() {
@@ -20,10 +21,11 @@ RecordFile::~RecordFile() {
 }
 
 RecordFile::Written RecordFile::write_out() {
+  const std::span<const std::byte> bytes = packer_ ? packer_->pack(buffer_) : buffer_;
   std::size_t done = 0;
   int error = 0;
-  while (done < buffer_.size() && error == 0) {
-    const ssize_t n = write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+  while (done < bytes.size() && error == 0) {
+    const ssize_t n = write(descriptor_, bytes.data() + done, bytes.size() - done);
     if (n >= 0)
       done += static_cast<std::size_t>(n);
     else if (errno != EINTR)
@@ -31,7 +33,8 @@ RecordFile::Written RecordFile::write_out() {
   }
   Written out{error, 0};
   if (error != 0) {
-    const auto first_lost = std::upper_bound(ends_.begin(), ends_.end(), done);
+    // of a frame, half is nothing
+    const auto first_lost = std::upper_bound(ends_.begin(), ends_.end(), packer_ ? 0 : done);
     out.lost = static_cast<std::uint64_t>(ends_.end() - first_lost);
     done = first_lost == ends_.begin() ? 0 : *(first_lost - 1);
     // /dev/full and the like cannot be cut

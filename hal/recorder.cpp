@@ -121,7 +121,9 @@ Recorder::Recorder(const fs::path& directory, std::int64_t start_utime, Options 
   fs::create_directories(directory, error);
   try {
     if (error) throw std::system_error(error);
-    if (options.log) state_->log = std::make_unique<RecordFile>(directory / "log.lcm");
+    if (options.log)
+      state_->log =
+          std::make_unique<RecordFile>(directory / (options.compress ? packed_log_name : log_name), options.compress);
   } catch (const std::system_error& cause) {
     throw std::runtime_error(
         fmt::format("cannot record in {}: {}; choose another directory", directory.string(), cause.code().message()));

@@ -23,11 +23,13 @@ class Recorder {
  public:
   struct Options {
     bool log = true;                           // write the LCM log (tables are always written)
+    bool compress = false;                     // ... as log.lcm.zst, a zstd frame of each flush
     std::uint64_t keep_free_bytes = 64 << 20;  // stop recording while the disk has less free than this
     double fast_bytes_per_s = 10e6;            // a log that grows faster is said and counted (GrowthWatch)
   };
-  // Writes `directory`/log.lcm and `directory`/<table>.csv; makes the directory. Throws std::runtime_error when it
-  // cannot. `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the log.
+  // Writes `directory`/log.lcm (or log.lcm.zst) and `directory`/<table>.csv; makes the directory. Throws
+  // std::runtime_error when it cannot. `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the
+  // log.
   Recorder(const std::filesystem::path& directory, std::int64_t start_utime, Options options);
   ~Recorder();
 

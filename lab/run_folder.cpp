@@ -10,6 +10,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "hal/event_log.hpp"
 #include "hal/handle.hpp"
 #include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
@@ -74,7 +75,8 @@ RunFolder::RunFolder(const fs::path& directory, const std::string& effective_con
   if (error == 0) error = make_room(reserve_);
   if (error == 0) return;
   std::error_code gone;
-  for (const char* name : {"config.toml", "result.json", "reserve.tmp", "log.lcm"}) fs::remove(directory / name, gone);
+  for (const char* name : {"config.toml", "result.json", "reserve.tmp", hal::log_name, hal::packed_log_name})
+    fs::remove(directory / name, gone);
   throw std::runtime_error(
       fmt::format("cannot record in {}: {}; make room there, or choose another directory with --out",
                   directory.string(), std::strerror(error)));
@@ -95,18 +97,23 @@ void RunFolder::save_result(const nlohmann::json& result) const {
 
 void RecorderConfig::fields(const hal::Section& recorder) {
   recorder.field("log", log, {.help = "write log.lcm; tables are always written"});
+  recorder.field("compress", compress,
+                 {.help = "write log.lcm.zst in its place, with a zstd frame of each period: 2 to 5 times smaller; "
+                          "lcm-logplayer plays what `zstd -d` makes of it"});
   recorder.field(
       "keep_free_mib", keep_free_mib,
       {.range = {0, 1 << 20}, .unit = "MiB", .help = "recording stops when the disk has less left; the run goes on"});
   recorder.field("fast_mb_per_s", fast_mb_per_s,
                  {.range = {1e-3, 1e6},
                   .unit = "MB/s",
-                  .help = "the run says when log.lcm grows faster, and what makes it grow: in each 10 s of the machine "
+                  .help = "the run says when log.lcm, as it is uncompressed, grows faster, and what makes it grow: in "
+                          "each 10 s of the machine "
                           "or of lab time, whichever is longer"});
 }
 
 hal::Recorder::Options RecorderConfig::options() const {
   return {.log = log,
+          .compress = compress,
           .keep_free_bytes = static_cast<std::uint64_t>(keep_free_mib) << 20,
           .fast_bytes_per_s = fast_mb_per_s * 1e6};
 }

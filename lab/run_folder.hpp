@@ -36,6 +36,7 @@ class RunFolder {
 // [recorder] of a lab's configuration.
 struct RecorderConfig {
   bool log = true;
+  bool compress = false;
   int keep_free_mib = 64;
   double fast_mb_per_s = 10;
 

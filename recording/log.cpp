@@ -39,7 +39,8 @@ std::uint32_t crc_of(std::span<const std::byte> bytes) {
 }
 
 std::filesystem::path index_file(const std::filesystem::path& log) {
-  return std::filesystem::path(log).replace_extension(".index");
+  const std::filesystem::path plain = log.extension() == ".zst" ? log.parent_path() / log.stem() : log;
+  return std::filesystem::path(plain).replace_extension(".index");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "hal/config.hpp"
+#include "hal/event_log.hpp"
 #include "hal/layout/message.hpp"
 #include "hal/result_file.hpp"
 
@@ -34,13 +35,13 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
 
 bool has_log(const fs::path& folder) {
   std::error_code error;
-  return fs::is_regular_file(folder / "log.lcm", error);
+  return fs::is_regular_file(hal::log_in(folder), error);
 }
 
 // Why it cannot be known whether there is a log: "Permission denied"; empty: it can.
 std::string hidden(const fs::path& folder) {
   std::error_code error;
-  const bool is_unknown = fs::status(folder / "log.lcm", error).type() == fs::file_type::none;
+  const bool is_unknown = fs::status(hal::log_in(folder), error).type() == fs::file_type::none;
   return is_unknown ? error.message() : std::string();
 }
 
@@ -109,7 +110,7 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
     lab.version = result.text("arkmesh");
     lab.name = result.text("lab");
     if (lab.name.empty() || lab.name.find('/') != std::string::npos) lab.name = each.filename().string();
-    lab.log = std::make_unique<Log>(each / "log.lcm");
+    lab.log = std::make_unique<Log>(hal::log_in(each));
     labs_.push_back(std::move(lab));
   }
   // runs of one lab that somebody has laid side by side

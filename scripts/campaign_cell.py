@@ -289,7 +289,7 @@ class Cell:
                 self.problems.append(f"that the folder was removed is said {said.count('the folder was removed')} times")
             return
         try:
-            worlds = sum(channel == "world" for _, channel, _ in read_log.events(self.folders["roark"] / "log.lcm"))
+            worlds = sum(channel == "world" for _, channel, _ in read_log.events(read_log.log_in(self.folders["roark"])))
         except OSError as error:
             worlds = 0
             self.problems.append(f"no recording ({error.strerror})")

@@ -4,32 +4,62 @@
     scripts/read_log.py runs/demo/shark/log.lcm            channels, how many messages each, first and last time
     scripts/read_log.py runs/demo/shark/log.lcm poses      every message of one channel, decoded
 
+log.lcm.zst, as recorder.compress makes it, is read as well, by the program zstd.
+
 From another program: `for seconds, channel, data in events(log)`, then `decode(data)`. Debian has no LCM for Python, so the
 file is read directly; the message types are the Python code that scripts/build generates.
 """
+import contextlib
 import importlib
 import os
 import pathlib
 import pkgutil
 import struct
+import subprocess
 import sys
 
 SYNC = 0xEDA1DA01
+ZSTD_MAGIC = bytes.fromhex("28b52ffd")
+MAX_DATA = 64 << 20
 HERE = pathlib.Path(__file__).resolve().parent
 # As installed, as the caller says, or as scripts/build makes them.
 TYPES_DIR = next((folder for folder in (pathlib.Path(os.environ.get("ARKMESH_LCM_TYPES", "")), HERE / "lcmtypes") if folder.joinpath("arkmesh").is_dir()),
                  HERE.parent / "build/release/lcmtypes/python")
 
 
+def log_in(folder):
+    """The log in a lab's folder: log.lcm, or log.lcm.zst where only that is there. There may be none."""
+    plain, packed = (pathlib.Path(folder) / name for name in ("log.lcm", "log.lcm.zst"))
+    return packed if packed.is_file() and not plain.exists() else plain
+
+
+@contextlib.contextmanager
+def opened(path):
+    """The bytes of a log, unpacked, as a file to be read from its beginning."""
+    with open(path, "rb") as log:
+        if log.peek(4)[:4] != ZSTD_MAGIC:
+            yield log
+            return
+        os.lseek(log.fileno(), 0, os.SEEK_SET)
+        try:
+            unpacking = subprocess.Popen(["zstd", "-dcq"], stdin=log, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        except FileNotFoundError:
+            raise SystemExit(f"{path} is compressed, and the program zstd that unpacks it is missing; apt-get install zstd") from None
+        with unpacking:
+            yield unpacking.stdout
+
+
 def events(path):
     """Every whole event as (seconds since 1970, channel, bytes); stops at the first one that is cut or damaged."""
-    size = os.path.getsize(path)
-    with open(path, "rb") as log:
+    with opened(path) as log:
         while len(head := log.read(28)) == 28:
             sync, _number, utime, channel_length, length = struct.unpack(">IqqII", head)
-            if sync != SYNC or channel_length > 63 or log.tell() + channel_length + length > size:
+            if sync != SYNC or channel_length > 63 or length > MAX_DATA:
                 return
-            yield utime / 1e6, log.read(channel_length).decode("ascii", "replace"), log.read(length)
+            channel, data = log.read(channel_length).decode("ascii", "replace"), log.read(length)
+            if len(data) < length or len(channel) < channel_length:
+                return
+            yield utime / 1e6, channel, data
 
 
 def types():

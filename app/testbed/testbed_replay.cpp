@@ -13,6 +13,7 @@
 
 #include "emulator/said_words.hpp"
 #include "hal/config.hpp"
+#include "hal/event_log.hpp"
 #include "hal/log_arena.hpp"
 #include "hal/whole_file.hpp"
 #include "testbed/pose_replay.hpp"
@@ -158,7 +159,8 @@ TestbedRecord find_testbed_record(const fs::path& folder) {
     throw std::runtime_error(
         fmt::format("{} is no record of a testbed: it holds neither raw/{} nor {}; `arkmesh testbed record` makes one",
                     folder.string(), testbed::serial_file, testbed::serial_file));
-  if (out.raw != folder && holds(folder, "config.toml") && holds(folder, "log.lcm")) out.run = folder;
+  if (out.raw != folder && holds(folder, "config.toml") && fs::is_regular_file(hal::log_in(folder), error))
+    out.run = folder;
   const auto text = hal::whole_file(out.raw / "facts.json", most_facts);
   const auto facts = nlohmann::json::parse(text.value_or(""), nullptr, false);
   if (!facts.is_object() || facts.value("record", nlohmann::json()) != 1)
@@ -195,7 +197,7 @@ PoseComparison compare_poses(const TestbedRecord& record, hal::StopRequest& stop
     return none;
   }
   const testbed::KilobotSettings settings = settings_of(record);
-  RecordedPoses poses(record.run / "log.lcm");
+  RecordedPoses poses(hal::log_in(record.run));
   testbed::PoseReplay replay(record.raw, settings);
   Comparison comparison(settings.arena.info);
   while (const auto seen = replay.next()) {

@@ -1,5 +1,5 @@
-// Arbitrary bytes as a log, and as the index of a good log with a right check sum. Nothing may crash, hang or take much
-// memory, and no index may show a message that its log does not have.
+// Arbitrary bytes as a log, as a compressed one, inside one, and as the index of a good log with a right check sum.
+// Nothing may crash, hang or take much memory, and no index may show a message that its log does not have.
 #include <unistd.h>
 #include <zlib.h>
 
@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -55,6 +56,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fs::remove(folders.any / "log.index", error);
   write(folders.any / "log.lcm", std::string("\xED\xA1\xDA\x01", 4) + text);
   use(folders.any / "log.lcm");
+  write(folders.any / "packed.lcm.zst", std::string("\x28\xB5\x2F\xFD", 4) + text);
+  use(folders.any / "packed.lcm.zst");
+  arkmesh::hal::FramePacker packer;
+  const std::string plain = std::string("\xED\xA1\xDA\x01", 4) + text;
+  const auto frame = packer.pack(std::as_bytes(std::span(plain)));
+  fs::remove(folders.any / "packed.index", error);
+  write(folders.any / "packed.lcm.zst", {reinterpret_cast<const char*>(frame.data()), frame.size()});
+  use(folders.any / "packed.lcm.zst");
 
   std::string index = "ARKIDX01" + text;
   auto sum = static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(index.data()), index.size()));

@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -269,6 +271,92 @@ TEST_CASE("a damaged log is read up to its last whole event") {
   }
 }
 
+TEST_CASE("a compressed log holds the bytes of the plain one, and is read up to its last whole flush when it is cut") {
+  // The same events into both; cut at every byte, and with each byte of the second flush damaged.
+  TemporaryDirectory directory;
+  const auto plain = directory.path() / "plain/log.lcm", packed = directory.path() / "packed/log.lcm.zst";
+  std::vector<std::size_t> ends{0}, plain_ends{0}, events{0};  // after each flush
+  {
+    Recorder one(plain.parent_path(), 7, {}), other(packed.parent_path(), 7, {.compress = true});
+    for (int i = 0; i < 60; ++i) {
+      for (Recorder* recorder : {&one, &other}) recorder->record(LabTime{i}, i % 3 ? "abc" : "poses", payload(100));
+      if (i % 20 != 19) continue;
+      for (Recorder* recorder : {&one, &other}) recorder->flush();
+      ends.push_back(std::filesystem::file_size(packed));
+      plain_ends.push_back(std::filesystem::file_size(plain));
+      events.push_back(static_cast<std::size_t>(i + 1));
+      other.flush();  // of nothing
+      CHECK(std::filesystem::file_size(packed) == ends.back());
+    }
+  }
+  CHECK(log_in(packed.parent_path()) == packed);
+  CHECK(log_in(plain.parent_path()) == plain);
+  const std::string whole = read_file(packed);
+  REQUIRE(std::system(("zstd -qd " + packed.string()).c_str()) == 0);
+  CHECK(read_file(packed.parent_path() / "log.lcm") == read_file(plain));
+  CHECK(log_in(packed.parent_path()) == packed.parent_path() / "log.lcm");
+  REQUIRE(ends.back() == whole.size());
+  CHECK(whole.size() < read_file(plain).size() / 4);
+
+  bool truncated = false;
+  const auto all = events_of(plain, truncated);
+  const auto read = [&](const std::string& bytes) { return events_of(directory.write("some.zst", bytes), truncated); };
+  for (std::size_t length = 4; length <= whole.size(); ++length) {
+    CAPTURE(length);
+    const auto flushes =
+        static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end(), length) - ends.begin()) - 1;
+    const auto found = read(whole.substr(0, length));
+    REQUIRE(found.size() == events[flushes]);
+    CHECK(truncated == (length != ends[flushes]));
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      CHECK(found[i].number == all[i].number);
+      CHECK(found[i].channel == all[i].channel);
+      CHECK(found[i].bytes == all[i].bytes);
+    }
+  }
+  for (std::size_t at = ends[1]; at < ends[2]; ++at) {
+    CAPTURE(at);
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0xff);
+    CHECK(read(damaged).size() == events[1]);
+    CHECK(truncated);
+  }
+  // One that grows.
+  const auto growing = directory.write("growing.zst", whole.substr(0, ends[1] + 5));
+  EventLogReader reader(growing);
+  std::size_t passed = 0;
+  while (reader.next()) ++passed;
+  CHECK(passed == events[1]);
+  CHECK(reader.unread_bytes() == 5);
+  directory.write("growing.zst", whole);
+  reader.look_again();
+  while (reader.next()) ++passed;
+  CHECK(passed == events[3]);
+  CHECK(!reader.truncated());
+  CHECK(reader.place() == plain_ends[3]);
+}
+
+TEST_CASE("a disk that runs full leaves whole frames of a compressed log") {
+  // Bytes that cannot be compressed; the limit falls into a frame, whose events are lost and counted.
+  TemporaryDirectory directory;
+  std::minstd_rand random(1);
+  {
+    FileSizeLimit limit(100'000);
+    Recorder recorder(directory.path(), 0, {.compress = true});
+    for (int i = 0; i < 300; ++i) {
+      std::vector<std::byte> noise(1000);
+      for (std::byte& each : noise) each = static_cast<std::byte>(random());
+      recorder.record(LabTime{i}, "poses", noise);
+      if (i % 10 == 9) recorder.flush();
+    }
+    CHECK(!recorder.recording());
+    bool truncated = true;
+    CHECK(events_of(directory.path() / "log.lcm.zst", truncated).size() == 90);
+    CHECK(!truncated);
+    CHECK(recorder.counters()["recorder.not_recorded.disk_full"] == 210);
+  }
+}
+
 TEST_CASE("what is no log is refused in one sentence") {
   // Absent, a directory, empty, a text, a device.
   TemporaryDirectory directory;
@@ -287,4 +375,11 @@ TEST_CASE("what is no log is refused in one sentence") {
   CHECK(error(directory.write("text", "hello there")) == at + "/text is no LCM log");
   CHECK(error(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
   CHECK(error("/dev/zero") == "/dev/zero is no file");
+  // Compressed by others: no log, and in a piece whose size it does not tell.
+  const auto packed = [&](const std::string& command) {
+    REQUIRE(std::system((command + " > " + at + "/packed").c_str()) == 0);
+    return error(at + "/packed");
+  };
+  CHECK(packed("echo hello | zstd -q --stream-size=6") == at + "/packed is no LCM log");
+  CHECK(packed("echo hello | zstd -q").find("give what `zstd -d " + at + "/packed` makes of it") != std::string::npos);
 }

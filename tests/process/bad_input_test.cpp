@@ -141,6 +141,17 @@ TEST_CASE(
   std::ofstream(folder.path() / "cut.lcm", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
   refused(replay((folder.path() / "cut.lcm").string()), "cut.lcm");
   CHECK(replay((folder.path() / "cut.lcm").string(), "4").code == 0);
+  // The same of a compressed one.
+  const auto packed = folder.path() / "packed";
+  REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=20", "--set", "recorder.compress=true", "--out",
+               packed.string()})
+              .code == 0);
+  const std::string frames = tests::read_file(packed / "shark/log.lcm.zst");
+  CHECK(frames.size() < bytes.size() / 2);
+  CHECK(replay((packed / "shark/log.lcm.zst").string()).code == 0);
+  std::ofstream(folder.path() / "cut.zst", std::ios::binary) << frames.substr(0, frames.size() / 2);
+  refused(replay((folder.path() / "cut.zst").string()), "cut.zst");
+  CHECK(replay((folder.path() / "cut.zst").string(), "4").code == 0);
 }
 
 TEST_CASE("a full disk stops the recording, is said, and the run goes on to the same hash") {

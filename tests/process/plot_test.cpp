@@ -52,6 +52,11 @@ TEST_CASE("plot draws a run at a moment, and several runs as curves") {
   PlotBench bench;
   bench.make_run("one");
   bench.make_run("two", {"--set", "run.seed=2"});
+  bench.make_run("packed", {"--set", "recorder.compress=true"});
+  CHECK(fs::exists(bench.path("packed/sky/log.lcm.zst")));
+  CHECK_FALSE(fs::exists(bench.path("packed/sky/log.lcm")));
+  bench.draws({bench.path("packed")}, "packed/picture.png");
+  bench.draws({bench.path("packed/sky"), "--curves"}, "packed/sky/curves.png");
   bench.draws({bench.path("one")}, "one/picture.png");
   bench.draws({bench.path("one"), "--at", "4", "--out", bench.path("at.png")}, "at.png");
   bench.draws({bench.path("one/sky")}, "one/sky/picture.png");

@@ -53,7 +53,7 @@ def same(a, b):
 def messages(lab_folder):
     """{channel: [decoded message, ...]} of a log."""
     out = {}
-    for _, channel, data in read_log.events(lab_folder / "log.lcm"):
+    for _, channel, data in read_log.events(read_log.log_in(lab_folder)):
         message = read_log.decode(data)
         assert message is not None, channel
         out.setdefault(channel, []).append(plain(message))
@@ -162,11 +162,12 @@ def main():
         scratch = pathlib.Path(name)
         run = scratch / "run"
         files = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in LABS]
-        subprocess.run([ARKMESH, "run", *files, "--set", "run.duration_s=20", "--out", run], check=True, capture_output=True)
-        before = {lab: (run / lab / "log.lcm").read_bytes() for lab in LABS}
+        subprocess.run([ARKMESH, "run", *files, "--set", "run.duration_s=20", "--set", "shark:recorder.compress=true", "--out", run], check=True, capture_output=True)
+        before = {lab: read_log.log_in(run / lab).read_bytes() for lab in LABS}
+        assert not (run / "shark/log.lcm").exists(), "shark's recording is compressed"
         for kind, out in (("--csv", "csv"), ("--hdf5", "run.h5"), ("--mcap", "run.mcap")):
             subprocess.run([ARKMESH, "export", run, kind, "--out", scratch / out], check=True)
-        assert before == {lab: (run / lab / "log.lcm").read_bytes() for lab in LABS}, "an export leaves the log as it was"
+        assert before == {lab: read_log.log_in(run / lab).read_bytes() for lab in LABS}, "an export leaves the log as it was"
         again = subprocess.run([ARKMESH, "export", run, "--hdf5", "--out", scratch / "run.h5"], capture_output=True, text=True)
         assert again.returncode == 2 and "is there already" in again.stderr, again
         assert (run / "shark/log.index").is_file()

@@ -43,10 +43,10 @@ void record(hal::Recorder& recorder, int from, int to) {
   }
 }
 
-fs::path make_log(const TemporaryDirectory& directory, int frames) {
-  hal::Recorder recorder(directory.path(), start_utime, {});
+fs::path make_log(const TemporaryDirectory& directory, int frames, bool compress = false) {
+  hal::Recorder recorder(directory.path(), start_utime, {.compress = compress});
   record(recorder, 0, frames);
-  return directory.path() / "log.lcm";
+  return directory.path() / (compress ? "log.lcm.zst" : "log.lcm");
 }
 
 // Whether everything that the log's own reader finds is found here, with channel, time and bytes.
@@ -89,6 +89,19 @@ TEST_CASE("a log has the messages that its own reader finds, with an index and w
   CHECK(again.length_us() == 49'900'000);
   CHECK(again.start_utime() == start_utime);
   CHECK(read_file(file) == before);
+}
+
+TEST_CASE("a compressed log has the messages, and the index, of the plain one") {
+  const TemporaryDirectory directory, plain;
+  const fs::path file = make_log(directory, 500, true);
+  { const Log of_plain(make_log(plain, 500)); }
+  for (const bool has_index : {false, true}) {
+    const Log log(file);
+    CHECK(log.index_was_there() == has_index);
+    CHECK(log.entries().size() == 550);
+    check_like_the_log(log);
+  }
+  CHECK(read_file(directory.path() / "log.index") == read_file(plain.path() / "log.index"));
 }
 
 TEST_CASE("the newest message at or before a moment is found") {

@@ -35,6 +35,18 @@ class Scripts(unittest.TestCase):
             cut.write_bytes(whole[:size])
             self.assertEqual(len(list(read_log.events(cut))), sum(end <= size for end in ends), f"cut at {size}")
 
+    def test_compressed_log_is_read_like_the_plain_one(self):
+        """Events of log.lcm.zst, whole and cut, by its name in a folder and by its bytes; plot draws it."""
+        plain = list(read_log.events(self.log))
+        subprocess.run(["zstd", "-q", "--rm", self.log], check=True)
+        packed = read_log.log_in(self.log.parent)
+        self.assertEqual((packed.name, list(read_log.events(packed))), ("log.lcm.zst", plain))
+        self.assertEqual(script("plot", self.run_dir).returncode, 0)
+        self.assertRegex(script("read_log.py", packed).stdout, r"shared +5 ")
+        whole = packed.read_bytes()
+        packed.write_bytes(whole + whole[:len(whole) // 2])
+        self.assertEqual(list(read_log.events(packed))[:len(plain)], plain)
+
     def test_forged_length_asks_for_no_memory(self):
         """An event that claims 4 GiB ends the log there."""
         damaged = bytearray(self.log.read_bytes())
