@@ -104,6 +104,21 @@ class PythonScenario(unittest.TestCase):
                     self.assertNotEqual(code, 0)
                     self.assertIn("scenario.mine." + value.partition("=")[0], said)
 
+    def test_experiments_show_their_effect(self):
+        """Each counts something, and nothing when the reach is tiny or the labs are apart."""
+        tiny, apart = "scenario.{}.reach_m=0.01", "shared.projection.b.shift_x_m=100"
+        for name, count, control in (("quorum", "lit_periods", tiny), ("relay", "reached", tiny), ("beacon", "gathered_periods", apart)):
+            labs = [ROOT / f"experiments/{name}/{lab}.toml" for lab in "ab"]
+            counted = []
+            for more in ((), ("--set", control.format(name))):
+                out = self.folder / f"{name}{len(counted)}"
+                done = subprocess.run([ARKMESH, "run", *labs, "--seconds", "20", "--seed", "1", "--out", out, *more], capture_output=True,
+                                      text=True, timeout=60, env=ENVIRONMENT)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                counted.append(sum(json.loads((out / lab / "result.json").read_text())["counts"].get(count, 0) for lab in "ab"))
+            self.assertGreater(counted[0], 0, name)
+            self.assertEqual(counted[1], 0, name)
+
     def test_ctrl_c_ends_both_at_once(self):
         """Also while the child computes: the run is stopped, not failed, and no process is left."""
         (self.folder / "mine.py").write_text(FRAME + f"open({str(self.folder / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(60)\n")
