@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "app/joint_run.hpp"
-#include "tests/support/labs/lab_double.hpp"
+#include "lab/testing/lab_double.hpp"
 
 using namespace arkmesh;
 using hal::Led;

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <numeric>
 
+#include "lab/testing/lab_double.hpp"
 #include "scenarios/cre/controller/cre_messages.h"
 #include "scenarios/cre/cre.hpp"
-#include "tests/support/labs/lab_double.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

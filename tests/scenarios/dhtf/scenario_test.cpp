@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "lab/testing/lab_double.hpp"
 #include "scenarios/dhtf/controller/dhtf_messages.h"
 #include "scenarios/dhtf/dhtf.hpp"
-#include "tests/support/labs/lab_double.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios;
