@@ -19,11 +19,7 @@ std::vector<CatalogueEntry>& catalogue() {
          return std::make_unique<scenarios::cre::Cre>(scenarios::cre::read_settings(settings, labs));
        },
        [] { return hal::keys_of<scenarios::cre::Settings>("scenario.cre"); }},
-      {"light_up",
-       [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
-         return std::make_unique<scenarios::light_up::LightUp>(settings.read<scenarios::light_up::Settings>());
-       },
-       [] { return hal::keys_of<scenarios::light_up::Settings>("scenario.light_up"); }},
+      scenario_with<scenarios::light_up::LightUp, scenarios::light_up::Settings>("light_up"),
   };
   return entries;
 }

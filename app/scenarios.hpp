@@ -16,9 +16,19 @@ struct CatalogueEntry {
   // `settings` is the configuration's [scenario.<name>]; all of it must be alike in all labs. Throws ConfigError.
   std::function<std::unique_ptr<lab::Scenario>(const hal::Section& settings, const std::vector<std::string>& labs)>
       make;
-  std::vector<hal::KeyRow> (*keys)() = nullptr;  // of its settings, for the table of all keys
-  bool addresses_robots = true;                  // it says something to single robots (Lab::say)
+  std::function<std::vector<hal::KeyRow>()> keys = nullptr;  // of its settings, for the table of all keys
+  bool addresses_robots = true;                              // it says something to single robots (Lab::say)
 };
+
+// A scenario that is made of its settings alone, which a struct of fields holds (hal::Section::read).
+template <typename Made, typename Settings>
+CatalogueEntry scenario_with(const std::string& name) {
+  return {name,
+          [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
+            return std::make_unique<Made>(settings.read<Settings>());
+          },
+          [name] { return hal::keys_of<Settings>("scenario." + name); }};
+}
 
 // All scenarios this build knows. A program of your own may add its own before it makes labs.
 std::vector<CatalogueEntry>& catalogue();

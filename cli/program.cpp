@@ -17,6 +17,7 @@
 
 #include "hal/config.hpp"
 #include "hal/near_key.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -41,7 +42,7 @@ bool needs_cameras(std::string_view arena) {
     throw hal::ConfigError(fmt::format(
         "{} needs cameras, and this arkmesh was built without OpenCV; install libopencv-dev and build it again",
         purpose));
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe"), folder = self.parent_path();
+  const std::filesystem::path self = hal::this_program(), folder = hal::program_folder();
   if (self.filename() == program)  // it would start itself for ever
     throw std::runtime_error(
         fmt::format("{} is not in {}; install all programs of one arkmesh anew", purpose, self.string()));

@@ -40,13 +40,14 @@ struct LabOfFile {
   std::size_t lab = 0, gateway = 0;
 };
 
-// `arkmesh ARGUMENTS`, of which each line is printed behind a name. Should this process die, it ends with its result.
+// This program with ARGUMENTS, of which each line is printed behind a name. Should this process die, it ends with its
+// result.
 struct NamedChild {
   NamedChild(std::string its_name, std::vector<std::string> arguments)
       : name(std::move(its_name)), process(start_of(std::move(arguments))) {}
 
   static hal::ChildStart start_of(std::vector<std::string> words) {
-    words.insert(words.begin(), (hal::program_folder() / "arkmesh").string());
+    words.insert(words.begin(), hal::this_program().string());
     return {.command = std::move(words), .last_signal = SIGTERM};
   }
 

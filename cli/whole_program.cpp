@@ -11,7 +11,9 @@
 
 namespace arkmesh::cli {
 
-int main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios) {
+int whole_main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios) {
+  for (const app::CatalogueEntry& own : extra_scenarios)
+    std::erase_if(app::catalogue(), [&](const app::CatalogueEntry& known) { return known.name == own.name; });
   app::catalogue().insert(app::catalogue().end(), std::make_move_iterator(extra_scenarios.begin()),
                           std::make_move_iterator(extra_scenarios.end()));
   std::vector<OwnCommand> own {

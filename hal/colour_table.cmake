@@ -1,5 +1,5 @@
 # Makes colour_table.hpp, for hal/colour.hpp, from view/page/colours.json. A wrong table ends the configuration with a sentence.
-set(table ${CMAKE_SOURCE_DIR}/view/page/colours.json)
+set(table ${PROJECT_SOURCE_DIR}/view/page/colours.json)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${table})
 file(READ ${table} json)
 set(rows "")
@@ -26,4 +26,4 @@ file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/generated/colour_table.hpp CON
 #define ARKMESH_FILL_OPACITY @fill_opacity@
 #define ARKMESH_RASTER_OPACITY @raster_opacity@
 ]] @ONLY)
-target_include_directories(arkmesh_hal PUBLIC ${CMAKE_CURRENT_BINARY_DIR}/generated)
+target_include_directories(arkmesh_hal PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_BINARY_DIR}/generated>)

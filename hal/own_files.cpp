@@ -25,6 +25,12 @@ ChildStart start_of(const std::string& name, std::vector<std::string> arguments)
   return start;
 }
 
+// Set once, at the beginning of main().
+fs::path& built_against() {
+  static fs::path folder;
+  return folder;
+}
+
 std::string without_end(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text;
@@ -32,9 +38,19 @@ std::string without_end(std::string text) {
 
 }  // namespace
 
+fs::path this_program() {
+  std::error_code ignored;
+  return fs::read_symlink("/proc/self/exe", ignored);
+}
+
 fs::path program_folder() {
   std::error_code ignored;
-  return fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  fs::path own = this_program().parent_path();
+  return built_against().empty() || fs::exists(own / "arkmesh", ignored) ? own : built_against();
+}
+
+void use_programs_in(fs::path folder) {
+  built_against() = std::move(folder);
 }
 
 fs::path own_file(const fs::path& installed, const fs::path& source) {

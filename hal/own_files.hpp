@@ -7,8 +7,15 @@
 
 namespace arkmesh::hal {
 
-// Where the program of this process lies, and the others of arkmesh.
+// The file of this process's program. Empty when the system does not tell.
+std::filesystem::path this_program();
+
+// Where the programs of arkmesh lie: the folder of this process's program, or else the one of use_programs_in().
 std::filesystem::path program_folder();
+
+// For a program of somebody's own, which lies elsewhere: the folder of the arkmesh that it was built against. To be
+// called before anything else, by one thread.
+void use_programs_in(std::filesystem::path folder);
 
 // `installed` in share/arkmesh of an installed program, or else `source` among the sources.
 std::filesystem::path own_file(const std::filesystem::path& installed, const std::filesystem::path& source);

@@ -51,7 +51,7 @@ std::string task_lines(const std::vector<std::size_t>& runs) {
 
 std::string job_script(const Batch& batch, const SlurmRequest& wanted, const fs::path& tasks) {
   const Batch::Request& request = wanted.batch;
-  const fs::path program = hal::program_folder() / "arkmesh";
+  const fs::path program = hal::this_program();
   std::string command = quoted(program.string()) + " batch";
   for (const fs::path& file : request.files) command += " " + quoted(fs::absolute(file).string());
   command += " --out " + quoted(fs::absolute(batch.directory()).string());

@@ -1,5 +1,5 @@
 // The smallest useful scenario: robots of every lab but the owner's light up while a robot of the owner is near in the
-// shared world. Uses nothing but the scenario interface; experiments/light_up/light_up.py is the same in Python.
+// shared world. Uses nothing but the scenario interface.
 #pragma once
 
 #include <cstdint>

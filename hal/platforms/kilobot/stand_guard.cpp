@@ -10,8 +10,9 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <string>
+
+#include "hal/own_files.hpp"
 
 extern char** environ;
 
@@ -23,10 +24,8 @@ constexpr int word_descriptor = 3;  // in the guard
 }  // namespace
 
 StandGuard::StandGuard(const std::string& port) {
-  namespace fs = std::filesystem;
   std::array<int, 2> ends{-1, -1};
-  std::error_code unknown;
-  const std::string program = (fs::read_symlink("/proc/self/exe", unknown).parent_path() / process_name).string();
+  const std::string program = (program_folder() / process_name).string();
   int error = ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) == 0 ? 0 : errno;
   if (error == 0) {
     word_ = Handle(ends[0]);

@@ -1,0 +1,49 @@
+# What is installed, by component: `programs` with the files that they take along, in bin and share/arkmesh; and `dev`, what programs with scenarios of
+# somebody's own are built with. All of it is found from where it lies, so the folder may be moved.
+include(CMakePackageConfigHelpers)
+set(share share/arkmesh)
+
+install(TARGETS ${ARKMESH_PROGRAM_TARGETS} DESTINATION bin COMPONENT programs)
+# What robots' programs are compiled against.
+install(DIRECTORY sim_ode/kilolib hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT programs)
+# What draws runs.
+install(PROGRAMS scripts/draw_swarm scripts/plot_batch scripts/plot scripts/plot_curves scripts/read_log.py scripts/film DESTINATION ${share} COMPONENT programs)
+install(FILES scripts/mean_interval.py scripts/draw_overlay.py scripts/film_frames.py scripts/chromium.py scripts/lab_processes.py view/page/colours.json
+  DESTINATION ${share} COMPONENT programs)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT programs)
+# Scenarios in Python, and what `arkmesh scenario new` copies.
+install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT programs FILES_MATCHING PATTERN "*.py")
+install(DIRECTORY experiments/light_up DESTINATION ${share} COMPONENT programs PATTERN "__pycache__" EXCLUDE)
+install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DESTINATION ${share}/light_up/cpp COMPONENT programs)
+
+# Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those
+# include. A test builds such a program from them alone.
+foreach(header
+    app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp scenarios/robot_words.hpp scenarios/wall_sensor.hpp
+    lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp
+    lab/exchange/exchange.hpp lab/exchange/lab_state.hpp lab/exchange/merged_state.hpp lab/exchange/state_rules.hpp
+    hal/arena.hpp hal/bus.hpp hal/clock.hpp hal/colour.hpp hal/config.hpp hal/counters.hpp hal/drawing.hpp hal/fixed_math.hpp hal/own_files.hpp
+    hal/participants.hpp hal/projection.hpp hal/random.hpp hal/recorder.hpp hal/stop_request.hpp hal/types.hpp hal/wall_time.hpp
+    hal/layout/message.hpp hal/layout/types.hpp)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${header} DESTINATION include/arkmesh/${folder} COMPONENT dev)
+endforeach()
+install(FILES ${PROJECT_BINARY_DIR}/hal/generated/colour_table.hpp DESTINATION include/arkmesh COMPONENT dev)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/cpp/arkmesh DESTINATION include COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
+
+# Libraries: arkmesh::cli and arkmesh::testing, with all that they are linked to.
+set(libraries options lcmtypes hal http kilobot sim_ode recording recorded_view gateway lab testing view scenarios doctor app mark
+  cli_base cli_light cli_gateway cli)
+if(ARKMESH_CAMERAS)
+  list(APPEND libraries tracker testbed emulator)
+endif()
+foreach(library ${libraries})
+  set_target_properties(arkmesh_${library} PROPERTIES EXPORT_NAME ${library})
+  install(TARGETS arkmesh_${library} EXPORT arkmesh DESTINATION lib/arkmesh COMPONENT dev)
+endforeach()
+set(package lib/cmake/arkmesh)
+install(EXPORT arkmesh NAMESPACE arkmesh:: FILE arkmeshTargets.cmake DESTINATION ${package} COMPONENT dev)
+configure_package_config_file(cmake/arkmeshConfig.cmake.in arkmeshConfig.cmake INSTALL_DESTINATION ${package})
+# Until 1.0.0 a minor release may change the interface.
+write_basic_package_version_file(arkmeshConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfigVersion.cmake DESTINATION ${package} COMPONENT dev)
