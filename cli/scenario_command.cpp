@@ -9,12 +9,15 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "app/scenarios.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 #include "scenarios/python/python_scenario.hpp"
 
 namespace arkmesh::cli {
@@ -38,7 +41,55 @@ void replace_all(std::string& text, const std::string& word, const std::string& 
     text.replace(at, word.size(), by);
 }
 
-void write_new(fs::path folder) {
+// The scenario's name is that of a namespace, a source and a target. Scenarios of arkmesh have theirs, too.
+constexpr std::string_view taken_in_cpp[] = {
+    "all",      "and",      "asm",      "auto",    "bool",    "break",    "case",      "catch",   "char",
+    "class",    "clean",    "compl",    "const",   "default", "delete",   "do",        "double",  "else",
+    "enum",     "explicit", "export",   "extern",  "false",   "float",    "for",       "friend",  "goto",
+    "help",     "if",       "inline",   "install", "int",     "long",     "main",      "mutable", "namespace",
+    "new",      "not",      "operator", "or",      "package", "private",  "protected", "public",  "python",
+    "register", "requires", "return",   "short",   "signed",  "sizeof",   "static",    "struct",  "switch",
+    "template", "test",     "this",     "throw",   "true",    "try",      "typedef",   "typeid",  "typename",
+    "union",    "unsigned", "using",    "virtual", "void",    "volatile", "while",     "xor"};
+
+// A file of the new folder, as it is called in the example.
+struct ExampleFile {
+  const char* name;
+  fs::path source;
+};
+
+std::vector<ExampleFile> example_files(bool cpp) {
+  const fs::path example = scenarios::python::example_folder();
+  std::vector<ExampleFile> files;
+  for (const char* const name : {"a.toml", "b.toml", "light_up.c"}) files.push_back({name, example / name});
+  if (cpp) {
+    for (const char* const name : {"CMakeLists.txt", "README.md", "light_up_test.cpp", "main.cpp"})
+      files.push_back({name, example / "cpp" / name});
+    for (const char* const name : {"light_up.cpp", "light_up.hpp"})
+      files.push_back({name, hal::own_file(fs::path("light_up/cpp") / name, fs::path("scenarios/light_up") / name)});
+  } else {
+    for (const char* const name : {"README.md", "light_up.py", "light_up_test.py"})
+      files.push_back({name, example / name});
+  }
+  return files;
+}
+
+// What is typed next.
+std::string next_commands(const fs::path& folder, const std::string& name, bool cpp) {
+  const std::string labs = fmt::format("run {0}/a.toml {0}/b.toml --seconds 20", folder.string());
+  if (!cpp) return fmt::format("  run it with arkmesh {}\n", labs);
+  const fs::path prefix = hal::program_folder().parent_path();
+  std::error_code error;
+  const bool installed = fs::exists(prefix / "lib/cmake/arkmesh", error);
+  return fmt::format(
+      "{0}  build it with cmake -S {1} -B {1}/build{2} && cmake --build {1}/build\n"
+      "  run it with {1}/build/{3} {4}\n",
+      installed ? ""
+                : "  this arkmesh is not installed; scripts/build --install FOLDER installs one to build against\n",
+      folder.string(), installed ? fmt::format(" -DCMAKE_PREFIX_PATH='{}'", prefix.string()) : "", name, labs);
+}
+
+void write_new(fs::path folder, bool cpp) {
   if (!folder.has_filename()) folder = folder.parent_path();
   const std::string name = folder.filename().string();
   const bool is_name = !name.empty() && name[0] >= 'a' && name[0] <= 'z' && std::ranges::all_of(name, [](char c) {
@@ -48,15 +99,21 @@ void write_new(fs::path folder) {
     throw hal::ConfigError(fmt::format(
         "{}: a scenario's name is a-z, 0-9 and _, begins with a letter, and is not arkmesh; choose another one",
         folder.string()));
+  if (cpp && (std::ranges::find(taken_in_cpp, name) != std::end(taken_in_cpp) ||
+              std::ranges::find(app::catalogue(), name, &app::CatalogueEntry::name) != app::catalogue().end()))
+    throw hal::ConfigError(
+        fmt::format("{}: {} is a word of C++, CMake or arkmesh; choose another name", folder.string(), name));
   std::error_code error;
   if (fs::exists(folder, error))
     throw hal::ConfigError(fmt::format("{} is there already; choose another name, or another folder", folder.string()));
-  const std::vector<std::pair<std::string, std::string>> words = {
+  std::vector<std::pair<std::string, std::string>> words = {
       {"experiments/light_up", folder.string()}, {"light_up", name}, {"LightUp", class_name(name)}, {"Light-up", name}};
+  if (cpp)
+    words.insert(words.begin(), {{"scenarios/light_up/", ""}, {"\"light_up.py\"", '"' + name + '"'}, {".py", ".cpp"}});
   fs::create_directories(folder);
-  for (const char* const file : {"README.md", "a.toml", "b.toml", "light_up.c", "light_up.py", "light_up_test.py"}) {
-    std::ifstream in(scenarios::python::example_folder() / file);
-    std::string text(std::istreambuf_iterator<char>(in), {}), to = file;
+  for (const ExampleFile& file : example_files(cpp)) {
+    std::ifstream in(file.source);
+    std::string text(std::istreambuf_iterator<char>(in), {}), to = file.name;
     for (const auto& [word, by] : words) replace_all(text, word, by);
     replace_all(to, "light_up", name);
     std::ofstream out(folder / to);
@@ -64,10 +121,8 @@ void write_new(fs::path folder) {
       throw std::runtime_error(
           fmt::format("{} cannot be written; make room there, or choose another folder", (folder / to).string()));
   }
-  fmt::print(
-      "wrote {0}: {1}.py is the scenario, {1}.c the robots' program; README.md tells the rest\n"
-      "  run it with arkmesh run {0}/a.toml {0}/b.toml --seconds 20\n",
-      folder.string(), name);
+  fmt::print("wrote {0}: {1}.{2} is the scenario, {1}.c the robots' program; README.md tells the rest\n{3}",
+             folder.string(), name, cpp ? "cpp" : "py", next_commands(folder, name, cpp));
 }
 
 }  // namespace
@@ -77,12 +132,15 @@ void add_scenario_command(CLI::App* command) {
   CLI::App* make = command->add_subcommand("new", "Write a folder with a scenario that runs at once, to be changed");
   const auto folder = std::make_shared<std::string>();
   make->add_option("folder", *folder, "The folder; its last part is the scenario's name")->required();
-  make->add_flag("--python")->description("In Python, as they all are so far");
-  make->callback([folder] { write_new(*folder); });
+  CLI::Option* const cpp = make->add_flag("--cpp")->description("In C++, as a program of its own with all commands");
+  make->add_flag("--python")->description("In Python; so it is if nothing is said")->excludes(cpp);
+  make->callback([folder, cpp] { write_new(*folder, cpp->count() > 0); });
   command->add_subcommand("path", "Print the folder of Python's package arkmesh")->callback([] {
     fmt::print("{}\n", scenarios::python::package_folder().string());
   });
-  command->footer("Examples:\n  arkmesh scenario new my_swarm\n  export PYTHONPATH=\"$(arkmesh scenario path)\"");
+  command->footer(
+      "Examples:\n  arkmesh scenario new my_swarm\n  arkmesh scenario new my_swarm --cpp\n  export "
+      "PYTHONPATH=\"$(arkmesh scenario path)\"");
 }
 
 }  // namespace arkmesh::cli

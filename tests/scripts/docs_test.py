@@ -43,9 +43,10 @@ def wrong_in(command):
 FRAGMENTS = {
     "docs/architecture.md": [("template <class Section> void fields_of(const Section& s, double& duration_s) {", "}")],
     "docs/writing-a-scenario.md": [
+        ("}", "namespace {"),
         ("void draw(lab::Lab& lab, const std::vector<std::uint8_t>& trace) {", "}"),
         ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
-        ("void add(std::vector<app::CatalogueEntry>& entries) { std::vector<app::CatalogueEntry> more = {", "}; entries.swap(more); }")],
+        ("void add(std::vector<app::CatalogueEntry>& entries) { using app::scenario_with; std::vector<app::CatalogueEntry> more = {", "}; entries.swap(more); }")],
 }
 INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"scenarios/light_up/light_up.hpp\"\n"
             "using namespace arkmesh;\n")
@@ -64,7 +65,7 @@ class Documents(unittest.TestCase):
             for number, (block, (before, behind)) in enumerate(zip(blocks, around)):
                 line = text.count("\n", 0, block.start(1)) + 1
                 source += f'namespace block_{re.sub(r"[^a-z]", "_", name)}{number} {{ {before}\n#line {line} "{name}"\n{block[1]}{behind} }}\n'
-        include = [f"-I{ROOT}", "-isystem", str(ROOT / "build/release/lcmtypes/cpp"), f"-I{ROOT}/build/release/hal/generated"]
+        include = ["-DARKMESH_PROGRAM_FOLDER=\"\"", f"-I{ROOT}", "-isystem", str(ROOT / "build/release/lcmtypes/cpp"), f"-I{ROOT}/build/release/hal/generated"]
         done = subprocess.run(["g++", "-std=c++20", "-fsyntax-only", *include, "-x", "c++", "-"], input=source, capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
 
