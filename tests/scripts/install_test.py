@@ -10,7 +10,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build/release"
 # Runs a command where the sources and their build are an empty folder.
-WITHOUT_SOURCES = "unshare", "--user", "--map-root-user", "--mount", "sh", "-c", 'mount -t tmpfs none "$0" && exec "$@"', ROOT
+AS_ROOT = () if os.getuid() == 0 else ("--user", "--map-root-user")
+WITHOUT_SOURCES = "unshare", *AS_ROOT, "--mount", "sh", "-c", 'mount -t tmpfs none "$0" && exec "$@"', ROOT
 
 
 class Install(unittest.TestCase):
