@@ -43,14 +43,20 @@ void replace_all(std::string& text, const std::string& word, const std::string& 
 
 // The scenario's name is that of a namespace, a source and a target. Scenarios of arkmesh have theirs, too.
 constexpr std::string_view taken_in_cpp[] = {
-    "all",      "and",      "asm",      "auto",    "bool",    "break",    "case",      "catch",   "char",
-    "class",    "clean",    "compl",    "const",   "default", "delete",   "do",        "double",  "else",
-    "enum",     "explicit", "export",   "extern",  "false",   "float",    "for",       "friend",  "goto",
-    "help",     "if",       "inline",   "install", "int",     "long",     "main",      "mutable", "namespace",
-    "new",      "not",      "operator", "or",      "package", "private",  "protected", "public",  "python",
-    "register", "requires", "return",   "short",   "signed",  "sizeof",   "static",    "struct",  "switch",
-    "template", "test",     "this",     "throw",   "true",    "try",      "typedef",   "typeid",  "typename",
-    "union",    "unsigned", "using",    "virtual", "void",    "volatile", "while",     "xor"};
+    // the language's
+    "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case", "catch", "char",
+    "class", "co_await", "co_return", "co_yield", "compl", "concept", "const", "const_cast", "consteval", "constexpr",
+    "constinit", "continue", "decltype", "default", "delete", "do", "double", "dynamic_cast", "else", "enum",
+    "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if", "inline", "int", "long", "mutable",
+    "namespace", "new", "noexcept", "not", "not_eq", "nullptr", "operator", "or", "or_eq", "private", "protected",
+    "public", "register", "reinterpret_cast", "requires", "return", "short", "signed", "sizeof", "static",
+    "static_assert", "static_cast", "struct", "switch", "template", "this", "thread_local", "throw", "true", "try",
+    "typedef", "typeid", "typename", "union", "unsigned", "using", "virtual", "void", "volatile", "wchar_t", "while",
+    "xor", "xor_eq",
+    // of namespaces, classes and files that the example uses
+    "hal", "lab", "main", "settings", "std",
+    // CMake's targets
+    "all", "clean", "edit_cache", "help", "install", "package", "rebuild_cache", "test", "package_source"};
 
 // A file of the new folder, as it is called in the example.
 struct ExampleFile {

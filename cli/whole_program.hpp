@@ -9,7 +9,7 @@
 
 namespace arkmesh::cli {
 
-// What the next function calls.
+// For a program that finds arkmesh's programs beside itself.
 int whole_main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_scenarios);
 
 // The main() of a program that knows scenarios of its own besides arkmesh's; it links arkmesh::cli. An own scenario of

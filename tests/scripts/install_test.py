@@ -66,7 +66,7 @@ class Install(unittest.TestCase):
         self.assertIn("reach_m", self.run_it(program, "config", "--keys").split("scenario.my_swarm")[1])
 
     def test_names_that_cannot_be_a_namespace(self):
-        for name in ("main", "dhtf", "switch"):
+        for name in ("main", "dhtf", "switch", "constexpr", "lab", "settings", "rebuild_cache"):
             self.assertIn("choose another name", self.run_it("arkmesh", "scenario", "new", name, "--cpp", code=2))
 
     def test_beside_other_targets(self):
