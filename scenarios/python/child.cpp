@@ -74,11 +74,14 @@ std::optional<Message> Child::next() {
 }
 
 void Child::gone() {
+  // It has closed its end, so it ends, or is made to. What it says until then is heard.
+  std::optional<hal::ChildProcess::End> end;
+  for (int i = 0; i < 100 && !(end = process_.end()); ++i) {
+    pump(std::chrono::milliseconds(0));
+    ::poll(nullptr, 0, 10);
+  }
   for (int i = 0; i < 20 && pump(std::chrono::milliseconds(0)); ++i) {
   }
-  // It has closed its end, so it ends, or is made to.
-  std::optional<hal::ChildProcess::End> end;
-  for (int i = 0; i < 100 && !(end = process_.end()); ++i) ::poll(nullptr, 0, 10);
   if (!end) throw std::runtime_error("closed its line to the lab");
   if (end->signal != 0) throw std::runtime_error(fmt::format("was killed by signal {}", end->signal));
   if (end->code == 127)

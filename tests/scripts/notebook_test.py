@@ -162,6 +162,38 @@ class Notebook(unittest.TestCase):
         self.assertEqual(said.pop(0), ["--set run.nix=1: unknown key 'run.nix'; remove it or correct its name", False])
         self.assertIn("there is no file", said[0][0])
 
+    def test_where_it_hangs_may_be_said_late(self):
+        """The process between lab and notebook passes it on late, and after the notebook has closed its line: the result still
+        names the user's line."""
+        (self.folder / "sitecustomize.py").write_text(textwrap.dedent("""
+            import sys, time
+            class Late:
+                def write(self, text):
+                    time.sleep(0.7 if text.startswith("hangs at ") else 0)
+                    return sys.__stderr__.write(text)
+                def flush(self):
+                    sys.__stderr__.flush()
+            sys.stderr = Late()"""))
+        ended = self.script("""
+            os.environ["PYTHONPATH"] += ":" + os.getcwd()
+            class Hangs(arkmesh.Scenario):
+                def frame(self, lab):
+                    exec(compile("\\ntime.sleep(60)", "mine.py", "exec"))
+            def loop():
+                with arkmesh.lab(A, seconds=5, settings={"scenario.answer_s": 1}) as lab:
+                    for frame in lab:
+                        exec(compile("\\ntime.sleep(60)", "mine.py", "exec"))
+            out = []
+            for call in (loop, lambda: arkmesh.run(Hangs, A, seconds=5, settings={"scenario.answer_s": 1})):
+                try:
+                    call()
+                except arkmesh.Failed as error:
+                    out.append(json.loads((error.folder / "result.json").read_text())["ended"])
+            print(json.dumps(out))""")
+        self.assertEqual(len(ended), 2)
+        for each in ended:
+            self.assertIn("mine.py:2: no answer for 1 s", each)
+
     def test_the_callers_own_error_is_the_cause(self):
         """The traceback of the user's exception comes with it; from a loop it is the exception itself, and the run has failed."""
         self.assertTrue(self.script("""
