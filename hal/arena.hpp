@@ -17,13 +17,19 @@
 
 namespace arkmesh::hal {
 
+// To whom an arena carries whole messages. An overhead controller lights the whole arena; a simulator can do otherwise.
+enum class WholeMessages : std::uint8_t { to_nobody, to_everyone, to_each };
+
 // One kind of robot: what it is and what can be said to it. Each platform states its own; the defaults allow whatever
 // the values can hold and claim nothing.
 struct RobotModel {
-  double body_radius_m = 0;                  // of a robot seen from above; positive for every platform
-  RobotId max_robot = 1'000'000'000;         // largest addressable id
-  std::uint8_t kinds = 255;                  // ToRobot::kind is below this
-  std::uint16_t values = 65'535;             // ToRobot::value is below this
+  double body_radius_m = 0;           // of a robot seen from above; positive for every platform
+  RobotId max_robot = 1'000'000'000;  // largest addressable id
+  std::uint8_t kinds = 255;           // ToRobot::kind is below this
+  std::uint32_t values = 1 << 24;     // ToRobot::value is below this
+  // How words lie in the messages that robots receive (hal/platforms/kilobot/layout.hpp); 0 bits of id: nobody says.
+  std::uint8_t id_bits = 0, kind_bits = 0, message_type = 0;
+  WholeMessages whole = WholeMessages::to_nobody;
   std::vector<FleetCommand::Kind> commands;  // those that the platform carries; others are refused
 };
 

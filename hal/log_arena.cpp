@@ -47,13 +47,17 @@ bool is_sane(const pose_frame_t& part) {
   return true;
 }
 
-// lcmtypes/former/2 has all fields of today but the last one, which is a robot's radius: 0 here.
+// lcmtypes/former/2 and 3 have all fields of today but the last ones: 0 here, which is what their defaults are.
 std::vector<std::byte> in_todays_layout(std::vector<std::byte> bytes) {
   const layout::Type* const type = layout::type_of(bytes, layout::types());
-  if (!type || type->name != "arena_info_t-2") return bytes;
+  std::size_t missing = 4;  // how words lie, and who is sent whole messages
+  if (type && type->name == "arena_info_t-2")
+    missing += sizeof(double);  // a robot's radius
+  else if (!type || type->name != "arena_info_t-3")
+    return bytes;
   const std::uint64_t today = layout::type_for<arena_info_t>().fingerprint;
   for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(today >> (56 - 8 * i));
-  bytes.resize(bytes.size() + sizeof(double));
+  bytes.resize(bytes.size() + missing);
   return bytes;
 }
 
@@ -300,10 +304,14 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.height_m = sides.height_m;
   }
   if (found.info && found.info->max_robot >= 0 && found.info->kinds >= 0 && found.info->kinds <= 255 &&
-      found.info->values >= 0 && found.info->values <= 65'535) {
+      found.info->values >= 0 && found.info->values <= 1 << 24) {
     info.max_robot = static_cast<RobotId>(found.info->max_robot);
     info.kinds = static_cast<std::uint8_t>(found.info->kinds);
-    info.values = static_cast<std::uint16_t>(found.info->values);
+    info.values = static_cast<std::uint32_t>(found.info->values);
+    info.id_bits = found.info->id_bits;
+    info.kind_bits = found.info->kind_bits;
+    info.message_type = found.info->message_type;
+    info.whole = static_cast<WholeMessages>(std::min<int>(found.info->whole, static_cast<int>(WholeMessages::to_each)));
   }
   if (found.info && found.info->body_radius_m > 0 && found.info->body_radius_m < info.width_m)
     info.body_radius_m = found.info->body_radius_m;

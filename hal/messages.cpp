@@ -105,22 +105,39 @@ to_robots_t to_message(std::span<const ToRobot> messages, LabTime stamp, std::ui
   to_robots_t out;
   out.stamp_us = stamp.count();
   out.frame = static_cast<std::int32_t>(frame);
-  out.n_messages = static_cast<std::int32_t>(messages.size());
-  out.messages.resize(messages.size());
-  for (std::size_t i = 0; i < messages.size(); ++i) {
-    out.messages[i].robot = messages[i].robot;
-    out.messages[i].slot = messages[i].slot;
-    out.messages[i].kind = messages[i].kind;
-    out.messages[i].value = static_cast<std::int16_t>(messages[i].value);
+  out.messages.reserve(messages.size());
+  for (const ToRobot& each : messages) {
+    if (each.whole) {
+      whole_to_robot_t& whole = out.whole.emplace_back();
+      whole.robot = static_cast<std::int32_t>(each.robot);
+      whole.slot = each.slot;
+      whole.type = each.whole->type;
+      std::ranges::copy(each.whole->data, whole.data);
+    } else {
+      to_robot_t& word = out.messages.emplace_back();
+      word.robot = static_cast<std::int32_t>(each.robot);
+      word.slot = each.slot;
+      word.kind = each.kind;
+      word.value = static_cast<std::int32_t>(each.value);
+    }
   }
+  out.n_messages = static_cast<std::int32_t>(out.messages.size());
+  out.n_whole = static_cast<std::int32_t>(out.whole.size());
   return out;
 }
 
 std::vector<ToRobot> from_message(const to_robots_t& message) {
   std::vector<ToRobot> out;
-  out.reserve(message.messages.size());
+  out.reserve(message.messages.size() + message.whole.size());
   for (const to_robot_t& m : message.messages)
-    out.push_back({static_cast<RobotId>(m.robot), m.slot, m.kind, static_cast<std::uint16_t>(m.value)});
+    out.push_back({static_cast<RobotId>(m.robot), m.slot, m.kind, static_cast<std::uint32_t>(m.value)});
+  for (const whole_to_robot_t& m : message.whole) {
+    ToRobot& whole = out.emplace_back();
+    whole.robot = static_cast<RobotId>(m.robot);
+    whole.slot = m.slot;
+    whole.whole = WholeMessage{.type = m.type};
+    std::ranges::copy(m.data, whole.whole->data.begin());
+  }
   return out;
 }
 
@@ -179,7 +196,7 @@ arena_info_t to_message(const ArenaInfo& info) {
   out.robots = static_cast<std::int32_t>(info.robots.size());
   out.max_robot = info.max_robot;
   out.kinds = info.kinds;
-  out.values = info.values;
+  out.values = static_cast<std::int32_t>(info.values);
   for (const Obstacle& obstacle : info.obstacles)
     out.solids.push_back(to_message(obstacle.shape, obstacle.pose, out.corners));
   for (const MovableObject& object : info.objects) {
@@ -192,6 +209,10 @@ arena_info_t to_message(const ArenaInfo& info) {
   out.n_corners = static_cast<std::int32_t>(out.corners.size());
   out.n_objects = static_cast<std::int32_t>(info.objects.size());
   out.body_radius_m = info.body_radius_m;
+  out.id_bits = info.id_bits;
+  out.kind_bits = info.kind_bits;
+  out.message_type = info.message_type;
+  out.whole = static_cast<std::uint8_t>(info.whole);
   return out;
 }
 

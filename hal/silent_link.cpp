@@ -7,8 +7,15 @@
 namespace arkmesh::hal {
 
 const char* refusal(const ArenaInfo& info, const ToRobot& message) {
+  if (message.whole) {
+    if (info.whole == WholeMessages::to_nobody) return "to_robots.refused.whole";
+    if (message.whole->type > 127) return "to_robots.refused.type";
+    if (message.robot == everyone) return nullptr;
+    if (info.whole != WholeMessages::to_each) return "to_robots.refused.whole_to_one";
+  }
   if (!std::binary_search(info.robots.begin(), info.robots.end(), message.robot))
     return "to_robots.refused.unknown_robot";
+  if (message.whole) return nullptr;
   if (message.robot > info.max_robot) return "to_robots.refused.robot_not_addressable";
   if (message.kind >= info.kinds) return "to_robots.refused.kind";
   if (message.value >= info.values) return "to_robots.refused.value";

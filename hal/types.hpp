@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,13 +72,25 @@ struct PoseFrame {
   std::vector<ObjectObservation> objects;  // all of the arena's, in the order of ArenaInfo::objects
 };
 
-// The smallest thing every platform carries to one robot. `slot` names a register of that robot: a newer message
-// replaces an unsent older one in the same slot, so kinds that exclude each other share a slot. Limits: ArenaInfo.
+// As a receiver: all robots of an arena.
+inline constexpr RobotId everyone = 0xFFFF'FFFF;
+
+// Nine bytes that a scenario and its robots' program agree on, and the type by which the program knows them.
+struct WholeMessage {
+  std::uint8_t type = 0;  // 0..127
+  std::array<std::uint8_t, 9> data{};
+  bool operator==(const WholeMessage&) const = default;
+};
+
+// What is said to a robot: a word (kind and value), or a whole message. `slot` names a register of the receiver: what
+// is newer replaces what is older and unsent in the same slot, so what excludes each other shares a slot. Limits:
+// ArenaInfo.
 struct ToRobot {
-  RobotId robot = 0;
+  RobotId robot = 0;  // `everyone` with a whole message only
   std::uint8_t slot = 0;
   std::uint8_t kind = 0;
-  std::uint16_t value = 0;
+  std::uint32_t value = 0;              // of at most 24 bits
+  std::optional<WholeMessage> whole{};  // instead of kind and value
 };
 
 struct FromRobot {

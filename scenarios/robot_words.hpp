@@ -25,7 +25,7 @@ class RobotWords {
  private:
   struct Last {
     std::uint8_t kind = 0;
-    std::uint16_t value = 0;
+    std::uint32_t value = 0;
     hal::LabTime when{0};
     hal::Led led = hal::Led::off;  // when the word changed
   };

@@ -95,8 +95,8 @@ Word decode_word(std::string_view bytes) {
   std::memcpy(&word.message.robot, bytes.data(), 4);
   word.message.slot = static_cast<std::uint8_t>(bytes[4]);
   word.message.kind = static_cast<std::uint8_t>(bytes[5]);
-  std::memcpy(&word.message.value, bytes.data() + 6, 2);
-  word.how = static_cast<Word::How>(bytes[8] & 3);
+  word.how = static_cast<Word::How>(bytes[6] & 3);
+  std::memcpy(&word.message.value, bytes.data() + 8, 4);
   return word;
 }
 

@@ -64,17 +64,21 @@ TEST_CASE("frames are split at 1000 robots") {
 
 TEST_CASE("messages to and from robots keep their values") {
   // Values above 32767 too, although LCM knows no unsigned ones.
-  const std::vector<ToRobot> said{{1, 2, 3, 4}, {65'535, 255, 15, 65'535}};
+  const std::vector<ToRobot> said{{1, 2, 3, 4},
+                                  {65'535, 255, 15, (1 << 24) - 1},
+                                  {.robot = 5, .slot = 6, .whole = WholeMessage{127, {0, 1, 2, 128, 4, 5, 6, 7, 255}}},
+                                  {.robot = everyone, .whole = WholeMessage{.type = 0}}};
   const to_robots_t message = to_message(said, LabTime{7}, 9);
   CHECK(message.stamp_us == 7);
   CHECK(message.frame == 9);
   const auto back = from_message(message);
-  REQUIRE(back.size() == 2);
-  for (std::size_t i = 0; i < 2; ++i) {
+  REQUIRE(back.size() == said.size());
+  for (std::size_t i = 0; i < said.size(); ++i) {
     CHECK(back[i].robot == said[i].robot);
     CHECK(back[i].slot == said[i].slot);
     CHECK(back[i].kind == said[i].kind);
     CHECK(back[i].value == said[i].value);
+    CHECK(back[i].whole == said[i].whole);
   }
   const std::vector<FromRobot> heard{{3, 4, -5}};
   const from_robots_t from = to_message(heard, LabTime{8});

@@ -60,7 +60,8 @@ def rows(types, seconds=60, labs=("shark", "roark"), robots=(12, 6)):
             add("poses", "pose_frame_t", {"stamp_us": t_us, "number": frame, "parts": 1, "robots": [pose(i, t_us, side_m) for i in range(robots[lab])],
                                           "objects": [{"x_m": 0.001 * frame / 10, "y_m": 0, "confidence": 1}] if lab == 0 else []})
             if t_us % 1_000_000 == 0:
-                add("to_robots", "to_robots_t", {"stamp_us": t_us, "frame": frame, "messages": [{"robot": 2, "slot": 0, "kind": 1, "value": period}]})
+                add("to_robots", "to_robots_t", {"stamp_us": t_us, "frame": frame, "messages": [{"robot": 2, "slot": 0, "kind": 1, "value": period}],
+                                                  "whole": [{"robot": -1, "slot": 3, "type": 9, "data": bytes((0, 255, period, 1, 2, 3, 4, 5, 6))}]})
             if t_us % PERIOD_US:
                 continue
             views = [{"lab": n, "period": period, "age_periods": 1 if i != lab else 0, "fields": [{"name": "team", "values": [1, 2, period]}], "robots": [

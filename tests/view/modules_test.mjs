@@ -200,6 +200,17 @@ test("what the page cannot read takes no more room the longer it goes on, and ev
   assert.equal(world.not_understood.get("other reasons"), 4900);
 });
 
+test("what a robot was told, alone and with all others, the newest first; a former batch has words only", () => {
+  const lab = new Lab(0, "a");
+  lab.take_told({ stamp_us: 1, messages: [{ robot: 2, slot: 0, kind: 1, value: 70000 }] });
+  lab.take_told({ stamp_us: 2, messages: [], whole: [{ robot: -1, slot: 3, type: 9, data: [0, -1, 16, 0, 0, 0, 0, 0, 7] }] });
+  lab.take_told({ stamp_us: 3, messages: [{ robot: 5, slot: 0, kind: 0, value: 0 }], whole: [{ robot: 2, slot: 1, type: 0, data: [1, 2, 3, 4, 5, 6, 7, 8, 9] }] });
+  assert.deepEqual(lab.told_to(2).map((told) => [told.t_us, told.slot, told.kind, told.value]), [
+    [3, 1, "message of type 0", "01 02 03 04 05 06 07 08 09"], [2, 3, "message of type 9", "00 ff 10 00 00 00 00 00 07"], [1, 0, "1", "70000"]]);
+  assert.deepEqual(lab.told_to(5).map((told) => told.t_us), [3, 2]);
+  assert.deepEqual(lab.told_to(1).map((told) => told.t_us), [2]);
+});
+
 test("after a new connection to the same labs robots stay and events are told anew; other labs begin anew", () => {
   const world = new World(types), about = { version: "", mode: "live", labs: ["a"], control: false, run: "" };
   world.introduce(about);

@@ -8,7 +8,7 @@ import { identity, projection } from "./placement.js";
  * @typedef {{id: number, x: number, y: number, heading: number, led: number, confidence: number, age_us: number}} Robot arena frame: metres, radians
  * @typedef {{lab: string, id: number, x: number, y: number, heading: number, led: number}} Ghost in this lab's arena frame
  * @typedef {{lab: string, age_us: number, robots: Ghost[]}} GhostFleet age when it was merged, microseconds of lab time
- * @typedef {{t_us: number, slot: number, kind: number, value: number}} ToRobot
+ * @typedef {{t_us: number, slot: number, kind: string, value: string}} ToRobot
  * @typedef {{t_us: number, count: number, bytes: Uint8Array}} Newest
  * @typedef {{name: string, width_px: number, height_px: number, arena_to_px: number[]}} Camera
  * @typedef {import("./lcm.js").Message} Message
@@ -18,6 +18,7 @@ import { identity, projection } from "./placement.js";
 const parts_most = 1000;
 /** Newest messages to a robot that are kept. */
 const messages_each = 8;
+const everyone = -1; // whole_to_robot_t
 
 export class Lab {
   /** @param {number} index @param {string} name as the server lists it: LAB, or RUN/LAB */
@@ -132,12 +133,31 @@ export class Lab {
 
   /** @param {Message} batch to_robots_t */
   take_told(batch) {
-    for (const m of batch.messages) {
-      const list = this.told.get(m.robot) ?? [];
-      list.unshift({ t_us: batch.stamp_us, slot: m.slot, kind: m.kind, value: m.value });
-      list.length = Math.min(list.length, messages_each);
-      this.told.set(m.robot, list);
+    for (const m of batch.messages) this.add_told(m.robot, { t_us: batch.stamp_us, slot: m.slot, kind: `${m.kind}`, value: `${m.value}` });
+    for (const m of batch.whole ?? []) { // recordings of before know none
+      const bytes = [...m.data].map((/** @type {number} */ byte) => (byte & 255).toString(16).padStart(2, "0")).join(" ");
+      this.add_told(m.robot, { t_us: batch.stamp_us, slot: m.slot, kind: `message of type ${m.type}`, value: bytes });
     }
+  }
+
+  /**
+   * @param {number} robot or everyone
+   * @param {ToRobot} told
+   */
+  add_told(robot, told) {
+    const list = this.told.get(robot) ?? [];
+    list.unshift(told);
+    list.length = Math.min(list.length, messages_each);
+    this.told.set(robot, list);
+  }
+
+  /**
+   * What a robot was told, alone and with all others, the newest first.
+   * @param {number} robot
+   */
+  told_to(robot) {
+    const both = [...(this.told.get(robot) ?? []), ...(this.told.get(everyone) ?? [])];
+    return both.sort((a, b) => b.t_us - a.t_us).slice(0, messages_each);
   }
 
   /** From this lab's arena to the shared frame. */

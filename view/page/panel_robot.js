@@ -40,7 +40,7 @@ export class RobotPanel {
         const fleet = seen_by.ghosts.find((f) => f.lab === pick.lab);
         pairs.push(["told to", `${seen_by.name}, in its arena's frame`], ["age", fleet ? duration_words(seen_by.age_us(fleet)) : "–"]);
       }
-      const told = lab?.told.get(pick.id) ?? [];
+      const told = lab?.told_to(pick.id) ?? [];
       this.facts.replaceChildren(facts(pairs), h("h3", {}, "Newest messages to it"), told.length
         ? table(["time", "slot", "kind", "value"], told.map((m) => [time_words(m.t_us), m.slot, m.kind, m.value]))
         : h("p", {}, lab ? "none yet" : "its own lab tells"));

@@ -43,7 +43,7 @@ class MessageRegisters final : public hal::RobotLink {
 
   struct Register {
     std::uint8_t kind;
-    std::uint16_t value;
+    std::uint32_t value;
   };
   struct Waiting {
     std::map<std::uint8_t, Register> by_slot;

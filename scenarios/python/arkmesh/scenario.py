@@ -4,7 +4,7 @@ import re
 
 import numpy
 
-WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("value", "<u2"), ("how", "u1"), ("pad", "u1", 3)])
+WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
 
 
