@@ -6,7 +6,7 @@
 
 #include "hal/log_arena.hpp"
 #include "hal/null_arena.hpp"
-#include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "sim_ode/ode_arena.hpp"
 #if ARKMESH_CAMERAS
 #include "emulator/emulated_arena.hpp"
@@ -51,14 +51,15 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
 std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
                                        hal::PictureBoard& pictures, const std::filesystem::path& directory) {
   const hal::Section arena = config.root().section("arena");
-  std::unique_ptr<hal::Arena> made = chosen_arena(arena).make(arena, {.robot = hal::kilobot::model,
-                                                                      .lab = run.lab,
-                                                                      .seed = run.seed,
-                                                                      .run_length = run.period * run.last_period,
-                                                                      .bus = &bus,
-                                                                      .pictures = &pictures,
-                                                                      .directory = directory,
-                                                                      .all_read = [&] { config.refuse_unknown(); }});
+  std::unique_ptr<hal::Arena> made = chosen_arena(arena).make(
+      arena, {.robot = hal::kilobot::model_of(hal::kilobot::read_layout(arena), hal::WholeMessages::to_nobody),
+              .lab = run.lab,
+              .seed = run.seed,
+              .run_length = run.period * run.last_period,
+              .bus = &bus,
+              .pictures = &pictures,
+              .directory = directory,
+              .all_read = [&] { config.refuse_unknown(); }});
   config.refuse_unknown();
   return made;
 }

@@ -92,6 +92,7 @@ void ConfiguredLab::make_parts(OwnParts* own) {
   }
   arena_ = make_arena(config_, run_config_, private_bus_, pictures_, directory_);
   if (in_python) {
+    root.section("scenario").take_up(table);
     auto made = std::make_unique<scenarios::python::PythonScenario>(root.section("scenario"), config_.file(),
                                                                     run_config_, arena_->info(), directory_);
     config_.refuse_unknown("scenario." + table);

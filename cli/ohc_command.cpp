@@ -19,9 +19,9 @@
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/ohc_packets.hpp"
 #include "hal/platforms/kilobot/ohc_session.hpp"
-#include "hal/platforms/kilobot/robot_ids.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -58,8 +58,8 @@ void run_ohc(Work work) {
 
 std::vector<Packet> give_id(const std::string& text) {
   const std::uint16_t id = parse_number(text, 65535, "N");
-  if (id > max_robot_id)
-    fmt::print(stderr, "arkmesh: robots with ids above {} cannot be addressed one by one\n", max_robot_id);
+  if (id > largest_id(ark_layout))
+    fmt::print(stderr, "arkmesh: robots with ids above {} cannot be addressed one by one\n", largest_id(ark_layout));
   return set_id_packets(id);
 }
 

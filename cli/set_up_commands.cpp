@@ -114,8 +114,8 @@ struct AssignOptions {
 
 int assign(const AssignOptions& options) {
   OperatorStop stop;
-  testbed::AssignIdsSettings settings{.ids = options.common.listed_ids(1022), .max_s = options.max_s};
   testbed::SetUpArena arena = options.common.open_arena(stop);
+  testbed::AssignIdsSettings settings{.ids = options.common.listed_ids(arena.info().max_robot), .max_s = options.max_s};
   if (settings.ids.empty()) settings.ids = arena.info().robots;
   options.common.say_program(arena);
   // The clock only tells calls apart, nothing follows from it.
@@ -163,9 +163,10 @@ void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
 
 int calibrate(const CalibrateMotorsOptions& options) {
   OperatorStop stop;
-  testbed::CalibrateMotorsSettings settings{
-      .ids = options.common.listed_ids(1022), .first_duty = options.first_duty, .max_s = options.max_s};
   testbed::SetUpArena arena = options.common.open_arena(stop);
+  testbed::CalibrateMotorsSettings settings{.ids = options.common.listed_ids(arena.info().max_robot),
+                                            .first_duty = options.first_duty,
+                                            .max_s = options.max_s};
   if (settings.ids.empty()) settings.ids = arena.info().robots;
   std::ranges::sort(settings.ids);
   if (settings.ids.size() > testbed::max_robots_to_calibrate)

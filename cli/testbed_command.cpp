@@ -37,17 +37,17 @@ int record(const TestbedOptions& options) {
   return run_lab(lab);
 }
 
-void say(const app::SaidWord& word) {
+void say(const app::SaidWord& word, const hal::kilobot::WordLayout& layout) {
   fmt::print("{:>10.3f} {:>8.3f} {:>6} {:>6}  {}\n", static_cast<double>(word.first_us) * 1e-6,
              static_cast<double>(word.last_us - word.first_us) * 1e-6, word.copies, word.spoilt,
-             emulator::in_words(word.message));
+             emulator::in_words(word.message, layout));
 }
 
 int replay(const TestbedOptions& options) {
   OperatorStop stop;
   const app::TestbedRecord found = app::find_testbed_record(options.folder);
   fmt::print("{:>10} {:>8} {:>6} {:>6}  {}\n", "time_s", "for_s", "copies", "spoilt", "what robots could hear");
-  app::replay_words(found, stop, say);
+  app::replay_words(found, stop, [&](const app::SaidWord& word) { say(word, found.layout); });
   std::fflush(stdout);
   const app::PoseComparison poses = app::compare_poses(found, stop);
   if (!poses.not_compared.empty()) {

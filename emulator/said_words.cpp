@@ -16,15 +16,13 @@ using testbed::SerialEvent;
 constexpr std::int64_t step_us = 1'000'000;  // at most so much at once: the device keeps what was not asked for
 constexpr std::int64_t started_before_us = 3'000'000;  // longer than its start-up
 
-// Of three blocks of 24 bits: 10 robot, 4 kind, 10 value.
-std::string composite(const Message& message) {
+std::string composite(const Message& message, const hal::kilobot::WordLayout& layout) {
   std::vector<std::string> parts;
-  for (std::size_t block = 0; block < 3; ++block) {
-    const auto* const byte = message.data.data() + 3 * block;
-    const std::uint32_t bits =
-        static_cast<std::uint32_t>(byte[0]) << 16 | static_cast<std::uint32_t>(byte[1]) << 8 | byte[2];
-    if (bits >> 14 == hal::kilobot::nobody) continue;
-    parts.push_back(fmt::format("to {}: kind {} value {}", bits >> 14, bits >> 10 & 15, bits & 1023));
+  for (std::size_t group = 0; group < hal::kilobot::groups; ++group) {
+    const hal::kilobot::Word word = word_in(message, group, layout);
+    if (word.robot == nobody(layout)) continue;
+    const std::string kind = layout.kind_bits > 0 ? fmt::format("kind {} ", word.kind) : "";
+    parts.push_back(fmt::format("to {}: {}value {}", word.robot, kind, word.value));
   }
   return parts.empty() ? "to nobody" : fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -91,7 +89,7 @@ void replay_serial_line(testbed::SerialLines& lines, bool loses_power, const Lis
   }
 }
 
-std::string in_words(const Message& message) {
+std::string in_words(const Message& message, const hal::kilobot::WordLayout& layout) {
   using namespace hal::kilobot;
   static constexpr const char* library[] = {
       "boot loader", "flash page", "size of a program",    "reset",    "sleep", "pause", "charge",
@@ -102,7 +100,7 @@ std::string in_words(const Message& message) {
   if (message.type == type_boot_size) return fmt::format("a program of {} pages", message.data[0]);
   if (message.type == type_read_uid) return fmt::format("show bit {} of the id", message.data[0]);
   if (message.type >= type_boot && message.type <= type_calibrate) return library[message.type - type_boot];
-  if (message.type == 0) return composite(message);
+  if (message.type == layout.type) return composite(message, layout);
   if (message.type >= 118 && message.type <= 120)  // tracker/identity/id_code.hpp
     return fmt::format("question of identification {}: {:02x}", message.type, fmt::join(message.data, " "));
   return fmt::format("type {}: {:02x}", message.type, fmt::join(message.data, " "));

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "emulator/ohc_serial_port.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "testbed/raw_folder.hpp"
 
 namespace arkmesh::emulator {
@@ -18,7 +19,8 @@ using Listener = std::function<void(const sim_ode::Transmission&)>;
 // own, and had started long before the record. Throws RecordError.
 void replay_serial_line(testbed::SerialLines& lines, bool loses_power, const Listener& listener);
 
-// "run", "to 5: kind 1 value 300, to 1000: kind 14 value 1023": what a message says, as far as its type tells.
-std::string in_words(const hal::kilobot::Message& message);
+// "run", "to 5: kind 1 value 300, to 1000: kind 14 value 1023": what a message says, as far as its type tells. `layout`
+// is that of words to single robots.
+std::string in_words(const hal::kilobot::Message& message, const hal::kilobot::WordLayout& layout);
 
 }  // namespace arkmesh::emulator

@@ -152,6 +152,10 @@ void Section::leave_alone(std::string_view key) const {
   state_->left_alone.insert(join(path_, key));
 }
 
+void Section::take_up(std::string_view key) const {
+  state_->left_alone.erase(join(path_, key));
+}
+
 void Section::refuse(std::string_view key, std::string_view sentence) const {
   const std::string full = join(path_, key);
   const toml::node* const node = toml::at_path(state_->tree, full).node();
@@ -332,9 +336,9 @@ void Config::refuse_unknown(std::string_view below) const {
     if (is_read) known.insert(key);
     const bool counts =
         below.empty() || (key.starts_with(below) && key.find_first_of(".[", below.size()) == below.size());
-    if (!is_read && counts && !state_->left_alone.contains(key))
-      unknown.emplace(*node.source().path, node.source().begin.line, key);
-    return is_read;
+    const bool is_left_alone = state_->left_alone.contains(key);
+    if (!is_read && counts && !is_left_alone) unknown.emplace(*node.source().path, node.source().begin.line, key);
+    return is_read && !is_left_alone;
   });
   if (unknown.empty()) return;
   std::string key = std::get<2>(*unknown.begin());

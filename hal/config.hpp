@@ -82,8 +82,11 @@ class Section {
     return value;
   }
   Section section(std::string_view key, int element = -1) const;
-  // Its keys belong to a choice that was not made ([arena.ode] with arena.use = "null"): nobody reads them.
+  // Its keys belong to a choice that was not made ([arena.ode] with arena.use = "null"): nobody need read them,
+  // and whoever reads some does not answer for the others.
   void leave_alone(std::string_view key) const;
+  // The choice is made after all: unknown keys of it count again.
+  void take_up(std::string_view key) const;
   // Throws a ConfigError: "file:line: section.key = value: <sentence>".
   [[noreturn]] void refuse(std::string_view key, std::string_view sentence) const;
   // "gateway.peers[0]"

@@ -19,6 +19,7 @@
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/battery.hpp"
@@ -38,12 +39,12 @@ namespace {
 
 class OdeArena final : public SimulatedArena {
  public:
-  OdeArena(const hal::ArenaConfig& config, const Settings& settings, const hal::Solids& solids,
-           std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
+  OdeArena(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout, const Settings& settings,
+           const hal::Solids& solids, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
            std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed,
            const SimulatedArenaOptions& options)
       : settings_(settings),
-        info_(make_info(config, solids, lab)),
+        info_(make_info(config, layout, solids, lab)),
         poses_(counters_),
         registers_(info_, counters_),
         motors_(settings, std::move(profiles), lab, seed),
@@ -166,8 +167,9 @@ class OdeArena final : public SimulatedArena {
   }
 
  private:
-  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const hal::Solids& solids, const std::string& lab) {
-    hal::ArenaInfo info{hal::kilobot::model};
+  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout,
+                                  const hal::Solids& solids, const std::string& lab) {
+    hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_nobody)};
     info.name = lab;
     info.platform = "ode";
     info.width_m = config.width_m;
@@ -275,6 +277,7 @@ std::unique_ptr<OdeArena> make(
     const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& options,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
+  const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
   const hal::Solids solids = hal::read_solids(arena);
   const SolidBodies furniture(config.width_m, config.height_m, solids);
   if (const std::string wrong = furniture.misplaced(); !wrong.empty()) arena.refuse("objects", wrong);
@@ -301,7 +304,7 @@ std::unique_ptr<OdeArena> make(
   std::vector<RobotProfile> profiles = profiles_of(settings, arena.section("ode"), config.robots, lab, seed);
   all_read();
   try {
-    return std::make_unique<OdeArena>(config, settings, solids, RobotProgram::load(settings.controller), start,
+    return std::make_unique<OdeArena>(config, layout, settings, solids, RobotProgram::load(settings.controller), start,
                                       std::move(profiles), lab, seed, options);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());

@@ -24,7 +24,7 @@ class Identification {
   }
 
   void ask_spelled() {
-    tracker::IdentityKeeper keeper({.expected = settings_.expected});
+    tracker::IdentityKeeper keeper({.expected = settings_.expected, .largest = arena_.info().max_robot});
     std::map<tracker::TrackNumber, float> confidence;
     while (!keeper.settled(3) && goes_on()) {
       keeper.on_frame(arena_.now(), look(keeper.question()));
@@ -45,8 +45,9 @@ class Identification {
   }
 
   void ask_as_ark() {
-    tracker::ArkIdentifier identifier(
-        {.candidates = settings_.expected, .runtime = settings_.protocol == Protocol::ark_runtime});
+    tracker::ArkIdentifier identifier({.candidates = settings_.expected,
+                                       .largest = arena_.info().max_robot,
+                                       .runtime = settings_.protocol == Protocol::ark_runtime});
     // the first picture with somebody in it
     while (tracks_.empty() && goes_on()) look({});
     while (!identifier.finished() && goes_on()) {

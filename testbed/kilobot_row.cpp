@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/arena_video.hpp"
@@ -41,6 +42,7 @@ hal::ArenaRow kilobot_arena_row() {
   return {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, make, [] {
             std::vector<hal::KeyRow> rows = hal::keys_of<hal::kilobot::ArenaSettings>("arena.kilobot");
             std::ranges::move(hal::keys_of<KilobotSettings>("arena.kilobot"), std::back_inserter(rows));
+            std::ranges::move(hal::kilobot::layout_keys(), std::back_inserter(rows));
             return rows;
           }};
 }

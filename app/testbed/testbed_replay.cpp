@@ -33,19 +33,24 @@ double turn_between(double a, double b) {
   return std::abs(std::remainder(a - b, 2 * std::numbers::pi));
 }
 
-// The lab's settings, with the calibrations that lie in the record.
-testbed::KilobotSettings settings_of(const TestbedRecord& record) {
-  const fs::path file = record.run / "config.toml";
+// Of a run, with overrides.
+hal::Config config_of(const fs::path& run, const std::vector<std::string>& overrides = {}) {
+  const fs::path file = run / "config.toml";
   const auto text = hal::whole_file(file, most_config);
   if (!text) throw std::runtime_error(fmt::format("{} cannot be read", file.string()));
+  return hal::Config::from_text(*text, file.string(), overrides);
+}
+
+// The lab's settings, with the calibrations that lie in the record.
+testbed::KilobotSettings settings_of(const TestbedRecord& record) {
   const auto cameras = [](const hal::Config& config) {
     return testbed::read_cameras(config.root().section("arena").section("kilobot"));
   };
   std::string list;
-  const std::vector<testbed::CameraSettings> named = cameras(hal::Config::from_text(*text, file.string()));
+  const std::vector<testbed::CameraSettings> named = cameras(config_of(record.run));
   if (named.empty() || named.size() > 4)
-    throw std::runtime_error(
-        fmt::format("{} names {} cameras: it is of no testbed's run", file.string(), named.size()));
+    throw std::runtime_error(fmt::format("{} names {} cameras: it is of no testbed's run",
+                                         (record.run / "config.toml").string(), named.size()));
   for (std::size_t i = 0; i < named.size(); ++i) {
     const std::string calibration = fs::absolute(record.raw / testbed::calibration_file_of(i)).string();
     if (!hal::whole_file(calibration, most_config))
@@ -53,8 +58,7 @@ testbed::KilobotSettings settings_of(const TestbedRecord& record) {
     list += fmt::format("{}{{source = \"{}\", calibration = {}, camera = {}}}", i == 0 ? "" : ", ", i,
                         hal::to_toml(calibration), hal::to_toml(named[i].name));
   }
-  const hal::Config config =
-      hal::Config::from_text(*text, file.string(), {fmt::format("arena.kilobot.cameras=[{}]", list)});
+  const hal::Config config = config_of(record.run, {fmt::format("arena.kilobot.cameras=[{}]", list)});
   return testbed::read_kilobot_settings(config.root().section("arena"), "replay", named.size());
 }
 
@@ -161,6 +165,10 @@ TestbedRecord find_testbed_record(const fs::path& folder) {
                     folder.string(), testbed::serial_file, testbed::serial_file));
   if (out.raw != folder && holds(folder, "config.toml") && fs::is_regular_file(hal::log_in(folder), error))
     out.run = folder;
+  if (!out.run.empty()) {
+    const hal::Config config = config_of(out.run);
+    out.layout = hal::kilobot::read_layout(config.root().section("arena"));
+  }
   const auto text = hal::whole_file(out.raw / "facts.json", most_facts);
   const auto facts = nlohmann::json::parse(text.value_or(""), nullptr, false);
   if (!facts.is_object() || facts.value("record", nlohmann::json()) != 1)

@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 #include "hal/stop_request.hpp"
 
@@ -38,6 +39,7 @@ struct TestbedRecord {
   std::filesystem::path raw;  // holds serial.txt
   std::filesystem::path run;  // holds config.toml and log.lcm; empty: the record is of a set-up procedure
   bool emulated = false;
+  hal::kilobot::WordLayout layout;  // ARK's where no run's configuration names another
 };
 // `folder` is a run's folder with its record in raw/, or a record. Throws std::runtime_error with one sentence.
 TestbedRecord find_testbed_record(const std::filesystem::path& folder);

@@ -82,7 +82,7 @@ inline Airtime offer(Arena& arena, const std::vector<ToRobot>& messages) {
 
 inline ToRobot message_to(const ArenaInfo& info, std::size_t robot, std::uint8_t slot = 0, std::uint64_t content = 0) {
   return {info.robots.at(robot), slot, static_cast<std::uint8_t>(content % info.kinds),
-          static_cast<std::uint16_t>(content % info.values)};
+          static_cast<std::uint32_t>(content % info.values)};
 }
 
 // The info is whole and in order.
@@ -193,7 +193,7 @@ inline void check_limits(const ArenaRow& row) {
   CHECK_FALSE(offer_one(message_to(info, 0)));
   ToRobot largest = message_to(info, info.robots.size() - 1);
   largest.kind = static_cast<std::uint8_t>(info.kinds - 1);
-  largest.value = static_cast<std::uint16_t>(info.values - 1);
+  largest.value = info.values - 1;
   CHECK_FALSE(offer_one(largest));
 
   for (int robot = 0; robot <= 65'535; ++robot)

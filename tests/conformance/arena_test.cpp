@@ -11,8 +11,8 @@
 #include "hal/log_arena.hpp"
 #include "hal/messages.hpp"
 #include "hal/null_arena.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/recorder.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/conformance/arena_conformance.hpp"
@@ -86,15 +86,23 @@ const std::vector<tests::ArenaRow>& rows() {
   static const std::string log = recorded_log().string();
   static const std::string kilobots = observed_testbed();
   static const std::vector<tests::ArenaRow> table{
-      {"null", [] { return make_null_arena(arena_section(""), "lab", kilobot::model); }},
-      {"paced null", [] { return make_null_arena(arena_section("pace = 1"), "lab", kilobot::model); }},
+      {"null",
+       [] {
+         return make_null_arena(arena_section(""), "lab",
+                                kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody));
+       }},
+      {"paced null",
+       [] {
+         return make_null_arena(arena_section("pace = 1"), "lab",
+                                kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody));
+       }},
       {"null of plain robots", [] { return make_null_arena(arena_section(""), "lab", plain_robot); }},
       {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }, true},
       {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }, true},
       {"replay",
        [] {
-         return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab", kilobot::model,
-                               LabTime{2'000'000});
+         return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab",
+                               kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody), LabTime{2'000'000});
        }},
       {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
        true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "emulator/ohc_device.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/firmware_upload.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/random.hpp"
 
@@ -84,7 +84,7 @@ struct AirBench {
   }
   std::shared_ptr<Air> air;
   hal::Counters counters;
-  hal::ArenaInfo info{hal::kilobot::model};
+  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   PacketPort line{std::make_unique<AirStream>(air), counters};
   OverheadController controller;
   TimePoint now{};

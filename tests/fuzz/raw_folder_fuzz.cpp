@@ -42,7 +42,7 @@ void read_serial(const std::string& text, bool loses_power) {
     emulator::replay_serial_line(lines, loses_power, [&before_us](const sim_ode::Transmission& sent) {
       require(sent.start_us >= before_us);
       before_us = sent.start_us;
-      require(!emulator::in_words(sent.message).empty());
+      require(!emulator::in_words(sent.message, hal::kilobot::ark_layout).empty());
     });
   } catch (const testbed::RecordError& error) {
     require_sentence(error);

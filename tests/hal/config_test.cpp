@@ -286,6 +286,12 @@ TEST_CASE("the table of a choice not made is left alone") {
   config.root().section("arena").leave_alone("ode");
   config.refuse_unknown();
   CHECK(config.effective().find("ode") == std::string::npos);
+  // who reads one key does not answer for the others, until the table is taken up
+  CHECK(config.root().section("arena").section("ode").get("whatever", 0) == 1);
+  config.refuse_unknown();
+  CHECK(config.effective().find("whatever = 1") != std::string::npos);
+  config.root().section("arena").take_up("ode");
+  CHECK_THROWS_AS(config.refuse_unknown(), ConfigError);
 }
 
 TEST_CASE("bad files are refused with the line that asked") {

@@ -206,12 +206,14 @@ TEST_CASE("replay: folders that are no records end in one sentence") {
 TEST_CASE("replay: messages in words") {
   // Proves that commands, composites and calibrations are told as people know them.
   using hal::kilobot::Message;
-  CHECK(emulator::in_words(Message{{}, hal::kilobot::type_run, 0}) == "run");
-  CHECK(emulator::in_words(Message{{}, hal::kilobot::type_wakeup, 0}) == "pause");
+  CHECK(emulator::in_words(Message{{}, hal::kilobot::type_run, 0}, hal::kilobot::ark_layout) == "run");
+  CHECK(emulator::in_words(Message{{}, hal::kilobot::type_wakeup, 0}, hal::kilobot::ark_layout) == "pause");
   // robots 5 and 1000, and a filler; set id 300
-  CHECK(emulator::in_words(Message{{0x01, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0x00}, 0, 0}) ==
-        "to 5: kind 1 value 300, to 1000: kind 14 value 1023");
-  CHECK(emulator::in_words(Message{{1, 0x2C, 1}, hal::kilobot::type_calibrate, 0}) == "set id 300");
-  CHECK(emulator::in_words(Message{{7, 6}, hal::kilobot::type_boot_page, 0}) == "flash page 7, from word 6");
-  CHECK(emulator::in_words(Message{{1, 2}, 55, 0}) == "type 55: 01 02 00 00 00 00 00 00 00");
+  CHECK(emulator::in_words(Message{{0x01, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0x00}, 0, 0},
+                           hal::kilobot::ark_layout) == "to 5: kind 1 value 300, to 1000: kind 14 value 1023");
+  CHECK(emulator::in_words(Message{{1, 0x2C, 1}, hal::kilobot::type_calibrate, 0}, hal::kilobot::ark_layout) ==
+        "set id 300");
+  CHECK(emulator::in_words(Message{{7, 6}, hal::kilobot::type_boot_page, 0}, hal::kilobot::ark_layout) ==
+        "flash page 7, from word 6");
+  CHECK(emulator::in_words(Message{{1, 2}, 55, 0}, hal::kilobot::ark_layout) == "type 55: 01 02 00 00 00 00 00 00 00");
 }

@@ -23,7 +23,9 @@ void ArenaSettings::fields(const Section& kilobot) {
 
 ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, bool has_port) {
   const ArenaConfig config = read_arena_config(arena, body_radius_m);
-  ArenaSettings out = arena.section("kilobot").read(ArenaSettings{.info = ArenaInfo{model}, .has_port = has_port});
+  const WordLayout layout = read_layout(arena);
+  ArenaSettings out = arena.section("kilobot").read(
+      ArenaSettings{.info = ArenaInfo{model_of(layout, WholeMessages::to_nobody)}, .has_port = has_port});
   if (!has_port) out.port.clear();
   Solids solids = read_solids(arena);
   if (!solids.objects.empty())
@@ -33,7 +35,7 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   out.info.platform = "kilobot";
   out.info.width_m = config.width_m;
   out.info.height_m = config.height_m;
-  out.info.robots = read_robot_ids(arena);
+  out.info.robots = read_robot_ids(arena, layout);
   out.info.can_wait = false;
   out.info.frame_period = config.frame_period;
   return out;

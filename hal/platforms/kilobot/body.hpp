@@ -1,12 +1,9 @@
-// What a Kilobot is: its measures, and what an overhead controller can say to it. Lengths are metres, bearings radians
-// counter-clockwise from ahead, seen from above. Each measure stands here only, with its source and how far sources
-// differ; who may not include this is given it in settings.
+// The measures of a Kilobot. Lengths are metres, bearings radians counter-clockwise from ahead, seen from above. Each
+// stands here only, with its source and how far sources differ; who may not include this is given it in settings.
 #pragma once
 
 #include <cstdint>
 #include <numbers>
-
-#include "hal/arena.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -29,18 +26,5 @@ inline constexpr double led_above_board_m = 0.001;
 inline constexpr double light_sensor_bearing_rad = 100 * std::numbers::pi / 180, light_sensor_radius_m = 0.0145;
 // The robot's timer: 256 x 1024 cycles of 8 MHz (kilolib, timed). Its documentation says 1/32 s, simulators 1/31 s.
 inline constexpr std::int64_t tick_us = 32'768;
-
-// The largest id that a composite can address; 1023 means nobody.
-inline constexpr RobotId max_robot_id = 1022;
-
-// A composite gives each robot 4 bits of kind and 10 bits of value.
-inline const RobotModel model{
-    .body_radius_m = body_radius_m,
-    .max_robot = max_robot_id,
-    .kinds = 16,
-    .values = 1024,
-    .commands = {FleetCommand::Kind::run, FleetCommand::Kind::pause, FleetCommand::Kind::reset,
-                 FleetCommand::Kind::sleep, FleetCommand::Kind::voltage, FleetCommand::Kind::charge,
-                 FleetCommand::Kind::broadcast}};
 
 }  // namespace arkmesh::hal::kilobot

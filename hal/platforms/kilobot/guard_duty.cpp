@@ -9,7 +9,7 @@
 #include <memory>
 #include <optional>
 
-#include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
@@ -51,7 +51,7 @@ std::unique_ptr<ByteStream> claim(const std::string& port) {
 
 // The controller may start anew when its port opens, or not: it is told at once, and again and again.
 void speak(const std::string& port, FleetCommand::Kind wanted, std::chrono::milliseconds lasts) {
-  ArenaInfo info{model};
+  ArenaInfo info{model_of(ark_layout, WholeMessages::to_nobody)};  // it says what all robots understand
   Counters counters;
   PacketPort line(claim(port), counters);
   OverheadController controller(info, line, {.again_after = says_again_each, .settle = 0us}, counters);

@@ -62,7 +62,4 @@ constexpr Message with_crc(Message message) {
   return message;
 }
 
-// The robot of a composite's block that is for no robot: the largest number of 10 bits.
-inline constexpr std::uint32_t nobody = 1023;
-
 }  // namespace arkmesh::hal::kilobot

@@ -1,4 +1,4 @@
-// Packs what waits into composites: 10 bits robot, 4 bits kind, 10 bits value, big endian, three times.
+// Packs what waits into composites, as the layout of the arena's robots says.
 #include "hal/platforms/kilobot/message_registers.hpp"
 
 #include "hal/silent_link.hpp"
@@ -31,20 +31,18 @@ std::optional<Message> MessageRegisters::next() {
   if (!commands_.empty()) return fleet_message(commands_.take());
   if (waiting_.empty()) return std::nullopt;
 
-  Message message;
+  Message message{.type = layout_.type};
   // three different robots at most: programs differ in which block they take when two bear their id
-  std::size_t block = 0;
-  const std::size_t robots = std::min<std::size_t>(3, waiting_.size());
+  const std::size_t robots = std::min(groups, waiting_.size());
   auto at = waiting_.lower_bound(next_robot_);
-  for (; block < 3; ++block) {
-    std::uint32_t bits = nobody << 14;
-    if (block < robots) {
+  for (std::size_t group = 0; group < groups; ++group) {
+    Word word{.robot = nobody(layout_)};
+    if (group < robots) {
       if (at == waiting_.end()) at = waiting_.begin();
       Waiting& robot = at->second;
       auto slot = robot.by_slot.lower_bound(robot.next_slot);
       if (slot == robot.by_slot.end()) slot = robot.by_slot.begin();
-      bits = static_cast<std::uint32_t>(at->first) << 14 | static_cast<std::uint32_t>(slot->second.kind) << 10 |
-             slot->second.value;
+      word = {.robot = at->first, .kind = slot->second.kind, .value = slot->second.value};
       robot.next_slot = static_cast<std::uint8_t>(slot->first + 1);
       robot.by_slot.erase(slot);
       next_robot_ = static_cast<hal::RobotId>(at->first + 1);
@@ -52,7 +50,7 @@ std::optional<Message> MessageRegisters::next() {
       ++airtime_.sent;
       --airtime_.waiting;
     }
-    for (std::size_t k = 0; k < 3; ++k) message.data[3 * block + k] = static_cast<std::uint8_t>(bits >> (16 - 8 * k));
+    put_word(message, group, layout_, word);
   }
   std::erase_if(waiting_, [](const auto& entry) { return entry.second.by_slot.empty(); });
   return with_crc(message);

@@ -11,6 +11,7 @@
 #include "hal/arena.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/fleet_queue.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::hal::kilobot {
@@ -18,7 +19,8 @@ namespace arkmesh::hal::kilobot {
 class MessageRegisters final : public hal::RobotLink {
  public:
   // Both outlive the board.
-  MessageRegisters(const hal::ArenaInfo& info, hal::Counters& counters) : info_(info), counters_(counters) {}
+  MessageRegisters(const hal::ArenaInfo& info, hal::Counters& counters)
+      : info_(info), layout_(layout_of(info)), counters_(counters) {}
 
   void offer(std::span<const hal::ToRobot> newest) override;
   hal::Airtime airtime() const override { return airtime_; }
@@ -51,6 +53,7 @@ class MessageRegisters final : public hal::RobotLink {
   };
 
   const hal::ArenaInfo& info_;
+  const WordLayout layout_;
   hal::Counters& counters_;
   FleetQueue commands_;
   std::map<hal::RobotId, Waiting> waiting_;  // robots with something waiting

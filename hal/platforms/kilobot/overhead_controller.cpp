@@ -17,15 +17,13 @@ constexpr int stops_for_sure = 3;  // where the line may spoil one
 constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
 constexpr microseconds urged_again_after{500'000};  // half of the airtime stays for questions and messages
 
-// Gives the blocks of a composite that are for robots in the list to nobody. Returns how many.
-int blank(Message& composite, std::span<const RobotId> robots) {
+// Gives the words of a composite that are for robots in the list to nobody. Returns how many.
+int blank(Message& composite, const WordLayout& layout, std::span<const RobotId> robots) {
   int blanked = 0;
-  for (std::size_t at = 0; at < composite.data.size(); at += 3) {
-    const auto robot = static_cast<RobotId>(composite.data[at] << 2 | composite.data[at + 1] >> 6);
-    if (robot == nobody || !std::ranges::binary_search(robots, robot)) continue;
-    composite.data[at] = nobody >> 2;
-    composite.data[at + 1] = (nobody & 3) << 6;
-    composite.data[at + 2] = 0;
+  for (std::size_t group = 0; group < groups; ++group) {
+    const RobotId robot = word_in(composite, group, layout).robot;
+    if (robot == nobody(layout) || !std::ranges::binary_search(robots, robot)) continue;
+    put_word(composite, group, layout, {.robot = nobody(layout)});
     ++blanked;
   }
   composite.crc = message_crc(composite);
@@ -94,8 +92,10 @@ void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now
   withheld_.assign(robots.begin(), robots.end());
   for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", registers_.drop(robot));
   if (composite_)
-    counters_.add("to_robots.withheld.doubtful", static_cast<std::uint64_t>(blank(*composite_, withheld_)));
-  if (Message heard = on_air_composite_.value_or(Message{}); on_air_composite_ && blank(heard, withheld_) > 0)
+    counters_.add("to_robots.withheld.doubtful",
+                  static_cast<std::uint64_t>(blank(*composite_, layout_of(info_), withheld_)));
+  if (Message heard = on_air_composite_.value_or(Message{});
+      on_air_composite_ && blank(heard, layout_of(info_), withheld_) > 0)
     sender_.cut_short(now);
 }
 

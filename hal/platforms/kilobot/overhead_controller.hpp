@@ -41,7 +41,7 @@ struct OverheadSettings {
 // `overhead.questions`, `.dropped.composite`, and what its parts count.
 class OverheadController final : public RobotLink {
  public:
-  // All outlive this. `info.robots` holds ids up to 1022.
+  // All outlive this.
   OverheadController(const ArenaInfo& info, PacketPort& line, const OverheadSettings& settings, Counters& counters)
       : info_(info),
         settings_(settings),

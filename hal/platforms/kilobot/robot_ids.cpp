@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "hal/arena_config.hpp"
+#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -21,7 +22,8 @@ std::optional<RobotId> number(std::string_view text) {
 
 }  // namespace
 
-std::vector<RobotId> read_robot_ids(const Section& arena) {
+std::vector<RobotId> read_robot_ids(const Section& arena, const WordLayout& layout) {
+  const RobotId most = largest_id(layout);
   const auto robots = static_cast<std::size_t>(read_arena_config(arena, body_radius_m).robots);
   const Section kilobot = arena.section("kilobot");
   std::vector<RobotId> out;
@@ -31,16 +33,18 @@ std::vector<RobotId> read_robot_ids(const Section& arena) {
     const auto last = dash == std::string::npos ? first : number(std::string_view(part).substr(dash + 1));
     if (!first || !last || *first > *last)
       kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
-    if (*last > max_robot_id)
-      kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that can be spoken to", *last, max_robot_id));
+    if (*last > most)
+      kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that the layout {} can name", *last, most,
+                                        name_of(layout)));
     for (RobotId id = *first; id <= *last; ++id) out.push_back(id);
   }
   std::ranges::sort(out);
   if (const auto twice = std::ranges::adjacent_find(out); twice != out.end())
     kilobot.refuse("ids", fmt::format("robot {} is listed twice", *twice));
   if (out.empty()) {
-    if (robots > max_robot_id + 1)
-      arena.refuse("robots", fmt::format("must be at most {}: that many Kilobots can be spoken to", max_robot_id + 1));
+    if (robots > most + 1)
+      arena.refuse("robots",
+                   fmt::format("must be at most {}: the layout {} can name so many", most + 1, name_of(layout)));
     for (RobotId id = 0; id < robots; ++id) out.push_back(id);
   } else if (out.size() != robots) {
     kilobot.refuse("ids", fmt::format("lists {} robots, but arena.robots is {}; make them agree", out.size(), robots));

@@ -88,7 +88,11 @@ TEST_CASE("kilobot arena: configuration") {
   CHECK(holds(error(port + "kilobot.spacing_s = 0.04"), "at least 0.05"));
   CHECK(holds(error(port + "kilobot.names_within_s = 0"), "names_within_s"));
 
-  CHECK(read_robot_ids(section("kilobot.ids = [\"40\", \"3-5\"]")) == std::vector<hal::RobotId>{3, 4, 5, 40});
+  CHECK(holds(error(port + "kilobot.layout = \"8+16\"\nkilobot.ids = [\"250-255\"]"),
+              "255 is above 254, the largest id that the layout 8+16 can name"));
+
+  CHECK(read_robot_ids(section("kilobot.ids = [\"40\", \"3-5\"]"), ark_layout) ==
+        std::vector<hal::RobotId>{3, 4, 5, 40});
 }
 
 TEST_CASE("kilobot arena: ids in words") {

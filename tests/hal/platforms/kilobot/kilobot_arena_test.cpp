@@ -54,7 +54,7 @@ struct Operator final : hal::StopRequest {
 
 struct Testbed {
   explicit Testbed(const std::string& keys = "") : eyes_see(std::make_shared<FakeTestbed>()) {
-    eyes_see->robots = read_robot_ids(arena_section(keys));
+    eyes_see->robots = read_robot_ids(arena_section(keys), ark_layout);
     arena = make_kilobot_arena(settings(keys), std::make_unique<FakeMonitor>(eyes_see),
                                std::make_unique<FakeStream>(cable), nullptr, wall);
   }

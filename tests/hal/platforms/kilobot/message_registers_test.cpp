@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "hal/counters.hpp"
-#include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
 
 hal::ArenaInfo info_of(int robots) {
-  hal::ArenaInfo info{hal::kilobot::model};
+  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   for (int i = 0; i < robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
   return info;
 }

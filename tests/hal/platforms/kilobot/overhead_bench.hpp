@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 
@@ -38,7 +38,7 @@ struct OverheadBench {
   }
 
   hal::kilobot::OverheadSettings settings;
-  hal::ArenaInfo info{hal::kilobot::model};
+  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
   hal::kilobot::PacketPort line{std::make_unique<FakeStream>(cable), counters};
