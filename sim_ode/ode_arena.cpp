@@ -169,7 +169,7 @@ class OdeArena final : public SimulatedArena {
  private:
   static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout,
                                   const hal::Solids& solids, const std::string& lab) {
-    hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_nobody)};
+    hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_each)};
     info.name = lab;
     info.platform = "ode";
     info.width_m = config.width_m;

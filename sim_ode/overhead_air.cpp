@@ -19,14 +19,22 @@ OverheadAir::OverheadAir(const Settings& settings, const hal::ArenaInfo& info, c
 
 void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
                                  hal::kilobot::MessageRegisters& registers, std::vector<Inbox::Overhead>& inbox) {
-  const std::optional<Message> message = registers.next();
-  if (!message) return;
+  const auto outgoing = registers.next();
+  if (!outgoing) return;
   infrared_.overhead_sends(now.count());
   Inbox::Overhead& heard = inbox.emplace_back();
   heard.at_us = static_cast<std::uint32_t>(now.count() - tick_began_us);
-  heard.message = *message;
+  heard.message = outgoing->message;
   // fleet commands are repeated until everybody has heard them
-  if (loses() && message->type <= 127) draw_missed(heard);
+  if (loses() && heard.message.type <= 127) draw_missed(heard);
+  if (outgoing->only_to) hide_from_others(heard, *outgoing->only_to);
+}
+
+// A controller cannot do that; other simulators can, and programs were written for them.
+void OverheadAir::hide_from_others(Inbox::Overhead& heard, hal::RobotId robot) const {
+  heard.missed.resize(info_.robots.size());
+  for (std::size_t i = 0; i < heard.missed.size(); ++i)
+    if (info_.robots[i] != robot) heard.missed[i] = 1;
 }
 
 // Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.

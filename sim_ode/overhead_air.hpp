@@ -28,7 +28,7 @@ class OverheadAir {
               OverheadSource* source, const std::string& lab, std::uint64_t seed, hal::Counters& counters);
 
   bool is_outside() const { return source_ != nullptr; }
-  // The composite that is due `now`, to be heard in the tick that began at `tick_began_us`.
+  // What is due `now`, to be heard in the tick that began at `tick_began_us`.
   void send_composite(hal::LabTime now, std::int64_t tick_began_us, hal::kilobot::MessageRegisters& registers,
                       std::vector<Inbox::Overhead>& inbox);
   // What a controller outside has sent in the tick that ends `now`: every copy by itself, nothing assumed of
@@ -42,6 +42,7 @@ class OverheadAir {
   bool loses() const { return settings_.overhead_loss > 0 || settings_.air.overhead_loss_edge > 0; }
   double loss(std::size_t robot) const;
   void draw_missed(Inbox::Overhead& heard);
+  void hide_from_others(Inbox::Overhead& heard, hal::RobotId robot) const;
 
   const Settings& settings_;
   const hal::ArenaInfo& info_;

@@ -208,6 +208,12 @@ inline void check_limits(const ArenaRow& row) {
   CHECK(offer_one(kind));
   value.value = info.values;
   CHECK(offer_one(value));
+  ToRobot whole{.robot = everyone, .whole = WholeMessage{.type = 127}};
+  CHECK(offer_one(whole) == (info.whole == WholeMessages::to_nobody));
+  whole.robot = info.robots[0];
+  CHECK(offer_one(whole) == (info.whole != WholeMessages::to_each));
+  whole = {.robot = everyone, .whole = WholeMessage{.type = 128}};
+  CHECK(offer_one(whole));
 }
 
 // One register per (robot, slot): the newest wins, other slots and robots are left alone, and each offer is settled

@@ -1,4 +1,4 @@
-// Packs what waits into composites, as the layout of the arena's robots says.
+// Packs words into composites, as the layout of the arena's robots says; a whole message goes alone.
 #include "hal/platforms/kilobot/message_registers.hpp"
 
 #include "hal/silent_link.hpp"
@@ -14,7 +14,8 @@ void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
       continue;
     }
     Waiting& robot = waiting_[message.robot];
-    const auto [place, is_new] = robot.by_slot.insert_or_assign(message.slot, Register{message.kind, message.value});
+    const auto [place, is_new] =
+        robot.by_slot.insert_or_assign(message.slot, Register{message.kind, message.value, message.whole});
     if (is_new)
       ++airtime_.waiting;
     else
@@ -27,33 +28,49 @@ void MessageRegisters::command(const hal::FleetCommand& command) {
   if (const char* reason = commands_.put(command)) counters_.add(reason);
 }
 
-std::optional<Message> MessageRegisters::next() {
-  if (!commands_.empty()) return fleet_message(commands_.take());
+MessageRegisters::Register MessageRegisters::take(hal::RobotId receiver, Waiting& waiting) {
+  const auto slot = waiting.next();
+  const Register out = slot->second;
+  waiting.next_slot = static_cast<std::uint8_t>(slot->first + 1);
+  waiting.by_slot.erase(slot);
+  next_receiver_ = receiver + 1;  // behind `everyone`: 0
+  ++airtime_.sent;
+  --airtime_.waiting;
+  return out;
+}
+
+std::optional<MessageRegisters::Outgoing> MessageRegisters::next() {
+  if (!commands_.empty()) return Outgoing{fleet_message(commands_.take())};
   if (waiting_.empty()) return std::nullopt;
 
-  Message message{.type = layout_.type};
-  // three different robots at most: programs differ in which block they take when two bear their id
-  const std::size_t robots = std::min(groups, waiting_.size());
-  auto at = waiting_.lower_bound(next_robot_);
-  for (std::size_t group = 0; group < groups; ++group) {
-    Word word{.robot = nobody(layout_)};
-    if (group < robots) {
-      if (at == waiting_.end()) at = waiting_.begin();
-      Waiting& robot = at->second;
-      auto slot = robot.by_slot.lower_bound(robot.next_slot);
-      if (slot == robot.by_slot.end()) slot = robot.by_slot.begin();
-      word = {.robot = at->first, .kind = slot->second.kind, .value = slot->second.value};
-      robot.next_slot = static_cast<std::uint8_t>(slot->first + 1);
-      robot.by_slot.erase(slot);
-      next_robot_ = static_cast<hal::RobotId>(at->first + 1);
-      ++at;
-      ++airtime_.sent;
-      --airtime_.waiting;
+  auto at = waiting_.lower_bound(next_receiver_);
+  if (at == waiting_.end()) at = waiting_.begin();
+  Outgoing out;
+  if (at->second.next()->second.whole) {
+    const hal::WholeMessage whole = *take(at->first, at->second).whole;
+    out.message = {.data = whole.data, .type = whole.type};
+    if (at->first != hal::everyone) out.only_to = at->first;
+  } else {
+    out.message.type = layout_.type;
+    out.has_words = true;
+    std::optional<hal::RobotId> passed_over;
+    std::size_t group = 0;
+    // three different robots at most: programs differ in which group they take when two bear their id
+    for (std::size_t seen = 0; seen < waiting_.size() && group < groups; ++seen) {
+      if (at->second.next()->second.whole) {
+        if (!passed_over) passed_over = at->first;
+      } else {
+        const Register word = take(at->first, at->second);
+        put_word(out.message, group++, layout_, {.robot = at->first, .kind = word.kind, .value = word.value});
+      }
+      if (++at == waiting_.end()) at = waiting_.begin();
     }
-    put_word(message, group, layout_, word);
+    for (; group < groups; ++group) put_word(out.message, group, layout_, {.robot = nobody(layout_)});
+    if (passed_over) next_receiver_ = *passed_over;
   }
   std::erase_if(waiting_, [](const auto& entry) { return entry.second.by_slot.empty(); });
-  return with_crc(message);
+  out.message = with_crc(out.message);
+  return out;
 }
 
 std::uint64_t MessageRegisters::drop(hal::RobotId robot) {

@@ -1,5 +1,5 @@
-// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for three
-// robots. Registers per robot and slot hold the newest message; fleet commands go first.
+// The overhead controller's airtime: one infrared message at a time for the whole arena, each with room for words to
+// three robots, or for one whole message. Registers per receiver and slot hold what is newest; fleet commands go first.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,14 @@ class MessageRegisters final : public hal::RobotLink {
   void command(const hal::FleetCommand& command) override;
   std::vector<hal::FromRobot> heard() override { return {}; }
 
-  // The message that goes on the air now; nothing when nothing waits.
-  std::optional<Message> next();
+  struct Outgoing {
+    Message message;
+    bool has_words = false;                 // to single robots, in groups
+    std::optional<hal::RobotId> only_to{};  // whom it is for, of a whole message to one robot
+  };
+  // What goes on the air now; nothing when nothing waits. Receivers take turns: who is passed over, because a whole
+  // message does not fit beside words, is the next.
+  std::optional<Outgoing> next();
   bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
   // For controllers that know better when commands go out: next() does not see what they take.
   FleetQueue& commands() { return commands_; }
@@ -46,18 +52,24 @@ class MessageRegisters final : public hal::RobotLink {
   struct Register {
     std::uint8_t kind;
     std::uint32_t value;
+    std::optional<hal::WholeMessage> whole;
   };
   struct Waiting {
     std::map<std::uint8_t, Register> by_slot;
-    std::uint8_t next_slot = 0;  // where this robot's round goes on
+    std::uint8_t next_slot = 0;  // where this receiver's round goes on
+    std::map<std::uint8_t, Register>::iterator next() {
+      const auto at = by_slot.lower_bound(next_slot);
+      return at == by_slot.end() ? by_slot.begin() : at;
+    }
   };
+  Register take(hal::RobotId receiver, Waiting& waiting);
 
   const hal::ArenaInfo& info_;
   const WordLayout layout_;
   hal::Counters& counters_;
   FleetQueue commands_;
-  std::map<hal::RobotId, Waiting> waiting_;  // robots with something waiting
-  hal::RobotId next_robot_ = 0;              // where the round over robots goes on
+  std::map<hal::RobotId, Waiting> waiting_;  // receivers with something waiting; `everyone` is the last of a round
+  hal::RobotId next_receiver_ = 0;           // where the round over receivers goes on
   hal::Airtime airtime_;
 };
 

@@ -17,8 +17,10 @@ constexpr int stops_for_sure = 3;  // where the line may spoil one
 constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
 constexpr microseconds urged_again_after{500'000};  // half of the airtime stays for questions and messages
 
-// Gives the words of a composite that are for robots in the list to nobody. Returns how many.
-int blank(Message& composite, const WordLayout& layout, std::span<const RobotId> robots) {
+// Gives the words that are for robots in the list to nobody. Returns how many.
+int blank(MessageRegisters::Outgoing& outgoing, const WordLayout& layout, std::span<const RobotId> robots) {
+  if (!outgoing.has_words) return 0;
+  Message& composite = outgoing.message;
   int blanked = 0;
   for (std::size_t group = 0; group < groups; ++group) {
     const RobotId robot = word_in(composite, group, layout).robot;
@@ -94,9 +96,7 @@ void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now
   if (composite_)
     counters_.add("to_robots.withheld.doubtful",
                   static_cast<std::uint64_t>(blank(*composite_, layout_of(info_), withheld_)));
-  if (Message heard = on_air_composite_.value_or(Message{});
-      on_air_composite_ && blank(heard, layout_of(info_), withheld_) > 0)
-    sender_.cut_short(now);
+  if (auto heard = on_air_composite_; heard && blank(*heard, layout_of(info_), withheld_) > 0) sender_.cut_short(now);
 }
 
 void OverheadController::poll(TimePoint now) {
@@ -243,7 +243,8 @@ bool OverheadController::send_question(TimePoint now) {
 bool OverheadController::send_composite(TimePoint now) {
   if (!composite_) composite_ = registers_.next();
   if (!composite_) return false;
-  const Packet packet = settings_.once ? forward_once_packet(*composite_) : forward_packet(*composite_);
+  const Message& message = composite_->message;
+  const Packet packet = settings_.once ? forward_once_packet(message) : forward_packet(message);
   // a message that interrupts a repetition waits for its end, up to 10.4 ms
   const microseconds hold = sender_.is_repeating() ? std::max(settings_.spacing, usual_spacing) : settings_.spacing;
   if (!sender_.send(packet, hold, now)) return true;

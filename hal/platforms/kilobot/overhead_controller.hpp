@@ -115,9 +115,9 @@ class OverheadController final : public RobotLink {
   std::optional<Message> question_;
   std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
   TimePoint asked_at_{}, stopped_at_{};
-  int stops_left_ = 0;                // to be sent while there is nothing to say
-  std::optional<Message> composite_;  // made up, to be sent
-  std::optional<Message> on_air_composite_;
+  int stops_left_ = 0;                                   // to be sent while there is nothing to say
+  std::optional<MessageRegisters::Outgoing> composite_;  // made up, to be sent
+  std::optional<MessageRegisters::Outgoing> on_air_composite_;
   std::vector<RobotId> withheld_;
   bool held_ = false;
   std::optional<TimePoint> down_since_;

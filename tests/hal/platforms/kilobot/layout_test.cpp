@@ -121,7 +121,8 @@ TEST_CASE("layout: in any layout each robot's newest word goes out, in a fair ro
     std::map<RobotId, std::size_t> left;
     for (const auto& [to, word] : offered) ++left[to.first];
     std::multimap<RobotId, Word> heard;
-    while (const auto message = registers.next()) {
+    while (const auto outgoing = registers.next()) {
+      const Message* const message = &outgoing->message;
       CHECK(message->type == layout.type);
       CHECK(message->crc == message_crc(*message));
       for (std::size_t group = 0; group < groups; ++group)

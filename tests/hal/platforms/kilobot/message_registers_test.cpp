@@ -55,8 +55,9 @@ TEST_CASE("bytes of a composite") {
   hal::Counters counters;
   MessageRegisters controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{5, 0, 1, 300}, {1000, 0, 14, 1023}});
-  const auto message = controller.next();
-  REQUIRE(message);
+  const auto outgoing = controller.next();
+  REQUIRE(outgoing);
+  const Message* const message = &outgoing->message;
   CHECK(message->data == std::array<std::uint8_t, 9>{0x01, 0x45, 0x2C, 0xFA, 0x3B, 0xFF, 0xFF, 0xC0, 0x00});
   CHECK(message->type == 0);
   CHECK(message->crc == 0x07A8);
@@ -72,14 +73,14 @@ TEST_CASE("newest wins, in a fair round") {
   for (hal::RobotId id = 0; id < 7; ++id) all.push_back({id, 0, 1, 10});
   controller.offer(all);
   CHECK(controller.airtime().waiting == 7);
-  CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, {1, 1, 10}, {2, 1, 10}});
+  CHECK(blocks(controller.next()->message) == std::vector<Block>{{0, 1, 10}, {1, 1, 10}, {2, 1, 10}});
   controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 11}, {4, 0, 1, 11}, {4, 0, 2, 12}});
   const hal::Airtime air = controller.airtime();
   CHECK(air.replaced == 2);
   CHECK(air.sent == 3);
   CHECK(adds_up(air));
-  CHECK(blocks(*controller.next()) == std::vector<Block>{{3, 1, 10}, {4, 2, 12}, {5, 1, 10}});
-  CHECK(blocks(*controller.next()) == std::vector<Block>{{6, 1, 10}, {0, 1, 11}, filler});
+  CHECK(blocks(controller.next()->message) == std::vector<Block>{{3, 1, 10}, {4, 2, 12}, {5, 1, 10}});
+  CHECK(blocks(controller.next()->message) == std::vector<Block>{{6, 1, 10}, {0, 1, 11}, filler});
   CHECK_FALSE(controller.next());
   CHECK(adds_up(controller.airtime()));
 }
@@ -90,11 +91,71 @@ TEST_CASE("slots") {
   hal::Counters counters;
   MessageRegisters controller(info, counters);
   controller.offer(std::vector<hal::ToRobot>{{0, 3, 1, 30}, {0, 1, 1, 10}, {0, 200, 1, 200}});
-  CHECK(blocks(*controller.next()) == std::vector<Block>{{0, 1, 10}, filler, filler});
+  CHECK(blocks(controller.next()->message) == std::vector<Block>{{0, 1, 10}, filler, filler});
   controller.offer(std::vector<hal::ToRobot>{{0, 1, 1, 11}});
-  CHECK(blocks(*controller.next())[0] == Block{0, 1, 30});
-  CHECK(blocks(*controller.next())[0] == Block{0, 1, 200});
-  CHECK(blocks(*controller.next())[0] == Block{0, 1, 11});
+  CHECK(blocks(controller.next()->message)[0] == Block{0, 1, 30});
+  CHECK(blocks(controller.next()->message)[0] == Block{0, 1, 200});
+  CHECK(blocks(controller.next()->message)[0] == Block{0, 1, 11});
+}
+
+TEST_CASE("whole messages") {
+  // One goes alone, with its own type, and takes a turn like any receiver; what is passed over is the next; each slot
+  // of `everyone` is a register; only a message for one robot names its receiver.
+  hal::ArenaInfo info = info_of(6);
+  info.whole = hal::WholeMessages::to_each;
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  const auto whole = [](hal::RobotId to, std::uint8_t slot, std::uint8_t type) {
+    return hal::ToRobot{.robot = to, .slot = slot, .whole = hal::WholeMessage{type, {type, 2, 3, 4, 5, 6, 7, 8, 9}}};
+  };
+  controller.offer(std::vector<hal::ToRobot>{{0, 0, 1, 10},
+                                             whole(1, 0, 40),
+                                             {2, 0, 1, 12},
+                                             whole(hal::everyone, 0, 41),
+                                             {3, 0, 1, 13},
+                                             whole(hal::everyone, 1, 42),
+                                             whole(hal::everyone, 0, 43)});
+  CHECK(controller.airtime().replaced == 1);
+  CHECK(controller.airtime().waiting == 6);
+  const auto words = controller.next();
+  CHECK(words->has_words);
+  CHECK(blocks(words->message) == std::vector<Block>{{0, 1, 10}, {2, 1, 12}, {3, 1, 13}});
+  controller.offer(std::vector<hal::ToRobot>{{2, 0, 1, 22}});
+  const auto to_one = controller.next();
+  CHECK_FALSE(to_one->has_words);
+  CHECK(to_one->only_to == hal::RobotId{1});
+  CHECK(to_one->message == with_crc({.data = {40, 2, 3, 4, 5, 6, 7, 8, 9}, .type = 40}));
+  CHECK(blocks(controller.next()->message) == std::vector<Block>{{2, 1, 22}, filler, filler});
+  for (const std::uint8_t type : {43, 42}) {
+    const auto to_all = controller.next();
+    CHECK(to_all->message.type == type);
+    CHECK_FALSE(to_all->only_to);
+  }
+  CHECK_FALSE(controller.next());
+  CHECK(controller.airtime().sent == 7);
+  CHECK(adds_up(controller.airtime()));
+}
+
+TEST_CASE("whole messages where an arena cannot carry them") {
+  // Refused by name: to anybody, to one robot, of a type of the library's, to a robot that is not there.
+  hal::ArenaInfo info = info_of(2);
+  const hal::ToRobot to_one{.robot = 1, .whole = hal::WholeMessage{}},
+      to_all{.robot = hal::everyone, .whole = hal::WholeMessage{}};
+  hal::Counters counters;
+  MessageRegisters controller(info, counters);
+  controller.offer(std::vector<hal::ToRobot>{to_one, to_all});
+  CHECK(counters["to_robots.refused.whole"] == 2);
+  info.whole = hal::WholeMessages::to_everyone;
+  controller.offer(
+      std::vector<hal::ToRobot>{to_one, to_all, {.robot = hal::everyone, .whole = hal::WholeMessage{.type = 128}}});
+  CHECK(counters["to_robots.refused.whole_to_one"] == 1);
+  CHECK(counters["to_robots.refused.type"] == 1);
+  info.whole = hal::WholeMessages::to_each;
+  controller.offer(
+      std::vector<hal::ToRobot>{to_one, {.robot = 2, .whole = hal::WholeMessage{}}, {.robot = hal::everyone}});
+  CHECK(counters["to_robots.refused.unknown_robot"] == 2);
+  CHECK(controller.airtime().waiting == 2);
+  CHECK(adds_up(controller.airtime()));
 }
 
 TEST_CASE("limits") {
@@ -152,13 +213,14 @@ TEST_CASE("fleet commands go first") {
     else if (kind != Kind::reset)
       expected.insert(expected.begin(), type);
     for (int wanted : expected) {
-      const auto message = controller.next();
-      REQUIRE(message);
+      const auto outgoing = controller.next();
+      REQUIRE(outgoing);
+      const Message* const message = &outgoing->message;
       CHECK(message->type == wanted);
       CHECK(message->crc == message_crc(*message));
       if (wanted == 119) CHECK(message->data == std::array<std::uint8_t, 9>{1, 2, 3, 4, 5, 6, 7, 8, 9});
     }
-    CHECK(controller.next()->type == 0);
+    CHECK(controller.next()->message.type == 0);
   }
 }
 
