@@ -14,7 +14,8 @@ void RoverBase::offer(std::span<const hal::ToRobot> newest) {
       counters_.add(reason);
     } else {
       ++airtime_.sent;
-      send({Packet::Type::tell, static_cast<std::uint16_t>(message.robot), message.kind, message.value});
+      send({Packet::Type::tell, static_cast<std::uint16_t>(message.robot), message.kind,
+            static_cast<std::int32_t>(message.value)});
     }
   }
 }
