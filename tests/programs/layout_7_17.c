@@ -1,5 +1,5 @@
-/* A program for messages of 7 bits of id and 17 of the rest: three levels of 5 bits and 2 bits of heading quadrant. Shows which resource is
-   the scarcest: red, green or blue; answers ARK's question for its id. */
+/* A program for messages of 7 bits of id and 17 of the rest: three levels of 5 bits and 2 bits of heading quadrant.
+   Shows which resource is the scarcest: red, green or blue; answers ARK's question for its id. */
 #include "kilolib.h"
 uint8_t levels[3] = {0, 0, 0};
 uint8_t quadrant = 0, known = 0;

@@ -1,6 +1,7 @@
-/* A program for messages of 7 bits of id, 1 of kind and 16 of value, as studies of best-of-n send them: kind 1 is the quality of an option, kind 0
-   which option it is. Start parameters come before the run by a message of type 10, one 24-bit number in each of three groups: the group, not an id, says
-   what it is. Green when the quality is above the threshold of the first group, red below; magenta while the threshold is missing; answers ARK's question. */
+/* A program for messages of 7 bits of id, 1 of kind and 16 of value, as studies of best-of-n send them: kind 1 is the
+   quality of an option, kind 0 which option it is. Start parameters come before the run by a message of type 10, one
+   24-bit number in each of three groups: the group, not an id, says what it is. Green when the quality is above the
+   threshold of the first group, red below; magenta while the threshold is missing; answers ARK's question. */
 #include "kilolib.h"
 uint32_t threshold = 0;
 uint16_t quality = 0, option = 0;

@@ -1,5 +1,5 @@
-/* A program for messages of 8 bits of id and 16 of the rest, split as 1 bit of kind, 5 of x, 5 of y and 5 of heading: green in the eastern
-   half, blue in the western; answers ARK's question for its id. */
+/* A program for messages of 8 bits of id and 16 of the rest, split as 1 bit of kind, 5 of x, 5 of y and 5 of heading:
+   green in the eastern half, blue in the western; answers ARK's question for its id. */
 #include "kilolib.h"
 uint8_t my_x, my_y, my_heading, known = 0;
 

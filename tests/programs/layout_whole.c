@@ -1,5 +1,6 @@
-/* A program for messages without ids, which every robot in sight hears: type 20, a place in 6 + 6 bits, 8 bits of heading and 3 bits of
-   the floor's colour, which it shows; the other bytes must count up. Words to single robots (type 0) it does not know; answers ARK's question for its id. */
+/* A program for messages without ids, which every robot in sight hears: type 20, a place in 6 + 6 bits, 8 bits of
+   heading and 3 bits of the floor's colour, which it shows; the other bytes must count up. Words to single robots
+   (type 0) it does not know; answers ARK's question for its id. */
 #include "kilolib.h"
 uint8_t x = 0, y = 0, heading = 0, floor_colour = 0, known = 0, wrong = 0;
 
