@@ -82,6 +82,13 @@ struct WholeMessage {
   bool operator==(const WholeMessage&) const = default;
 };
 
+// Three numbers of 24 bits, most significant byte first, as programs read that expect something else in each third.
+constexpr std::array<std::uint8_t, 9> in_three_groups(const std::array<std::uint32_t, 3>& numbers) {
+  std::array<std::uint8_t, 9> out{};
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<std::uint8_t>(numbers[i / 3] >> (16 - 8 * (i % 3)));
+  return out;
+}
+
 // What is said to a robot: a word (kind and value), or a whole message. `slot` names a register of the receiver: what
 // is newer replaces what is older and unsent in the same slot, so what excludes each other shares a slot. Limits:
 // ArenaInfo.

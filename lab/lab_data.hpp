@@ -48,6 +48,7 @@ struct LabData {
   std::map<std::string, hal::RandomStream, std::less<>> streams;
   std::vector<hal::ToRobot> to_robots;
   std::vector<hal::FleetCommand> commands;
+  std::vector<hal::WholeMessage> parameters;
   hal::Drawing drawing;       // since the last boundary
   bool drawn_before = false;  // at the boundary before that
   std::vector<Row> rows;

@@ -9,6 +9,8 @@ namespace arkmesh::lab {
 namespace {
 
 constexpr std::size_t most_pauses = 1000;  // in the result; a scenario may pause its robots all the time
+constexpr std::size_t most_parameters = 8;
+constexpr int rounds = 4;  // of parameters: an arena may say a broadcast once, and a robot may miss every tenth message
 
 // Robots rest, and a word that makes them stand would wake them.
 bool rests(RunRegister::Kind kind) {
@@ -35,12 +37,22 @@ void RunRegister::say(Who who, const hal::FleetCommand& command, hal::LabTime no
   if (command.kind == Kind::reset) {
     tell(command, now);
     told_ = Kind::pause;
+    parameters_due_ = true;
   }
   wish.kind = command.kind == Kind::reset ? Kind::pause : command.kind;
   if (!name.empty()) wish.name = name;
   const bool again = told_ == command.kind && (who == Who::operators || who == Who::scenario);
   update(now);
   if (again && told_ == command.kind) tell(command, now);  // for robots that did not hear it
+}
+
+void RunRegister::prepare(const hal::WholeMessage& parameters) {
+  const auto known = parameters_.find(parameters.type);
+  if (known == parameters_.end() && parameters_.size() == most_parameters)
+    return counters_.add("parameters.refused.too_many");
+  if (known != parameters_.end() && known->second == parameters.data) return;
+  parameters_.insert_or_assign(parameters.type, parameters.data);
+  parameters_due_ = true;
 }
 
 RunRegister::Kind RunRegister::wanted() const {
@@ -62,10 +74,18 @@ void RunRegister::tell(const hal::FleetCommand& command, hal::LabTime now) {
   arena_.robots().command(command);
 }
 
+// In turns, so that what spoils the air for a moment spoils no parameter.
+void RunRegister::tell_parameters(hal::LabTime now) {
+  for (int round = 0; round < rounds; ++round)
+    for (const auto& [type, data] : parameters_) tell({.kind = Kind::broadcast, .type = type, .data = data}, now);
+}
+
 // The arena repeats what robots may not have heard.
 void RunRegister::update(hal::LabTime now) {
   keep_books(now);
-  if (std::exchange(told_, wanted()) != told_) tell({.kind = told_}, now);
+  if (std::exchange(told_, wanted()) == told_) return;
+  if (told_ == Kind::run && std::exchange(parameters_due_, false)) tell_parameters(now);
+  tell({.kind = told_}, now);
 }
 
 // The end leaves open what stands.

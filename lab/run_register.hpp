@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -41,6 +43,10 @@ class RunRegister {
   // at once and keeps robots still until the same one says `run`. `name`: in whose name, for people.
   void say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name = {});
 
+  // Start parameters: said to all robots, over and over, before they run for the first time, since a reset or since the
+  // parameters changed. The newest of a type replaces the former. What is one type too many is refused and counted.
+  void prepare(const hal::WholeMessage& parameters);
+
   // What robots should do now.
   Kind wanted() const;
   // Who keeps them from running: "operator", "safety", "lost peer", "scenario", "not begun", "end"; empty: nobody.
@@ -56,6 +62,7 @@ class RunRegister {
     std::string name;
   };
   void tell(const hal::FleetCommand& command, hal::LabTime now);
+  void tell_parameters(hal::LabTime now);
   void update(hal::LabTime now);
   void keep_books(hal::LabTime now);
 
@@ -64,7 +71,9 @@ class RunRegister {
   std::array<Wish, 4> wishes_{Wish{Kind::run, "operator"}, Wish{Kind::run, "safety"}, Wish{Kind::run, "lost peer"},
                               Wish{Kind::run, "scenario"}};  // by Who
   bool begun_ = false, ended_ = false;
-  Kind told_ = Kind::pause;                           // robots that nobody has told anything stand
+  Kind told_ = Kind::pause;                                         // robots that nobody has told anything stand
+  std::map<std::uint8_t, std::array<std::uint8_t, 9>> parameters_;  // by type
+  bool parameters_due_ = true;
   std::array<std::optional<std::size_t>, 4> open_{};  // by Who: of pauses_
   std::vector<Pause> pauses_;
   hal::Counters counters_;

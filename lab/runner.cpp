@@ -150,6 +150,7 @@ bool Runner::advance_to(hal::LabTime t) {
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
   port_.say(data_.to_robots, data_.now, own_.frame().number);
+  for (const hal::WholeMessage& message : data_.parameters) register_.prepare(message);
   for (const hal::FleetCommand& command : data_.commands) register_.say(RunRegister::Who::scenario, command, data_.now);
   write_rows(data_, recorder_);
   forget_sent(data_);

@@ -80,6 +80,17 @@ void draw(lab::Lab& lab, const nlohmann::json& drawn) {
     lab.draw(hal::Text{points.at(0), label, colour});
 }
 
+void say_whole(lab::Lab& lab, const nlohmann::json& given) {
+  hal::ToRobot message{
+      .robot = hal::everyone, .slot = given.at("slot"), .whole = hal::WholeMessage{given.at("type"), given.at("data")}};
+  const nlohmann::json& robots = given.at("robots");
+  if (robots.is_null()) return lab.say(message);
+  for (const auto& robot : robots) {
+    message.robot = robot;
+    lab.say(message);
+  }
+}
+
 }  // namespace
 
 fs::path package_folder() {
@@ -135,6 +146,7 @@ void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& r
                                 {"scale", run.projections.at(run.lab).scale},
                                 {"kinds", arena.kinds},
                                 {"values", arena.values},
+                                {"whole_to_one", arena.whole == hal::WholeMessages::to_each},
                                 {"robots", arena.robots}};
   child_->send('S', facts.dump());
   open_answers_ = 1;
@@ -264,6 +276,9 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
                    .high = rule.at("high"),
                    .owner_only = rule.at("owner_only"),
                    .initial_only = rule.at("initial_only")});
+    for (const auto& given : said.value("parameters", nlohmann::json::array()))
+      lab.parameters({given.at("type"), given.at("data")});
+    for (const auto& given : said.value("whole", nlohmann::json::array())) say_whole(lab, given);
     const nlohmann::json published = said.value("publish", nlohmann::json::object());
     for (const auto& [name, values] : published.items()) lab.publish(name, values.get<std::vector<std::int64_t>>());
     for (const auto& row : said.value("rows", nlohmann::json::array()))

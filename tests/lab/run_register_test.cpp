@@ -96,6 +96,43 @@ TEST_CASE("a reset is done once and keeps robots still until the same one lets t
   CHECK(b.told() == std::vector{Kind::run, Kind::reset, Kind::run});
 }
 
+TEST_CASE("start parameters are repeated before robots run, and again after a reset or when they change") {
+  RegisterBench b;
+  b.wishes.prepare({10, {1}});
+  b.wishes.prepare({11, {2}});
+  b.wishes.prepare({10, {3}});  // replaces the first
+  b.say(Who::operators, Kind::pause);
+  b.wishes.begin(hal::LabTime{0});
+  CHECK(b.told() == std::vector{Kind::pause});
+  const std::vector<Kind> told{8, Kind::broadcast};
+  const auto and_run = [&](std::vector<Kind> before) {
+    before.insert(before.end(), told.begin(), told.end());
+    before.push_back(Kind::run);
+    return before;
+  };
+  b.say(Who::operators, Kind::run);
+  std::vector<Kind> all = and_run({Kind::pause});
+  CHECK(b.told() == all);
+  CHECK(b.arena.robots().broadcasts[0] == hal::WholeMessage{10, {3}});
+  CHECK(b.arena.robots().broadcasts[1] == hal::WholeMessage{11, {2}});
+  b.wishes.prepare({11, {2}});  // no news
+  b.say(Who::safety, Kind::pause);
+  b.say(Who::safety, Kind::run);
+  all.insert(all.end(), {Kind::pause, Kind::run});
+  CHECK(b.told() == all);
+  b.say(Who::operators, Kind::reset);
+  b.say(Who::operators, Kind::run);
+  all.push_back(Kind::reset);
+  CHECK(b.told() == (all = and_run(all)));
+  b.wishes.prepare({11, {4}});
+  b.say(Who::safety, Kind::pause);
+  b.say(Who::safety, Kind::run);
+  all.push_back(Kind::pause);
+  CHECK(b.told() == and_run(all));
+  for (std::uint8_t type = 20; type < 27; ++type) b.wishes.prepare({type, {}});
+  CHECK(b.wishes.counters()["parameters.refused.too_many"] == 1);
+}
+
 TEST_CASE("what a platform does not carry is passed on to be refused, and changes nothing") {
   RegisterBench b;
   b.wishes.begin(hal::LabTime{0});

@@ -28,10 +28,14 @@ class NotingLink final : public hal::RobotLink {
     offered.insert(offered.end(), newest.begin(), newest.end());
   }
   hal::Airtime airtime() const override { return {.offered = offered.size()}; }
-  void command(const hal::FleetCommand& command) override { commands.push_back(command.kind); }
+  void command(const hal::FleetCommand& command) override {
+    commands.push_back(command.kind);
+    if (command.kind == hal::FleetCommand::Kind::broadcast) broadcasts.push_back({command.type, command.data});
+  }
   std::vector<hal::FromRobot> heard() override { return std::exchange(to_hear, {}); }
   std::vector<hal::ToRobot> offered;
   std::vector<hal::FleetCommand::Kind> commands;
+  std::vector<hal::WholeMessage> broadcasts;
   std::vector<hal::FromRobot> to_hear;
 };
 
@@ -41,7 +45,7 @@ class SlowArena final : public hal::Arena {
   explicit SlowArena(bool can_wait = true) {
     using Kind = hal::FleetCommand::Kind;
     info_.robots = {1}, info_.max_robot = 9, info_.can_wait = can_wait;
-    info_.commands = {Kind::run, Kind::pause, Kind::reset, Kind::sleep};
+    info_.commands = {Kind::run, Kind::pause, Kind::reset, Kind::sleep, Kind::broadcast};
   }
   const hal::ArenaInfo& info() const override { return info_; }
   void start_with_labs() { info_.starts_with_labs = true; }

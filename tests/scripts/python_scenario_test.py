@@ -73,6 +73,10 @@ class PythonScenario(unittest.TestCase):
                              ("lab.tell([77])", "mine.py:4: ValueError: robot 77 is none"),
                              ("lab.tell([0], value=numpy.nan)", "mine.py:4: ValueError: value must be whole numbers"),
                              ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value is one number, or 1 of them"),
+                             ("lab.message(b'123', 5)", "mine.py:4: ValueError: data is nine bytes, and not 3"),
+                             ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data is nine bytes, or three whole numbers"),
+                             ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: type must be 0 to 127"),
+                             ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: this arena carries"),
                              ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
             with self.subTest(line):
                 if "1 << 27" in line:  # it takes a busy machine some seconds to say as much
@@ -103,6 +107,25 @@ class PythonScenario(unittest.TestCase):
                 else:
                     self.assertNotEqual(code, 0)
                     self.assertIn("scenario.mine." + value.partition("=")[0], said)
+
+    def test_messages_of_other_layouts(self):
+        """Start parameters reach all robots before they run, over a lossy way; whole messages reach all, or one; words are of the layout."""
+        programs = ROOT / "tests/programs"
+        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.parameters([0x8000, 1, 2], type=10)\n"
+                "  def frame(self, lab):\n    lab.tell(lab.seen, kind=1, value=0x7FFF + 2 * (lab.ids % 2), shown=lab.ids < 0)\n"
+                "    colour = 1 if lab.now_s < 2 else 4\n"
+                "    lab.message(bytes([0, 0, colour << 1, 1, 2, 3, 4, 5, 6]), type=20)\n"
+                "    if lab.now_s >= 3: lab.message([0, 4 << 8 | 1, 0x020304], 20, who=[3])\n"
+                "    lab.row('leds', t=lab.now_s, shown=' '.join(map(str, lab.led)))\n")
+        for program, layout, middle, last in (("layout_7_1_16", "7+1+16", "1 2 1 2 1 2", "1 2 1 2 1 2"), ("layout_whole", "7+1+16", "1 1 1 1 1 1", "4 4 4 7 4 4")):
+            (self.folder / "a.toml").write_text(
+                '[lab]\nname = "a"\n[run]\nscenario = "mine.py"\nduration_s = 4\n[arena]\nuse = "ode"\nrobots = 6\n[arena.ode]\noverhead_loss = 0.3\n'
+                f'controller = "{programs / program}.c"\n[arena.kilobot]\nlayout = "{layout}"\n')
+            code, said = self.run_it(mine, "--force")
+            self.assertEqual(code, 0, said)
+            rows = [line.partition(",")[2] for line in (self.folder / "out/a/leds.csv").read_text().splitlines()[1:]]
+            self.assertEqual((rows[18], rows[-1]), (middle, last), program)
+            self.assertNotIn("refused", json.dumps({k: v for k, v in json.loads((self.folder / "out/a/result.json").read_text())["drops"].items() if v}))
 
     def test_experiments_show_their_effect(self):
         """Each counts something, and nothing when the reach is tiny or the labs are apart."""

@@ -137,7 +137,7 @@ TEST_CASE("layouts: 7 + 1 + 16 bits, after a message with start parameters") {
     LayoutBench bench(emulated, "layout_7_1_16", "layout = \"7+1+16\"");
     bench.start();
     bench.arena().robots().command(
-        {.kind = hal::FleetCommand::Kind::broadcast, .type = 10, .data = {0, 0x80, 0, 0, 0, 1, 0, 0, 2}});
+        {.kind = hal::FleetCommand::Kind::broadcast, .type = 10, .data = hal::in_three_groups({0x8000, 1, 2})});
     Round round;
     for (std::uint32_t id = 0; id < robots; ++id) {
       const std::uint32_t quality = id % 2 == 0 ? 0x7FFF : 0x8001;

@@ -44,6 +44,18 @@ def _joined(parts, key, shape, dtype):
     return numpy.concatenate([numpy.zeros(shape, dtype), *(robots[key] for _, robots in parts)])
 
 
+def _nine_bytes(data):
+    if not isinstance(data, (bytes, bytearray)):
+        given = numpy.asarray(data)
+        high = {(3,): 2**24 - 1, (9,): 255}.get(given.shape)
+        if high is None or given.dtype.kind not in "iu" or given.min() < 0 or given.max() > high:
+            raise ValueError("data is nine bytes, or three whole numbers of 24 bits")
+        data = b"".join(int(v).to_bytes(9 // len(given), "big") for v in given)
+    if len(data) != 9:
+        raise ValueError(f"data is nine bytes, and not {len(data)}")
+    return list(data)
+
+
 class Lab:
     """Arrays have one row for each robot of this lab, in the order of `ids`; rows of robots never seen are NaN."""
 
@@ -53,7 +65,7 @@ class Lab:
         self.period_s, self.frame_s = facts["period_s"], facts["frame_s"]
         self.width_m, self.height_m = facts["width_m"], facts["height_m"]
         self.scale = facts["scale"]  # shared metres for a metre of this arena
-        self.kinds, self.values = facts["kinds"], facts["values"]
+        self.kinds, self.values, self.whole_to_one = facts["kinds"], facts["values"], facts["whole_to_one"]
         self.ids = numpy.array(facts["robots"], dtype=numpy.uint32)
         n = len(self.ids)
         self.seen = numpy.zeros(n, dtype=bool)  # whom the newest frame holds
@@ -97,6 +109,23 @@ class Lab:
         """Said once."""
         self._say(who, kind, value, slot, ONCE)
 
+    def message(self, data, type, who=None, slot=0):  # pylint: disable=redefined-builtin
+        """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
+        nine bytes, or three numbers of 24 bits, most significant byte first. It takes the place of words to three robots."""
+        if who is not None and not self.whole_to_one:
+            raise ValueError("who: this arena carries no whole message to single robots, as no overhead controller does; leave who out")
+        self._said.setdefault("whole", []).append(
+            {"type": self._type(type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
+             "robots": None if who is None else self.ids[self._rows(who)].tolist()})
+
+    def parameters(self, data, type):  # pylint: disable=redefined-builtin
+        """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
+        a reset. The newest of a type counts, of 8 types at most. `data` and `type` as in message()."""
+        self._said.setdefault("parameters", []).append({"type": self._type(type), "data": _nine_bytes(data)})
+
+    def _type(self, given):
+        return int(self._column("type", given, 0, 127, 0))
+
     def _column(self, name, given, low, high, n=None):
         """A number, or one for each row, as integers within low..high."""
         n = len(self.ids) if n is None else n
@@ -111,21 +140,23 @@ class Lab:
             raise ValueError(f"{name} must be {low} to {high}, and holds {given.min()} to {given.max()}")
         return given
 
-    def _say(self, who, kind, value, slot, how):
+    def _rows(self, who):
         who = numpy.asarray(who)
-        by_ids = who.dtype.kind in "iu"
-        if by_ids:
+        if who.dtype.kind in "iu":
             who = numpy.atleast_1d(who)
             rows = numpy.searchsorted(self.ids, who)
             known = (rows < len(self.ids)) & (self.ids[numpy.minimum(rows, max(0, len(self.ids) - 1))] == who if len(self.ids) else False)
             if not known.all():
                 raise ValueError(f"robot {who[~known][0]} is none of this lab's")
-        elif who.dtype.kind == "b" and who.shape == self.ids.shape:
-            rows = numpy.flatnonzero(who)
-        elif who.size == 0:
-            rows = numpy.zeros(0, dtype=int)
-        else:
-            raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
+            return rows
+        if who.dtype.kind == "b" and who.shape == self.ids.shape:
+            return numpy.flatnonzero(who)
+        if who.size == 0:
+            return numpy.zeros(0, dtype=int)
+        raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
+
+    def _say(self, who, kind, value, slot, how):
+        rows, by_ids = self._rows(who), numpy.asarray(who).dtype.kind in "iu"
         words = numpy.zeros(len(rows), WORD)
         words["robot"] = self.ids[rows]
         columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, 255)]

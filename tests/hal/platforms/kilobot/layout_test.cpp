@@ -40,6 +40,11 @@ bool holds(const std::string& text, const char* part) {
 
 }  // namespace
 
+TEST_CASE("three numbers of 24 bits lie most significant byte first, each in its group") {
+  CHECK(hal::in_three_groups({0x123456, 0x8000, 0xFFFFFF}) ==
+        std::array<std::uint8_t, 9>{0x12, 0x34, 0x56, 0, 0x80, 0, 0xFF, 0xFF, 0xFF});
+}
+
 TEST_CASE("layout: bytes of words, worked out by hand") {
   // Bits of id, kind and value from the most significant bit on; a group for nobody has all bits of the id.
   struct Row {
