@@ -24,6 +24,11 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
                                               scenario.name, with_id_to(arena.max_robot)));
     spdlog::warn("{}: {}", run.lab, sentence);
   }
+  if (scenario.kinds > arena.kinds || scenario.values > arena.values)
+    root.refuse(
+        arena.id_bits > 0 ? "arena.kilobot.layout" : "arena.use",
+        fmt::format("has room for kinds to {} and values to {}, and scenario {} says kinds to {} and values to {}",
+                    arena.kinds - 1, arena.values - 1, scenario.name, scenario.kinds - 1, scenario.values - 1));
   if (run.labs.size() == 1) return;
   if (!arena.robots.empty() && arena.robots.back() > lab::max_shared_robot)
     root.refuse("arena.robots", fmt::format("labs can tell each other of ids to {} only; take {} robots at most",

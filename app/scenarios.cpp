@@ -9,17 +9,23 @@ namespace arkmesh::app {
 
 std::vector<CatalogueEntry>& catalogue() {
   static std::vector<CatalogueEntry> entries = {
-      {"dhtf",
-       [](const hal::Section& settings, const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
+      {.name = "dhtf",
+       .make = [](const hal::Section& settings,
+                  const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
          return std::make_unique<scenarios::dhtf::Dhtf>(scenarios::dhtf::read_settings(settings, labs));
        },
-       [] { return hal::keys_of<scenarios::dhtf::Settings>("scenario.dhtf"); }},
-      {"cre",
-       [](const hal::Section& settings, const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
+       .keys = [] { return hal::keys_of<scenarios::dhtf::Settings>("scenario.dhtf"); },
+       .kinds = 3,
+       .values = 1024},
+      {.name = "cre",
+       .make = [](const hal::Section& settings,
+                  const std::vector<std::string>& labs) -> std::unique_ptr<lab::Scenario> {
          return std::make_unique<scenarios::cre::Cre>(scenarios::cre::read_settings(settings, labs));
        },
-       [] { return hal::keys_of<scenarios::cre::Settings>("scenario.cre"); }},
-      scenario_with<scenarios::light_up::LightUp, scenarios::light_up::Settings>("light_up"),
+       .keys = [] { return hal::keys_of<scenarios::cre::Settings>("scenario.cre"); },
+       .kinds = 6,
+       .values = 1024},
+      scenario_with<scenarios::light_up::LightUp, scenarios::light_up::Settings>("light_up", 2),
   };
   return entries;
 }

@@ -1,6 +1,7 @@
 // The only place where concrete scenarios are named: one line each in scenarios.cpp.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -18,16 +19,21 @@ struct CatalogueEntry {
       make;
   std::function<std::vector<hal::KeyRow>()> keys = nullptr;  // of its settings, for the table of all keys
   bool addresses_robots = true;                              // it says something to single robots (Lab::say)
+  // Its words' kinds and values are below these, which robots' messages must have room for; by default it asks nothing.
+  std::uint8_t kinds = 1;
+  std::uint32_t values = 1;
 };
 
 // A scenario that is made of its settings alone, which a struct of fields holds (hal::Section::read).
 template <typename Made, typename Settings>
-CatalogueEntry scenario_with(const std::string& name) {
-  return {name,
-          [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
+CatalogueEntry scenario_with(const std::string& name, std::uint8_t kinds = 1, std::uint32_t values = 1) {
+  return {.name = name,
+          .make = [](const hal::Section& settings, const std::vector<std::string>&) -> std::unique_ptr<lab::Scenario> {
             return std::make_unique<Made>(settings.read<Settings>());
           },
-          [name] { return hal::keys_of<Settings>("scenario." + name); }};
+          .keys = [name] { return hal::keys_of<Settings>("scenario." + name); },
+          .kinds = kinds,
+          .values = values};
 }
 
 // All scenarios this build knows. A program of your own may add its own before it makes labs.

@@ -6,10 +6,45 @@
 #include <string>
 #include <vector>
 
+#include "app/airtime_trial.hpp"
 #include "app/config_keys.hpp"
 #include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/progress_line.hpp"
 
 namespace arkmesh::cli {
+namespace {
+
+void print(const app::AirtimeNeed& need) {
+  const double room = need.room(), robots = static_cast<double>(need.robots);
+  fmt::print("{}: {} robots, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n",
+             need.lab, need.robots, need.layout, room, robots / room);
+  if (need.slots.empty()) return fmt::print("  says nothing to single robots\n");
+  fmt::print("  {:>4}  {:>8}  {:>15}  {:>19}\n", "slot", "words/s", "share of airtime", "in busiest second");
+  const auto line = [&](const std::string& slot, const app::SlotNeed& slot_need) {
+    const double each_s = static_cast<double>(slot_need.words) / need.seconds;
+    fmt::print("  {:>4}  {:>8.1f}  {:>14.1f} %  {:>19}\n", slot, each_s, 100 * each_s / room, slot_need.in_one_s);
+  };
+  for (const auto& [slot, slot_need] : need.slots) line(fmt::format("{}", slot), slot_need);
+  if (need.slots.size() > 1) line("all", need.all);
+  const auto share = [&](std::uint64_t words) {
+    return 100 * static_cast<double>(words) / static_cast<double>(need.all.words);
+  };
+  if (need.replaced > 0) fmt::print("  {:.1f} % were replaced by newer ones before their turn\n", share(need.replaced));
+  if (need.refused > 0)
+    fmt::print("  {:.1f} % were refused: the layout cannot carry them, or nobody has that id\n", share(need.refused));
+}
+
+void print_airtime(const std::vector<std::string>& files, const std::vector<std::string>& sets, double seconds) {
+  OperatorStop stop;
+  ProgressLine progress("trial");
+  const std::vector<app::AirtimeNeed> needs = app::try_airtime({files, sets}, seconds, stop, &progress);
+  progress.done();
+  fmt::print("in {} s of simulation; a whole message counts as 3 words\n", seconds);
+  for (const app::AirtimeNeed& need : needs) print(need);
+}
+
+}  // namespace
 
 void add_config_command(CLI::App* command) {
   const auto section = std::make_shared<std::string>();
@@ -19,9 +54,29 @@ void add_config_command(CLI::App* command) {
           ->add_option("--keys", *section, "Every key with type, unit, default and range; of one section: --keys gate")
           ->expected(0, 1);
   command->add_flag("--sample", *wants_sample, "A commented file that runs as it is")->excludes(keys);
-  command->footer("Example:\n  arkmesh config --sample > lab.toml; arkmesh run lab.toml");
-  command->callback([section, wants_sample, keys] {
-    if (keys->count() == 0 && !*wants_sample) throw hal::ConfigError("config: give --keys or --sample");
+  const auto airtime = std::make_shared<std::vector<std::string>>(),
+             sets = std::make_shared<std::vector<std::string>>();
+  const auto seconds = std::make_shared<double>(60);
+  CLI::Option* const trial =
+      command
+          ->add_option(
+              "--airtime", *airtime,
+              "What the labs of these files would say to their robots, slot by slot, tried in simulation, beside "
+              "what there is room for")
+          ->check(CLI::ExistingFile)
+          ->excludes(keys);
+  command->add_option("--seconds", *seconds, "How much lab time to try (default 60)")
+      ->check(CLI::PositiveNumber)
+      ->needs(trial);
+  command->add_option("--set", *sets, "Override a key for the trial: --set arena.robots=100")
+      ->allow_extra_args(false)
+      ->needs(trial);
+  command->footer(
+      "Examples:\n  arkmesh config --sample > lab.toml; arkmesh run lab.toml\n"
+      "  arkmesh config --airtime shark.toml roark.toml --set arena.robots=100");
+  command->callback([section, wants_sample, keys, airtime, sets, seconds] {
+    if (!airtime->empty()) return print_airtime(*airtime, *sets, *seconds);
+    if (keys->count() == 0 && !*wants_sample) throw hal::ConfigError("config: give --keys, --sample or --airtime");
     std::vector<hal::KeyRow> rows = app::all_keys();
     std::erase_if(rows, [&](const hal::KeyRow& row) {
       return !(row.table + ".").starts_with(*section + (section->empty() ? "" : "."));

@@ -197,7 +197,8 @@ hal::ArenaRow emulated_arena_row() {
             std::vector<hal::KeyRow> rows = hal::keys_of<EmulatedConfig>("arena.emulated");
             std::ranges::move(hal::keys_of<EmulatorConfig>("emulator"), std::back_inserter(rows));
             return rows;
-          }};
+          },
+          hal::kilobot::message_period};
 }
 
 emulator::Emulator& emulator_of(hal::Arena& arena) {

@@ -328,7 +328,8 @@ hal::ArenaRow ode_arena_row() {
             std::vector<hal::KeyRow> rows = hal::keys_of<ViewSettings>("arena");
             std::ranges::move(hal::keys_of<Settings>("arena.ode"), std::back_inserter(rows));
             return rows;
-          }};
+          },
+          [](const hal::Section& arena) { return arena.section("ode").read<Settings>().composite; }};
 }
 
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {

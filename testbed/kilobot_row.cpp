@@ -39,12 +39,17 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
 }  // namespace
 
 hal::ArenaRow kilobot_arena_row() {
-  return {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, make, [] {
+  return {"kilobot",
+          {"kilobot"},
+          hal::ArenaRow::Robots::real,
+          make,
+          [] {
             std::vector<hal::KeyRow> rows = hal::keys_of<hal::kilobot::ArenaSettings>("arena.kilobot");
             std::ranges::move(hal::keys_of<KilobotSettings>("arena.kilobot"), std::back_inserter(rows));
             std::ranges::move(hal::kilobot::layout_keys(), std::back_inserter(rows));
             return rows;
-          }};
+          },
+          hal::kilobot::message_period};
 }
 
 }  // namespace arkmesh::testbed

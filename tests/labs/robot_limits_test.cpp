@@ -48,6 +48,15 @@ TEST_CASE("labs have as many robots as a scenario can speak to") {
   CHECK(refused(1100) == "");
 }
 
+TEST_CASE("robots' messages have room for what a scenario says") {
+  const auto with = [](const std::string& layout) { return refused(5, "arena.kilobot.layout=" + layout); };
+  CHECK(with("\"ark\"") == "");
+  CHECK(with("{id_bits=10,kind_bits=2}") == "");
+  CHECK(with("\"8+16\"")
+            .find("arena.kilobot.layout = \"8+16\": has room for kinds to 0 and values to 65535, and scenario "
+                  "dhtf says kinds to 2 and values to 1023") != std::string::npos);
+}
+
 TEST_CASE("labs have as many robots as fit a message") {
   const AddressesNobody nobody;
   const std::string said = refused(40'000);

@@ -55,6 +55,10 @@ void OverheadSettings::check(const Section& kilobot) const {
     kilobot.refuse("again_s", "must be 0 or at least 0.055: each copy needs its time on the air");
 }
 
+LabTime message_period(const Section& arena) {
+  return arena.section("kilobot").read<OverheadSettings>().spacing;
+}
+
 void OverheadController::offer(std::span<const ToRobot> newest) {
   if (withheld_.empty()) return registers_.offer(newest);
   for (const ToRobot& message : newest) {

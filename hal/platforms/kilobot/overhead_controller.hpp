@@ -36,6 +36,9 @@ struct OverheadSettings {
   void check(const Section& kilobot) const;
 };
 
+// From the start of one message with words to the next, as [arena.kilobot] says. Throws ConfigError.
+LabTime message_period(const Section& arena);
+
 // Counts `fleet_command.sent`, `.said_again` (a word that stands), `.replaced`, `.cut_short`, `.repeated_after_loss`,
 // `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`, `to_robots.withheld.doubtful`,
 // `overhead.questions`, `.dropped.composite`, and what its parts count.

@@ -1,0 +1,84 @@
+#include "app/airtime_trial.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "app/arenas.hpp"
+#include "app/joint_run.hpp"
+#include "arkmesh/to_robots_t.hpp"
+#include "hal/messages.hpp"
+#include "hal/platforms/kilobot/layout.hpp"
+#include "hal/scratch_folder.hpp"
+
+namespace arkmesh::app {
+namespace {
+
+constexpr std::uint64_t words_of_whole = hal::kilobot::groups;
+constexpr std::int64_t second_us = 1'000'000;
+
+void count(SlotNeed& need, std::uint64_t words, std::int64_t second) {
+  if (std::exchange(need.second, second) != second) need.second_words = 0;
+  need.words += words;
+  need.second_words += words;
+  need.in_one_s = std::max(need.in_one_s, need.second_words);
+}
+
+void count(AirtimeNeed& need, std::span<const std::byte> bytes) {
+  to_robots_t said;
+  if (said.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) return;
+  const std::int64_t second = said.stamp_us / second_us;
+  for (const hal::ToRobot& message : hal::from_message(said)) {
+    const std::uint64_t words = message.whole ? words_of_whole : 1;
+    count(need.slots[message.slot], words, second);
+    count(need.all, words, second);
+  }
+}
+
+hal::LabTime message_period(const hal::Config& config) {
+  const hal::Section arena = config.root().section("arena");
+  const hal::ArenaRow& row = chosen_arena(arena);
+  if (!row.message_period) arena.refuse("use", "says nothing of its airtime; \"ode\", \"kilobot\" and \"emulated\" do");
+  return row.message_period(arena);
+}
+
+}  // namespace
+
+std::vector<AirtimeNeed> try_airtime(LabFiles labs, double seconds, hal::StopRequest& stop, hal::Progress* progress) {
+  std::vector<AirtimeNeed> needs;
+  for (const hal::Config& config : read_labs(labs, -1)) {
+    const auto name = config.root().section("lab").get("name", std::string());
+    needs.push_back({.lab = name, .period = message_period(config)});
+    // a lab's own override would win over one for all
+    for (const std::string& set : {std::string(R"(arena.use="ode")"), std::string("recorder.log=false"),
+                                   fmt::format("run.duration_s={}", seconds)})
+      labs.sets.push_back(fmt::format("{}:{}", name, set));
+  }
+  const hal::ScratchFolder folder("airtime");
+  JointRun run(read_labs(labs, -1), folder.path());
+  std::vector<std::unique_ptr<hal::Bus::Subscription>> heard;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    const hal::ArenaInfo& info = run.lab(i).arena().info();
+    needs[i].robots = info.robots.size();
+    needs[i].layout = hal::kilobot::name_of(hal::kilobot::layout_of(info));
+    heard.push_back(run.lab(i).bus().subscribe(
+        hal::channel::to_robots,
+        [need = &needs[i]](std::string_view, std::span<const std::byte> bytes) { count(*need, bytes); }));
+  }
+  const nlohmann::json result = run.run(stop, progress);
+  if (!run.finished()) throw std::runtime_error(result.value("ended", "the trial ended early"));
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    hal::Arena& arena = run.lab(i).arena();
+    const hal::Airtime air = arena.robots().airtime();
+    needs[i].replaced = air.replaced;
+    needs[i].refused = air.refused;
+    needs[i].seconds = static_cast<double>(arena.clock().now().count()) * 1e-6;
+  }
+  return needs;
+}
+
+}  // namespace arkmesh::app
