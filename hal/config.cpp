@@ -42,6 +42,8 @@ bool take(const toml::node& node, fs::path& out) {
 template <class T>
 bool take(const toml::node& node, std::vector<T>& out) {
   out.clear();
+  if constexpr (std::is_same_v<T, fs::path>)
+    if (node.is_string()) return take(node, out.emplace_back());
   const toml::array* const list = node.as_array();
   for (std::size_t i = 0; list && i < list->size(); ++i)
     if (!take(*list->get(i), out.emplace_back())) return false;
@@ -55,6 +57,11 @@ void put(toml::table& table, std::string_view key, const Section::Member& member
         using T = std::decay_t<decltype(*value)>;
         if constexpr (std::is_same_v<T, fs::path>) {
           table.insert_or_assign(key, value->string());
+        } else if constexpr (std::is_same_v<T, std::vector<fs::path>>) {
+          if (value->size() == 1) return void(table.insert_or_assign(key, value->front().string()));
+          toml::array list;
+          for (const fs::path& path : *value) list.push_back(path.string());
+          table.insert_or_assign(key, std::move(list));
         } else if constexpr (std::ranges::range<T> && !std::is_same_v<T, std::string>) {
           toml::array list;
           for (const auto& element : *value) list.push_back(element);
@@ -67,9 +74,9 @@ void put(toml::table& table, std::string_view key, const Section::Member& member
 }
 
 // What a member must be, in the order of Section::Member, and what the table of keys calls it.
-constexpr std::string_view kinds[] = {"true or false",     "a whole number", "a number",
-                                      "a text in quotes",  "a path",         "a list of whole numbers",
-                                      "a list of numbers", "a list of texts"};
+constexpr std::string_view kinds[] = {"true or false",     "a whole number",  "a number",
+                                      "a text in quotes",  "a path",          "a list of whole numbers",
+                                      "a list of numbers", "a list of texts", "a path, or a list of paths"};
 
 // A path as it stands in a file, or in an override.
 fs::path resolved(const fs::path& written, const toml::source_region& place) {
@@ -107,6 +114,11 @@ toml::table in_force(const Section::State& state, const toml::table& table, cons
       out.insert(key, std::move(list));
     } else if (const std::string path = node.value_or(std::string()); read->second.is_path && !path.empty()) {
       out.insert(key, portable(path, folder));
+    } else if (read->second.is_path && node.is_array()) {
+      toml::array list;
+      for (const toml::node& element : *node.as_array())
+        list.push_back(portable(element.value_or(std::string()), folder));
+      out.insert(key, std::move(list));
     } else {
       out.insert(key, node);
     }
@@ -225,6 +237,7 @@ void Section::value(std::string_view key, Member member, const Field& about) con
   const toml::node* const said = table.get(key);
   const toml::source_region place = state.place(join(path_, key));
   auto* const* const path = std::get_if<fs::path*>(&member);
+  auto* const* const paths = std::get_if<std::vector<fs::path>*>(&member);
   if (state.is_filling && !said && about.required)
     refuse(key,
            fmt::format("is missing; it must be {}{}{}", kind, about.sample.empty() ? "" : ", such as ", about.sample));
@@ -232,16 +245,22 @@ void Section::value(std::string_view key, Member member, const Field& about) con
     if (!std::visit([&](auto* out) { return take(*said, *out); }, member))
       refuse(key, fmt::format("must be {}{}", kind, said->is_table() ? ", not a table" : ""));
     if (path && !(*path)->empty()) **path = resolved(**path, place);
+    if (paths && said->is_string() && (*paths)->front().empty()) (*paths)->clear();
+    if (paths)
+      for (fs::path& each : **paths) {
+        if (each.empty()) refuse(key, "must hold no empty path");
+        each = resolved(each, place);
+      }
     check_value(key, member, about);
     const auto* const text = std::get_if<std::string*>(&member);
-    if (about.required && ((path && (*path)->empty()) || (text && (*text)->empty())))
+    if (about.required && ((path && (*path)->empty()) || (paths && (*paths)->empty()) || (text && (*text)->empty())))
       refuse(key,
              fmt::format("must not be empty{}{}", about.sample.empty() ? "" : "; write one such as ", about.sample));
   }
   state.read.erase(said);
   put(table, key, member);
   if (const toml::node* now = table.get(key))
-    state.read[now] = {place, path != nullptr};
+    state.read[now] = {place, path || paths};
   else
     state.left_alone.insert(join(path_, key));  // not given, but known
 }

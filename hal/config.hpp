@@ -65,8 +65,9 @@ concept HasFields = requires(T t, const Section& s) {
 // the files said and what was read.
 class Section {
  public:
-  using Member = std::variant<bool*, std::int64_t*, double*, std::string*, std::filesystem::path*,
-                              std::vector<std::int64_t>*, std::vector<double>*, std::vector<std::string>*>;
+  using Member =
+      std::variant<bool*, std::int64_t*, double*, std::string*, std::filesystem::path*, std::vector<std::int64_t>*,
+                   std::vector<double>*, std::vector<std::string>*, std::vector<std::filesystem::path>*>;
   struct State;  // config_state.hpp
 
   // Fills a struct whose defaults are those of `value`, and checks it.
@@ -95,7 +96,8 @@ class Section {
   std::string place(std::string_view key) const;
 
   // For fields(): a value, a table (a struct), a list of tables (a vector of structs), or a table whose keys are names
-  // of the user's (a map). A time is in seconds. Texts, paths and lists may be empty; a NaN is a number not given.
+  // of the user's (a map). A time is in seconds. Texts, paths and lists may be empty; a NaN is a number not given. A
+  // list of paths may also be written as one path.
   template <class T>
   void field(std::string_view key, T& member, const Field& about = {}) const {
     if constexpr (HasFields<T>) {

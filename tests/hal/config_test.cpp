@@ -35,6 +35,7 @@ struct ArenaKeys {
   Kind kind = Kind::square;
   std::chrono::microseconds frame{100'000};
   std::filesystem::path program;
+  std::vector<std::filesystem::path> sources, folders;
   std::vector<std::string> words{"a", "b"};
   std::vector<double> places;
   std::vector<std::int64_t> counts{1, 2};
@@ -50,6 +51,8 @@ struct ArenaKeys {
     arena.field("kind", kind, {.one_of = {"round", "square"}});
     arena.field("frame_s", frame);
     arena.field("program", program);
+    arena.field("sources", sources);
+    arena.field("folders", folders);
     arena.field("words", words);
     arena.field("places", places, {.range = {0, 5}});
     arena.field("counts", counts);
@@ -126,6 +129,8 @@ lit = true
 kind = "round"
 frame_s = 0.25
 program = "../x.c"
+sources = ["../x.c", "y.c"]
+folders = "headers"
 words = []
 places = [1, 0.1]
 counts = [7]
@@ -148,6 +153,8 @@ weight = 1
   CHECK(arena.kind == Kind::round);
   CHECK(arena.frame == std::chrono::milliseconds(250));
   CHECK(arena.program == "/x.c");
+  CHECK(arena.sources == std::vector<std::filesystem::path>{"/x.c", "/somewhere/y.c"});
+  CHECK(arena.folders == std::vector<std::filesystem::path>{"/somewhere/headers"});
   CHECK(arena.places == std::vector<double>{1, 0.1});
   CHECK(arena.peers.at(1).weight == 1);
   CHECK(arena.scale.at("roark") == 1e-7);
@@ -174,6 +181,9 @@ TEST_CASE("each bad value is refused in one sentence with file, line and key") {
       {"[arena]\nkind = \"odd\"", "a.toml:2: arena.kind = \"odd\": must be one of \"round\", \"square\""},
       {"[arena]\nframe_s = 1e-7", "a.toml:2: arena.frame_s = 1e-07: must be whole microseconds"},
       {"[arena]\nprogram = \"a\\u0000b\"", "a.toml:2: arena.program = \"a\\u0000b\": must be a path"},
+      {"[arena]\nsources = [\"a.c\", 1]",
+       "a.toml:2: arena.sources = [ \"a.c\", 1 ]: must be a path, or a list of paths"},
+      {"[arena]\nsources = [\"a.c\", \"\"]", "a.toml:2: arena.sources = [ \"a.c\", \"\" ]: must hold no empty path"},
       {"[arena]\nwords = [\"a\", 1]", "a.toml:2: arena.words = [ \"a\", 1 ]: must be a list of texts"},
       {"[arena]\nwords = \"a\"", "a.toml:2: arena.words = \"a\": must be a list of texts"},
       {"[arena]\nplaces = [1, 7]", "a.toml:2: arena.places = [ 1, 7 ]: each must be between 0 and 5"},
