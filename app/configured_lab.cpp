@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <random>
 #include <utility>
 
@@ -31,15 +32,11 @@ const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunCo
   root.section("run").refuse("scenario", fmt::format("is none of: {}", known));
 }
 
-// The program that simulated robots run, also those of an emulated testbed; empty when there are none.
-std::filesystem::path controller_of(const hal::Section& root) {
+// Files that decide what robots do.
+std::vector<std::filesystem::path> robots_files(const hal::Section& root) {
   const hal::Section arena = root.section("arena");
-  const auto use = arena.read<ArenaUse>().use;
-  if (use == "ode") return arena.section("ode").get("controller", std::filesystem::path());
-  if (use != "emulated") return {};
-  const auto file = arena.section("emulated").get("file", std::filesystem::path());
-  const hal::Config emulator = hal::Config::from_file(file);
-  return emulator.root().section("arena").section("ode").get("controller", std::filesystem::path());
+  const hal::ArenaRow& row = chosen_arena(arena);
+  return row.inputs ? row.inputs(arena) : std::vector<std::filesystem::path>();
 }
 
 // 64 random bits, never 0.
@@ -109,13 +106,13 @@ std::map<std::string, std::string, std::less<>> ConfiguredLab::settings() const 
   return all;
 }
 
-std::filesystem::path ConfiguredLab::controller() const {
-  return own_parts_ ? std::filesystem::path() : controller_of(config_.root());
+std::vector<std::filesystem::path> ConfiguredLab::robots_programs() const {
+  return own_parts_ ? std::vector<std::filesystem::path>() : robots_files(config_.root());
 }
 
 void ConfiguredLab::open_run() {
   const std::string effective = config_.effective(directory_);
-  facts_ = lab::run_facts(run_config_, effective, controller());
+  facts_ = lab::run_facts(run_config_, effective, robots_programs());
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
   if (python_) facts_["scenario_in_python"] = python_->facts();
@@ -129,7 +126,7 @@ void ConfiguredLab::open_run() {
 std::vector<std::filesystem::path> ConfiguredLab::inputs() const {
   std::vector<std::filesystem::path> out;
   for (const std::string& name : config_.files()) out.push_back(config_.file().parent_path() / name);
-  if (const std::filesystem::path program = controller(); !program.empty()) out.push_back(program);
+  std::ranges::move(robots_programs(), std::back_inserter(out));
   return out;
 }
 

@@ -76,7 +76,7 @@ class ConfiguredLab {
   void make_parts(OwnParts* own);
   std::map<std::string, std::string, std::less<>> settings() const;
   // What simulated robots run, also those of an emulated testbed; empty when there are none.
-  std::filesystem::path controller() const;
+  std::vector<std::filesystem::path> robots_programs() const;
 
   hal::EventLoop& loop_;
   hal::Config config_;

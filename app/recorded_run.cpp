@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/arenas.hpp"
 #include "app/batch/batch_folder.hpp"
 #include "app/batch/plain_json.hpp"
 #include "lab/result.hpp"
@@ -104,11 +105,17 @@ std::vector<std::string> RecordedRun::changes() const {
     const hal::ResultFile result(lab_folders_[i]);
     const nlohmann::json& hashes = object_in(result.content(), "hashes");
     const auto config = hal::Config::from_file(config_files_[i]);
-    const auto program = config.root().section("arena").section("ode").get("controller", fs::path());
-    for (const fs::path& file : {fs::path(config_files_[i]), program})
-      if (const std::string then = text_in(hashes, file.filename().c_str());
-          !then.empty() && then != lab::file_hash(file))
-        out.push_back(fmt::format("{} was changed since the run", file.string()));
+    const hal::Section arena = config.root().section("arena");
+    const hal::ArenaRow& row = chosen_arena(arena);
+    std::vector<fs::path> files = row.inputs ? row.inputs(arena) : std::vector<fs::path>();
+    files.emplace_back(config_files_[i]);
+    for (const auto& [name, then] : hashes.items()) {
+      const auto file = std::ranges::find(files, name, [](const fs::path& one) { return one.filename().string(); });
+      if (file == files.end())
+        out.push_back(fmt::format("{}, which the run was made with, is gone", name));
+      else if (then != lab::file_hash(*file))
+        out.push_back(fmt::format("{} was changed since the run", file->string()));
+    }
   }
   return out;
 }

@@ -26,21 +26,47 @@
 namespace arkmesh::cli {
 namespace {
 
-int check_controller(const std::filesystem::path& program) {
+// A program's files and options, as a user names them.
+struct ProgramOptions {
+  std::vector<std::string> paths, include, define;
+
+  void add_to(CLI::App& command) {
+    command.add_option("PROGRAM", paths, "The C file for kilolib; several, or a folder of them, of one program")
+        ->required()
+        ->check(CLI::ExistingPath);
+    command.add_option("-I,--include", include, "A folder with headers, beside the program's own")
+        ->allow_extra_args(false)
+        ->check(CLI::ExistingDirectory);
+    command.add_option("-D,--define", define, "A macro of the program: -D NAME or -D NAME=VALUE")
+        ->allow_extra_args(false);
+  }
+  // Throws CLI::ValidationError.
+  sim_ode::ProgramSources sources() const {
+    sim_ode::ProgramSources out;
+    out.paths.assign(paths.begin(), paths.end());
+    out.include.assign(include.begin(), include.end());
+    out.define = define;
+    for (const std::string& macro : define)
+      if (const std::string wrong = sim_ode::wrong_with_macro(macro); !wrong.empty())
+        throw CLI::ValidationError("--define", wrong);
+    return out;
+  }
+};
+
+int check_controller(const sim_ode::ProgramSources& program) {
   const sim_ode::CheckedProgram checked = sim_ode::check_program(program);
   for (const std::string& warning : checked.warnings) fmt::print("{}\n", warning);
   fmt::print(
       "{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain "
       "for the stack)\n",
-      program.filename().string(), checked.flash_bytes, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes,
-      checked.ram_bytes, sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes,
-      std::max(0, sim_ode::ram_limit_bytes - checked.ram_bytes));
+      program.name(), checked.flash_bytes, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes, checked.ram_bytes,
+      sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes, std::max(0, sim_ode::ram_limit_bytes - checked.ram_bytes));
   if (checked.fits()) return 0;
-  fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.filename().string());
+  fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.name());
   return 1;
 }
 
-int build_controller(const std::filesystem::path& program, const std::filesystem::path& kilolib,
+int build_controller(const sim_ode::ProgramSources& program, const std::filesystem::path& kilolib,
                      const std::filesystem::path& hex) {
   sim_ode::BuiltProgram built;
   try {
@@ -51,12 +77,10 @@ int build_controller(const std::filesystem::path& program, const std::filesystem
   }
   fmt::print(stderr, "{}", built.said);
   const auto& [flash, ram] = built.sizes;
-  fmt::print("{}: flash {} of {} bytes, static RAM {} of {} ({} remain for the stack)\n", program.filename().string(),
-             flash, sim_ode::flash_limit_bytes, ram, sim_ode::ram_limit_bytes,
-             std::max(0, sim_ode::ram_limit_bytes - ram));
+  fmt::print("{}: flash {} of {} bytes, static RAM {} of {} ({} remain for the stack)\n", program.name(), flash,
+             sim_ode::flash_limit_bytes, ram, sim_ode::ram_limit_bytes, std::max(0, sim_ode::ram_limit_bytes - ram));
   if (built.pages == 0) {
-    fmt::print(stderr, "arkmesh: {} does not fit on a robot; {} is not written\n", program.filename().string(),
-               hex.string());
+    fmt::print(stderr, "arkmesh: {} does not fit on a robot; {} is not written\n", program.name(), hex.string());
     return 1;
   }
   fmt::print("{}: {} pages; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), built.pages, hex.string());
@@ -65,12 +89,13 @@ int build_controller(const std::filesystem::path& program, const std::filesystem
 
 void add_build_command(CLI::App& controller) {
   struct Options {
-    std::string program, kilolib, hex;
+    ProgramOptions program;
+    std::string kilolib, hex;
   };
   const auto options = std::make_shared<Options>();
   auto* build =
       controller.add_subcommand("build", "Builds a Kilobot C program into the file that robots are loaded with");
-  build->add_option("PROGRAM", options->program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
+  options->program.add_to(*build);
   build->add_option("-o,--output", options->hex, "The Intel HEX file; default: PROGRAM's name, in this folder");
   build
       ->add_option("--kilolib", options->kilolib,
@@ -82,13 +107,15 @@ void add_build_command(CLI::App& controller) {
       "  arkmesh ohc /dev/ttyUSB0 upload my_robot.hex\n"
       "Needs avr-gcc. Ends with 1 when the program does not build or does not fit, with 2 when there is no kilolib.");
   build->callback([options] {
-    const std::filesystem::path program = options->program;
-    const std::string hex = options->hex.empty() ? program.stem().string() + ".hex" : options->hex;
+    const sim_ode::ProgramSources program = options->program.sources();
+    const std::string hex =
+        options->hex.empty() ? std::filesystem::path(program.name()).stem().string() + ".hex" : options->hex;
     end_with(build_controller(program, options->kilolib, hex));
   });
 }
 
 struct ControllerRunOptions {
+  ProgramOptions program;
   sim_ode::SwarmOptions swarm;
   double seconds = 60;
   int text_lines = 10;
@@ -128,7 +155,8 @@ int run_controller(ControllerRunOptions options) {
     options.swarm.light = hal::Pose{.x_m = place->first, .y_m = place->second};
   }
 
-  const std::string name = options.swarm.program.filename().string();
+  options.swarm.program = options.program.sources();
+  const std::string name = options.swarm.program.name();
   const auto begun = std::chrono::steady_clock::now();
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   check_writable("--png", options.png);
@@ -192,7 +220,7 @@ int run_controller(ControllerRunOptions options) {
 void add_run(CLI::App& controller) {
   auto* run = controller.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
   const auto options = std::make_shared<ControllerRunOptions>();
-  run->add_option("PROGRAM", options->swarm.program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
+  options->program.add_to(*run);
   run->add_option("--robots", options->swarm.robots, "How many robots")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
@@ -212,7 +240,8 @@ void add_run(CLI::App& controller) {
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   run->footer(
-      "Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
+      "Examples:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
+      "  arkmesh controller run complexity.c list.c -I ../common -D SIMULATION\n"
       "Ends with 1 when the program does not compile, crashes or never returns.");
   run->callback([options] { end_with(run_controller(*options)); });
 }
@@ -228,12 +257,12 @@ void add_controller_command(CLI::App* controller) {
 
   auto* check =
       controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");
-  const auto program = std::make_shared<std::string>();
-  check->add_option("PROGRAM", *program, "A C file for kilolib")->required()->check(CLI::ExistingFile);
+  const auto program = std::make_shared<ProgramOptions>();
+  program->add_to(*check);
   check->footer(
       "Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Ends with 1 when the program does not build or "
       "does not fit.");
-  check->callback([program] { end_with(check_controller(*program)); });
+  check->callback([program] { end_with(check_controller(program->sources())); });
 }
 
 }  // namespace arkmesh::cli

@@ -12,6 +12,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/wall_time.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
+#include "sim_ode/ode_arena.hpp"
 #include "testbed/arena_video.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/recorded_devices.hpp"
@@ -198,7 +199,11 @@ hal::ArenaRow emulated_arena_row() {
             std::ranges::move(hal::keys_of<EmulatorConfig>("emulator"), std::back_inserter(rows));
             return rows;
           },
-          hal::kilobot::message_period};
+          hal::kilobot::message_period,
+          [](const hal::Section& arena) {
+            const auto file = arena.section("emulated").read<EmulatedConfig>().file;
+            return sim_ode::program_files(hal::Config::from_file(file).root().section("arena"));
+          }};
 }
 
 emulator::Emulator& emulator_of(hal::Arena& arena) {

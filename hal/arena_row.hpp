@@ -41,6 +41,9 @@ struct ArenaRow {
   std::vector<KeyRow> (*keys)() = nullptr;  // of its sections, for the table of all keys
   // From the start of a message with words to single robots to the next, as that lab's file says; null: it has none.
   LabTime (*message_period)(const Section& arena) = nullptr;
+  // The files that decide what its robots do, beside the configuration: their program; null: none. Those of a folder
+  // are told one by one. Throws ConfigError.
+  std::vector<std::filesystem::path> (*inputs)(const Section& arena) = nullptr;
 };
 
 }  // namespace arkmesh::hal

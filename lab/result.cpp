@@ -75,10 +75,11 @@ nlohmann::json program_facts() {
 }
 
 nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
-                         const std::filesystem::path& controller) {
+                         const std::vector<std::filesystem::path>& programs) {
   nlohmann::json j = program_facts();
   j["hashes"]["config.toml"] = hash_text(fingerprint(effective_config));
-  if (const std::string hash = file_hash(controller); !hash.empty()) j["hashes"][controller.filename().string()] = hash;
+  for (const std::filesystem::path& file : programs)
+    if (const std::string hash = file_hash(file); !hash.empty()) j["hashes"][file.filename().string()] = hash;
   j["started"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   j["process"] = hal::own_process();
   j["lab"] = config.lab;

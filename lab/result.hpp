@@ -29,10 +29,10 @@ struct Traffic {
 nlohmann::json program_facts();
 // FNV-1a (64 bits) of what a file says, as hash_text; empty when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
-// What is known of a run when it begins, and what its result is made with. `controller`: what simulated robots run;
-// empty when there is no such file.
+// What is known of a run when it begins, and what its result is made with. `programs`: the files of what simulated
+// robots run.
 nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
-                         const std::filesystem::path& controller);
+                         const std::vector<std::filesystem::path>& programs);
 // What came of the run; it is known before the lab has told everybody.
 hal::Outcome outcome_of(const Runner& run);
 // `facts` are those of the run.

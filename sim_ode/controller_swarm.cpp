@@ -28,9 +28,17 @@ std::vector<hal::Pose> grid_places(const SwarmOptions& options) {
 }
 
 hal::Config arena_config(const SwarmOptions& options) {
-  std::string text = fmt::format("[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n[arena.ode]\ncontroller = {}\n",
-                                 options.robots, hal::to_toml(options.width_m), hal::to_toml(options.height_m),
-                                 hal::to_toml(std::filesystem::absolute(options.program).string()));
+  const auto list = [](const auto& texts, const auto& to_text) {
+    std::vector<std::string> out;
+    for (const auto& text : texts) out.push_back(hal::to_toml(to_text(text)));
+    return fmt::format("[{}]", fmt::join(out, ", "));
+  };
+  const auto path = [](const std::filesystem::path& given) { return std::filesystem::absolute(given).string(); };
+  const auto same = [](const std::string& given) { return given; };
+  std::string text = fmt::format(
+      "[arena]\nrobots = {}\nwidth_m = {}\nheight_m = {}\n[arena.ode]\ncontroller = {}\ninclude = {}\ndefine = {}\n",
+      options.robots, hal::to_toml(options.width_m), hal::to_toml(options.height_m), list(options.program.paths, path),
+      list(options.program.include, path), list(options.program.define, same));
   const std::vector<hal::Pose> places =
       options.places.empty() && options.spacing_m > 0 ? grid_places(options) : options.places;
   if (!places.empty()) {

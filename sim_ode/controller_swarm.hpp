@@ -17,7 +17,7 @@
 namespace arkmesh::sim_ode {
 
 struct SwarmOptions {
-  std::filesystem::path program;  // a Kilobot C program
+  ProgramSources program;
   int robots = 25;
   double width_m = 1, height_m = 1;
   std::uint64_t seed = 1;

@@ -315,6 +315,14 @@ std::unique_ptr<OdeArena> make(
 
 }  // namespace
 
+std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
+  try {
+    return files_of(read_settings(arena).controller);
+  } catch (const ProgramError& error) {
+    arena.section("ode").refuse("controller", error.what());
+  }
+}
+
 hal::ArenaRow ode_arena_row() {
   return {"ode",
           {"ode"},
@@ -329,7 +337,8 @@ hal::ArenaRow ode_arena_row() {
             std::ranges::move(hal::keys_of<Settings>("arena.ode"), std::back_inserter(rows));
             return rows;
           },
-          [](const hal::Section& arena) { return arena.section("ode").read<Settings>().composite; }};
+          [](const hal::Section& arena) { return arena.section("ode").read<Settings>().composite; },
+          program_files};
 }
 
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {

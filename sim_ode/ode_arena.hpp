@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hal/arena.hpp"
 #include "hal/arena_row.hpp"
@@ -17,5 +19,7 @@ namespace arkmesh::sim_ode {
 // file); throws ConfigError with the compiler's first error when that fails.
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed);
 hal::ArenaRow ode_arena_row();
+// The C files of the robots' program. Throws ConfigError.
+std::vector<std::filesystem::path> program_files(const hal::Section& arena);
 
 }  // namespace arkmesh::sim_ode

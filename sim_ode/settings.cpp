@@ -13,10 +13,12 @@ void PresetKey::fields(const hal::Section& ode) {
 
 void Settings::fields(const hal::Section& ode) {
   PresetKey::fields(ode);
-  ode.field("controller", controller,
-            {.help = "the C file that robots run",
+  ode.field("controller", controller.paths,
+            {.help = "the C file that robots run; a list of files, or a folder of them, for a program of several",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty()});
+  ode.field("include", controller.include, {.help = "folders with headers of that program, beside its own"});
+  ode.field("define", controller.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
   ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
@@ -61,6 +63,8 @@ void Settings::fields(const hal::Section& ode) {
 
 void Settings::check(const hal::Section& ode) {
   if (controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
+  for (const std::string& macro : controller.define)
+    if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) ode.refuse("define", wrong);
   contacts.speed_m_s = speed_m_s;
   turn_rad_s = turn_deg_per_s * std::numbers::pi / 180;
   const std::vector<double>& poses = start_numbers_;
@@ -84,9 +88,9 @@ std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Secti
 Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
   const hal::Section ode = arena.section("ode");
   Settings defaults = settings_of(ode.read<PresetKey>().preset);
-  defaults.controller = program;
+  if (!program.empty()) defaults.controller = program;
   Settings out = ode.read(std::move(defaults));
-  if (!program.empty()) out.controller = program;
+  if (!program.empty()) out.controller = program;  // also of include and define
   out.blank_leds = arena.read<ViewSettings>().blank_leds;
   return out;
 }

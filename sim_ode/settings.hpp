@@ -11,6 +11,7 @@
 #include "sim_ode/contacts.hpp"
 #include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/motors.hpp"
+#include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -33,7 +34,7 @@ struct PresetKey {
 struct Settings : PresetKey, DriveSettings, BatterySettings {
   double turn_deg_per_s = 45;
   std::filesystem::path robots_file;   // what single robots are like; empty: as drawn
-  std::filesystem::path controller;    // a C file for kilolib
+  ProgramSources controller;           // for kilolib
   bool leave_failed = false;           // on_fault = "end" | "leave"
   bool start_in_centre = false;        // start = "uniform" | "centre80"
   std::vector<hal::Pose> start_poses;  // of each robot in turn; wins over `start`

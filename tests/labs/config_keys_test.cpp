@@ -85,7 +85,7 @@ TEST_CASE("a run's config.toml says the same from elsewhere") {
   const hal::Config again = load(folder.write("elsewhere/config.toml", written));
   CHECK(lab::shared_settings(again) == lab::shared_settings(first));
   const auto controller = [](const hal::Config& config) {
-    return sim_ode::read_settings(config.root().section("arena")).controller;
+    return sim_ode::read_settings(config.root().section("arena")).controller.paths.at(0);
   };
   CHECK(controller(again) == controller(first));
 }

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,8 +14,8 @@
 
 namespace arkmesh::sim_ode {
 
-inline std::string controller(const std::string& name) {
-  return std::string(ARKMESH_SOURCE_DIR) + "/tests/sim_ode/controllers/" + name;
+inline std::filesystem::path controller(const std::string& name) {
+  return std::filesystem::path(ARKMESH_SOURCE_DIR) / "tests/sim_ode/controllers" / name;
 }
 
 struct TestArena {
@@ -30,7 +31,7 @@ struct TestArena {
     const auto config = hal::Config::from_text(
         fmt::format(
             "[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n{2}\n[arena.ode]\ncontroller = \"{3}\"\n{4}\n",
-            side_m, robots, arena, controller(program), ode),
+            side_m, robots, arena, controller(program).string(), ode),
         "test.toml");
     auto out = make_ode_arena(config.root().section("arena"), lab, seed);
     config.refuse_unknown();

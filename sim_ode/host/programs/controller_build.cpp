@@ -79,7 +79,8 @@ std::string compile_for_robot(const std::vector<std::string>& more, const fs::pa
 
 }  // namespace
 
-BuiltProgram build_program(const fs::path& program, const fs::path& kilolib, const fs::path& hex) {
+BuiltProgram build_program(const ProgramSources& sources, const fs::path& kilolib, const fs::path& hex) {
+  const ReadProgram program(sources);
   const RobotLibrary library = library_of(kilolib);
   const hal::ScratchFolder folder("build");
   const fs::path elf = folder.path() / "program.elf", made = folder.path() / "program.hex";
@@ -87,25 +88,31 @@ BuiltProgram build_program(const fs::path& program, const fs::path& kilolib, con
   for (const fs::path& headers : library.headers) include.insert(include.end(), {"-I", headers.string()});
   include.insert(include.end(), {"-I", firmware_folder().string()});
 
-  const auto compile = [&](const fs::path& source, const char* object, std::vector<std::string> options) {
+  const auto compile = [&](const fs::path& source, const std::string& object, std::vector<std::string> options) {
     options.insert(options.end(), include.begin(), include.end());
     options.insert(options.end(), {"-c", source.string(), "-o", (folder.path() / object).string()});
     return compile_for_robot(options, source);
   };
   BuiltProgram out;
-  out.said = compile(program, "program.o", {"-std=gnu99", "-fgnu89-inline", "-Os"});
-  std::vector<std::string> link = {link_without_limits, (folder.path() / "program.o").string()};
+  std::vector<std::string> link = {link_without_limits};
+  for (const ReadProgram::File& file : program.files) {
+    const std::string object = fmt::format("program{}.o", link.size());
+    std::vector<std::string> options = program.options_for(file.path);
+    options.insert(options.end(), {"-std=gnu99", "-fgnu89-inline", "-Os"});
+    out.said += compile(file.path, object, std::move(options));
+    link.push_back((folder.path() / object).string());
+  }
   for (const fs::path& part : library.parts) {
     if (part.extension() == ".a") {
       link.push_back(part.string());
       continue;
     }
     const std::string object = part.filename().string() + ".o";
-    compile(part, object.c_str(), {"-O3", "-w"});  // its interrupts are timed to be built so
+    compile(part, object, {"-O3", "-w"});  // its interrupts are timed to be built so
     link.push_back((folder.path() / object).string());
   }
   link.insert(link.end(), {"-lm", "-o", elf.string()});
-  out.said += compile_for_robot(link, program);
+  out.said += compile_for_robot(link, sources.name());
 
   out.sizes = measured(elf);
   if (out.sizes.flash > flash_limit_bytes || out.sizes.ram > ram_limit_bytes) return out;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sim_ode/host/programs/avr_tools.hpp"
+#include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -25,7 +26,7 @@ struct BuildError : std::runtime_error {
 
 // `kilolib`: a folder with kilolib.h and kilolib.c, message_*.c or message_*.S, or with kilolib.a; or that file. Throws
 // hal::ConfigError when it is none, BuildError, or std::runtime_error with one sentence.
-BuiltProgram build_program(const std::filesystem::path& program, const std::filesystem::path& kilolib,
+BuiltProgram build_program(const ProgramSources& sources, const std::filesystem::path& kilolib,
                            const std::filesystem::path& hex);
 
 }  // namespace arkmesh::sim_ode

@@ -88,9 +88,10 @@ class Builder {
     write(folder / "empty.c", empty_program);
   }
   // Compiles `source`, returns what the compiler said. Throws when it does not compile.
-  std::string compile(const fs::path& source, const std::string& object) const {
+  std::string compile(const fs::path& source, const std::string& object,
+                      const std::vector<std::string>& options = {}) const {
     // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
-    const hal::Finished done = run_avr({"avr-gcc",
+    std::vector<std::string> command = {"avr-gcc",
                                         "-mmcu=atmega328p",
                                         "-DF_CPU=8000000",
                                         "-std=gnu99",
@@ -113,14 +114,18 @@ class Builder {
                                         "-c",
                                         source.string(),
                                         "-o",
-                                        (folder_ / object).string()});
+                                        (folder_ / object).string()};
+    command.insert(command.end(), options.begin(), options.end());
+    const hal::Finished done = run_avr(std::move(command));
     if (done.status != 0) refuse("does not compile for the robot", source, done.output);
     return done.output;
   }
-  Sizes link(const std::string& object, const fs::path& source) const {
-    const fs::path elf = folder_ / (object + ".elf");
-    const hal::Finished done = run_avr({"avr-gcc", "-mmcu=atmega328p", link_without_limits, (folder_ / object).string(),
-                                        (folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
+  Sizes link(const std::vector<std::string>& objects, const fs::path& source) const {
+    const fs::path elf = folder_ / (objects.front() + ".elf");
+    std::vector<std::string> command = {"avr-gcc", "-mmcu=atmega328p", link_without_limits};
+    for (const std::string& object : objects) command.push_back((folder_ / object).string());
+    command.insert(command.end(), {(folder_ / "stand_ins.o").string(), "-lm", "-o", elf.string()});
+    const hal::Finished done = run_avr(std::move(command));
     if (done.status != 0) refuse("does not link for the robot", source, done.output);
     return measured(elf);
   }
@@ -137,13 +142,19 @@ class Builder {
 
 }  // namespace
 
-CheckedProgram check_program(const fs::path& program) {
+CheckedProgram check_program(const ProgramSources& sources) {
+  const ReadProgram program(sources);
   const hal::ScratchFolder folder("check");
   const Builder builder(folder.path());
-  const std::string said = builder.compile(program, "program.o");
+  std::string said;
+  std::vector<std::string> objects;
+  for (const ReadProgram::File& file : program.files) {
+    objects.push_back(fmt::format("program{}.o", objects.size()));
+    said += builder.compile(file.path, objects.back(), program.options_for(file.path));
+  }
   builder.compile(folder.path() / "stand_ins.c", "stand_ins.o");
   builder.compile(folder.path() / "empty.c", "empty.o");
-  const Sizes empty = builder.link("empty.o", "empty.c"), full = builder.link("program.o", program);
+  const Sizes empty = builder.link({"empty.o"}, "empty.c"), full = builder.link(objects, sources.name());
 
   CheckedProgram out;
   out.flash_bytes = flash_library_bytes + full.flash - empty.flash;

@@ -1,9 +1,10 @@
 // Builds a robot's program for the robot with avr-gcc and says whether it fits. Runs nothing.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
+
+#include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -19,6 +20,6 @@ struct CheckedProgram {
 };
 
 // Throws std::runtime_error with one sentence: no avr-gcc, or the program does not build.
-CheckedProgram check_program(const std::filesystem::path& program);
+CheckedProgram check_program(const ProgramSources& sources);
 
 }  // namespace arkmesh::sim_ode

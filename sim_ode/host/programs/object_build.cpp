@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -65,7 +67,7 @@ std::string first_error(std::string output, const fs::path& folder) {
 
 // Whether a variable of the program or of what it includes may change under its eyes: the word stands in lines that are
 // neither the system's nor ours. `preprocessed` has line markers.
-bool waits_for_memory(const std::string& preprocessed) {
+bool names_volatile(const std::string& preprocessed) {
   const std::string ours[] = {"\"" + kilolib_folder().string() + "/", "\"" + firmware_folder().string() + "/"};
   std::istringstream lines(preprocessed);
   bool of_program = true;
@@ -84,56 +86,47 @@ bool waits_for_memory(const std::string& preprocessed) {
 // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
 // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
 // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
-// fault's line is the one that called.
-std::vector<std::string> language(const fs::path& folder, const fs::path& kilolib, const fs::path& firmware) {
-  return {"cc",
-          "-std=gnu11",
-          "-fgnu89-inline",
-          "-O2",
-          "-g",
-          "-w",
-          "-fPIC",
-          "-fvisibility=hidden",
-          "-fcommon",
-          "-funsigned-char",
-          "-funsigned-bitfields",
-          "-fshort-enums",
-          "-fpack-struct",
-          "-fwrapv",
-          "-fno-strict-aliasing",
-          "-fno-builtin-printf",
-          "-fno-optimize-sibling-calls",
-          "-ffp-contract=off",
-          "-fno-diagnostics-show-caret",
-          "-fno-stack-protector",
-          "-fstack-clash-protection",
-          "-D__NO_INLINE__",
-          "-D__STRICT_ANSI__",
-          "-DF_CPU=8000000UL",
-          "-iquote",
-          kilolib.string(),
-          "-iquote",
-          firmware.string(),
-          "-iquote",
-          folder.string(),
-          "-I",
-          kilolib.string(),
-          "-I",
-          firmware.string(),
-          "-I",
-          folder.string(),
-          "-include",
-          (kilolib / "kilolib.h").string()};
+// fault's line is the one that called. `source`: the file of the program that is compiled.
+std::vector<std::string> language(const ReadProgram& program, const fs::path& source, const fs::path& kilolib,
+                                  const fs::path& firmware) {
+  std::vector<std::string> words = {"cc",
+                                    "-std=gnu11",
+                                    "-fgnu89-inline",
+                                    "-O2",
+                                    "-g",
+                                    "-w",
+                                    "-fPIC",
+                                    "-fvisibility=hidden",
+                                    "-fcommon",
+                                    "-funsigned-char",
+                                    "-funsigned-bitfields",
+                                    "-fshort-enums",
+                                    "-fpack-struct",
+                                    "-fwrapv",
+                                    "-fno-strict-aliasing",
+                                    "-fno-builtin-printf",
+                                    "-fno-optimize-sibling-calls",
+                                    "-ffp-contract=off",
+                                    "-fno-diagnostics-show-caret",
+                                    "-fno-stack-protector",
+                                    "-fstack-clash-protection",
+                                    "-D__NO_INLINE__",
+                                    "-D__STRICT_ANSI__",
+                                    "-DF_CPU=8000000UL",
+                                    "-include",
+                                    (kilolib / "kilolib.h").string()};
+  std::vector<fs::path> folders{kilolib, firmware};
+  std::ranges::move(program.folders_for(source), std::back_inserter(folders));
+  for (const char* option : {"-iquote", "-I"})
+    for (const fs::path& folder : folders) words.insert(words.end(), {option, folder.string()});
+  for (const std::string& macro : program.define) words.insert(words.end(), {"-D", macro});
+  return words;
 }
 
 // A program that may wait for a variable which a callback changes has its accesses to memory counted, so that waiting
 // takes time.
-const std::vector<std::string> counting_options = {"-fsanitize=thread",
-                                                   "--param",
-                                                   "tsan-distinguish-volatile=1",
-                                                   "--param",
-                                                   "tsan-instrument-func-entry-exit=0",
-                                                   "-c"};
+const std::vector<std::string> counting_options = {"-fsanitize=thread", "--param", "tsan-distinguish-volatile=1",
+                                                   "--param", "tsan-instrument-func-entry-exit=0"};
 constexpr const char* plain_clock_option = "-DARKMESH_PLAIN_CLOCK";
 
 std::vector<fs::path> library_sources(const fs::path& kilolib) {
@@ -146,10 +139,6 @@ std::vector<std::string> link_options(const fs::path& kilolib) {
   for (const fs::path& source : library_sources(kilolib)) words.push_back(source.string());
   words.push_back("-lm");
   return words;
-}
-
-fs::path folder_of(const fs::path& source) {
-  return fs::absolute(source).parent_path();
 }
 
 // The compiler had no time left.
@@ -169,73 +158,60 @@ fs::path firmware_folder() {
                      "the robots' firmware");
 }
 
-std::string read_program(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  const bool empty = in && in.peek() == std::ifstream::traits_type::eof();
-  if (!fs::is_regular_file(file) || !(empty || (in && text << in.rdbuf())))
-    throw ProgramError(fmt::format("{} cannot be read; name a C file", file.string()));
-  // some editors put a mark of three bytes before the first line
-  std::string read = text.str();
-  if (read.starts_with("\xEF\xBB\xBF")) read.erase(0, 3);
-  return read;
-}
-
-ObjectBuild::ObjectBuild(const fs::path& source, const std::string& text, const fs::path& work,
-                         std::chrono::milliseconds limit)
-    : text_(text),
-      source_(source),
+ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::chrono::milliseconds limit)
+    : program_(program),
       work_(work),
       kilolib_(kilolib_folder()),
       firmware_(firmware_folder()),
-      copy_(work / (source.extension() == ".c" ? source.filename() : fs::path("program.c"))),
       object_(work / "program.so"),
       deadline_(std::chrono::steady_clock::now() + limit),
       limit_(limit) {
-  if (!(std::ofstream(copy_, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
-    throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", copy_.string()));
+  for (std::size_t i = 0; i < program.files.size(); ++i) {
+    const auto& [source, text] = program.files[i];
+    const fs::path folder = work / fmt::format("{}", i);
+    const Part& part = parts_.emplace_back(Part{
+        source, folder / (source.extension() == ".c" ? source.filename() : fs::path("program.c")), folder / "part.o"});
+    std::error_code error;
+    fs::create_directory(folder, error);
+    if (!(std::ofstream(part.copy, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
+      throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", part.copy.string()));
+  }
 }
 
 void ObjectBuild::run() {
   try {
-    const fs::path expanded = work_ / "expanded.i";
-    compile({"-E", copy_.string(), "-o", expanded.string()});
-    if (waits_for_memory(read_program(expanded)))
-      build_counted();
-    else
-      link(copy_);
+    build(waits_for_memory() ? counting_options : std::vector<std::string>());
   } catch (const TooLong&) {
     throw;
   } catch (const ProgramError&) {
     // Perhaps because our kilo_ticks is a macro: as a field's name, or declared anew. A variable is as good when its
     // readings are counted.
-    if (text_.find("kilo_ticks") == std::string::npos || !builds_with_plain_clock()) throw;
+    if (!program_.says("kilo_ticks") || !builds_with_plain_clock()) throw;
   }
 }
 
-std::vector<std::string> ObjectBuild::recipe(const fs::path& source) {
+std::vector<std::string> ObjectBuild::recipe(const ReadProgram& program) {
   const fs::path kilolib = kilolib_folder();
   // of the order of steps in run(), which no option shows: to be counted up when it changes
-  std::vector<std::string> all = {"1"};
-  for (const auto& part : {language(folder_of(source), kilolib, firmware_folder()),
-                           counting_options,
-                           {plain_clock_option},
-                           link_options(kilolib)})
+  std::vector<std::string> all = {"2"};
+  for (const ReadProgram::File& file : program.files)
+    std::ranges::move(language(program, file.path, kilolib, firmware_folder()), std::back_inserter(all));
+  for (const auto& part : {counting_options, {plain_clock_option}, link_options(kilolib)})
     all.insert(all.end(), part.begin(), part.end());
   return all;
 }
 
 std::vector<fs::path> ObjectBuild::compiled() const {
   std::vector<fs::path> files = library_sources(kilolib_);
-  files.push_back(copy_);
+  for (const Part& part : parts_) files.push_back(part.copy);
   return files;
 }
 
-void ObjectBuild::compile(const std::vector<std::string>& more) const {
+void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>& more) const {
   std::vector<std::string> command;
   // the variable's value ends at a blank
   if (rules().string().find(' ') == std::string::npos) command = {"env", "SUNPRO_DEPENDENCIES=" + rules().string()};
-  for (const auto& part : {language(folder_of(source_), kilolib_, firmware_), more})
+  for (const auto& part : {language(program_, source, kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);
   const hal::Finished done = hal::run_to_end(
@@ -248,25 +224,35 @@ void ObjectBuild::compile(const std::vector<std::string>& more) const {
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_));
 }
 
-void ObjectBuild::link(const fs::path& part) const {
-  std::vector<std::string> words = {part.string(), "-o", object_.string()};
-  const std::vector<std::string> library = link_options(kilolib_);
-  words.insert(words.end(), library.begin(), library.end());
-  compile(words);
+// One file for all or for none: a variable that one file waits for may be another's.
+bool ObjectBuild::waits_for_memory() const {
+  return std::ranges::any_of(parts_, [&](const Part& part) {
+    const fs::path expanded = part.copy.parent_path() / "expanded.i";
+    compile(part.source, {"-E", part.copy.string(), "-o", expanded.string()});
+    return names_volatile(read_source(expanded));
+  });
 }
 
-void ObjectBuild::build_counted() const {
-  const fs::path part = work_ / "program.o";
-  std::vector<std::string> words = counting_options;
-  words.insert(words.end(), {copy_.string(), "-o", part.string()});
-  compile(words);
-  link(part);
+// A program of one file that needs no options of its own is compiled and linked at once, which takes less time.
+void ObjectBuild::build(const std::vector<std::string>& options) const {
+  const bool at_once = parts_.size() == 1 && options.empty();
+  std::vector<std::string> words;
+  for (const Part& part : parts_) {
+    words.push_back((at_once ? part.copy : part.object).string());
+    if (at_once) continue;
+    std::vector<std::string> of_part = options;
+    of_part.insert(of_part.end(), {"-c", part.copy.string(), "-o", part.object.string()});
+    compile(part.source, of_part);
+  }
+  words.insert(words.end(), {"-o", object_.string()});
+  std::ranges::move(link_options(kilolib_), std::back_inserter(words));
+  compile(parts_.front().source, words);
 }
 
 bool ObjectBuild::builds_with_plain_clock() {
   plain_clock_ = true;
   try {
-    build_counted();
+    build(counting_options);
     return true;
   } catch (const TooLong&) {
     throw;

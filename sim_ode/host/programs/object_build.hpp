@@ -3,17 +3,12 @@
 
 #include <chrono>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-namespace arkmesh::sim_ode {
+#include "sim_ode/host/programs/program_sources.hpp"
 
-// The program does not compile, link or load: one sentence with the compiler's first error.
-class ProgramError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+namespace arkmesh::sim_ode {
 
 // Where kilolib.h and the rest of what programs are compiled against lie: beside the sources, or beside an installed
 // arkmesh. Throws ProgramError.
@@ -21,41 +16,43 @@ std::filesystem::path kilolib_folder();
 // Likewise arkmesh_id.h and the programs of the set-up procedures, which real robots run as simulated ones do.
 std::filesystem::path firmware_folder();
 
-// What a program's file says. Throws ProgramError.
-std::string read_program(const std::filesystem::path& file);
-
 class ObjectBuild {
  public:
   // The compiler's, for all that it does. A program takes 0.3 s; on a busy machine a long one takes a few seconds.
   static constexpr std::chrono::seconds time_limit{60};
 
-  // `source` is the program's file, `text` what it says, `work` an empty folder. Throws ProgramError.
-  ObjectBuild(const std::filesystem::path& source, const std::string& text, const std::filesystem::path& work,
+  // `work` is an empty folder; the program outlives the build. Throws ProgramError.
+  ObjectBuild(const ReadProgram& program, const std::filesystem::path& work,
               std::chrono::milliseconds limit = time_limit);
 
   // Makes the object. Throws ProgramError with the compiler's first error.
   void run();
 
-  // All that the compiler is told, but for the program's text and the names of temporary files.
-  static std::vector<std::string> recipe(const std::filesystem::path& source);
+  // All that the compiler is told, but for the program's texts and the names of temporary files.
+  static std::vector<std::string> recipe(const ReadProgram& program);
   // In `work`: the object's file, and rules that name all headers that were read, as compilers write them for make; the
   // latter is missing where the folder's name has blanks.
   const std::filesystem::path& object() const { return object_; }
   std::filesystem::path rules() const { return work_ / "read.d"; }
-  // The C files: the program's copy and the library's.
+  // The C files: the program's copies and the library's.
   std::vector<std::filesystem::path> compiled() const;
   const std::filesystem::path& work() const { return work_; }
 
  private:
-  void compile(const std::vector<std::string>& more) const;
-  void link(const std::filesystem::path& part) const;
-  void build_counted() const;
+  struct Part {
+    std::filesystem::path source;  // the user's file
+    // in a folder of its own: a quoted include then finds our headers before old ones beside the program
+    std::filesystem::path copy;
+    std::filesystem::path object;
+  };
+  void compile(const std::filesystem::path& source, const std::vector<std::string>& more) const;
+  void build(const std::vector<std::string>& options) const;
+  bool waits_for_memory() const;
   bool builds_with_plain_clock();
 
-  const std::string& text_;
-  const std::filesystem::path source_, work_, kilolib_, firmware_;
-  // in an empty folder: a quoted include then finds our headers before old ones beside the program
-  const std::filesystem::path copy_;
+  const ReadProgram& program_;
+  const std::filesystem::path work_, kilolib_, firmware_;
+  std::vector<Part> parts_;
   const std::filesystem::path object_;
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds limit_;

@@ -137,8 +137,8 @@ fs::path ProgramCache::folder_of_user() {
   return base / "arkmesh" / "controllers";
 }
 
-ProgramCache::ProgramCache(fs::path folder, const fs::path& source, const std::string& text)
-    : folder_(std::move(folder)), source_(source), text_(text), key_(folder_.empty() ? "" : key()) {
+ProgramCache::ProgramCache(fs::path folder, const ReadProgram& program)
+    : folder_(std::move(folder)), program_(program), key_(folder_.empty() ? "" : key()) {
   // files of most systems tell the last few milliseconds no better: too early to have been read by a compiler
   clock_gettime(CLOCK_REALTIME, &begin_);
 }
@@ -148,9 +148,11 @@ std::string ProgramCache::key() const {
   utsname machine{};
   uname(&machine);  // a home may be shared by machines; no option of ours depends on more than the family
   hash.add(machine.machine);
-  for (const std::string& part : ObjectBuild::recipe(source_)) hash.add(part);
-  hash.add(source_.string());  // as in the program's __FILE__
-  hash.add(text_);
+  for (const std::string& part : ObjectBuild::recipe(program_)) hash.add(part);
+  for (const auto& [path, text] : program_.files) {
+    hash.add(path.string());  // as in the program's __FILE__
+    hash.add(text);
+  }
   for (const char* name : deciding_variables) {
     const char* const value = std::getenv(name);
     hash.add(value ? value : "\n");
@@ -209,7 +211,8 @@ void ProgramCache::keep(const ObjectBuild& build, std::uintmax_t most) const {
   // rules do not name the files that include the others
   for (const fs::path& compiled : build.compiled()) read.push_back(compiled.string());
 
-  std::set<std::string> inputs = inputs_of(read, fs::absolute(source_).parent_path());
+  std::set<std::string> inputs;
+  for (const ReadProgram::File& file : program_.files) inputs.merge(inputs_of(read, program_.folders_for(file.path)));
   // the key has them
   for (const fs::path& known : {build.work(), kilolib_folder(), firmware_folder()})
     std::erase_if(inputs, [&](const std::string& path) { return path.starts_with(known.string() + "/"); });
@@ -225,7 +228,7 @@ void ProgramCache::keep(const ObjectBuild& build, std::uintmax_t most) const {
       if (content.find(word) != std::string::npos) return;
   }
   for (const char* word : of_the_moment)
-    if (text_.find(word) != std::string::npos) return;
+    if (program_.says(word)) return;
   for (const char* name : {"cc1", "as", "ld"})
     if (const std::string part = part_of_compiler(name); !part.empty()) inputs.insert(part);
 

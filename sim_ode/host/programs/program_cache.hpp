@@ -23,8 +23,8 @@ class ProgramCache {
   // is no home. Throws ProgramError when ARKMESH_CACHE is anything else.
   static std::filesystem::path folder_of_user();
 
-  // Of one program: its file, what it says, and how it is compiled now. An empty folder keeps nothing.
-  ProgramCache(std::filesystem::path folder, const std::filesystem::path& source, const std::string& text);
+  // Of one program, which outlives this, as it is compiled now. An empty folder keeps nothing.
+  ProgramCache(std::filesystem::path folder, const ReadProgram& program);
 
   // The object's file, whole and to be loaded as it is; it may vanish at any time.
   std::optional<std::filesystem::path> find() const;
@@ -37,8 +37,9 @@ class ProgramCache {
   std::filesystem::path inputs_file() const { return folder_ / (key_ + ".inputs"); }
   std::filesystem::path object_file(const std::set<std::string>& inputs) const;
 
-  std::filesystem::path folder_, source_;
-  std::string text_, key_;
+  std::filesystem::path folder_;
+  const ReadProgram& program_;
+  std::string key_;
   timespec begin_{};  // of the building
 };
 

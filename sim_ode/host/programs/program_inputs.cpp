@@ -80,11 +80,12 @@ std::vector<Included> names_included(const std::string& text) {
   return names;
 }
 
-std::set<std::string> inputs_of(const std::vector<std::string>& read, const std::filesystem::path& folder) {
+std::set<std::string> inputs_of(const std::vector<std::string>& read,
+                                const std::vector<std::filesystem::path>& folders) {
   std::set<std::string> inputs(read.begin(), read.end());
   for (const std::string& reader : std::set<std::string>(inputs))
     for (const Included& included : names_included(content_of(reader))) {
-      inputs.insert((folder / included.name).string());
+      for (const std::filesystem::path& folder : folders) inputs.insert((folder / included.name).string());
       inputs.insert((local_headers / std::filesystem::path(included.name)).string());
       if (included.quoted) inputs.insert((std::filesystem::path(reader).parent_path() / included.name).string());
     }

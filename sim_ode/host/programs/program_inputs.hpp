@@ -19,8 +19,9 @@ struct Included {
 // The names behind #include, #include_next and __has_include. A name that a macro makes is not seen.
 std::vector<Included> names_included(const std::string& text);
 
-// Files that decide, there or not. `read` is what the compiler read, `folder` the program's.
-std::set<std::string> inputs_of(const std::vector<std::string>& read, const std::filesystem::path& folder);
+// Files that decide, there or not. `read` is what the compiler read, `folders` are where it looks for headers.
+std::set<std::string> inputs_of(const std::vector<std::string>& read,
+                                const std::vector<std::filesystem::path>& folders);
 
 // What a file says; empty when it cannot be read.
 std::string content_of(const std::filesystem::path& file);

@@ -26,26 +26,36 @@ namespace fs = std::filesystem;
 // Of a robot's static memory; text buffers of programs for PCs were seen to take 11 kB.
 constexpr std::size_t max_memory_bytes = 256 << 10;
 
-std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>>& loaded_programs() {
-  static std::map<std::pair<std::string, std::string>, std::weak_ptr<const RobotProgram>> programs;
+std::map<std::string, std::weak_ptr<const RobotProgram>>& loaded_programs() {
+  static std::map<std::string, std::weak_ptr<const RobotProgram>> programs;
   return programs;
+}
+
+// All that a user gives.
+std::string whole(const ReadProgram& program) {
+  std::string out;
+  const auto add = [&](const std::string& part) { out += fmt::format("{} {}", part.size(), part); };
+  for (const auto& [path, text] : program.files) add(fs::absolute(path).string()), add(text);
+  for (const fs::path& folder : program.include) add(folder.string());
+  for (const std::string& macro : program.define) add("-D" + macro);
+  return out;
 }
 
 }  // namespace
 
-std::shared_ptr<const RobotProgram> RobotProgram::load(const fs::path& source) {
-  const std::string text = read_program(source);
+std::shared_ptr<const RobotProgram> RobotProgram::load(const ProgramSources& sources) {
+  const ReadProgram read(sources);
   std::erase_if(loaded_programs(), [](const auto& entry) { return entry.second.expired(); });
-  const auto key = std::pair(fs::absolute(source).string(), text);
+  const std::string key = whole(read);
   if (const auto found = loaded_programs().find(key); found != loaded_programs().end())
     if (auto program = found->second.lock()) return program;
 
   std::shared_ptr<RobotProgram> program(new RobotProgram);
-  program->source_ = source;
-  const ProgramCache cache(ProgramCache::folder_of_user(), source, text);
+  program->source_ = read.files.front().path;
+  const ProgramCache cache(ProgramCache::folder_of_user(), read);
   if (!program->load_kept(cache)) {
     const hal::ScratchFolder work("controller");
-    ObjectBuild build(source, text, work.path());
+    ObjectBuild build(read, work.path());
     build.run();
     program->load_object(build.object());
     cache.keep(build);

@@ -18,13 +18,14 @@ class ProgramCache;
 
 class RobotProgram {
  public:
-  // Compiles with `cc`, unless it was compiled before (program_cache.hpp). Programs of the same file and text that are
-  // in use at the same time are loaded once. Throws ProgramError.
-  static std::shared_ptr<const RobotProgram> load(const std::filesystem::path& source);
+  // Compiles with `cc`, unless it was compiled before (program_cache.hpp). Programs of the same files, texts and
+  // options that are in use at the same time are loaded once. Throws ProgramError.
+  static std::shared_ptr<const RobotProgram> load(const ProgramSources& sources);
   ~RobotProgram() { unload(); }
   RobotProgram(const RobotProgram&) = delete;
   RobotProgram& operator=(const RobotProgram&) = delete;
 
+  // The first of its files.
   const std::filesystem::path& source() const { return source_; }
   const arkmesh_program& abi() const { return *abi_; }
   // Bytes of a robot's memory, and those bytes before main() ran.

@@ -46,8 +46,9 @@ class Environment {
 // Compiled by the real compiler, once for all cases.
 const fs::path& ready_object() {
   static const tests::TemporaryDirectory folder;
-  static const std::string text = still;
-  static ObjectBuild build(folder.path() / "still.c", text, folder.path());
+  static const ReadProgram program(folder.write("still.c", still));
+  static const tests::TemporaryDirectory work;
+  static ObjectBuild build(program, work.path());
   static const bool built = [] {
     build.run();
     return true;
@@ -210,10 +211,10 @@ TEST_CASE("programs run without a cache") {
     CHECK(user.files() == 0);
   }
   {
-    const std::string text = still;
+    const ReadProgram read(user.program);
     const tests::TemporaryDirectory work;
-    const ProgramCache cache(user.cache, user.program, text);
-    ObjectBuild build(user.program, text, work.path());
+    const ProgramCache cache(user.cache, read);
+    ObjectBuild build(read, work.path());
     build.run();
     rlimit usual{};
     getrlimit(RLIMIT_FSIZE, &usual);
@@ -248,10 +249,10 @@ TEST_CASE("the cache has a bound") {
   fs::last_write_time(aside, long_ago);
 
   const fs::path other = user.folder.write("other.c", still);
-  const std::string text = still;
+  const ReadProgram read(other);
   const tests::TemporaryDirectory work;
-  const ProgramCache cache(user.cache, other, text);
-  ObjectBuild build(other, text, work.path());
+  const ProgramCache cache(user.cache, read);
+  ObjectBuild build(read, work.path());
   build.run();
   cache.keep(build, fs::file_size(old) * 3 / 2);
   CHECK_FALSE(fs::exists(old));
@@ -265,9 +266,9 @@ TEST_CASE("a compiler that never ends is ended") {
   // With what it has started, and the sentence names it.
   const User user;
   user.compile_with(fmt::format("#!/bin/sh\nsleep 600 &\necho $! > {}/child\nwait\n", user.folder.path().string()));
-  const std::string text = still;
+  const ReadProgram read(user.program);
   const tests::TemporaryDirectory work;
-  ObjectBuild build(user.program, text, work.path(), std::chrono::milliseconds(300));
+  ObjectBuild build(read, work.path(), std::chrono::milliseconds(300));
   CHECK_THROWS_WITH_AS(build.run(),
                        "does not compile: the C compiler `cc` was ended, for it had not finished after 0.3 s",
                        ProgramError);
@@ -292,9 +293,9 @@ TEST_CASE("what decides a program is read from rules and sources") {
 
   const tests::TemporaryDirectory folder;
   const std::string reader = folder.write("parts/a.h", "#include \"b.h\"\n#include <c.h>\n").string();
-  CHECK(inputs_of({reader}, "/program") == std::set<std::string>{reader, (folder.path() / "parts/b.h").string(),
-                                                                 "/program/b.h", "/program/c.h",
-                                                                 "/usr/local/include/b.h", "/usr/local/include/c.h"});
+  CHECK(inputs_of({reader}, {"/program"}) == std::set<std::string>{reader, (folder.path() / "parts/b.h").string(),
+                                                                   "/program/b.h", "/program/c.h",
+                                                                   "/usr/local/include/b.h", "/usr/local/include/c.h"});
 }
 
 }  // namespace arkmesh::sim_ode

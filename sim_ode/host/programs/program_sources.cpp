@@ -1,0 +1,96 @@
+#include "sim_ode/host/programs/program_sources.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+namespace arkmesh::sim_ode {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_c(const fs::path& file) {
+  std::error_code ignored;
+  return file.extension() == ".c" && fs::is_regular_file(file, ignored);
+}
+
+}  // namespace
+
+std::vector<fs::path> files_of(const ProgramSources& program) {
+  std::vector<fs::path> out;
+  for (const fs::path& path : program.paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      out.push_back(path);
+      continue;
+    }
+    const std::size_t before = out.size();
+    for (fs::directory_iterator at(path, error), end; !error && at != end; at.increment(error))
+      if (is_c(at->path())) out.push_back(at->path());
+    if (out.size() == before) throw ProgramError(fmt::format("{} holds no C file; name another folder", path.string()));
+    std::sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end());
+  }
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (std::find(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(i), out[i]) !=
+        out.begin() + static_cast<std::ptrdiff_t>(i))
+      throw ProgramError(fmt::format("{} is given twice; name each file once", out[i].string()));
+  return out;
+}
+
+std::string wrong_with_macro(const std::string& macro) {
+  const std::string name = macro.substr(0, macro.find('='));
+  const auto is_of_name = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  const bool is_name =
+      !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) && std::ranges::all_of(name, is_of_name);
+  if (is_name && macro.find_first_of(std::string_view("\0\n", 2)) == std::string::npos) return {};
+  return fmt::format("\"{}\" is no macro; write NAME or NAME=VALUE", macro);
+}
+
+std::string read_source(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  const bool empty = in && in.peek() == std::ifstream::traits_type::eof();
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || !(empty || (in && text << in.rdbuf())))
+    throw ProgramError(fmt::format("{} cannot be read; name a C file", file.string()));
+  // some editors put a mark of three bytes before the first line
+  std::string read = text.str();
+  if (read.starts_with("\xEF\xBB\xBF")) read.erase(0, 3);
+  return read;
+}
+
+ReadProgram::ReadProgram(const ProgramSources& program) : include(program.include), define(program.define) {
+  for (const fs::path& file : files_of(program)) files.push_back({file, read_source(file)});
+  for (const std::string& macro : define)
+    if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) throw ProgramError(wrong);
+  for (fs::path& folder : include) folder = fs::absolute(folder);
+}
+
+std::vector<fs::path> ReadProgram::folders_for(const fs::path& file) const {
+  std::vector<fs::path> out{fs::absolute(file).parent_path()};
+  const auto add = [&](const fs::path& folder) {
+    if (std::ranges::find(out, folder) == out.end()) out.push_back(folder);
+  };
+  for (const fs::path& folder : include) add(folder);
+  for (const File& other : files) add(fs::absolute(other.path).parent_path());
+  return out;
+}
+
+std::vector<std::string> ReadProgram::options_for(const fs::path& file) const {
+  std::vector<std::string> out;
+  for (const fs::path& folder : folders_for(file)) out.insert(out.end(), {"-iquote", folder.string()});
+  for (const fs::path& folder : include) out.insert(out.end(), {"-I", folder.string()});
+  for (const std::string& macro : define) out.insert(out.end(), {"-D", macro});
+  return out;
+}
+
+bool ReadProgram::says(std::string_view word) const {
+  return std::ranges::any_of(files, [&](const File& file) { return file.text.find(word) != std::string::npos; });
+}
+
+}  // namespace arkmesh::sim_ode
