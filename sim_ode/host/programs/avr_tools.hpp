@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/child_process.hpp"
+#include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -21,6 +22,9 @@ inline constexpr const char* link_without_limits =
 // Runs avr-gcc or one of its tools, a minute at most. Throws std::runtime_error with one sentence when it is missing or
 // takes longer.
 hal::Finished run_avr(std::vector<std::string> command);
+// The program's files that are compiled by themselves; the others are parts of these. `words`: the compiler and its
+// options for all files. What the compiler cannot read it says when it compiles. Throws std::runtime_error.
+std::vector<std::filesystem::path> compiled_alone(const ReadProgram& program, const std::vector<std::string>& words);
 // Throws std::runtime_error.
 Sizes measured(const std::filesystem::path& elf);
 

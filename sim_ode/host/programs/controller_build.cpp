@@ -95,11 +95,13 @@ BuiltProgram build_program(const ProgramSources& sources, const fs::path& kiloli
   };
   BuiltProgram out;
   std::vector<std::string> link = {link_without_limits};
-  for (const ReadProgram::File& file : program.files) {
+  std::vector<std::string> language = robot_language();
+  language.insert(language.end(), include.begin(), include.end());
+  for (const fs::path& file : compiled_alone(program, language)) {
     const std::string object = fmt::format("program{}.o", link.size());
-    std::vector<std::string> options = program.options_for(file.path);
+    std::vector<std::string> options = program.options_for(file);
     options.insert(options.end(), {"-std=gnu99", "-fgnu89-inline", "-Os"});
-    out.said += compile(file.path, object, std::move(options));
+    out.said += compile(file, object, std::move(options));
     link.push_back((folder.path() / object).string());
   }
   for (const fs::path& part : library.parts) {

@@ -87,35 +87,25 @@ class Builder {
     write(folder / "stand_ins.c", stand_ins);
     write(folder / "empty.c", empty_program);
   }
+  // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
+  std::vector<std::string> language() const {
+    return {"avr-gcc",         "-mmcu=atmega328p",
+            "-DF_CPU=8000000", "-std=gnu99",
+            "-fgnu89-inline",  "-Os",
+            "-funsigned-char", "-funsigned-bitfields",
+            "-fpack-struct",   "-fshort-enums",
+            "-fcommon",        "-Wtype-limits",
+            "-Wconversion",    "-fno-diagnostics-show-caret",
+            "-idirafter",      kilolib_folder().string(),
+            "-idirafter",      firmware_folder().string(),
+            "-include",        (folder_ / "prelude.h").string()};
+  }
   // Compiles `source`, returns what the compiler said. Throws when it does not compile.
   std::string compile(const fs::path& source, const std::string& object,
                       const std::vector<std::string>& options = {}) const {
-    // As the robot's library is built; our headers last, so that <avr/io.h> and <stdlib.h> are the robot's own.
-    std::vector<std::string> command = {"avr-gcc",
-                                        "-mmcu=atmega328p",
-                                        "-DF_CPU=8000000",
-                                        "-std=gnu99",
-                                        "-fgnu89-inline",
-                                        "-Os",
-                                        "-funsigned-char",
-                                        "-funsigned-bitfields",
-                                        "-fpack-struct",
-                                        "-fshort-enums",
-                                        "-fcommon",
-                                        "-Wtype-limits",
-                                        "-Wconversion",
-                                        "-fno-diagnostics-show-caret",
-                                        "-idirafter",
-                                        kilolib_folder().string(),
-                                        "-idirafter",
-                                        firmware_folder().string(),
-                                        "-include",
-                                        (folder_ / "prelude.h").string(),
-                                        "-c",
-                                        source.string(),
-                                        "-o",
-                                        (folder_ / object).string()};
+    std::vector<std::string> command = language();
     command.insert(command.end(), options.begin(), options.end());
+    command.insert(command.end(), {"-c", source.string(), "-o", (folder_ / object).string()});
     const hal::Finished done = run_avr(std::move(command));
     if (done.status != 0) refuse("does not compile for the robot", source, done.output);
     return done.output;
@@ -148,9 +138,9 @@ CheckedProgram check_program(const ProgramSources& sources) {
   const Builder builder(folder.path());
   std::string said;
   std::vector<std::string> objects;
-  for (const ReadProgram::File& file : program.files) {
+  for (const fs::path& file : compiled_alone(program, builder.language())) {
     objects.push_back(fmt::format("program{}.o", objects.size()));
-    said += builder.compile(file.path, objects.back(), program.options_for(file.path));
+    said += builder.compile(file, objects.back(), program.options_for(file));
   }
   builder.compile(folder.path() / "stand_ins.c", "stand_ins.o");
   builder.compile(folder.path() / "empty.c", "empty.o");

@@ -83,6 +83,18 @@ bool names_volatile(const std::string& preprocessed) {
   return false;
 }
 
+// The files in line markers, `# 17 "prog.c"`.
+std::vector<std::string> files_in(const std::string& preprocessed) {
+  std::vector<std::string> out;
+  std::istringstream lines(preprocessed);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t begin = line.find('"'), end = line.rfind('"');
+    if (line.starts_with("# ") && begin < end && end != std::string::npos)
+      out.push_back(line.substr(begin + 1, end - begin - 1));
+  }
+  return out;
+}
+
 // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
 // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
 // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
@@ -180,7 +192,8 @@ ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::
 
 void ObjectBuild::run() {
   try {
-    build(waits_for_memory() ? counting_options : std::vector<std::string>());
+    expand();
+    build(waits_for_memory_ ? counting_options : std::vector<std::string>());
   } catch (const TooLong&) {
     throw;
   } catch (const ProgramError&) {
@@ -224,13 +237,24 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_));
 }
 
-// One file for all or for none: a variable that one file waits for may be another's.
-bool ObjectBuild::waits_for_memory() const {
-  return std::ranges::any_of(parts_, [&](const Part& part) {
+// Finds out what decides how the files are compiled: whether one waits for a variable, which may be another file's, and
+// which are parts of others.
+void ObjectBuild::expand() {
+  std::vector<fs::path> files;
+  std::vector<std::vector<std::string>> read;
+  for (const Part& part : parts_) {
     const fs::path expanded = part.copy.parent_path() / "expanded.i";
     compile(part.source, {"-E", part.copy.string(), "-o", expanded.string()});
-    return names_volatile(read_source(expanded));
-  });
+    const std::string text = read_source(expanded);
+    waits_for_memory_ = waits_for_memory_ || names_volatile(text);
+    files.push_back(part.source);
+    read.push_back(files_in(text));
+  }
+  const std::vector<bool> included = included_by_others(files, read);
+  std::vector<Part> alone;
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    if (!included[i]) alone.push_back(parts_[i]);
+  if (!alone.empty()) parts_ = std::move(alone);
 }
 
 // A program of one file that needs no options of its own is compiled and linked at once, which takes less time.

@@ -47,7 +47,7 @@ class ObjectBuild {
   };
   void compile(const std::filesystem::path& source, const std::vector<std::string>& more) const;
   void build(const std::vector<std::string>& options) const;
-  bool waits_for_memory() const;
+  void expand();
   bool builds_with_plain_clock();
 
   const ReadProgram& program_;
@@ -56,7 +56,7 @@ class ObjectBuild {
   const std::filesystem::path object_;
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds limit_;
-  bool plain_clock_ = false;
+  bool plain_clock_ = false, waits_for_memory_ = false;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -42,6 +42,22 @@ std::vector<fs::path> files_of(const ProgramSources& program) {
   return out;
 }
 
+std::vector<bool> included_by_others(const std::vector<fs::path>& files,
+                                     const std::vector<std::vector<std::string>>& read) {
+  std::error_code ignored;
+  std::vector<fs::path> names;
+  for (const fs::path& file : files) names.push_back(fs::weakly_canonical(file, ignored));
+  std::vector<bool> out(files.size());
+  for (std::size_t reader = 0; reader < read.size(); ++reader)
+    for (const std::string& path : read[reader]) {
+      if (!path.ends_with(".c")) continue;
+      const auto at =
+          static_cast<std::size_t>(std::ranges::find(names, fs::weakly_canonical(path, ignored)) - names.begin());
+      if (at < names.size() && at != reader) out[at] = true;
+    }
+  return out;
+}
+
 std::string wrong_with_macro(const std::string& macro) {
   const std::string name = macro.substr(0, macro.find('='));
   const auto is_of_name = [](unsigned char c) { return std::isalnum(c) || c == '_'; };

@@ -37,6 +37,11 @@ std::string wrong_with_macro(const std::string& macro);
 // What a file says. Throws ProgramError.
 std::string read_source(const std::filesystem::path& file);
 
+// Of a program's C files, which of them another one includes, and which so are compiled there. `read`: for each file
+// what the compiler reads for it, itself perhaps included.
+std::vector<bool> included_by_others(const std::vector<std::filesystem::path>& files,
+                                     const std::vector<std::vector<std::string>>& read);
+
 // As the compiler gets it.
 struct ReadProgram {
   struct File {

@@ -74,6 +74,21 @@ TEST_CASE("a lab's file names several files, folders of headers and macros") {
                        hal::ConfigError);
 }
 
+TEST_CASE("a file that another one includes is compiled there only") {
+  const tests::TemporaryDirectory folder;
+  folder.write("part.c", "static int n;\nvoid more() { n++; }\n");
+  folder.write(
+      "whole.c",
+      "#include <kilolib.h>\n#include \"part.c\"\nvoid loop() { more(); set_color(n > 1 ? RGB(0, 3, 0) : 0); }\n"
+      "int main() { kilo_init(); kilo_start(more, loop); }\n");
+  ControllerSwarm swarm({.program = folder.path(), .robots = 2});
+  swarm.run_until(seconds(1), [](const hal::PoseFrame& frame) {
+    if (frame.number == 10)
+      for (const hal::Observation& robot : frame.robots) CHECK(robot.led == hal::Led::green);
+  });
+  if (std::system("avr-gcc --version > /dev/null 2>&1") == 0) CHECK(check_program(folder.path()).fits());
+}
+
 TEST_CASE("what does not go together is named with its file and line") {
   const tests::TemporaryDirectory folder;
   const fs::path first = folder.write("a.c",
