@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -12,9 +13,13 @@
 #include <optional>
 #include <string>
 
+#include "app/live/swarm_view.hpp"
 #include "cli/commands.hpp"
+#include "cli/operator_stop.hpp"
+#include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/platforms/kilobot/body.hpp"
+#include "hal/scratch_folder.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/programs/controller_build.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
@@ -120,6 +125,9 @@ struct ControllerRunOptions {
   double seconds = 60;
   int text_lines = 10;
   std::string arena = "1x1", light, png, video, csv;
+  bool open = false;
+  double pace = 0;  // 0: not asked for
+  bool has_seconds = false;
 };
 
 // Refuses a file that cannot be written before a run that would be for nothing.
@@ -143,8 +151,8 @@ void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv,
   }
 }
 
-// Returns the exit code.
-int run_controller(ControllerRunOptions options) {
+// Reads what is still text.
+void complete(ControllerRunOptions& options) {
   const auto sides = two_numbers(options.arena, 'x');
   if (!sides) throw CLI::ValidationError("--arena", "write width x height in metres, such as 1x1 or 0.5x2");
   options.swarm.width_m = sides->first;
@@ -154,8 +162,26 @@ int run_controller(ControllerRunOptions options) {
     if (!place) throw CLI::ValidationError("--light", "write x,y in metres from the arena's centre, such as 0.3,-0.2");
     options.swarm.light = hal::Pose{.x_m = place->first, .y_m = place->second};
   }
-
   options.swarm.program = options.program.sources();
+}
+
+// The swarm on a page, until somebody stops it. Returns the exit code.
+int show_controller(const ControllerRunOptions& options) {
+  OperatorStop stop;
+  app::SwarmViewOptions view{.swarm = options.swarm, .pace = options.pace > 0 ? options.pace : 1, .seconds = {}};
+  if (options.has_seconds) view.seconds = options.seconds;
+  hal::EventLoop loop;
+  app::SwarmView page(loop, std::move(view));
+  const hal::ScratchFolder folder("page");
+  show_page(page.url(), folder.path(), options.open);
+  page.run(stop);
+  if (page.failure().empty()) return 0;
+  fmt::print(stderr, "arkmesh: {}: {}\n", options.swarm.program.name(), page.failure());
+  return 1;
+}
+
+// Returns the exit code.
+int run_controller(const ControllerRunOptions& options) {
   const std::string name = options.swarm.program.name();
   const auto begun = std::chrono::steady_clock::now();
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
@@ -224,7 +250,9 @@ void add_run(CLI::App& controller) {
   run->add_option("--robots", options->swarm.robots, "How many robots")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  run->add_option("--seconds", options->seconds, "Simulated time")->check(CLI::Range(0.1, 1e6))->capture_default_str();
+  CLI::Option* const seconds = run->add_option("--seconds", options->seconds, "Simulated time")
+                                   ->check(CLI::Range(0.1, 1e6))
+                                   ->capture_default_str();
   run->add_option("--arena", options->arena, "Width x height in metres")->capture_default_str();
   run->add_option("--light", options->light, "A lamp at x,y, metres from the arena's centre");
   run->add_option("--spacing", options->swarm.spacing_m,
@@ -233,17 +261,29 @@ void add_run(CLI::App& controller) {
   run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
   run->add_option("--set", options->swarm.settings,
                   "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
-  run->add_option("--png", options->png, "Draw the end of the run");
-  run->add_option("--video", options->video, "Draw the whole run (mp4)");
-  run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
+  CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run");
+  CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (mp4)");
+  CLI::Option* const csv = run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
   run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
+  run->add_flag("--open", options->open,
+                "Watch the swarm live in a browser, until Ctrl-C: pause, restart, change pace, see what a robot prints")
+      ->excludes(png, video, csv);
+  run->add_option("--pace", options->pace,
+                  "The same at an address that is printed: seconds of simulated time in one of the wall (--open: 1)")
+      ->check(CLI::Range(0.0625, 1024.0))
+      ->excludes(png, video, csv);
   run->footer(
       "Examples:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
+      "  arkmesh controller run my_robot.c --open\n"
       "  arkmesh controller run complexity.c list.c -I ../common -D SIMULATION\n"
       "Ends with 1 when the program does not compile, crashes or never returns.");
-  run->callback([options] { end_with(run_controller(*options)); });
+  run->callback([options, seconds] {
+    complete(*options);
+    options->has_seconds = seconds->count() > 0;
+    end_with(options->open || options->pace > 0 ? show_controller(*options) : run_controller(*options));
+  });
 }
 
 }  // namespace

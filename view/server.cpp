@@ -296,8 +296,9 @@ std::string Server::url_with_token() const {
 
 void Server::show(int lab, std::int64_t t_us, std::string_view channel, std::span<const std::byte> data, Part part) {
   state_->channels.note(Kind::message, lab, t_us, channel, data, part);
-  // Commands are few, and each counts.
-  if (state_->seats.watching().empty() || !(channel.ends_with("operator_command") || channel == "fleet_command"))
+  // Commands, and texts of robots, are few, and each counts.
+  if (state_->seats.watching().empty() ||
+      !(channel.ends_with("operator_command") || channel == "fleet_command" || channel == "robot_texts"))
     return;
   const Parcel event{std::make_shared<const std::string>(frame(Kind::message, lab, 0, t_us, channel, data))};
   state_->for_each_viewer([&](Connection& viewer) { viewer.outbox().event(event); });

@@ -88,6 +88,68 @@ class LiveTest(unittest.TestCase):
         return [now for before, now in zip(times, times[1:]) if any(
             abs(x - frames[before][r][0]) + abs(y - frames[before][r][1]) > STANDS_M for r, (x, y) in frames[now].items() if r in frames[before])]
 
+    @contextlib.contextmanager
+    def run_swarm(self, program, *more):
+        process = subprocess.Popen(list(map(str, [PROGRAM, "controller", "run", program, *more])), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                   preexec_fn=end_with_parent)
+        try:
+            yield process, address_of(process.stdout)
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.wait(30)
+            process.stdout.close()
+
+    def test_swarm_of_one_program(self):
+        """`controller run --pace`: robots, their colours and what one prints; pause, restart, the next seed; a program that is broken and mended meanwhile."""
+        source = """#include <kilolib.h>
+#include <debug.h>
+#include <stdio.h>
+int n = 0;
+void setup() { printf("hello from %d\\n", kilo_uid); }
+void loop() { printf("n is %d\\n", n++); set_color(RGB(3, 0, 0)); set_motors(kilo_turn_left, 0); delay(100); }
+int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
+"""
+        program = self.out / "talks.c"
+        program.write_text(source)
+        clock = "return arkmesh.world.labs[0].t_us"
+        shown = "return document.getElementById('side').innerText"
+
+        def press(name):
+            self.driver.find_element(By.ID, f"command-{name}").click()
+            self.until("return document.querySelector('.said').textContent === arguments[0]", f"talks.c: {name}: said")
+
+        def says(*words):
+            self.wait_for(lambda: all(word in self.driver.execute_script(shown) for word in words))
+        with self.run_swarm(program, "-D", "DEBUG", "--robots", 4, "--pace", 2, "--seed", 7) as (swarm, url):
+            self.open(url)
+            self.until("return arkmesh.world.labs[0].robots.length === 4 && arkmesh.world.labs[0].robots.every((r) => r.led === 1)")
+            self.assertEqual([b.text for b in self.driver.find_elements(By.CSS_SELECTOR, ".control button") if b.is_displayed()],
+                             ["Pause", "Resume", "Restart", "Next seed", "Slower", "Faster"])
+            self.driver.execute_script("arkmesh.options.set({pick: {lab: 'talks.c', id: 2}})")
+            says("Printed by its program", "n is 12", "seed 7, at most 2 times life speed")
+            press("pause")
+            says("paused")
+            paused_us = self.driver.execute_script(clock)
+            time.sleep(0.5)
+            self.assertEqual(self.driver.execute_script(clock), paused_us)
+            press("resume")
+            self.until("return arkmesh.world.labs[0].t_us > arguments[0]", paused_us)
+            first = self.driver.execute_script("return arkmesh.world.labs[0].robots.map((r) => r.x)")
+            press("restart")
+            self.until("return arkmesh.world.labs[0].t_us < arguments[0]", paused_us)
+            says("hello from 2")
+            press("next_seed")
+            says("seed 8")
+            self.assertNotEqual(self.driver.execute_script("return arkmesh.world.labs[0].robots.map((r) => r.x)"), first)
+            program.write_text(source.replace("n++", "m++"))
+            press("restart")
+            says("failed", "talks.c:6")
+            program.write_text(source.replace("n is", "again"))
+            press("restart")
+            says("again 3")
+            swarm.send_signal(signal.SIGINT)
+            self.assertEqual(swarm.wait(20), 0)
+
     def test_stop_stops_robots(self):
         """A click on STOP: by the emulator's truth no robot moves any more soon after, and the run ends as stopped."""
         with emulated_testbed(self.out), self.run_labs(ROARK, "--set", "arena.use=kilobot", "--set", "shared.owner=roark", "--set", "run.duration_s=600") as (labs, url):

@@ -202,6 +202,8 @@ test("what the page cannot read takes no more room the longer it goes on, and ev
 
 test("what a robot was told, alone and with all others, the newest first; a former batch has words only", () => {
   const lab = new Lab(0, "a");
+  for (const stamp_us of [5, 5, 6]) lab.take_texts({ stamp_us, n_lost: 0, texts: [{ robot: 4, at_us: 1, text: `at ${stamp_us}\n` }] });
+  assert.equal(lab.texts.get(4), "at 5\nat 6\n"); // the newest may come twice
   lab.take_told({ stamp_us: 1, messages: [{ robot: 2, slot: 0, kind: 1, value: 70000 }] });
   lab.take_told({ stamp_us: 2, messages: [], whole: [{ robot: -1, slot: 3, type: 9, data: [0, -1, 16, 0, 0, 0, 0, 0, 7] }] });
   lab.take_told({ stamp_us: 3, messages: [{ robot: 5, slot: 0, kind: 0, value: 0 }], whole: [{ robot: 2, slot: 1, type: 0, data: [1, 2, 3, 4, 5, 6, 7, 8, 9] }] });

@@ -19,6 +19,8 @@ const parts_most = 1000;
 /** Newest messages to a robot that are kept. */
 const messages_each = 8;
 const everyone = -1; // whole_to_robot_t
+/** What a robot printed is kept up to so many characters. */
+const text_most = 4000;
 
 export class Lab {
   /** @param {number} index @param {string} name as the server lists it: LAB, or RUN/LAB */
@@ -61,6 +63,10 @@ export class Lab {
     this.trails = new Map();
     /** @type {Map<number, ToRobot[]>} by robot, the newest first */
     this.told = new Map();
+    /** @type {Map<number, string>} by robot, what its program printed last */
+    this.texts = new Map();
+    /** Of the newest texts that were taken: the server says the newest again to whoever comes. */
+    this.texts_us = -1;
     /** @type {Robot[][]} robots of each part of a frame */
     this.parts = [];
     /** Lab time of the newest of anything that was drawn, microseconds. */
@@ -84,6 +90,7 @@ export class Lab {
     if (channel === "poses") this.take_poses(value);
     else if (channel === "shared") this.take_shared(value);
     else if (channel === "to_robots") this.take_told(value);
+    else if (channel === "robot_texts") this.take_texts(value);
     else if (channel === "arena") {
       this.arena = value;
       this.floor_version += 1;
@@ -129,6 +136,13 @@ export class Lab {
       })),
     }));
     this.robots_version += 1;
+  }
+
+  /** @param {Message} batch robot_texts_t */
+  take_texts(batch) {
+    if (batch.stamp_us === this.texts_us) return;
+    this.texts_us = batch.stamp_us;
+    for (const { robot, text } of batch.texts) this.texts.set(robot, ((this.texts.get(robot) ?? "") + text).slice(-text_most));
   }
 
   /** @param {Message} batch to_robots_t */

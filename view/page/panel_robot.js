@@ -1,8 +1,11 @@
-// The picked robot: id, pose, confidence, LED, and the newest messages to it.
+// The picked robot: id, pose, confidence, LED, the newest messages to it, and what its program printed.
 import { facts, h, section, table } from "./dom.js";
 import { led_names } from "./colours.js";
 import { find } from "./draw_robots.js";
 import { duration_words, time_words } from "./words.js";
+
+/** Of what a robot printed, the newest. */
+const lines_most = 20;
 
 export class RobotPanel {
   /** @param {import("./options.js").Options} options @param {(lab: import("./lab.js").Lab, robot: number, line: string) => void} fault @param {() => boolean} may */
@@ -41,9 +44,10 @@ export class RobotPanel {
         pairs.push(["told to", `${seen_by.name}, in its arena's frame`], ["age", fleet ? duration_words(seen_by.age_us(fleet)) : "–"]);
       }
       const told = lab?.told_to(pick.id) ?? [];
+      const printed = lab?.texts.get(pick.id);
       this.facts.replaceChildren(facts(pairs), h("h3", {}, "Newest messages to it"), told.length
         ? table(["time", "slot", "kind", "value"], told.map((m) => [time_words(m.t_us), m.slot, m.kind, m.value]))
-        : h("p", {}, lab ? "none yet" : "its own lab tells"));
+        : h("p", {}, lab ? "none yet" : "its own lab tells"), ...(printed ? [h("h3", {}, "Printed by its program"), h("pre", { class: "printed" }, printed.trimEnd().split("\n").slice(-lines_most).join("\n"))] : []));
     }
     this.update_faults(world, lab ?? null);
   }

@@ -4,7 +4,7 @@ import { Lab } from "./lab.js";
 
 /**
  * @typedef {{t_us: number, lab: number, kind: string, text: string}} Event
- * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[],
+ * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[], commands?: [string, string, string][],
  *   length_us?: number, growing?: boolean, runs?: string[], number?: number, notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About
  * @typedef {{per_s: number, bytes_per_s: number, count: number}} Rate
  * @typedef {import("./wire.js").Frame} Frame
@@ -18,7 +18,7 @@ const reasons_most = 100;
 const other_reasons = "other reasons";
 
 /** Channels that are decoded as they come; others only when somebody looks. */
-const decoded = new Set(["arena", "poses", "shared", "overlay", "status", "peers", "to_robots"]);
+const decoded = new Set(["arena", "poses", "shared", "overlay", "status", "peers", "to_robots", "robot_texts"]);
 
 export class World {
   /** @param {import("./lcm.js").Types} types */
