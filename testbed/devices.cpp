@@ -13,6 +13,7 @@
 
 #include "hal/loop_time.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
+#include "hal/platforms/kilobot/robot_ids.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/camera/live_camera.hpp"
 #include "tracker/camera/source.hpp"
@@ -81,11 +82,24 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
   return finding;
 }
 
+// Whether messages in the lab's layout can name all of its robots.
+Finding ids(const hal::Section& arena) {
+  Finding finding{"ids of the robots", "", "correct the lab's file"};
+  try {
+    const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
+    finding.what += ", in layout " + name_of(layout);
+    hal::kilobot::read_robot_ids(arena, layout);
+  } catch (const hal::ConfigError& wrong) {
+    finding.problem = wrong.what();
+  }
+  return finding;
+}
+
 }  // namespace
 
 std::vector<hal::Finding> find_devices(const hal::Section& arena) {
   const hal::Section kilobot = arena.section("kilobot");
-  std::vector<Finding> findings{controller(kilobot.get("port", std::string(), {.required = true}))};
+  std::vector<Finding> findings{ids(arena), controller(kilobot.get("port", std::string(), {.required = true}))};
   const std::vector<CameraSettings> all = read_cameras(kilobot);
   for (std::size_t i = 0; i < all.size(); ++i) findings.push_back(camera(all[i], i, all.size()));
   return findings;

@@ -1,6 +1,7 @@
 // A testbed's record from anywhere: serial.txt or looks.txt, as it is or behind the right head, and the head of a
 // picture. Whatever comes, it is read, with times that never decrease and names of files that stay in their folder, or
-// ends in one sentence with the file's name and line. What was read of a serial line goes to the emulated controller.
+// ends in one sentence with the file's name and line. What was read of a serial line goes to the emulated controller,
+// and its messages are words of any layout.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -25,7 +26,22 @@ void require_sentence(const testbed::RecordError& error) {
   require(said.starts_with("fuzz.txt") && said.find('\n') == std::string_view::npos);
 }
 
+// Whatever the bytes, each group is a word of the layout, which packs into the same bytes.
+void require_same_again(const hal::kilobot::Message& message, const hal::kilobot::WordLayout& layout) {
+  hal::kilobot::Message again = message;
+  for (std::size_t group = 0; group < hal::kilobot::groups; ++group) {
+    const hal::kilobot::Word word = word_in(message, group, layout);
+    require(word.robot <= nobody(layout) && word.kind < 1 << layout.kind_bits &&
+            word.value < 1u << layout.value_bits());
+    put_word(again, group, layout, word);
+  }
+  require(again.data == message.data);
+}
+
 void read_serial(const std::string& text, bool loses_power) {
+  const std::size_t any = text.size();
+  const hal::kilobot::WordLayout layout{static_cast<std::uint8_t>(7 + any % 4), static_cast<std::uint8_t>(any / 4 % 5),
+                                        static_cast<std::uint8_t>(any % 118)};
   std::int64_t last_us = 0;
   bool short_enough = true;  // a week of one message repeated takes the controller seconds
   try {
@@ -42,7 +58,8 @@ void read_serial(const std::string& text, bool loses_power) {
     emulator::replay_serial_line(lines, loses_power, [&before_us](const sim_ode::Transmission& sent) {
       require(sent.start_us >= before_us);
       before_us = sent.start_us;
-      require(!emulator::in_words(sent.message, hal::kilobot::ark_layout).empty());
+      require(!emulator::in_words(sent.message, layout).empty());
+      require_same_again(sent.message, layout);
     });
   } catch (const testbed::RecordError& error) {
     require_sentence(error);

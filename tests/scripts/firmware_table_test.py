@@ -80,6 +80,23 @@ class FirmwareTable(unittest.TestCase):
             said = [line for line in log.read_text().splitlines() if line.startswith("pulses")]
             self.assertIn(bytes.fromhex("00020000500000000000" + "8a"), [heard(map(int, line.split()[1:]))[:11] for line in said])
 
+    def test_layouts_are_said_as_the_table_has_them(self):
+        """Each row's bytes, start parameters first; a robot without light differs where its LED is to be lit."""
+        table = list(firmware_table.layout_rows(firmware_table.LAYOUTS.read_text()))
+        self.assertIn(("7+1+16", ROOT / "tests/programs/layout_7_1_16.c", [(10, bytes.fromhex("008000000001000002")), (0, bytes.fromhex("0b8001fe0000fe0000"))], "green"), table)
+        if not shutil.which("avr-gcc"):
+            self.skipTest("avr-gcc is not installed: nothing is built for the robot")
+        with tempfile.TemporaryDirectory() as folder:
+            emulator, log = pathlib.Path(folder) / "emulator", pathlib.Path(folder) / "log"
+            emulator.write_text(EMULATOR.format(log=str(log)))
+            emulator.chmod(0o755)
+            done = run("--kilolib", KILOLIB, "--emulator", emulator, "--layouts")
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("8+16, layout_8_16.c, told 05513fff0000ff0000: off instead of green\n", done.stdout)
+            self.assertRegex(done.stdout, r"\n9 rows, 8 differ\n$")
+            said = [heard(map(int, line.split()[1:]))[:11].hex() for line in log.read_text().splitlines() if line.startswith("pulses")]
+            self.assertIn("00" "0b8001fe0000fe0000" "00", said)
+
     def test_what_is_missing_is_one_sentence(self):
         """No compiler, no kilolib, no emulator: one sentence, code 2."""
         with tempfile.TemporaryDirectory() as nothing:

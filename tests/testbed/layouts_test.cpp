@@ -6,11 +6,14 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "emulator/emulated_arena.hpp"
+#include "emulator/said_words.hpp"
 #include "hal/led_name.hpp"
+#include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
@@ -81,6 +84,26 @@ std::string in_words(const std::vector<Led>& shown) {
   return out;
 }
 
+// "5:1:300" or "10:008000000001000002", as the table of layouts has them.
+hal::ToRobot told(const std::string& text) {
+  const auto colon = text.find(':'), second = text.find(':', colon + 1);
+  if (second != std::string::npos)
+    return {.robot = static_cast<hal::RobotId>(std::stoul(text)),
+            .kind = static_cast<std::uint8_t>(std::stoul(text.substr(colon + 1))),
+            .value = static_cast<std::uint32_t>(std::stoul(text.substr(second + 1)))};
+  hal::WholeMessage whole{static_cast<std::uint8_t>(std::stoul(text)), {}};
+  for (std::size_t i = 0; i < whole.data.size(); ++i)
+    whole.data[i] = static_cast<std::uint8_t>(std::stoul(text.substr(colon + 1 + 2 * i, 2), nullptr, 16));
+  return {.robot = hal::everyone, .whole = whole};
+}
+
+std::string in_hex(const hal::kilobot::Message& message) {
+  std::string out = fmt::format("{}", message.type);
+  for (std::size_t i = 0; i < message.data.size(); ++i)
+    out += fmt::format("{}{:02x}", i % 3 == 0 ? " " : "", message.data[i]);
+  return out;
+}
+
 // The words of one round, and what each robot shows then.
 struct Round {
   std::vector<hal::ToRobot> words;
@@ -95,6 +118,60 @@ void check_rounds(LayoutBench& bench, const std::vector<Round>& rounds) {
 }
 
 }  // namespace
+
+TEST_CASE("layouts: rows of the table") {
+  // What registers send is what was worked out by hand, a record of it reads as it was said, and programs understand
+  // it.
+  std::ifstream table(ARKMESH_SOURCE_DIR "/tests/sim_ode/host/layout_table.txt");
+  int rows = 0;
+  for (std::string line; std::getline(table, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    ++rows;
+    CAPTURE(line);
+    std::vector<std::string> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, '|');) {
+      const auto from = cell.find_first_not_of(' '), to = cell.find_last_not_of(' ');
+      row.push_back(cell.substr(from, to - from + 1));
+    }
+    REQUIRE(row.size() == 6);
+    const std::string folder = row[1] == "light_up" ? "experiments/light_up" : "tests/programs";
+    hal::Config config = hal::Config::from_text(
+        fmt::format("[arena]\nrobots = 127\nwidth_m = 3.0\nheight_m = 3.0\n[arena.kilobot]\nlayout = \"{}\"\n"
+                    "[arena.ode]\ncontroller = \"{}/{}/{}.c\"\n",
+                    row[0], ARKMESH_SOURCE_DIR, folder, row[1]),
+        "lab.toml");
+    const auto arena = sim_ode::ode_arena_row().make(config.root().section("arena"), {.lab = "lab"});
+    std::vector<hal::ToRobot> said;
+    std::istringstream words(row[3]);
+    for (std::string word; words >> word;) said.push_back(told(word));
+    hal::Counters counters;
+    hal::kilobot::MessageRegisters registers(arena->info(), counters);
+    registers.offer(said);
+    const auto outgoing = registers.next();
+    REQUIRE(outgoing);
+    CHECK(in_hex(outgoing->message) == row[4]);
+    const auto layout = hal::kilobot::layout_of(arena->info());
+    const std::string read = emulator::in_words(outgoing->message, layout);
+    for (const hal::ToRobot& word : said) {
+      if (word.whole) continue;
+      const std::string kind = layout.kind_bits > 0 ? fmt::format("kind {} ", word.kind) : "";
+      CHECK(read.find(fmt::format("to {}: {}value {}", word.robot, kind, word.value)) != std::string::npos);
+    }
+
+    hal::advance(*arena, hal::LabTime{0});
+    if (row[2] != "-") {
+      const hal::WholeMessage before = *told(row[2]).whole;
+      arena->robots().command({hal::FleetCommand::Kind::broadcast, before.type, before.data});
+    }
+    arena->robots().command({hal::FleetCommand::Kind::run});
+    hal::advance(*arena, hal::LabTime{500'000});
+    arena->robots().offer(said);
+    hal::advance(*arena, hal::LabTime{1'000'000});
+    CHECK(std::string(hal::name_of(arena->poses().latest()->robots.at(5).led)) == row[5]);
+  }
+  CHECK(rows == 9);
+}
 
 TEST_CASE("layouts: 8 + 16 bits, a place and a heading") {
   for (const bool emulated : {false, true}) {

@@ -2,6 +2,8 @@
 #define STAND_IN_MESSAGE_H
 #include <stdint.h>
 
+enum { NORMAL = 0 };
+
 typedef struct {
   uint8_t data[9];
   uint8_t type;
