@@ -234,7 +234,16 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
     throw TooLong(fmt::format("does not compile: the C compiler `cc` was ended, for it had not finished after {:g} s",
                               std::chrono::duration<double>(limit_).count()));
   if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; install gcc");
-  if (done.status != 0) throw ProgramError("does not compile: " + first_error(done.output, work_));
+  if (done.status != 0) throw ProgramError("does not compile: " + first_error(with_own_names(done.output), work_));
+}
+
+// The compiler's words with the user's files in place of our copies.
+std::string ObjectBuild::with_own_names(std::string output) const {
+  for (const Part& part : parts_)
+    for (const std::string& ours : {part.copy.string(), part.object.string()})
+      for (std::size_t at = 0; (at = output.find(ours, at)) != std::string::npos; at += part.source.string().size())
+        output.replace(at, ours.size(), part.source.string());
+  return output;
 }
 
 // Finds out what decides how the files are compiled: whether one waits for a variable, which may be another file's, and

@@ -48,6 +48,7 @@ class ObjectBuild {
   void compile(const std::filesystem::path& source, const std::vector<std::string>& more) const;
   void build(const std::vector<std::string>& options) const;
   void expand();
+  std::string with_own_names(std::string output) const;
   bool builds_with_plain_clock();
 
   const ReadProgram& program_;
