@@ -25,6 +25,13 @@ void Child::send(char kind, std::string_view content) {
   out_.append(reinterpret_cast<const char*>(&size), sizeof size);
   out_ += kind;
   out_ += content;
+  give();
+}
+
+// As much as there is room for.
+void Child::give() {
+  const ssize_t n = ::send(process_.line(), out_.data(), out_.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  if (n > 0) out_.erase(0, static_cast<std::size_t>(n));
 }
 
 std::optional<Message> Child::receive(std::chrono::milliseconds wait) {
@@ -43,16 +50,15 @@ bool Child::pump(std::chrono::milliseconds wait) {
   std::array<pollfd, 2> both{pollfd{process_.line(), static_cast<short>(POLLIN | (out_.empty() ? 0 : POLLOUT)), 0},
                              pollfd{process_.output(), POLLIN, 0}};
   if (::poll(both.data(), both.size(), static_cast<int>(wait.count())) < 0) return false;
-  std::string said;
-  process_.read(said);
-  const std::size_t fits = std::min(said.size(), max_output - kept_);
-  printed_.append(said, 0, fits);
-  kept_ += fits;
-  dropped_ += said.size() - fits;
-  if ((both[0].revents & POLLOUT) != 0) {
-    const ssize_t n = ::send(process_.line(), out_.data(), out_.size(), MSG_NOSIGNAL);
-    if (n > 0) out_.erase(0, static_cast<std::size_t>(n));
+  if (both[1].revents != 0) {
+    std::string said;
+    process_.read(said);
+    const std::size_t fits = std::min(said.size(), max_output - kept_);
+    printed_.append(said, 0, fits);
+    kept_ += fits;
+    dropped_ += said.size() - fits;
   }
+  if ((both[0].revents & POLLOUT) != 0) give();
   if ((both[0].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
     std::array<char, 1 << 16> some;
     const ssize_t n = ::recv(process_.line(), some.data(), some.size(), 0);

@@ -38,6 +38,7 @@ class Child {
   void ask_where();
 
  private:
+  void give();
   bool pump(std::chrono::milliseconds wait);
   std::optional<Message> next();
   [[noreturn]] void gone();

@@ -71,7 +71,7 @@ void draw(lab::Lab& lab, const nlohmann::json& drawn) {
   const hal::Colour colour = colour_of(drawn.at("colour"));
   const bool filled = drawn.at("filled"), dashed = drawn.at("dashed");
   if (shape == "circle")
-    lab.draw(hal::Circle{points.at(0), drawn.at("radius"), colour, filled, dashed, label});
+    for (const hal::Point& at : points) lab.draw(hal::Circle{at, drawn.at("radius"), colour, filled, dashed, label});
   else if (shape == "polygon")
     lab.draw(hal::Polygon{std::move(points), colour, filled, dashed, label});
   else if (shape == "line")

@@ -6,9 +6,14 @@ import signal
 import subprocess
 import tempfile
 import time
+import sys
 import unittest
 
+import numpy
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scenarios/python"))
+import arkmesh  # noqa: E402  # pylint: disable=wrong-import-position
 ARKMESH = ROOT / "build/release/arkmesh"
 ENVIRONMENT = {**os.environ, "ARKMESH_PYTHON": "/usr/bin/python3"}
 LAB = """[lab]
@@ -23,6 +28,29 @@ use = "null"
 robots = 5
 """
 FRAME = "import arkmesh, os, signal, sys, time, numpy\nclass Mine(arkmesh.Scenario):\n  def frame(self, lab):\n    "
+
+
+class Places(unittest.TestCase):
+    def test_within_is_what_all_pairs_say(self):
+        """With few places and many, on borders of cells, far away, apart, and with places that are none."""
+        chance = numpy.random.default_rng(1)
+        for k in range(600):
+            n, m = chance.integers(0, 400, 2)
+            size = 10.0 ** chance.integers(-3, 4)
+            xy, others = (chance.random((count, 2)) * size - size / 2 for count in (n, m))
+            reach = size * 10.0 ** chance.uniform(-3, 0.3)
+            if k % 3 == 0:
+                xy, others = numpy.round(xy / reach) * reach, numpy.round(others / reach) * reach
+            if k % 5 == 0 and n:
+                xy[chance.integers(0, n)] = numpy.nan
+            if k % 7 == 0 and m:
+                others[chance.integers(0, m)] = [numpy.inf, 1]
+            if k % 11 == 0:
+                others = others * 3 + size
+            with numpy.errstate(invalid="ignore"):
+                dx, dy = (others[:, axis] - xy[:, axis, None] for axis in (0, 1))
+                wanted = (dx * dx + dy * dy <= reach * reach).any(axis=1)
+                self.assertTrue((arkmesh.within(xy, others, reach) == wanted).all(), (k, n, m, size, reach))
 
 
 class PythonScenario(unittest.TestCase):

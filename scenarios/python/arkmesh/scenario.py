@@ -1,5 +1,6 @@
 """What a scenario is, and what it sees of its lab: the same as lab::Scenario and lab::Lab of C++."""
 import hashlib
+import math
 import re
 
 import numpy
@@ -32,7 +33,7 @@ class Others:
 
     def __init__(self, parts=()):
         parts = [p for p in parts if p is not None]
-        self.labs = numpy.array([name for name, robots in parts for _ in range(len(robots["ids"]))], dtype=object)
+        self.labs = numpy.repeat(numpy.array([name for name, _ in parts], dtype="<U15"), [len(robots["ids"]) for _, robots in parts])
         self.ids = _joined(parts, "ids", (0,), numpy.uint32)
         self.xy = _joined(parts, "xy", (0, 2), float)
         self.shared_xy = _joined(parts, "shared_xy", (0, 2), float)
@@ -129,6 +130,8 @@ class Lab:
     def _column(self, name, given, low, high, n=None):
         """A number, or one for each row, as integers within low..high."""
         n = len(self.ids) if n is None else n
+        if type(given) is int and low <= given <= high:  # the usual one, at once
+            return numpy.int64(given)
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
             raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
@@ -205,23 +208,23 @@ class Lab:
 
     def circle(self, at, radius, colour="note", filled=False, dashed=False, label=""):
         """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
-        for x, y in numpy.asarray(at, dtype=float).reshape(-1, 2).tolist():
-            self._draw("circle", [[x, y]], colour, filled, dashed, label, float(radius))
+        self._draw("circle", at, colour, filled, dashed, label, float(radius))
 
     def polygon(self, corners, colour="note", filled=False, dashed=False, label=""):
-        self._draw("polygon", numpy.asarray(corners, dtype=float).reshape(-1, 2).tolist(), colour, filled, dashed, label)
+        self._draw("polygon", corners, colour, filled, dashed, label)
 
     def line(self, points, colour="note", dashed=False, label=""):
-        self._draw("line", numpy.asarray(points, dtype=float).reshape(-1, 2).tolist(), colour, False, dashed, label)
+        self._draw("line", points, colour, False, dashed, label)
 
     def text(self, at, text, colour="note"):
-        self._draw("text", [[float(at[0]), float(at[1])]], colour, False, False, text)
+        self._draw("text", at, colour, False, False, text)
 
     def _draw(self, shape, points, colour, filled, dashed, label, radius=0.0):
-        if not numpy.isfinite(points).all() or not numpy.isfinite(radius):
+        points = numpy.asarray(points, dtype=float).reshape(-1, 2)
+        if not numpy.isfinite(points).all() or not math.isfinite(radius):
             raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
         self._said.setdefault("draw", []).append(
-            {"shape": shape, "points": points, "radius": radius, "colour": colour, "filled": bool(filled),
+            {"shape": shape, "points": points.tolist(), "radius": radius, "colour": colour, "filled": bool(filled),
              "dashed": bool(dashed), "label": str(label)})
 
     # --- the lab's process ---
