@@ -50,7 +50,7 @@ std::size_t size_of_words(std::string_view answer) {
 
 }  // namespace
 
-std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame) {
+std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::span<const hal::FromRobot> heard) {
   std::string out;
   put(out, std::int64_t{frame.stamp.count()});
   put(out, frame.number);
@@ -58,6 +58,15 @@ std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame) {
   put_robots(out, frame.robots, [&](const hal::Observation& seen) {
     return Seen{seen.robot, seen.pose, projection.to_shared(seen.pose), seen.led};
   });
+  put(out, static_cast<std::uint32_t>(frame.objects.size()));
+  for (const hal::ObjectObservation& object : frame.objects)
+    for (const double number : {object.pose.x_m, object.pose.y_m, object.pose.heading_rad}) put(out, number);
+  put(out, static_cast<std::uint32_t>(heard.size()));
+  for (const hal::FromRobot& said : heard) {
+    put(out, said.robot);
+    put(out, std::uint32_t{said.kind});
+    put(out, said.value);
+  }
   return out;
 }
 

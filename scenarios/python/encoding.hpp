@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,8 +11,9 @@
 
 namespace arkmesh::scenarios::python {
 
-// [time in us, number] and this lab's robots, in its arena and in the shared frame.
-std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame);
+// [time in us, number], this lab's robots, in its arena and in the shared frame, its objects, and what robots have
+// said.
+std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::span<const hal::FromRobot> heard);
 // [time in us, period], then for each lab in the order of names its robots, as this arena sees them, and its fields.
 std::string encode_period(const lab::Lab& lab);
 

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto real_time_wait = 10ms;  // within the 20 ms that a call may take on hardware
+constexpr std::size_t most_heard = 1 << 20;  // messages of robots that wait for a scenario that is slow
+constexpr auto real_time_wait = 10ms;        // within the 20 ms that a call may take on hardware
 
 // What numpy, BLAS and glibc would choose by the CPU, and Python by chance, is fixed, so that results depend on the
 // configuration alone. Names: numpy's "CPU dispatcher", OpenBLAS's and glibc's manuals.
@@ -64,6 +65,22 @@ hal::Colour colour_of(const std::string& name) {
       fmt::format("drew in a colour '{}' that there is not; docs/writing-a-scenario.md has them", name));
 }
 
+// Bytes as hexadecimal digits.
+std::vector<std::uint8_t> bytes_in(const std::string& digits) {
+  std::vector<std::uint8_t> out;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
+    out.push_back(static_cast<std::uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
+  return out;
+}
+
+nlohmann::json solid(const hal::Shape& shape, const hal::Pose& at, const std::string& name) {
+  nlohmann::json corners = nlohmann::json::array();
+  for (const hal::Point& corner : shape.corners) corners.push_back({corner.x_m, corner.y_m});
+  return {
+      {"name", name},      {"x_m", at.x_m}, {"y_m", at.y_m}, {"heading", at.heading_rad}, {"radius_m", shape.radius_m},
+      {"corners", corners}};
+}
+
 void draw(lab::Lab& lab, const nlohmann::json& drawn) {
   std::vector<hal::Point> points;
   for (const auto& p : drawn.at("points")) points.push_back({p.at(0), p.at(1)});
@@ -76,6 +93,13 @@ void draw(lab::Lab& lab, const nlohmann::json& drawn) {
     lab.draw(hal::Polygon{std::move(points), colour, filled, dashed, label});
   else if (shape == "line")
     lab.draw(hal::Line{std::move(points), colour, dashed, label});
+  else if (shape == "raster")
+    lab.draw(hal::Raster{.corner = {points.at(0).x_m, points.at(0).y_m, drawn.at("heading")},
+                         .cell_m = drawn.at("cell_m"),
+                         .columns = drawn.at("columns"),
+                         .cells = bytes_in(drawn.at("cells")),
+                         .colour = colour,
+                         .label = label});
   else
     lab.draw(hal::Text{points.at(0), label, colour});
 }
@@ -134,6 +158,9 @@ void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& r
   child_ = std::make_unique<Child>(
       std::vector<std::string>{named ? named : "python3", "-B", (package_folder() / "arkmesh_child.py").string()},
       fixed_environment);
+  nlohmann::json obstacles = nlohmann::json::array(), objects = nlohmann::json::array();
+  for (const hal::Obstacle& each : arena.obstacles) obstacles.push_back(solid(each.shape, each.pose, ""));
+  for (const hal::MovableObject& each : arena.objects) objects.push_back(solid(each.shape, each.start, each.name));
   const nlohmann::json facts = {{"file", file_.string()},
                                 {"name", run.lab},
                                 {"labs", run.labs},
@@ -147,6 +174,8 @@ void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& r
                                 {"kinds", arena.kinds},
                                 {"values", arena.values},
                                 {"whole_to_one", arena.whole == hal::WholeMessages::to_each},
+                                {"obstacles", obstacles},
+                                {"objects", objects},
                                 {"robots", arena.robots}};
   child_->send('S', facts.dump());
   open_answers_ = 1;
@@ -187,7 +216,13 @@ void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
     lab.counts().add("scenario.frames_skipped");
     return;
   }
-  settle(lab, 'F', encode_frame(lab, frame));
+  settle(lab, 'F', encode_frame(lab, frame, std::exchange(heard_, {})));
+}
+
+void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) {
+  const std::size_t fit = std::min(messages.size(), most_heard - heard_.size());
+  heard_.insert(heard_.end(), messages.begin(), messages.begin() + static_cast<std::ptrdiff_t>(fit));
+  if (fit < messages.size()) lab.counts().add("scenario.heard_skipped", messages.size() - fit);
 }
 
 void PythonScenario::on_period(lab::Lab& lab) {

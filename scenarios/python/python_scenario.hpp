@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
@@ -40,7 +41,8 @@ class PythonScenario final : public lab::Scenario {
 
   void begin(lab::Lab& lab) override;
   void on_poses(lab::Lab& lab, const hal::PoseFrame& frame) override;
-  void on_heard(lab::Lab&, std::span<const hal::FromRobot>) override {}
+  // Told with the next frame.
+  void on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) override;
   void on_period(lab::Lab& lab) override;
   bool finished(const lab::Lab&) const override { return finished_; }
 
@@ -75,6 +77,7 @@ class PythonScenario final : public lab::Scenario {
   std::string output_;  // before there is a folder for it
   RobotWords words_{std::chrono::seconds(1)};
   std::map<hal::RobotId, hal::Led> leds_;  // as seen last; words of robots that were never seen wait
+  std::vector<hal::FromRobot> heard_;      // and not told yet
   bool merged_ = false, finished_ = false;
   int open_answers_ = 0;                         // that the child still owes
   std::chrono::steady_clock::time_point asked_;  // when it was asked, or has answered, last

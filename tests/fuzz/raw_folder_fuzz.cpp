@@ -55,7 +55,7 @@ void read_serial(const std::string& text, bool loses_power) {
     std::istringstream again(text);
     testbed::SerialLines lines(again, "fuzz.txt");
     std::int64_t before_us = INT64_MIN;
-    emulator::replay_serial_line(lines, loses_power, [&before_us](const sim_ode::Transmission& sent) {
+    emulator::replay_serial_line(lines, loses_power, [&](const sim_ode::Transmission& sent) {
       require(sent.start_us >= before_us);
       before_us = sent.start_us;
       require(!emulator::in_words(sent.message, layout).empty());

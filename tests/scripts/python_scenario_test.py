@@ -155,6 +155,31 @@ class PythonScenario(unittest.TestCase):
             self.assertEqual((rows[18], rows[-1]), (middle, last), program)
             self.assertNotIn("refused", json.dumps({k: v for k, v in json.loads((self.folder / "out/a/result.json").read_text())["drops"].items() if v}))
 
+    def test_what_stands_and_lies_in_the_arena(self):
+        """Obstacles with their corners in the arena, objects where they start and where robots have pushed them, a grid that is drawn."""
+        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n"
+                "    wall, (box, disc) = lab.obstacles[0].corners, lab.objects\n"
+                "    lab.row('begin', low=f'{wall.min(axis=0)}', high=f'{wall.max(axis=0)}', box=box.name, disc=disc.radius, at=f'{lab.object_xy[0]}')\n"
+                "  def frame(self, lab):\n    lab.row('object', heading=lab.object_heading[0], heard=len(lab.heard))\n"
+                "  def period(self, lab):\n    lab.raster((-0.4, -0.3), 0.1, numpy.linspace(0, 1, 6).reshape(2, 3), label='grid')\n")
+        (self.folder / "a.toml").write_text(
+            '[lab]\nname = "a"\n[run]\nscenario = "mine.py"\nduration_s = 20\n[arena]\nuse = "ode"\nrobots = 20\nwidth_m = 0.6\nheight_m = 0.6\n'
+            'obstacles = [{shape = "polygon", x_m = -0.1, y_m = 0.2, heading_deg = 90, corners = [0, 0, 0.05, 0, 0.05, 0.02]}]\n'
+            'objects = [{name = "box", shape = "box", length_m = 0.1, width_m = 0.04, x_m = 0.16, mass_kg = 0.02}, {name = "d", shape = "disc", radius_m = 0.03, y_m = 0.16, mass_kg = 0.02}]\n'
+            f'[arena.ode]\ncontroller = "{ROOT}/tests/programs/disperse_simple.c"\n')
+        code, said = self.run_it(mine)
+        self.assertEqual(code, 0, said)
+        begin = (self.folder / "out/a/begin.csv").read_text().splitlines()[1]
+        self.assertEqual(begin, "[-0.12  0.2 ],[-0.1   0.25],box,0.03,[0.16 0.  ]")
+        rows = (self.folder / "out/a/object.csv").read_text().splitlines()[1:]
+        self.assertEqual(rows[0], "0.0,0")
+        self.assertNotEqual(rows[-1], rows[0])
+        exported = subprocess.run([ARKMESH, "export", self.folder / "out", "--csv"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(exported.returncode, 0, exported.stderr)
+        raster = (self.folder / "out/export/csv/a/overlay.rasters.csv").read_text().splitlines()
+        self.assertIn("grid", raster[1])
+        self.assertIn("003366", raster[1])
+
     def test_experiments_show_their_effect(self):
         """Each counts something, and nothing when the reach is tiny or the labs are apart."""
         tiny, apart = "scenario.{}.reach_m=0.01", "shared.projection.b.shift_x_m=100"

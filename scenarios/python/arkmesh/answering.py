@@ -20,9 +20,10 @@ import traceback
 
 import numpy
 
-from .scenario import Lab, Scenario
+from .scenario import HEARD, Lab, Scenario
 
 HEAD = struct.Struct("<IB")
+POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
 PACKAGE = pathlib.Path(__file__).resolve().parent
 # Whose code none of the user's is.
 NOT_USERS = {PACKAGE, pathlib.Path(sysconfig.get_path("stdlib")), pathlib.Path(sysconfig.get_path("platstdlib"))}
@@ -116,7 +117,8 @@ def see(lab, kind, content):
     reader = Reader(content)
     now_us, number = reader.number("q"), reader.number("I")
     if kind == "F":
-        lab._see(now_us, reader.robots())
+        robots = reader.robots()
+        lab._see(now_us, robots, reader.array(POSE, reader.number("I")), reader.array(HEARD, reader.number("I")))
         return
     states = []
     for name in lab.labs:

@@ -6,6 +6,7 @@ import re
 import numpy
 
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
+HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
 
 
@@ -26,6 +27,17 @@ class Scenario:
     def finished(self, lab):
         """Asked after period(): True ends the run. A function of merged fields only."""
         return False
+
+
+class Solid:
+    """An obstacle, or an object that robots push: a disc of `radius`, or a polygon (then that is 0) with `corners`. An obstacle's
+    corners and `xy` are in the arena; an object's are as it lies at the start, and the lab's object_xy tells where it is."""
+
+    def __init__(self, told):
+        self.name, self.radius, self.heading = told["name"], told["radius_m"], told["heading"]
+        self.xy = numpy.array([told["x_m"], told["y_m"]])
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        self.corners = self.xy + numpy.array(told["corners"], dtype=float).reshape(-1, 2) @ numpy.array([[cos, sin], [-sin, cos]])
 
 
 class Others:
@@ -74,6 +86,9 @@ class Lab:
         self.heading = numpy.full(n, numpy.nan)
         self.led = numpy.zeros(n, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue
         self.others = Others()
+        self.obstacles, self.objects = ([Solid(told) for told in facts[key]] for key in ("obstacles", "objects"))
+        self.object_xy, self.object_heading = numpy.array([o.xy for o in self.objects]).reshape(-1, 2), numpy.array([o.heading for o in self.objects])
+        self.heard = numpy.zeros(0, HEARD)  # what robots have said since the frame before; Kilobots say nothing
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said = [], {}
@@ -219,6 +234,16 @@ class Lab:
     def text(self, at, text, colour="note"):
         self._draw("text", at, colour, False, False, text)
 
+    def raster(self, corner, cell, values, heading=0.0, colour="pheromone", label=""):
+        """A quantity on a grid, shown as circle() is: `values` (rows, columns) from 0, not drawn, to 1, the fullest; rows go along
+        `heading` from `corner`, one after the other to its left. `cell`: a side in metres."""
+        values = numpy.asarray(values, dtype=float)
+        if values.ndim != 2 or not numpy.isfinite(values).all() or not (0 <= values).all() or not (values <= 1).all():
+            raise ValueError(f"a raster's values are (rows, columns) from 0 to 1, and these have the shape {values.shape}")
+        self._draw("raster", corner, colour, False, False, label)
+        self._said["draw"][-1].update(heading=float(heading), cell_m=float(cell), columns=values.shape[1],
+                                      cells=numpy.rint(values * 255).astype(numpy.uint8).tobytes().hex())
+
     def _draw(self, shape, points, colour, filled, dashed, label, radius=0.0):
         points = numpy.asarray(points, dtype=float).reshape(-1, 2)
         if not numpy.isfinite(points).all() or not math.isfinite(radius):
@@ -228,8 +253,10 @@ class Lab:
              "dashed": bool(dashed), "label": str(label)})
 
     # --- the lab's process ---
-    def _see(self, now_us, robots):
-        self.now_s = now_us / 1e6
+    def _see(self, now_us, robots, objects, heard):
+        self.now_s, self.heard = now_us / 1e6, heard
+        if len(objects):
+            self.object_xy, self.object_heading = numpy.stack([objects["x"], objects["y"]], axis=1), objects["heading"]
         rows = slice(None) if len(robots["ids"]) == len(self.ids) else numpy.searchsorted(self.ids, robots["ids"])
         self.seen = numpy.zeros(len(self.ids), dtype=bool)
         self.seen[rows] = True

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -62,4 +63,30 @@ TEST_CASE("greeting: a lab of rovers is heard by its scenario and its recording"
   std::ifstream table(folder.path() / "rovers" / "answers.csv");
   const auto lines = std::count(std::istreambuf_iterator<char>(table), {}, '\n');
   CHECK(static_cast<std::uint64_t>(lines) == 1 + counts["answers"]);
+}
+
+TEST_CASE("greeting: what robots say reaches a scenario in Python") {
+  // The same in Python: each answer is told once, with the frame after it.
+  add_rows();
+  ::setenv("ARKMESH_PYTHON", "/usr/bin/python3", 0);
+  const tests::TemporaryDirectory folder;
+  folder.write(
+      "greeting.py",
+      "import arkmesh\n\nclass Greeting(arkmesh.Scenario):\n"
+      "    def frame(self, lab):\n        lab.count('answers', len(lab.heard))\n"
+      "        for said in lab.heard:\n            lab.row('answers', robot=said['robot'], value=said['value'])\n\n"
+      "    def period(self, lab):\n        lab.say(lab.ids, value=lab.periods % 8)\n");
+  const auto file = folder.write("rovers.toml",
+                                 "[lab]\nname = \"rovers\"\n[run]\nscenario = \"greeting.py\"\nduration_s = 5\n[gate]\n"
+                                 "period_s = 0.5\n[arena]\nuse = \"rover\"\nrobots = 4\nframe_period_s = 0.05\n");
+  std::vector<hal::Config> configs;
+  configs.push_back(hal::Config::from_file(file));
+  app::JointRun run(std::move(configs), folder.path() / "out");
+  run.run(hal::nobody_stops(), nullptr);
+  REQUIRE(run.finished());
+  const std::uint64_t counted = run.lab("rovers").runner().lab().counts()["answers"],
+                      recorded = recorded_answers(folder.path() / "out" / "rovers" / "log.lcm");
+  CHECK(counted > 12);
+  CHECK(recorded >= counted);
+  CHECK(recorded - counted <= 4);  // those behind the last frame
 }
