@@ -11,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
+#include "scenarios/python/python_scenario.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -49,10 +50,12 @@ void print_airtime(const std::vector<std::string>& files, const std::vector<std:
 void add_config_command(CLI::App* command) {
   const auto section = std::make_shared<std::string>();
   const auto wants_sample = std::make_shared<bool>(false);
-  CLI::Option* const keys =
-      command
-          ->add_option("--keys", *section, "Every key with type, unit, default and range; of one section: --keys gate")
-          ->expected(0, 1);
+  CLI::Option* const keys = command
+                                ->add_option("--keys", *section,
+                                             "Every key with type, unit, default and range; of one section: --keys "
+                                             "gate; of a scenario in Python: --keys "
+                                             "light_up.py")
+                                ->expected(0, 1);
   command->add_flag("--sample", *wants_sample, "A commented file that runs as it is")->excludes(keys);
   const auto airtime = std::make_shared<std::vector<std::string>>(),
              sets = std::make_shared<std::vector<std::string>>();
@@ -77,6 +80,11 @@ void add_config_command(CLI::App* command) {
   command->callback([section, wants_sample, keys, airtime, sets, seconds] {
     if (!airtime->empty()) return print_airtime(*airtime, *sets, *seconds);
     if (keys->count() == 0 && !*wants_sample) throw hal::ConfigError("config: give --keys, --sample or --airtime");
+    if (scenarios::python::is_python(*section)) {
+      const std::vector<hal::KeyRow> rows = scenarios::python::settings_of(*section);
+      return fmt::print("{}",
+                        rows.empty() ? fmt::format("{} asks for no settings\n", *section) : hal::print_keys(rows));
+    }
     std::vector<hal::KeyRow> rows = app::all_keys();
     std::erase_if(rows, [&](const hal::KeyRow& row) {
       return !(row.table + ".").starts_with(*section + (section->empty() ? "" : "."));

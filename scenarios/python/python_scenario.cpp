@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -132,6 +133,26 @@ bool is_python(const std::string& scenario) {
 std::chrono::microseconds answer_time(const hal::Section& scenarios) {
   return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
                        {.range = {0.1, 3600}, .unit = "s", .help = "how long a scenario in Python may take to answer"});
+}
+
+std::vector<hal::KeyRow> settings_of(const fs::path& file) {
+  constexpr hal::RobotId robots = 10;
+  lab::RunConfig run;
+  run.lab = run.owner = "lab";
+  run.labs = {run.lab};
+  run.scenario = file.filename().string();
+  run.projections[run.lab] = {};
+  hal::ArenaInfo arena;
+  for (hal::RobotId id = 0; id < robots; ++id) arena.robots.push_back(id);
+  std::string failure;
+  std::vector<hal::KeyRow> rows = hal::list_keys("scenario", [&](const hal::Section& scenarios) {
+    failure = PythonScenario(scenarios, fs::absolute(file), run, arena, {}).failure();
+  });
+  if (!failure.empty()) throw hal::ConfigError(failure);
+  // a key that is asked for by itself is listed twice
+  std::set<std::string> seen;
+  std::erase_if(rows, [&](const hal::KeyRow& row) { return row.table == "scenario" || !seen.insert(row.key).second; });
+  return rows;
 }
 
 PythonScenario::PythonScenario(const hal::Section& scenarios, const fs::path& lab_file, const lab::RunConfig& run,

@@ -30,6 +30,10 @@ bool is_python(const std::string& scenario);
 // How long its answer is waited for: answer_s of [scenario].
 std::chrono::microseconds answer_time(const hal::Section& scenarios);
 
+// The settings that a file of Python asks for, as a lab of ten robots would be asked, for the table of keys. Throws
+// ConfigError with what is wrong with the file.
+std::vector<hal::KeyRow> settings_of(const std::filesystem::path& file);
+
 class PythonScenario final : public lab::Scenario {
  public:
   // Starts the child and calls its begin(), which reads its settings in [scenario.NAME] of `scenarios`; NAME is the
@@ -50,6 +54,8 @@ class PythonScenario final : public lab::Scenario {
   std::map<std::string, std::string, std::less<>> shared_settings() const;
   // For result.json: versions of Python and numpy, and the fingerprint.
   nlohmann::json facts() const;
+  // What is wrong with the user's file; empty: nothing so far.
+  const std::string& failure() const { return failure_; }
   // Keeps the sources in `directory`/scenario, where a run of that folder finds them.
   void keep_sources() const;
 

@@ -180,6 +180,17 @@ class PythonScenario(unittest.TestCase):
         self.assertIn("grid", raster[1])
         self.assertIn("003366", raster[1])
 
+    def test_settings_are_listed(self):
+        """As keys of a lab's file, with unit, default and range; a file that fails says where."""
+        listed = subprocess.run([ARKMESH, "config", "--keys", ROOT / "experiments/light_up/light_up.py"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual(listed.returncode, 0, listed.stderr)
+        self.assertEqual(listed.stdout.count("reach_m"), 1)
+        for word in ("scenario.light_up", "0.1", "0.001", "100", "how near, in the shared world"):
+            self.assertIn(word, listed.stdout)
+        (self.folder / "mine.py").write_text("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    1 / 0\n")
+        failed = subprocess.run([ARKMESH, "config", "--keys", self.folder / "mine.py"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual((failed.returncode, failed.stderr), (2, "arkmesh: mine.py:4: ZeroDivisionError: division by zero\n"))
+
     def test_experiments_show_their_effect(self):
         """Each counts something, and nothing when the reach is tiny or the labs are apart."""
         tiny, apart = "scenario.{}.reach_m=0.01", "shared.projection.b.shift_x_m=100"
