@@ -1,5 +1,10 @@
-/* Walks about at random and shows white while it is told to. The robot of light_up.py. */
+/* Walks about at random and shows COLOUR, white by default, while it is told to. The robot of light_up.py and others.
+ */
 #include <kilolib.h>
+
+#ifndef COLOUR
+#define COLOUR RGB(3, 3, 3)
+#endif
 
 enum { DARK = 0, LIT = 1 };
 
@@ -28,7 +33,7 @@ static void loop(void) {
   uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
   called_at = now;
   if (told == LIT)
-    set_color(RGB(3, 3, 3));
+    set_color(COLOUR);
   else
     set_color(RGB(0, 0, 0));
   if (now >= motion_ends_at) {
