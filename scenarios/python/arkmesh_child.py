@@ -10,6 +10,7 @@ import sys
 import traceback
 
 LAB = 3  # the descriptor
+SYSTEMS = "/usr/bin/python3"  # has the packages that set-up installs, where another Python comes first in PATH
 
 
 def hand_over(place):
@@ -58,6 +59,8 @@ def main():
     try:
         import numpy  # pylint: disable=unused-import
     except ImportError as error:
+        if sys.executable != SYSTEMS and "ARKMESH_PYTHON" not in os.environ and os.access(SYSTEMS, os.X_OK):
+            os.execv(SYSTEMS, [SYSTEMS, "-B", __file__])
         why = (f"numpy cannot be imported by {sys.executable}: {error}; install it (python3-numpy), or name another "
                "Python in the environment, as ARKMESH_PYTHON").encode()
         os.write(LAB, struct.pack("<IB", len(why), ord("E")) + why)
