@@ -30,7 +30,8 @@ void put_robots(std::string& out, const Robots& robots, const Get& get) {
     put(shared, in_shared.y_m);
     put(leds, static_cast<std::uint8_t>(led));
   }
-  for (const std::string* part : {&ids, &places, &headings, &shared, &leds}) out += *part;
+  // wide numbers first: they begin at a multiple of 8
+  for (const std::string* part : {&places, &shared, &headings, &ids, &leds}) out += *part;
 }
 
 struct Seen {

@@ -19,6 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
+// What an answer says. A type of its own, so that it is read by functions that were optimized for here: of what
+// templates make, the linker keeps one copy, wherever it was compiled.
+using Said = nlohmann::ordered_json;
 
 constexpr std::size_t most_heard = 1 << 20;  // messages of robots that wait for a scenario that is slow
 constexpr auto real_time_wait = 10ms;        // within the 20 ms that a call may take on hardware
@@ -67,10 +70,26 @@ hal::Colour colour_of(const std::string& name) {
 }
 
 // Bytes as hexadecimal digits.
-std::vector<std::uint8_t> bytes_in(const std::string& digits) {
-  std::vector<std::uint8_t> out;
-  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
-    out.push_back(static_cast<std::uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
+std::vector<std::uint8_t> bytes_in(std::string_view digits) {
+  const auto value = [](char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    throw std::runtime_error("gave bytes that are no hexadecimal digits");
+  };
+  std::vector<std::uint8_t> out(digits.size() / 2);
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = static_cast<std::uint8_t>(value(digits[2 * i]) << 4 | value(digits[2 * i + 1]));
+  return out;
+}
+
+// Pairs of numbers, as bytes.
+std::vector<hal::Point> points_in(std::string_view digits) {
+  const std::vector<std::uint8_t> bytes = bytes_in(digits);
+  std::vector<hal::Point> out(bytes.size() / (2 * sizeof(double)));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    std::memcpy(&out[i].x_m, bytes.data() + 2 * i * sizeof(double), sizeof(double));
+    std::memcpy(&out[i].y_m, bytes.data() + (2 * i + 1) * sizeof(double), sizeof(double));
+  }
   return out;
 }
 
@@ -82,9 +101,8 @@ nlohmann::json solid(const hal::Shape& shape, const hal::Pose& at, const std::st
       {"corners", corners}};
 }
 
-void draw(lab::Lab& lab, const nlohmann::json& drawn) {
-  std::vector<hal::Point> points;
-  for (const auto& p : drawn.at("points")) points.push_back({p.at(0), p.at(1)});
+void draw(lab::Lab& lab, const Said& drawn) {
+  std::vector<hal::Point> points = points_in(drawn.at("points").get_ref<const std::string&>());
   const std::string shape = drawn.at("shape"), label = drawn.at("label");
   const hal::Colour colour = colour_of(drawn.at("colour"));
   const bool filled = drawn.at("filled"), dashed = drawn.at("dashed");
@@ -98,17 +116,17 @@ void draw(lab::Lab& lab, const nlohmann::json& drawn) {
     lab.draw(hal::Raster{.corner = {points.at(0).x_m, points.at(0).y_m, drawn.at("heading")},
                          .cell_m = drawn.at("cell_m"),
                          .columns = drawn.at("columns"),
-                         .cells = bytes_in(drawn.at("cells")),
+                         .cells = bytes_in(drawn.at("cells").get_ref<const std::string&>()),
                          .colour = colour,
                          .label = label});
   else
     lab.draw(hal::Text{points.at(0), label, colour});
 }
 
-void say_whole(lab::Lab& lab, const nlohmann::json& given) {
+void say_whole(lab::Lab& lab, const Said& given) {
   hal::ToRobot message{
       .robot = hal::everyone, .slot = given.at("slot"), .whole = hal::WholeMessage{given.at("type"), given.at("data")}};
-  const nlohmann::json& robots = given.at("robots");
+  const Said& robots = given.at("robots");
   if (robots.is_null()) return lab.say(message);
   for (const auto& robot : robots) {
     message.robot = robot;
@@ -324,24 +342,24 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     take_words(lab, words_of(answer));
     const std::string_view rest = rest_of(answer);
     if (rest.empty()) return;
-    const nlohmann::json said = nlohmann::json::parse(rest);
-    for (const auto& rule : said.value("declare", nlohmann::json::array()))
+    const Said said = Said::parse(rest);
+    for (const auto& rule : said.value("declare", Said::array()))
       lab.declare({.name = rule.at("name"),
                    .length = rule.at("length"),
                    .low = rule.at("low"),
                    .high = rule.at("high"),
                    .owner_only = rule.at("owner_only"),
                    .initial_only = rule.at("initial_only")});
-    for (const auto& given : said.value("parameters", nlohmann::json::array()))
+    for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
-    for (const auto& given : said.value("whole", nlohmann::json::array())) say_whole(lab, given);
-    const nlohmann::json published = said.value("publish", nlohmann::json::object());
+    for (const auto& given : said.value("whole", Said::array())) say_whole(lab, given);
+    const Said published = said.value("publish", Said::object());
     for (const auto& [name, values] : published.items()) lab.publish(name, values.get<std::vector<std::int64_t>>());
-    for (const auto& row : said.value("rows", nlohmann::json::array()))
+    for (const auto& row : said.value("rows", Said::array()))
       lab.row(row.at(0).get<std::string>(), row.at(1).get<std::string>(), row.at(2).get<std::string>());
-    for (const auto& count : said.value("counts", nlohmann::json::array()))
+    for (const auto& count : said.value("counts", Said::array()))
       lab.counts().add(count.at(0).get<std::string>(), count.at(1).get<std::uint64_t>());
-    for (const auto& shape : said.value("draw", nlohmann::json::array())) draw(lab, shape);
+    for (const auto& shape : said.value("draw", Said::array())) draw(lab, shape);
     finished_ = finished_ || said.value("finished", false);
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(

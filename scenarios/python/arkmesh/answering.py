@@ -23,6 +23,7 @@ import numpy
 from .scenario import HEARD, Lab, Scenario
 
 HEAD = struct.Struct("<IB")
+U4, F8, U1 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1")  # as every machine that arkmesh runs on has them
 POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
 PACKAGE = pathlib.Path(__file__).resolve().parent
 # Whose code none of the user's is.
@@ -95,16 +96,16 @@ class Reader:
         return value
 
     def array(self, dtype, n):
-        found = numpy.frombuffer(self.data, dtype, n, self.at).astype(numpy.dtype(dtype).newbyteorder("="))
+        """Lies in the message, which nobody else holds, where numbers may lie so."""
+        found = numpy.frombuffer(self.data, dtype, n, self.at)
         self.at += found.nbytes
-        return found
+        return found if found.flags.aligned else found.copy()
 
     def robots(self):
         n = self.number("I")
-        ids = self.array("<u4", n)
-        xy, heading = self.array("<f8", 2 * n).reshape(n, 2), self.array("<f8", n)
-        return {"ids": ids, "xy": xy, "heading": heading, "shared_xy": self.array("<f8", 2 * n).reshape(n, 2),
-                "led": self.array("u1", n)}
+        xy, shared_xy = self.array(F8, 2 * n).reshape(n, 2), self.array(F8, 2 * n).reshape(n, 2)
+        heading, ids, led = self.array(F8, n), self.array(U4, n), self.array(U1, n)
+        return {"ids": ids, "xy": xy, "heading": heading, "shared_xy": shared_xy, "led": led}
 
     def text(self):
         n = self.number("B")

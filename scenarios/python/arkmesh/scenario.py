@@ -150,8 +150,8 @@ class Lab:
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
             raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
-        if given.dtype.kind == "b":
-            given = given.astype(int)
+        if given.dtype.kind == "b" and low <= 0 and high >= 1:
+            return given.view(numpy.uint8)
         if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
             raise ValueError(f"{name} must be whole numbers, and holds others, or NaN")
         if given.size and (given.min() < low or given.max() > high):
@@ -249,7 +249,7 @@ class Lab:
         if not numpy.isfinite(points).all() or not math.isfinite(radius):
             raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
         self._said.setdefault("draw", []).append(
-            {"shape": shape, "points": points.tolist(), "radius": radius, "colour": colour, "filled": bool(filled),
+            {"shape": shape, "points": points.astype("<f8").tobytes().hex(), "radius": radius, "colour": colour, "filled": bool(filled),
              "dashed": bool(dashed), "label": str(label)})
 
     # --- the lab's process ---
@@ -257,7 +257,11 @@ class Lab:
         self.now_s, self.heard = now_us / 1e6, heard
         if len(objects):
             self.object_xy, self.object_heading = numpy.stack([objects["x"], objects["y"]], axis=1), objects["heading"]
-        rows = slice(None) if len(robots["ids"]) == len(self.ids) else numpy.searchsorted(self.ids, robots["ids"])
+        if len(robots["ids"]) == len(self.ids):
+            self.seen = numpy.ones(len(self.ids), dtype=bool)
+            self.xy, self.shared_xy, self.heading, self.led = robots["xy"], robots["shared_xy"], robots["heading"], robots["led"]
+            return
+        rows = numpy.searchsorted(self.ids, robots["ids"])
         self.seen = numpy.zeros(len(self.ids), dtype=bool)
         self.seen[rows] = True
         for key in ("xy", "shared_xy", "heading", "led"):
