@@ -24,6 +24,8 @@ constexpr std::chrono::milliseconds wait_at_most{20};  // for arenas that keep r
 constexpr std::uint64_t deadlock_steps = 10'000;       // repetition and dead-peer rules have long had their say by then
 constexpr std::uint64_t show_steps = 64;
 constexpr std::chrono::milliseconds serve_viewers_each{2};
+constexpr std::chrono::milliseconds scenario_wait{10};  // for one that computes elsewhere; then viewers are served
+constexpr int scenario_waits = 2;
 constexpr std::uint64_t serve_steps = 256;  // an arena that shows something is waited for, and is served then
 
 std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) {
@@ -138,8 +140,8 @@ bool JointRun::step() {
       exchange(m, now);
       continue;
     }
-    const auto step = m.lab.runner().step(now);
-    m.went_on = step == lab::Runner::Step::advanced;
+    step(m, now);
+    if (m.awaits_scenario) continue;
     if (m.lab.runner().awaits_arena()) {
       const TimePoint wanted = m.lab.arena().next_service();
       // One that computes its own time: the others stand still meanwhile, so that the course does not depend on how
@@ -150,10 +152,9 @@ bool JointRun::step() {
       }
       wake_ = std::min(wake_, wanted);
     }
-    advanced_ = advanced_ || m.went_on;
-    going_ = going_ || step != lab::Runner::Step::ended;
     exchange(m, now);
   }
+  if (!settle_scenarios(now)) return true;
   turn_ = 0;
   ++steps_;
   network_.step();
@@ -165,6 +166,32 @@ bool JointRun::step() {
   if (idle_steps_ > deadlock_steps)
     for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
   return going_;
+}
+
+lab::Runner::Step JointRun::step(Member& m, std::chrono::microseconds now) {
+  const auto step = m.lab.runner().step(now);
+  m.went_on = step == lab::Runner::Step::advanced;
+  m.awaits_scenario = m.lab.runner().awaits_scenario();
+  advanced_ = advanced_ || m.went_on;
+  going_ = going_ || step != lab::Runner::Step::ended;
+  return step;
+}
+
+// The second half of the turns of labs whose scenarios compute elsewhere, all at the same time, so that the course does
+// not depend on how long they take. False: one takes so long that others want to be served.
+bool JointRun::settle_scenarios(std::chrono::microseconds now) {
+  for (const auto& m : labs_) {
+    for (int waits = 0; m->awaits_scenario; ++waits) {
+      if (waits == scenario_waits) {
+        time_.serve();
+        return false;
+      }
+      m->lab.runner().await_scenario(scenario_wait);
+      step(*m, now);
+      if (!m->awaits_scenario) exchange(*m, now);
+    }
+  }
+  return true;
 }
 
 void JointRun::exchange(Member& m, std::chrono::microseconds now) {

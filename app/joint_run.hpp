@@ -70,9 +70,12 @@ class JointRun {
     ConfiguredLab lab;
     std::optional<ConfiguredLab::Membership> membership;
     std::unique_ptr<gateway::Gateway> gateway;
-    bool went_on = false;  // in its last step
+    bool went_on = false;          // in its last step
+    bool awaits_scenario = false;  // which computes elsewhere, while other labs have their turn
   };
   Member& member(const std::string& name);
+  lab::Runner::Step step(Member& m, std::chrono::microseconds now);
+  bool settle_scenarios(std::chrono::microseconds now);
   static void exchange(Member& m, std::chrono::microseconds now);
   bool goes_last(const Member& m) const;
   void wait_for_arenas();

@@ -56,7 +56,7 @@ lab::Runner::Step LabProcess::step() {
 // When the lab wants to go on, if nobody says anything.
 hal::TimePoint LabProcess::wanted_at(lab::Runner::Step after) {
   const TimePoint now = time_.now();
-  if (after == lab::Runner::Step::advanced) return now;
+  if (after == lab::Runner::Step::advanced || lab_.runner().awaits_scenario()) return now;
   // An arena that nobody asks to go on may still want service: every millisecond then, not without a pause.
   const auto least = lab_.runner().awaits_arena() ? 0ms : 1ms;
   return std::min(std::max(lab_.arena().next_service(), now + least), TimePoint(lab_.runner().due()));
@@ -84,6 +84,7 @@ void LabProcess::run(hal::StopRequest& stop, hal::Progress& progress) {
     const auto stepped = step();
     if (stepped == lab::Runner::Step::ended) break;
     if (std::exchange(outcome, lab::outcome_of(runner)) != lab::outcome_of(runner)) save_result();
+    runner.await_scenario(serve_every);
     const TimePoint then = wanted_at(stepped), between = time_.now();
     serve_until(then);
     const TimePoint after = time_.now();

@@ -60,13 +60,18 @@ Runner::Step Runner::step(Now now) {
       look_for_lost_peers();
     return go_on();
   } catch (const std::exception& error) {
-    write_rows(data_, recorder_);  // what a scenario wrote before it, or the arena, failed is not lost
     if (phase_ < Phase::lingering)
-      fail(fmt::format("{} failed at period {}: {}", config_.lab, data_.period, error.what()));
+      lose_scenario(error.what());
     else
       lose_arena(error.what());
     return Step::advanced;
   }
+}
+
+// It, or the arena, has failed; what it wrote before is not lost.
+void Runner::lose_scenario(std::string_view why) {
+  write_rows(data_, recorder_);
+  fail(fmt::format("{} failed at period {}: {}", config_.lab, data_.period, why));
 }
 
 Runner::Step Runner::go_on() {
@@ -76,10 +81,9 @@ Runner::Step Runner::go_on() {
     case Phase::running:
       return next_event();
     case Phase::at_boundary:
-      if (!peers_.may_merge(boundary_))
+      if (!asked_ && !peers_.may_merge(boundary_))
         return wait_for_peers(boundary_ > config_.slack ? boundary_ - config_.slack : 0);
-      merge_period();
-      return Step::advanced;
+      return merge_period();
     case Phase::completing:
       if (strict() && !peers_.gate().received_from_all(boundary_)) return wait_for_peers(boundary_);
       finish();
@@ -106,7 +110,7 @@ Runner::Step Runner::start() {
   }
   met_ = met_ || !arena_.info().starts_with_labs || peers_.all_met();
   if (!met_) return wait_for_peers(0);
-  if (!advance_to(hal::LabTime{0})) return wait_for_arena();
+  if (!advance_to(hal::LabTime{0})) return wait();
   close_period();
   return Step::advanced;
 }
@@ -115,7 +119,7 @@ Runner::Step Runner::start() {
 Runner::Step Runner::next_event() {
   const hal::LabTime boundary = config_.period * (data_.period + 1);
   const hal::LabTime frame = arena_.info().frame_period * next_frame_;
-  if (!advance_to(std::min(frame, boundary))) return wait_for_arena();
+  if (!advance_to(std::min(frame, boundary))) return wait();
   if (frame >= boundary) {
     if (!moved_) moved_ = now_;
     close_period();
@@ -123,13 +127,14 @@ Runner::Step Runner::next_event() {
   return Step::advanced;
 }
 
-// False: the arena is not there yet.
+// False: the arena is not there yet, or the scenario has not settled. Called again with the same t, it goes on.
 bool Runner::advance_to(hal::LabTime t) {
-  if (!arena_.advance_to(t)) return false;
-  if (std::exchange(awaits_arena_, false)) state_.goes_on();
-  const ArenaPort::Snapshot snapshot = port_.take_snapshot();
-  if (snapshot.frame || !snapshot.heard.empty()) {
-    bus_.drain();
+  if (!asked_) {
+    if (!arena_.advance_to(t)) return false;
+    if (std::exchange(awaits_arena_, false)) state_.goes_on();
+    const ArenaPort::Snapshot snapshot = port_.take_snapshot();
+    asked_ = snapshot.frame || !snapshot.heard.empty();
+    if (asked_) bus_.drain();
     if (snapshot.frame) {
       own_.add(*snapshot.frame);
       data_.now = snapshot.frame->stamp;
@@ -139,12 +144,31 @@ bool Runner::advance_to(hal::LabTime t) {
       data_.now = t;
       scenario_.on_heard(lab_, snapshot.heard);
     }
+  }
+  if (asked_) {
+    if (!settled()) return false;
     deliver();
     tell_events();
     bus_.drain();
   }
   if (arena_.info().frame_period * next_frame_ <= t) ++next_frame_;
   return true;
+}
+
+// True once for each call of the scenario.
+bool Runner::settled() {
+  awaits_scenario_ = !scenario_.settled(lab_, 0ms);
+  if (!awaits_scenario_) asked_ = false;
+  return !awaits_scenario_;
+}
+
+void Runner::await_scenario(std::chrono::milliseconds wait) {
+  if (!awaits_scenario_ || phase_ >= Phase::lingering) return;
+  try {
+    scenario_.settled(lab_, wait);
+  } catch (const std::exception& error) {
+    lose_scenario(error.what());
+  }
 }
 
 // What the scenario said: to robots as one batch, and to people.
@@ -179,19 +203,33 @@ void Runner::close_period() {
   enter(Phase::at_boundary);
 }
 
-void Runner::merge_period() {
+Runner::Step Runner::merge_period() {
   const std::uint32_t k = boundary_;
-  if (k == 0 && config_.require_strict && !strict())
-    return fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
-  const auto merged = peers_.merge(k);
-  tell_merged(data_, k, merged);
-  if (config_.exchange.mode == Exchange::Mode::mixed && config_.lab == config_.owner)
-    lab_.publish(applied_rule(merged.size()).name, payload_periods(merged));
-  scenario_.on_period(lab_);
+  if (!asked_) {
+    if (k == 0 && config_.require_strict && !strict()) {
+      fail("gate.mode is \"strict\", but an arena of this shared world cannot wait; set gate.mode = \"auto\"");
+      return Step::advanced;
+    }
+    const auto merged = peers_.merge(k);
+    tell_merged(data_, k, merged);
+    view_ = shared_view(data_, merged);
+    if (config_.exchange.mode == Exchange::Mode::mixed && config_.lab == config_.owner)
+      lab_.publish(applied_rule(merged.size()).name, payload_periods(merged));
+    scenario_.on_period(lab_);
+    asked_ = true;
+  }
+  if (!settled()) return Step::waiting;
+  end_period();
+  return Step::advanced;
+}
+
+// The scenario has said all that it has to say at the boundary.
+void Runner::end_period() {
+  const std::uint32_t k = boundary_;
   if (k == 0) recorder_.start_now();
   deliver();
   if (k == 0) register_.begin(data_.now);  // robots move once all states 0 are merged
-  publish_shared(bus_, data_, merged);
+  publish_shared(bus_, data_, view_);
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
   recorder_.flush();
@@ -239,6 +277,10 @@ void Runner::publish_status() {
   if (begun_ && phase_ != Phase::ended) peers_.repeat_world();
 }
 
+Runner::Step Runner::wait() {
+  return awaits_scenario_ ? Step::waiting : wait_for_arena();
+}
+
 Runner::Step Runner::wait_for_arena() {
   awaits_arena_ = true;
   if (const std::string wanted = arena_.waiting_for(); !wanted.empty()) state_.waits = "waiting for " + wanted;
@@ -273,7 +315,7 @@ std::string_view Runner::outcome() const {
 
 void Runner::fail(std::string_view why) {
   if (failed_ || phase_ == Phase::ended) return;
-  awaits_arena_ = false;
+  awaits_arena_ = awaits_scenario_ = false;
   reason_ = why;
   enter(Phase::failing);
   failed_ = true;

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "arkmesh/shared_view_t.hpp"
 #include "hal/arena.hpp"
 #include "hal/bus.hpp"
 #include "hal/recorder.hpp"
@@ -35,8 +36,8 @@ class Runner {
 
   enum class Step {
     advanced,  // did something; call again
-    waiting,   // can do nothing before a message comes, due() is there or the arena wants service: serve the buses
-               // meanwhile, then call again
+    waiting,   // can do nothing before a message comes, due() is there, the arena wants service or the scenario has
+               // settled: serve the buses meanwhile, then call again
     ended,     // over; see finished() and reason()
   };
 
@@ -67,6 +68,9 @@ class Runner {
   // The last step found the arena on its way to where the lab wants it: call again at the arena's next_service() at the
   // latest.
   bool awaits_arena() const { return awaits_arena_; }
+  // The last step found the scenario still computing: call again soon. await_scenario() waits for it, at most so long.
+  bool awaits_scenario() const { return awaits_scenario_; }
+  void await_scenario(std::chrono::milliseconds wait);
 
   // It reached the last boundary and has the final hash.
   bool finished() const { return phase_ == Phase::ended && !failed_; }
@@ -111,11 +115,15 @@ class Runner {
   void deliver();
   void tell_events();
   void close_period();
-  void merge_period();
+  Step merge_period();
+  void end_period();
+  bool settled();
+  void lose_scenario(std::string_view why);
   void look_for_lost_peers();
   void keep_still(RunRegister::Who who, bool still, bool& kept);
   void lose_arena(std::string_view why);
   void publish_status();
+  Step wait();
   Step wait_for_arena();
   Step wait_for_peers(std::uint32_t wanted);
   void finish();
@@ -143,7 +151,10 @@ class Runner {
   Lab lab_{data_};
   Phase phase_ = Phase::starting;
   bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
-  bool met_ = false;  // the arena may start: it need not wait for the other labs, or they are there
+  bool asked_ = false;            // the scenario, which may not have settled
+  bool awaits_scenario_ = false;  // it has not
+  shared_view_t view_;            // of the boundary at which it was asked
+  bool met_ = false;              // the arena may start: it need not wait for the other labs, or they are there
   bool arena_lost_ = false, arena_ended_ = false;  // it failed after the run's end and is left alone
   bool peers_done_ = false;                        // none waits for this lab any more
   bool peer_lost_ = false, no_news_ = false;       // robots stand still until that is over

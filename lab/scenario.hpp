@@ -1,6 +1,7 @@
 // A task that swarms play in a shared world. One folder each below scenarios/; one line in app/scenarios.cpp.
 #pragma once
 
+#include <chrono>
 #include <span>
 
 #include "lab/lab.hpp"
@@ -21,6 +22,13 @@ class Scenario {
   virtual void on_heard(Lab& lab, std::span<const hal::FromRobot> messages) = 0;
   // At each boundary, right after the states were merged; period 0 first.
   virtual void on_period(Lab& lab) = 0;
+  // Whether it has said all that it has to say to the last call. One that computes elsewhere says false until then, for
+  // each of the calls above but begin(); its lab, if its arena can wait, calls nothing else meanwhile, and serves peers
+  // and operators. Waits at most so long.
+  virtual bool settled(Lab& lab, std::chrono::milliseconds wait) {
+    (void)lab, (void)wait;
+    return true;
+  }
   // A function of the merged states only, asked after on_period; the first boundary at which it is true is the last
   // one.
   virtual bool finished(const Lab& lab) const = 0;

@@ -1,13 +1,12 @@
 #include "lab/exchange/shared_view.hpp"
 
-#include "arkmesh/shared_view_t.hpp"
 #include "hal/drawing_message.hpp"
 #include "hal/messages.hpp"
 #include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::lab {
 
-void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedState>& merged) {
+shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& merged) {
   const hal::Projection& projection = lab.projections.find(lab.name)->second;
   shared_view_t view;
   view.stamp_us = lab.now.count();
@@ -27,6 +26,10 @@ void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedS
     v.n_fields = static_cast<std::int32_t>(v.fields.size());
   }
   view.n_labs = static_cast<std::int32_t>(view.labs.size());
+  return view;
+}
+
+void publish_shared(hal::Bus& bus, const LabData& lab, const shared_view_t& view) {
   bus.publish(hal::channel::shared, view);
   // An empty one takes away what was shown.
   if (!lab.drawing.empty() || lab.drawn_before)

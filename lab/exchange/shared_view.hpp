@@ -3,13 +3,16 @@
 
 #include <vector>
 
+#include "arkmesh/shared_view_t.hpp"
 #include "hal/bus.hpp"
 #include "lab/exchange/merged_state.hpp"
 #include "lab/lab_data.hpp"
 
 namespace arkmesh::lab {
 
-// Publishes it, and what the scenario drew. `merged`: the states in force from the boundary that `lab` has just passed.
-void publish_shared(hal::Bus& bus, const LabData& lab, const std::vector<MergedState>& merged);
+// `merged`: the states in force from the boundary that `lab` has just passed.
+shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& merged);
+// Publishes it, and what the scenario has drawn since.
+void publish_shared(hal::Bus& bus, const LabData& lab, const shared_view_t& view);
 
 }  // namespace arkmesh::lab

@@ -250,12 +250,12 @@ void PythonScenario::begin(lab::Lab& lab) {
 void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const hal::Observation& seen : frame.robots) leds_[seen.robot] = seen.led;
   if (!merged_ || frame.number % every_ != 0) return;
-  collect(lab);
+  collect(lab, real_time_wait);
   if (open_answers_ > 0) {
     lab.counts().add("scenario.frames_skipped");
     return;
   }
-  settle(lab, 'F', encode_frame(lab, frame, std::exchange(heard_, {})));
+  ask(lab, 'F', encode_frame(lab, frame, std::exchange(heard_, {})));
 }
 
 void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) {
@@ -266,22 +266,26 @@ void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> mes
 
 void PythonScenario::on_period(lab::Lab& lab) {
   merged_ = true;
-  collect(lab);
-  settle(lab, 'P', encode_period(lab));
+  collect(lab, real_time_wait);
+  ask(lab, 'P', encode_period(lab));
 }
 
-// Asks, and takes the answer if it comes in time.
-void PythonScenario::settle(lab::Lab& lab, char kind, const std::string& content) {
+// Where the arena keeps real time, takes the answer if it comes soon.
+void PythonScenario::ask(lab::Lab& lab, char kind, const std::string& content) {
   if (open_answers_++ == 0) asked_ = Clock::now();
   child_->send(kind, content);
-  collect(lab);
+  if (!can_wait_) collect(lab, real_time_wait);
 }
 
-// Takes the answers that are there. Where the arena can wait, all that are owed.
-void PythonScenario::collect(lab::Lab& lab) {
+bool PythonScenario::settled(lab::Lab& lab, std::chrono::milliseconds wait) {
+  if (can_wait_) collect(lab, wait);
+  return !can_wait_ || open_answers_ == 0;
+}
+
+// Takes the answers that are there, or come in time.
+void PythonScenario::collect(lab::Lab& lab, std::chrono::milliseconds wait) {
   while (open_answers_ > 0) {
-    const auto answer =
-        next_answer(can_wait_ ? std::chrono::ceil<std::chrono::milliseconds>(patience_) : real_time_wait);
+    const auto answer = next_answer(wait);
     if (!answer) return;
     --open_answers_;
     asked_ = Clock::now();

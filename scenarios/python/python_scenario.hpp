@@ -48,6 +48,7 @@ class PythonScenario final : public lab::Scenario {
   // Told with the next frame.
   void on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) override;
   void on_period(lab::Lab& lab) override;
+  bool settled(lab::Lab& lab, std::chrono::milliseconds wait) override;
   bool finished(const lab::Lab&) const override { return finished_; }
 
   // What all labs must have alike beside the settings: a fingerprint of the sources.
@@ -66,8 +67,8 @@ class PythonScenario final : public lab::Scenario {
   std::optional<std::string> next_answer(std::chrono::milliseconds wait);
   void take(lab::Lab& lab, const std::string& answer);
   void take_words(lab::Lab& lab, std::string_view words);
-  void settle(lab::Lab& lab, char kind, const std::string& content);
-  void collect(lab::Lab& lab);
+  void ask(lab::Lab& lab, char kind, const std::string& content);
+  void collect(lab::Lab& lab, std::chrono::milliseconds wait);
   [[noreturn]] void fail_silent();
   void write_output();
 
