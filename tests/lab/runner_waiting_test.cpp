@@ -41,6 +41,38 @@ TEST_CASE("an arena that is not there yet makes a lab wait, and changes nothing"
   CHECK(slow.runner.final_hash() == quick.runner.final_hash());
 }
 
+TEST_CASE("a scenario that computes elsewhere makes a lab wait, and changes nothing") {
+  // The same calls reach arena and scenario; what it says before it has settled goes out with the rest, once.
+  Bench quick, slow;
+  quick.run();
+  slow.scenario.computes = slow.scenario.unsettled = 2;
+  CHECK(slow.step() == Runner::Step::waiting);
+  CHECK(slow.runner.awaits_scenario());
+  CHECK_FALSE(slow.runner.awaits_arena());
+  CHECK(slow.scenario.calls == std::vector<std::string>{"begin", "poses 0"});
+  CHECK(slow.arena.robots().offered.empty());
+  CHECK(slow.step() == Runner::Step::waiting);
+  slow.runner.await_scenario(1ms);  // settles
+  CHECK(slow.arena.served == 2);
+  slow.run();
+  CHECK(slow.arena.asked == quick.arena.asked);
+  CHECK(slow.scenario.calls == quick.scenario.calls);
+  CHECK(slow.channels == quick.channels);
+  CHECK(slow.runner.final_hash() == quick.runner.final_hash());
+  CHECK(slow.arena.robots().offered.size() > quick.arena.robots().offered.size());
+}
+
+TEST_CASE("a lab whose scenario computes is stopped at once") {
+  Bench bench;
+  bench.scenario.computes = bench.scenario.unsettled = 1'000'000;
+  for (int i = 0; i < 10; ++i) CHECK(bench.step() == Runner::Step::waiting);
+  bench.runner.stop("stopped by the operator");
+  CHECK_FALSE(bench.runner.awaits_scenario());
+  bench.run();
+  CHECK_FALSE(bench.runner.finished());
+  CHECK(bench.arena.robots().offered.empty());
+}
+
 TEST_CASE("what an arena waits for is said, also when the operator stops the lab") {
   Bench bench;
   bench.arena.late = 100;
