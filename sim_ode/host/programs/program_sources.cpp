@@ -21,6 +21,12 @@ bool is_c(const fs::path& file) {
 
 }  // namespace
 
+std::string ProgramSources::name() const {
+  if (paths.empty()) return "";
+  const fs::path first = fs::absolute(paths.front()).lexically_normal();
+  return (first.has_filename() ? first : first.parent_path()).filename().string();
+}
+
 std::vector<fs::path> files_of(const ProgramSources& program) {
   std::vector<fs::path> out;
   for (const fs::path& path : program.paths) {

@@ -24,8 +24,8 @@ struct ProgramSources {
   std::vector<std::string> define;             // macros, "NAME" or "NAME=VALUE"
 
   bool empty() const { return paths.empty(); }
-  // For people: the name of the first path.
-  std::string name() const { return paths.empty() ? "" : paths.front().filename().string(); }
+  // For people: the name of the first path, also of "folder/" and ".".
+  std::string name() const;
 };
 
 // The C files, those of a folder in the order of their names. Throws ProgramError: a folder without any, or a file

@@ -74,6 +74,13 @@ TEST_CASE("a lab's file names several files, folders of headers and macros") {
                        hal::ConfigError);
 }
 
+TEST_CASE("a program is called by its first file or folder") {
+  CHECK(ProgramSources(fs::path("/a/b.c")).name() == "b.c");
+  CHECK(ProgramSources(fs::path("/a/several/")).name() == "several");
+  CHECK(ProgramSources(fs::path("/a/several/.")).name() == "several");
+  CHECK(ProgramSources(fs::path("b.c")).name() == "b.c");
+}
+
 TEST_CASE("a file that another one includes is compiled there only") {
   const tests::TemporaryDirectory folder;
   folder.write("part.c", "static int n;\nvoid more() { n++; }\n");
