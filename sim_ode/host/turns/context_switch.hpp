@@ -5,7 +5,15 @@
 #include <boost/context/detail/fcontext.hpp>
 #include <cstddef>
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__)  // g++
+#define ARKMESH_ADDRESS_SANITIZER 1
+#elif defined(__has_feature)  // clang
+#define ARKMESH_ADDRESS_SANITIZER __has_feature(address_sanitizer)
+#else
+#define ARKMESH_ADDRESS_SANITIZER 0
+#endif
+
+#if ARKMESH_ADDRESS_SANITIZER
 #include <sanitizer/asan_interface.h>
 #include <sanitizer/common_interface_defs.h>
 #endif
@@ -18,7 +26,7 @@ struct StackBounds {
   std::size_t bytes = 0;
 };
 
-#if defined(__SANITIZE_ADDRESS__)
+#if ARKMESH_ADDRESS_SANITIZER
 // Before leaving for a stack, and after coming to one. The latter returns the bounds of the stack that was left.
 inline void leaving_for(const StackBounds& stack) {
   __sanitizer_start_switch_fiber(nullptr, stack.bottom, stack.bytes);

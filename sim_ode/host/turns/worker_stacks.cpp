@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t page = 4096;
 // Programs were seen to use 5 kB at most; a robot has 2 kB in all. Instrumented hosts need more.
-#if defined(__SANITIZE_ADDRESS__)
+#if ARKMESH_ADDRESS_SANITIZER
 constexpr std::size_t usable = 64 * 1024;
 #else
 constexpr std::size_t usable = 16 * 1024;
