@@ -18,6 +18,8 @@ def within(xy, others, reach):
             near = numpy.zeros(len(xy), dtype=bool)
             near[rows[_are_near(others[columns, 0] - xy[rows, 0], others[columns, 1] - xy[rows, 1], reach)]] = True
             return near
+    if len(xy) * len(others) <= _PAIRS_AT_ONCE:
+        return _are_near(others[:, 0] - xy[:, 0, None], others[:, 1] - xy[:, 1, None], reach).any(axis=1)
     near = numpy.zeros(len(xy), dtype=bool)
     rows = max(1, _PAIRS_AT_ONCE // max(1, len(others)))
     for first in range(0, len(xy), rows):

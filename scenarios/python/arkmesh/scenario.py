@@ -54,6 +54,8 @@ class Others:
 
 
 def _joined(parts, key, shape, dtype):
+    if len(parts) == 1:
+        return parts[0][1][key]
     return numpy.concatenate([numpy.zeros(shape, dtype), *(robots[key] for _, robots in parts)])
 
 
@@ -118,7 +120,7 @@ class Lab:
         """What the robots `who` (a mask over the rows, or ids) have to know: it is said at once when it changes, and again
         each second until the robot shows it. `shown`: a mask of who shows it; without one, a robot shows it when its LED
         is another one than at the change. Kinds that exclude each other share a slot."""
-        how = UNTIL_LED_CHANGES if shown is None else numpy.where(self._column("shown", shown, 0, 1), SHOWN, NOT_SHOWN)
+        how = UNTIL_LED_CHANGES if shown is None else NOT_SHOWN - self._column("shown", shown, 0, 1)  # SHOWN is one less
         self._say(who, kind, value, slot, how)
 
     def say(self, who, kind=0, value=0, slot=0):
@@ -145,7 +147,7 @@ class Lab:
     def _column(self, name, given, low, high, n=None):
         """A number, or one for each row, as integers within low..high."""
         n = len(self.ids) if n is None else n
-        if type(given) is int and low <= given <= high:  # the usual one, at once
+        if isinstance(given, (int, numpy.integer)) and low <= given <= high:  # the usual one, at once
             return numpy.int64(given)
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
@@ -175,11 +177,16 @@ class Lab:
 
     def _say(self, who, kind, value, slot, how):
         rows, by_ids = self._rows(who), numpy.asarray(who).dtype.kind in "iu"
-        words = numpy.zeros(len(rows), WORD)
-        words["robot"] = self.ids[rows]
+        if len(rows) == len(self.ids) and not by_ids:
+            rows = slice(None)  # of all, as they lie
+        ids = self.ids[rows]
+        words = numpy.zeros(len(ids), WORD)
+        words["robot"] = ids
         columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, 255)]
         for name, given, high in columns:
-            given = self._column(name, given, 0, high, len(rows) if by_ids else None)
+            if type(given) is int and given == 0:  # as it mostly is
+                continue
+            given = self._column(name, given, 0, high, len(ids) if by_ids else None)
             words[name] = given if given.ndim == 0 or by_ids else given[rows]
         how = numpy.asarray(how)
         words["how"] = how if how.ndim == 0 else how[rows]
