@@ -109,7 +109,7 @@ void parts(benchmark::State& state, Size size) {
           world(s.side_m(), s.side_m(), settings.contacts, 1,
                 start_places(s.robots, s.side_m() / 2 - 0.0165, s.side_m() / 2 - 0.0165, "bench", 1,
                              SolidBodies(s.side_m(), s.side_m(), {}))),
-          host(RobotProgram::load(program), s.robots, motors, leds, {}, "bench", 1),
+          host(RobotProgram::load(std::filesystem::path(program)), s.robots, motors, leds, {}, "bench", 1),
           medium(settings, s.side_m(), s.side_m(), s.robots, "bench", 1) {
       Message run;
       run.type = type_run;
