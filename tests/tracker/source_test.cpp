@@ -52,13 +52,16 @@ TEST_CASE("people see a URL without its password, and the command that says why 
   CHECK(without_password("http://table?mail=a@b") == "http://table?mail=a@b");
   CHECK(without_password("/dev/video0") == "/dev/video0");
   const auto camera = open_camera("http://user:word@127.0.0.1:1/table", 0, 0);
-  CHECK(camera->error() == "no picture has come yet from http://...@127.0.0.1:1/table");
+  const std::string at_first = camera->error();
+  const std::string later =
+      "the camera http://...@127.0.0.1:1/table gives no pictures; this says what comes from there: "
+      "ffprobe 'http://...@127.0.0.1:1/table'";
+  // a busy machine asks when the trouble is known already
+  CHECK((at_first == "no picture has come yet from http://...@127.0.0.1:1/table" || at_first == later));
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (camera->error().starts_with("no picture") && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  CHECK(camera->error() ==
-        "the camera http://...@127.0.0.1:1/table gives no pictures; this says what comes from there: "
-        "ffprobe 'http://...@127.0.0.1:1/table'");
+  CHECK(camera->error() == later);
 }
 
 TEST_CASE("a folder gives its pictures in the order of their numbers") {
