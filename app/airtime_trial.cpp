@@ -19,7 +19,7 @@ namespace arkmesh::app {
 namespace {
 
 constexpr std::uint64_t words_of_whole = hal::kilobot::groups;
-constexpr std::int64_t second_us = 1'000'000;
+constexpr std::uint64_t second_us = 1'000'000;
 
 void count(SlotNeed& need, std::uint64_t words, std::int64_t second) {
   if (std::exchange(need.second, second) != second) need.second_words = 0;
@@ -31,7 +31,7 @@ void count(SlotNeed& need, std::uint64_t words, std::int64_t second) {
 void count(AirtimeNeed& need, std::span<const std::byte> bytes) {
   to_robots_t said;
   if (said.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) return;
-  const std::int64_t second = said.stamp_us / second_us;
+  const std::int64_t second = said.stamp_us / std::int64_t{second_us};
   for (const hal::ToRobot& message : hal::from_message(said)) {
     const std::uint64_t words = message.whole ? words_of_whole : 1;
     count(need.slots[message.slot], words, second);
@@ -47,6 +47,10 @@ hal::LabTime message_period(const hal::Config& config) {
 }
 
 }  // namespace
+
+double AirtimeNeed::room() const {
+  return static_cast<double>(words_of_whole * second_us) / static_cast<double>(period.count());
+}
 
 std::vector<AirtimeNeed> try_airtime(LabFiles labs, double seconds, hal::StopRequest& stop, hal::Progress* progress) {
   std::vector<AirtimeNeed> needs;
@@ -73,9 +77,7 @@ std::vector<AirtimeNeed> try_airtime(LabFiles labs, double seconds, hal::StopReq
   if (!run.finished()) throw std::runtime_error(result.value("ended", "the trial ended early"));
   for (std::size_t i = 0; i < run.size(); ++i) {
     hal::Arena& arena = run.lab(i).arena();
-    const hal::Airtime air = arena.robots().airtime();
-    needs[i].replaced = air.replaced;
-    needs[i].refused = air.refused;
+    needs[i].air = arena.robots().airtime();
     needs[i].seconds = static_cast<double>(arena.clock().now().count()) * 1e-6;
   }
   return needs;

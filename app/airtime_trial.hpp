@@ -28,9 +28,9 @@ struct AirtimeNeed {
   hal::LabTime period{0};  // of messages, start to start
   std::map<std::uint8_t, SlotNeed> slots;
   SlotNeed all;
-  std::uint64_t replaced = 0, refused = 0;  // words: by newer ones before their turn; by the arena
-  double seconds = 0;                       // of lab time
-  double room() const { return 3e6 / static_cast<double>(period.count()); }  // words in a second
+  hal::Airtime air;     // what became of the messages
+  double seconds = 0;   // of lab time
+  double room() const;  // words in a second
 };
 
 // Runs the labs for `seconds` in simulation, whatever arena they use, as `arkmesh run` does, and keeps nothing. Throws

@@ -48,6 +48,11 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   return *chosen;
 }
 
+std::vector<std::filesystem::path> robots_programs_of(const hal::Section& arena) {
+  const hal::ArenaRow& row = chosen_arena(arena);
+  return row.inputs ? row.inputs(arena) : std::vector<std::filesystem::path>();
+}
+
 std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::RunConfig& run, hal::Bus& bus,
                                        hal::PictureBoard& pictures, const std::filesystem::path& directory) {
   const hal::Section arena = config.root().section("arena");

@@ -27,6 +27,9 @@ std::vector<hal::ArenaRow>& arena_rows();
 // ConfigError.
 const hal::ArenaRow& chosen_arena(const hal::Section& arena);
 
+// The files of what simulated robots run there; none where robots are real, or not there. Throws ConfigError.
+std::vector<std::filesystem::path> robots_programs_of(const hal::Section& arena);
+
 // The arena of a lab's run. An arena with cameras shows their pictures on `pictures` and keeps videos in
 // `directory`, with what it hears on `bus` drawn over them; bus and board outlive the arena. Refuses what
 // nobody has read of the configuration. Throws ConfigError.

@@ -32,13 +32,6 @@ const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunCo
   root.section("run").refuse("scenario", fmt::format("is none of: {}", known));
 }
 
-// Files that decide what robots do.
-std::vector<std::filesystem::path> robots_files(const hal::Section& root) {
-  const hal::Section arena = root.section("arena");
-  const hal::ArenaRow& row = chosen_arena(arena);
-  return row.inputs ? row.inputs(arena) : std::vector<std::filesystem::path>();
-}
-
 // 64 random bits, never 0.
 std::uint64_t random_run_id() {
   std::random_device device;
@@ -107,7 +100,8 @@ std::map<std::string, std::string, std::less<>> ConfiguredLab::settings() const 
 }
 
 std::vector<std::filesystem::path> ConfiguredLab::robots_programs() const {
-  return own_parts_ ? std::vector<std::filesystem::path>() : robots_files(config_.root());
+  if (own_parts_) return {};
+  return robots_programs_of(config_.root().section("arena"));
 }
 
 void ConfiguredLab::open_run() {

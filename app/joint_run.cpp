@@ -170,13 +170,12 @@ bool JointRun::step() {
   return going_;
 }
 
-lab::Runner::Step JointRun::step(Member& m, std::chrono::microseconds now) {
+void JointRun::step(Member& m, std::chrono::microseconds now) {
   const auto step = m.lab.runner().step(now);
   m.went_on = step == lab::Runner::Step::advanced;
   m.awaits_scenario = m.lab.runner().awaits_scenario();
   advanced_ = advanced_ || m.went_on;
   going_ = going_ || step != lab::Runner::Step::ended;
-  return step;
 }
 
 // The second half of the turns of labs whose scenarios compute elsewhere, all at the same time, so that the course does

@@ -74,7 +74,7 @@ class JointRun {
     bool awaits_scenario = false;  // which computes elsewhere, while other labs have their turn
   };
   Member& member(const std::string& name);
-  lab::Runner::Step step(Member& m, std::chrono::microseconds now);
+  void step(Member& m, std::chrono::microseconds now);
   bool settle_scenarios(std::chrono::microseconds now);
   static void exchange(Member& m, std::chrono::microseconds now);
   bool goes_last(const Member& m) const;

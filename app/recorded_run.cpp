@@ -105,9 +105,7 @@ std::vector<std::string> RecordedRun::changes() const {
     const hal::ResultFile result(lab_folders_[i]);
     const nlohmann::json& hashes = object_in(result.content(), "hashes");
     const auto config = hal::Config::from_file(config_files_[i]);
-    const hal::Section arena = config.root().section("arena");
-    const hal::ArenaRow& row = chosen_arena(arena);
-    std::vector<fs::path> files = row.inputs ? row.inputs(arena) : std::vector<fs::path>();
+    std::vector<fs::path> files = robots_programs_of(config.root().section("arena"));
     files.emplace_back(config_files_[i]);
     for (const auto& [name, then] : hashes.items()) {
       const auto file = std::ranges::find(files, name, [](const fs::path& one) { return one.filename().string(); });

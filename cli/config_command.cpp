@@ -28,12 +28,14 @@ void print(const app::AirtimeNeed& need) {
   };
   for (const auto& [slot, slot_need] : need.slots) line(fmt::format("{}", slot), slot_need);
   if (need.slots.size() > 1) line("all", need.all);
-  const auto share = [&](std::uint64_t words) {
-    return 100 * static_cast<double>(words) / static_cast<double>(need.all.words);
+  const auto share = [&](std::uint64_t messages) {
+    return 100 * static_cast<double>(messages) / static_cast<double>(need.air.offered);
   };
-  if (need.replaced > 0) fmt::print("  {:.1f} % were replaced by newer ones before their turn\n", share(need.replaced));
-  if (need.refused > 0)
-    fmt::print("  {:.1f} % were refused: the layout cannot carry them, or nobody has that id\n", share(need.refused));
+  if (need.air.replaced > 0)
+    fmt::print("  {:.1f} % were replaced by newer ones before their turn\n", share(need.air.replaced));
+  if (need.air.refused > 0)
+    fmt::print("  {:.1f} % were refused: the layout cannot carry them, or nobody has that id\n",
+               share(need.air.refused));
 }
 
 void print_airtime(const std::vector<std::string>& files, const std::vector<std::string>& sets, double seconds) {

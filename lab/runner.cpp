@@ -61,15 +61,15 @@ Runner::Step Runner::step(Now now) {
     return go_on();
   } catch (const std::exception& error) {
     if (phase_ < Phase::lingering)
-      lose_scenario(error.what());
+      fail_at_period(error.what());
     else
       lose_arena(error.what());
     return Step::advanced;
   }
 }
 
-// It, or the arena, has failed; what it wrote before is not lost.
-void Runner::lose_scenario(std::string_view why) {
+// Scenario or arena have failed; what the scenario wrote before is not lost.
+void Runner::fail_at_period(std::string_view why) {
   write_rows(data_, recorder_);
   fail(fmt::format("{} failed at period {}: {}", config_.lab, data_.period, why));
 }
@@ -167,7 +167,7 @@ void Runner::await_scenario(std::chrono::milliseconds wait) {
   try {
     scenario_.settled(lab_, wait);
   } catch (const std::exception& error) {
-    lose_scenario(error.what());
+    fail_at_period(error.what());
   }
 }
 

@@ -118,7 +118,7 @@ class Runner {
   Step merge_period();
   void end_period();
   bool settled();
-  void lose_scenario(std::string_view why);
+  void fail_at_period(std::string_view why);
   void look_for_lost_peers();
   void keep_still(RunRegister::Who who, bool still, bool& kept);
   void lose_arena(std::string_view why);

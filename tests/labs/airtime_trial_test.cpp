@@ -37,7 +37,8 @@ TEST_CASE("a trial counts each slot's words beside the room of the arena in use"
     CHECK(slot.words == need.all.words);
     CHECK(slot.in_one_s <= slot.words);
     CHECK(slot.in_one_s * 10 >= slot.words);
-    CHECK(need.refused == 0);
+    CHECK(need.air.refused == 0);
+    CHECK(need.air.offered == need.all.words);
   }
 }
 

@@ -47,6 +47,16 @@ def run(*arguments, path=None):
     return subprocess.run(["/usr/bin/python3", SCRIPT, *map(str, arguments)], capture_output=True, text=True, timeout=120, env=environment)
 
 
+def run_standing(*arguments):
+    """The script with a robot that always stands: how it ended, and the emulator's lines with light."""
+    with tempfile.TemporaryDirectory() as folder:
+        emulator, log = pathlib.Path(folder) / "emulator", pathlib.Path(folder) / "log"
+        emulator.write_text(EMULATOR.format(log=str(log)))
+        emulator.chmod(0o755)
+        done = run("--kilolib", KILOLIB, "--emulator", emulator, *arguments)
+        return done, [heard(map(int, line.split()[1:]))[:11] for line in log.read_text().splitlines() if line.startswith("pulses")]
+
+
 class FirmwareTable(unittest.TestCase):
     def test_messages_are_those_of_the_air(self):
         """A message's light is received as its bytes, with the checksums of known messages."""
@@ -69,16 +79,11 @@ class FirmwareTable(unittest.TestCase):
     @unittest.skipUnless(shutil.which("avr-gcc"), "avr-gcc is not installed: nothing is built for the robot")
     def test_rows_that_differ_are_named(self):
         """A robot that always stands does as the rows say in which it stands, and differs in the others."""
-        with tempfile.TemporaryDirectory() as folder:
-            emulator, log = pathlib.Path(folder) / "emulator", pathlib.Path(folder) / "log"
-            emulator.write_text(EMULATOR.format(log=str(log)))
-            emulator.chmod(0o755)
-            done = run("--kilolib", KILOLIB, "--emulator", emulator, "save")
-            self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn("run save: 0 0, off, stands instead of 70 0, red, runs\n", done.stdout)
-            self.assertRegex(done.stdout, r"\n\d+ rows, 3 differ\n$")
-            said = [line for line in log.read_text().splitlines() if line.startswith("pulses")]
-            self.assertIn(bytes.fromhex("00020000500000000000" + "8a"), [heard(map(int, line.split()[1:]))[:11] for line in said])
+        done, said = run_standing("save")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("run save: 0 0, off, stands instead of 70 0, red, runs\n", done.stdout)
+        self.assertRegex(done.stdout, r"\n\d+ rows, 3 differ\n$")
+        self.assertIn(bytes.fromhex("00020000500000000000" + "8a"), said)
 
     def test_layouts_are_said_as_the_table_has_them(self):
         """Each row's bytes, start parameters first; a robot without light differs where its LED is to be lit."""
@@ -86,16 +91,11 @@ class FirmwareTable(unittest.TestCase):
         self.assertIn(("7+1+16", ROOT / "tests/programs/layout_7_1_16.c", [(10, bytes.fromhex("008000000001000002")), (0, bytes.fromhex("0b8001fe0000fe0000"))], "green"), table)
         if not shutil.which("avr-gcc"):
             self.skipTest("avr-gcc is not installed: nothing is built for the robot")
-        with tempfile.TemporaryDirectory() as folder:
-            emulator, log = pathlib.Path(folder) / "emulator", pathlib.Path(folder) / "log"
-            emulator.write_text(EMULATOR.format(log=str(log)))
-            emulator.chmod(0o755)
-            done = run("--kilolib", KILOLIB, "--emulator", emulator, "--layouts")
-            self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn("8+16, layout_8_16.c, told 05513fff0000ff0000: off instead of green\n", done.stdout)
-            self.assertRegex(done.stdout, r"\n9 rows, 8 differ\n$")
-            said = [heard(map(int, line.split()[1:]))[:11].hex() for line in log.read_text().splitlines() if line.startswith("pulses")]
-            self.assertIn("00" "0b8001fe0000fe0000" "00", said)
+        done, said = run_standing("--layouts")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("8+16, layout_8_16.c, told 05513fff0000ff0000: off instead of green\n", done.stdout)
+        self.assertRegex(done.stdout, r"\n9 rows, 8 differ\n$")
+        self.assertIn(bytes.fromhex("00" "0b8001fe0000fe0000" "00"), said)
 
     def test_what_is_missing_is_one_sentence(self):
         """No compiler, no kilolib, no emulator: one sentence, code 2."""

@@ -89,9 +89,15 @@ void FleetQueue::note_time(hal::TimePoint now) {
 }
 
 std::size_t FleetQueue::expire(hal::TimePoint since) {
-  return std::erase_if(waiting_, [&](const Waiting& waits) {
+  // from behind the last `run` on
+  const auto run = std::ranges::find(waiting_.rbegin(), waiting_.rend(), Kind::run,
+                                     [](const Waiting& waits) { return waits.command.kind; });
+  const auto expired = std::remove_if(run.base(), waiting_.end(), [&](const Waiting& waits) {
     return waits.command.kind == Kind::broadcast && waits.since && *waits.since <= since;
   });
+  const auto n = static_cast<std::size_t>(waiting_.end() - expired);
+  waiting_.erase(expired, waiting_.end());
+  return n;
 }
 
 std::size_t FleetQueue::drop_all() {

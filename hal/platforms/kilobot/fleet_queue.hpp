@@ -38,7 +38,8 @@ class FleetQueue {
   hal::FleetCommand take();
   // What was put since the last call waits from `now` on.
   void note_time(hal::TimePoint now);
-  // Drops broadcasts that wait since that moment or an earlier one; gives their number. Words and a reset never expire.
+  // Drops broadcasts that wait since that moment or an earlier one; gives their number. Words and a reset never expire,
+  // nor does what robots are to hear before a `run` that waits.
   std::size_t expire(hal::TimePoint since);
   std::size_t drop_all();
 

@@ -134,7 +134,7 @@ class Lab:
             raise ValueError("who: this arena carries no whole message to single robots, as no overhead controller does; leave who out")
         self._said.setdefault("whole", []).append(
             {"type": self._type(type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
-             "robots": None if who is None else self.ids[self._rows(who)].tolist()})
+             "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
 
     def parameters(self, data, type):  # pylint: disable=redefined-builtin
         """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
@@ -161,6 +161,7 @@ class Lab:
         return given
 
     def _rows(self, who):
+        """The rows that are meant, and whether they were named by ids, and not by a mask."""
         who = numpy.asarray(who)
         if who.dtype.kind in "iu":
             who = numpy.atleast_1d(who)
@@ -168,15 +169,15 @@ class Lab:
             known = (rows < len(self.ids)) & (self.ids[numpy.minimum(rows, max(0, len(self.ids) - 1))] == who if len(self.ids) else False)
             if not known.all():
                 raise ValueError(f"robot {who[~known][0]} is none of this lab's")
-            return rows
+            return rows, True
         if who.dtype.kind == "b" and who.shape == self.ids.shape:
-            return numpy.flatnonzero(who)
+            return numpy.flatnonzero(who), False
         if who.size == 0:
-            return numpy.zeros(0, dtype=int)
+            return numpy.zeros(0, dtype=int), False
         raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
 
     def _say(self, who, kind, value, slot, how):
-        rows, by_ids = self._rows(who), numpy.asarray(who).dtype.kind in "iu"
+        rows, by_ids = self._rows(who)
         if len(rows) == len(self.ids) and not by_ids:
             rows = slice(None)  # of all, as they lie
         ids = self.ids[rows]

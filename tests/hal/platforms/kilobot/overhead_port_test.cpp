@@ -39,6 +39,25 @@ TEST_CASE("overhead controller: unplugged for long") {
   CHECK(airtime.offered == airtime.sent + airtime.replaced + airtime.not_sent + airtime.waiting);
 }
 
+TEST_CASE("overhead controller: unplugged before the first run") {
+  // However long that was, robots hear what they have to know before they run.
+  OverheadBench bench;
+  bench.start();
+  bench.cable->plugged = false;
+  bench.run(100ms);
+  bench.controller.command({Kind::broadcast, 10, {1}});
+  bench.controller.command({Kind::run});
+  bench.controller.command({Kind::broadcast, 9, {1}});
+  bench.run(60s);
+  CHECK(bench.counters["fleet_command.expired"] == 1);
+  bench.cable->plugged = true;
+  bench.run(6s);
+  std::vector<int> types;
+  for (const auto& one : bench.cable->take())
+    if (one.type() != PacketType::stop) types.push_back(one.message_type());
+  CHECK(types == std::vector<int>{10, type_run});
+}
+
 TEST_CASE("overhead controller: unplugged for a moment") {
   // A reset that was on the air when the line was lost is repeated when it is back, and a question stands again; what
   // robots should do is said first.

@@ -1,5 +1,6 @@
 /* A program of three files with headers of its own and of a folder beside it: waits in loop() until a broadcast has
-   come, which another file notes, then shows the colour that a macro names, or white when its list is not as it should. */
+   come, which another file notes, then shows the colour that a macro names, or white when its list is not as it
+   should. */
 #include "colour.h"
 #include "list.h"
 #include <kilolib.h>
