@@ -67,7 +67,7 @@ TEST_CASE("a lab's file names several files, folders of headers and macros") {
   CHECK(with(include + "define = [\"SHOWN=1\"]") ==
         std::vector<fs::path>{folder / "list.c", folder / "listen.c", folder / "main.c"});
   CHECK_THROWS_WITH_AS(with(include), doctest::Contains("give SHOWN"), hal::ConfigError);
-  CHECK_THROWS_WITH_AS(with("define = [\"SHOWN=1\"]"), doctest::Contains("main.c:3:10: fatal error: colour.h"),
+  CHECK_THROWS_WITH_AS(with("define = [\"SHOWN=1\"]"), doctest::Contains("main.c:4:10: fatal error: colour.h"),
                        hal::ConfigError);
   CHECK_THROWS_WITH_AS(with("define = [\"3=1\"]"),
                        doctest::Contains("arena.ode.define = [ \"3=1\" ]: \"3=1\" is no macro; write NAME"),
