@@ -34,6 +34,7 @@ struct Size {
   std::string name() const { return fmt::format("{}_at_{}", robots, per_m2); }
 };
 constexpr Size sizes[] = {{100, 48}, {1000, 48}, {10000, 48}, {1000, 400}};
+constexpr Size further[] = {{100, 400}, {10000, 400}};  // for comparisons with other programs
 const std::string program = std::string(ARKMESH_SOURCE_DIR) + "/tests/bench/controllers/walk_and_talk.c";
 constexpr double warm_up_s = 20;
 
@@ -230,6 +231,9 @@ int main(int argc, char** argv) {
     benchmark::RegisterBenchmark(("fast/" + size.name()).c_str(), ours, size, "fast");
     benchmark::RegisterBenchmark(("parts/" + size.name()).c_str(), parts, size);
   }
+  for (const Size& size : further)
+    for (const char* solver : {"ode", "fast"})
+      benchmark::RegisterBenchmark((std::string(solver) + "/" + size.name()).c_str(), ours, size, solver);
   // alternating, so that all see the same load of the machine
   std::vector<std::string> arguments = {argv[0], "--benchmark_enable_random_interleaving=true",
                                         "--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true"};

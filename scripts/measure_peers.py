@@ -1,0 +1,80 @@
+"""Figures beside other people's programs, whose sources the user fetches; without them a row is left out.
+
+ARKMESH_KILOMBO: a checkout of JIC-CSB/kilombo (needs libjansson-dev).
+"""
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+
+from lab_processes import ROOT, Failed
+
+KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
+KILOMBO_SOURCES = ["skilobot", "kbapi", "params", "stateio", "runsim", "neighbors", "distribution"]
+# robots, per m2, seconds that Kilombo simulates, and what "ode" and "fast" must reach of it
+SIZES = [(100, 48, 4000, 0.55, 1.10), (1000, 48, 400, 1.0, 1.50), (10000, 48, 20, 1.9, 3.0),
+         (100, 400, 2000, 0.24, 0.75), (1000, 400, 200, 0.46, 1.50), (10000, 400, 10, 0.60, 2.6)]
+ROUNDS = 3
+
+
+def cpu_of(command, folder):
+    """Processor time of a command in seconds."""
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status != 0:
+        raise Failed(f"{command[0]} ended with {status}")
+    return usage.ru_utime + usage.ru_stime
+
+
+def build_kilombo(folder, side_mm):
+    """Its headless simulator with the benchmark's program, with its own flags; -fcommon, which GCC 10 and later need."""
+    source = pathlib.Path(KILOMBO) / "src"
+    if not (folder / "kilombo").exists():
+        (folder / "kilombo").symlink_to(source.resolve())
+    program = folder / f"walk_{side_mm}"
+    subprocess.run(["gcc", "-std=c99", "-w", "-O2", "-g", "-fcommon", "-DSKILO_HEADLESS", "-DSIMULATOR", f"-DSIDE_MM={side_mm}", f"-I{folder}", f"-I{source}",
+                    ROOT / "tests/bench/peers/kilombo_walk_and_talk.c", *(source / f"{name}.c" for name in KILOMBO_SOURCES), "-ljansson", "-lm", "-o", program], check=True)
+    return program
+
+
+def kilombo_rate(folder, robots, per_m2, seconds):
+    """Robot-seconds per second of processor time."""
+    side_mm = round((robots / per_m2) ** 0.5 * 1000)
+    program = folder / f"walk_{side_mm}"
+    if not program.exists():
+        build_kilombo(folder, side_mm)
+    settings = {"nBots": robots, "randSeed": 1, "timeStep": 1 / 31, "simulationTime": seconds, "commsRadius": 100, "msgSuccessRate": 0.8, "distanceNoise": 2,
+                "useGrid": 1, "GUI": 0, "storeHistory": 0, "stateFileSteps": 0, "displayWidth": side_mm, "displayHeight": side_mm, "distributePercent": 0.95}
+    (folder / "kilombo.json").write_text(json.dumps(settings))
+    return robots * seconds / cpu_of([program, "-p", "kilombo.json"], folder)
+
+
+def our_rates(bench, robots, per_m2):
+    """The same of both solvers, as {solver: rate}."""
+    done = subprocess.run([bench.built("bench_simulator"), f"--benchmark_filter=^(ode|fast)/{robots}_at_{per_m2}$", "--benchmark_repetitions=1",
+                           "--benchmark_report_aggregates_only=false", "--benchmark_format=json"], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
+    return {row["name"].split("/")[0]: row["robot_s_per_cpu_s"] for row in json.loads(done.stdout)["benchmarks"]}
+
+
+def peers_kilombo(bench):
+    """Both solvers beside Kilombo by turns, at 48 and 400 robots a square metre; medians."""
+    if not KILOMBO:
+        return None
+    folder = bench.folder()
+    folder.mkdir()
+    told, met = [], True
+    for robots, per_m2, seconds, *goals in SIZES:
+        turns = [(kilombo_rate(folder, robots, per_m2, seconds), our_rates(bench, robots, per_m2)) for _ in range(ROUNDS)]
+        peer = statistics.median(rate for rate, _ in turns)
+        shares = [statistics.median(ours[solver] / rate for rate, ours in turns) for solver in ("ode", "fast")]
+        met = met and all(share >= goal for share, goal in zip(shares, goals))
+        told.append("/".join(f"{share:.2f}" for share in shares))
+        print(f"  {robots} robots at {per_m2}/m2: Kilombo {peer / 1e3:.0f} k, ode {shares[0]:.2f} ({goals[0]}), fast {shares[1]:.2f} ({goals[1]}) of it", flush=True)
+    return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)
+
+
+PEERS = [peers_kilombo]
+NOT_JUDGED_SHORT = set(PEERS)
