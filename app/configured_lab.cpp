@@ -104,7 +104,7 @@ std::vector<std::filesystem::path> ConfiguredLab::robots_programs() const {
   return robots_programs_of(config_.root().section("arena"));
 }
 
-void ConfiguredLab::open_run() {
+void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
   const std::string effective = config_.effective(directory_);
   facts_ = lab::run_facts(run_config_, effective, robots_programs());
   facts_["files"] = config_.files();
@@ -113,7 +113,7 @@ void ConfiguredLab::open_run() {
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
   if (python_) python_->keep_sources();
   runner_ = std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_,
-                                          folder_->recorder(), run_id_);
+                                          folder_->recorder(), run_id_, std::move(worlds));
   runner_->ask(&signatures_);
 }
 
@@ -137,10 +137,12 @@ ConfiguredLab::~ConfiguredLab() {
 
 ConfiguredLab::Membership::Membership(ConfiguredLab& lab, hal::Bus& public_bus)
     : runner_(*lab.runner_),
-      tap_(lab.private_bus_, public_bus, {"[^/]+/world", "[^/]+/status", hal::channel::peers}),
       commands_(public_bus.subscribe("([^/]+/)?" + lab::operator_channel, [&lab](std::string_view channel, auto bytes) {
         lab.runner_->hear_command(channel, bytes);
       })) {
+  if (&public_bus == &lab.private_bus_) return;
+  tap_.emplace(lab.private_bus_, public_bus,
+               std::vector<std::string>{"[^/]+/world", "[^/]+/status", hal::channel::peers});
   runner_.count(&public_bus);
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,11 +32,13 @@ class ConfiguredLab {
   // else it brings both. Throws ConfigError.
   ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop, OwnParts* own = nullptr);
   ~ConfiguredLab();
-  // Once, before anything else: opens the run folder and makes the runner. Throws as RunFolder does.
-  void open_run();
+  // Once, before anything else: opens the run folder and makes the runner. `worlds` may be that of all labs of this
+  // process. Throws as RunFolder does.
+  void open_run(std::shared_ptr<lab::WorldReader> worlds = std::make_shared<lab::WorldReader>());
 
-  // While it lives, the private bus is copied to a public one, what a lab wants from others is let in, and that bus's
-  // counters are the run's, too. Bus and lab outlive it.
+  // While it lives the lab hears operators. The private bus is copied to the public one, what a lab wants from others
+  // is let in, and that bus's counters are the run's, too; where labs of one process meet on their private buses there
+  // is no other (`public_bus` is bus()). Bus and lab outlive it.
   class Membership {
    public:
     Membership(ConfiguredLab& lab, hal::Bus& public_bus);
@@ -45,7 +48,7 @@ class ConfiguredLab {
 
    private:
     lab::Runner& runner_;
-    hal::Tap tap_;
+    std::optional<hal::Tap> tap_;
     std::unique_ptr<hal::Bus::Subscription> commands_;  // of operators; the lab copies none to its private bus
   };
 

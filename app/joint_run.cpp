@@ -89,9 +89,10 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     std::filesystem::create_directories(directory);
   else
     lab::claim_run_folder(directory, use == Folder::moved_aside);
+  const auto worlds = std::make_shared<lab::WorldReader>();
   for (const auto& member : labs_) {
-    member->lab.open_run();
-    member->membership.emplace(member->lab, member->public_bus);
+    member->lab.open_run(worlds);
+    member->membership.emplace(member->lab, member->lab.bus());
   }
   if (page_) page_->count();
   nlohmann::json running = labs_.front()->lab.facts();
@@ -124,7 +125,7 @@ void JointRun::start_gateway(const std::string& lab) {
   std::vector<std::unique_ptr<gateway::Link>> links;
   for (const std::string& peer : m.lab.config().labs)
     if (peer != lab) links.push_back(network_.end(lab, peer));
-  m.gateway = std::make_unique<gateway::Gateway>(m.public_bus, lab, ++boots_, m.lab.gateway().rules, std::move(links));
+  m.gateway = std::make_unique<gateway::Gateway>(m.lab.bus(), lab, ++boots_, m.lab.gateway().rules, std::move(links));
   m.gateway->start();
 }
 
@@ -196,7 +197,6 @@ bool JointRun::settle_scenarios(std::chrono::microseconds now) {
 }
 
 void JointRun::exchange(Member& m, std::chrono::microseconds now) {
-  m.public_bus.drain();
   if (m.gateway) m.gateway->tick(now);
 }
 

@@ -66,7 +66,6 @@ class JointRun {
   struct Member {
     Member(hal::Config config, const std::filesystem::path& directory, hal::EventLoop& loop, OwnParts* own)
         : lab(std::move(config), directory, loop, own) {}
-    hal::Bus public_bus{"memq://"};
     ConfiguredLab lab;
     std::optional<ConfiguredLab::Membership> membership;
     std::unique_ptr<gateway::Gateway> gateway;

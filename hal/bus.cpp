@@ -1,6 +1,7 @@
-// Owns an LCM handle. In memory LCM carries messages both ways; on a network it only sends, and opens no socket that
-// hears, because it is never asked to receive. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and
-// thrown again by drain(), and a subscription that dies inside a handler is taken out only after its message.
+// Owns an LCM handle. In memory LCM carries messages in bundles, all that wait for a drain() in one, because it makes
+// two system calls for each of its own. On a network it only sends, and opens no socket that hears, because it is never
+// asked to receive. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and thrown again by drain(), and a
+// subscription that dies inside a handler is taken out only after its message.
 #include "hal/bus.hpp"
 
 #include <arpa/inet.h>
@@ -15,14 +16,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
+#include <cstring>
 #include <exception>
-#include <map>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "hal/multicast_receiver.hpp"
 #include "hal/multicast_url.hpp"
+#include "hal/text_map.hpp"
 
 namespace arkmesh::hal {
 
@@ -31,6 +33,13 @@ namespace {
 constexpr std::string_view memory_scheme = "memq://";
 constexpr std::string_view self_test_channel = "LCM_SELF_TEST";  // LCM's own
 constexpr std::size_t max_routes = 10'000;                       // others choose the names that come in
+constexpr const char* bundle_channel = "bundle";                 // in memory; nobody else is on that LCM
+constexpr std::size_t bundle_bytes = 1 << 20;                    // more go in another one
+
+// Before a message in a bundle, in this machine's own format.
+struct BundledHeader {
+  std::uint32_t channel_bytes = 0, data_bytes = 0;
+};
 
 // Whether this machine can send to that multicast group.
 bool has_route(const sockaddr_in& group) {
@@ -48,11 +57,10 @@ bool has_route(const sockaddr_in& group) {
 }  // namespace
 
 struct Bus::State {
-  // One subscription. Lives until the bus, and LCM, have let go of it.
+  // One subscription. Lives until the bus has let go of it.
   struct Node {
-    State* bus = nullptr;                        // null when the bus is gone
-    lcm_subscription_t* subscription = nullptr;  // in memory
-    std::shared_ptr<GRegex> pattern;             // what it hears, anchored
+    State* bus = nullptr;             // null when the bus is gone
+    std::shared_ptr<GRegex> pattern;  // what it hears, anchored
     bool cancelled = false;
     Handler handler;
   };
@@ -71,10 +79,13 @@ struct Bus::State {
 
   lcm_t* lcm = nullptr;
   bool in_memory = false;
-  std::vector<std::uint32_t> hear;                                          // network only: hosts, in network order
-  std::unique_ptr<MulticastReceiver> receiver;                              // network only, once somebody listens
-  std::map<std::string, std::shared_ptr<const Route>, std::less<>> routes;  // of the names heard or published so far
-  int waiting = 0;                                                          // memq only: published and not yet handled
+  std::vector<std::uint32_t> hear;               // network only: hosts, in network order
+  std::unique_ptr<MulticastReceiver> receiver;   // network only, once somebody listens
+  TextMap<std::shared_ptr<const Route>> routes;  // of the names heard or published so far
+  std::vector<std::byte> bundle;                 // memq only: published and not yet given to LCM
+  std::size_t bundles = 0;                       // memq only: that LCM has
+  std::vector<std::byte> unheard;                // memq only: what stood behind a message whose handler failed
+  int heard = 0;                                 // memq only: messages of the bundle in hand that a handler ran for
   bool dispatching = false;
   bool delivered = false;  // a handler ran for the message in hand
   std::exception_ptr failure;
@@ -84,11 +95,6 @@ struct Bus::State {
   ~State() {
     for (const auto& node : nodes) node->bus = nullptr;
     if (lcm) lcm_destroy(lcm);
-  }
-
-  static void on_message(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
-    Node& node = *static_cast<Node*>(user);
-    node.bus->hand_to(node, channel, {static_cast<const std::byte*>(buffer->data), buffer->data_size});
   }
 
   void hand_to(Node& node, std::string_view channel, std::span<const std::byte> bytes) {
@@ -110,24 +116,9 @@ struct Bus::State {
   }
 
   void take_out(const std::shared_ptr<Node>& node) {
-    if (node->subscription) lcm_unsubscribe(lcm, node->subscription);
     routes.clear();
     node->bus = nullptr;
     std::erase(nodes, node);
-  }
-
-  // Handles one message. True when a handler of ours ran.
-  template <class Dispatch>
-  bool handle_one(Dispatch dispatch) {
-    assert(!dispatching && "a handler may not drain its own bus");
-    dispatching = true;
-    delivered = false;
-    dispatch();
-    dispatching = false;
-    if (!cancelled.empty())
-      for (const auto& node : std::exchange(cancelled, {})) take_out(node);
-    if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
-    return delivered;
   }
 
   std::shared_ptr<const Route> route_of(std::string_view channel) {
@@ -141,14 +132,75 @@ struct Bus::State {
     return routes.emplace(channel, std::make_shared<const Route>(std::move(route))).first->second;
   }
 
-  // Handles what the datagram completed, if anything.
-  bool handle_received(const MulticastReceiver::Message& message) {
-    if (message.channel == self_test_channel) return false;
-    const auto route = route_of(message.channel);  // held: a handler may change the routes
+  // Hands one message to all who hear it. True when a handler of ours ran.
+  bool handle(std::string_view channel, std::span<const std::byte> bytes) {
+    const auto route = route_of(channel);  // held: a handler may change the routes
     if (route->empty()) return false;
-    return handle_one([&] {
-      for (const auto& node : *route) hand_to(*node, message.channel, message.bytes);
-    });
+    assert(!dispatching && "a handler may not drain its own bus");
+    dispatching = true;
+    delivered = false;
+    for (const auto& node : *route) hand_to(*node, channel, bytes);
+    dispatching = false;
+    if (!cancelled.empty())
+      for (const auto& node : std::exchange(cancelled, {})) take_out(node);
+    return delivered;
+  }
+
+  void throw_failure() {
+    if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
+  }
+
+  void append_to_bundle(std::string_view channel, std::span<const std::byte> bytes) {
+    const BundledHeader header{static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())};
+    const std::size_t begin = bundle.size();
+    bundle.resize(begin + sizeof header + channel.size() + bytes.size());
+    std::byte* to = bundle.data() + begin;
+    std::memcpy(to, &header, sizeof header);
+    std::memcpy(to + sizeof header, channel.data(), channel.size());
+    if (!bytes.empty()) std::memcpy(to + sizeof header + channel.size(), bytes.data(), bytes.size());
+  }
+
+  // False: LCM has not taken it.
+  bool give_bundle() {
+    if (lcm_publish(lcm, bundle_channel, bundle.data(), static_cast<unsigned>(bundle.size())) != 0) return false;
+    bundle.clear();
+    ++bundles;
+    return true;
+  }
+
+  static void on_bundle(const lcm_recv_buf_t* buffer, const char*, void* user) {
+    static_cast<State*>(user)->handle_bundle({static_cast<const std::byte*>(buffer->data), buffer->data_size});
+  }
+
+  // A failure leaves the rest for the next time.
+  void handle_bundle(std::span<const std::byte> rest) {
+    while (!rest.empty() && !failure) {
+      BundledHeader header;
+      std::memcpy(&header, rest.data(), sizeof header);
+      const auto channel = rest.subspan(sizeof header, header.channel_bytes);
+      const auto bytes = rest.subspan(sizeof header + header.channel_bytes, header.data_bytes);
+      rest = rest.subspan(sizeof header + channel.size() + bytes.size());
+      heard += handle({reinterpret_cast<const char*>(channel.data()), channel.size()}, bytes);
+    }
+    unheard.assign(rest.begin(), rest.end());
+  }
+
+  // All that waits in memory.
+  int drain_memory() {
+    heard = 0;
+    while (!unheard.empty() || bundles > 0 || !bundle.empty()) {
+      if (!unheard.empty()) {
+        const std::vector<std::byte> left = std::exchange(unheard, {});
+        handle_bundle(left);
+      } else if (bundles > 0 || give_bundle()) {
+        --bundles;
+        lcm_handle(lcm);
+      } else {
+        throw std::runtime_error("LCM takes no message in memory; is there memory left?");
+      }
+      throw_failure();
+    }
+    return heard;
   }
 
   // Opens the socket, and sends a word to itself as LCM does: false when nothing comes back.
@@ -174,7 +226,7 @@ struct Bus::State {
   }
 
   bool readable(std::chrono::milliseconds wait) const {
-    pollfd descriptor{in_memory ? lcm_get_fileno(lcm) : receiver->descriptor(), POLLIN, 0};
+    pollfd descriptor{receiver->descriptor(), POLLIN, 0};
     return poll(&descriptor, 1, static_cast<int>(std::clamp<long long>(wait.count(), 0, 1'000'000'000))) > 0;
   }
 };
@@ -194,11 +246,9 @@ Bus::Bus(const std::string& url, const std::vector<std::string>& hear) : state_(
   if (!state_->lcm)
     throw std::runtime_error(fmt::format(
         "bus {}: LCM cannot open it; check address and port, for example udpm://239.255.76.67:7701?ttl=0", url));
-  // LCM drops memq messages that nobody subscribed to. With this one, every message given to it is a message to handle,
-  // so that drain() needs no system call to learn whether one waits. publish() drops them, without LCM's locks.
   if (state_->in_memory)
-    lcm_subscribe(
-        state_->lcm, ".*", [](const lcm_recv_buf_t*, const char*, void*) {}, nullptr);
+    lcm_subscription_set_queue_capacity(lcm_subscribe(state_->lcm, bundle_channel, &State::on_bundle, state_.get()),
+                                        0);  // 0: no limit
 }
 
 Bus::~Bus() {
@@ -206,7 +256,7 @@ Bus::~Bus() {
 }
 
 std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pattern, Handler handler) {
-  // LCM anchors a pattern only at its outer ends: "a|b" needs the brackets. What it makes of a bad one is a leak.
+  // A pattern is anchored as LCM means it: "a|b" needs the brackets.
   const std::string pattern = "(?:" + channel_pattern + ")";
   const std::shared_ptr<GRegex> regex(
       g_regex_new(("^" + pattern + "$").c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr),
@@ -218,43 +268,35 @@ std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pat
   node->handler = std::move(handler);
   node->pattern = regex;
   state_->routes.clear();
-  if (state_->in_memory) {
-    node->subscription = lcm_subscribe(state_->lcm, pattern.c_str(), &State::on_message, node.get());
-    lcm_subscription_set_queue_capacity(node->subscription, 0);  // 0: no limit
-  } else {
-    if (!state_->listen(url_)) throw_no_route(url_);
-  }
+  if (!state_->in_memory && !state_->listen(url_)) throw_no_route(url_);
   state_->nodes.push_back(node);
   return std::make_unique<State::Handle>(std::move(node));
 }
 
-bool Bus::is_heard(const std::string& channel) const {
+bool Bus::takes(const std::string& channel) {
+  if (channel.empty() || channel.size() > LCM_MAX_CHANNEL_NAME_LENGTH || channel.find('\0') != std::string::npos) {
+    counters_.add("refused.channel_name");
+    return false;
+  }
   return !state_->in_memory || !state_->route_of(channel)->empty();
 }
 
-void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) {
-  if (channel.empty() || channel.size() > LCM_MAX_CHANNEL_NAME_LENGTH || channel.find('\0') != std::string::npos) {
-    counters_.add("refused.channel_name");
+void Bus::send(const std::string& channel, std::span<const std::byte> bytes) {
+  State& state = *state_;
+  if (!state.in_memory) {
+    if (lcm_publish(state.lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
+      counters_.add("refused.send_failed");
     return;
   }
-  if (!is_heard(channel)) return;
-  if (lcm_publish(state_->lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
-    counters_.add("refused.send_failed");
-  else if (state_->in_memory)
-    ++state_->waiting;
+  if (!state.bundle.empty() && state.bundle.size() + bytes.size() > bundle_bytes && !state.give_bundle())
+    return counters_.add("refused.send_failed");
+  state.append_to_bundle(channel, bytes);
 }
 
 int Bus::drain(std::chrono::milliseconds wait, int most) {
   State& state = *state_;
+  if (state.in_memory) return state.drain_memory();
   int delivered = 0;
-  if (state.in_memory) {
-    if (state.waiting == 0 && wait.count() > 0) state.readable(wait);
-    while (state.waiting > 0) {
-      --state.waiting;
-      delivered += state.handle_one([&] { lcm_handle(state.lcm); });
-    }
-    return delivered;
-  }
   if (!state.listen(url_)) throw_no_route(url_);
   const auto until = std::chrono::steady_clock::now() + wait;
   std::optional<MulticastReceiver::Message> message;
@@ -262,7 +304,8 @@ int Bus::drain(std::chrono::milliseconds wait, int most) {
   for (int taken = 0; taken < most || state.receiver->has_fetched();) {
     if (state.receiver->take(message)) {
       ++taken;
-      if (message) delivered += state.handle_received(*message);
+      if (message && message->channel != self_test_channel) delivered += state.handle(message->channel, message->bytes);
+      state.throw_failure();
       continue;
     }
     if (delivered > 0 || wait.count() <= 0) break;
@@ -273,7 +316,7 @@ int Bus::drain(std::chrono::milliseconds wait, int most) {
 }
 
 int Bus::descriptor() const {
-  if (state_->in_memory) return lcm_get_fileno(state_->lcm);
+  assert(!state_->in_memory);
   if (!state_->listen(url_)) throw_no_route(url_);
   return state_->receiver->descriptor();
 }

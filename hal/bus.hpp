@@ -39,31 +39,35 @@ class Bus {
   [[nodiscard]] std::unique_ptr<Subscription> subscribe(const std::string& channel_pattern, Handler handler);
 
   // In memory only those who have subscribed before get it.
-  void publish(const std::string& channel, std::span<const std::byte> bytes);
+  void publish(const std::string& channel, std::span<const std::byte> bytes) {
+    if (takes(channel)) send(channel, bytes);
+  }
 
   template <class Message>
   requires requires(const Message& message) { message.getEncodedSize(); }
   void publish(const std::string& channel, const Message& message) {
-    if (!is_heard(channel)) return;
+    if (!takes(channel)) return;
     scratch_.resize(static_cast<std::size_t>(message.getEncodedSize()));
     message.encode(scratch_.data(), 0, static_cast<int>(scratch_.size()));
-    publish(channel, std::span<const std::byte>(scratch_));
+    send(channel, scratch_);
   }
 
-  // Delivers everything that has arrived; waits up to `wait` for the first message when there is none.
+  // Delivers everything that has arrived; on a network waits up to `wait` for the first message when there is none.
   // Returns how many were delivered. A handler may publish and subscribe; what it publishes on memq is delivered too.
   // A network bus stops after about `most` packets, so that a flood cannot keep it from returning; descriptor() stays
   // readable. After a handler's exception the next drain() goes on, whatever descriptor() says.
   int drain(std::chrono::milliseconds wait = std::chrono::milliseconds{0}, int most = 10'000);
 
-  // Readable when a message waits; for joining another event loop. Throws as subscribe() does.
+  // Of a network bus: readable when a message waits; for joining another event loop. Throws as subscribe() does.
   int descriptor() const;
   const std::string& url() const { return url_; }
   // What was refused or lost, up to now.
   Counters counters() const;
 
  private:
-  bool is_heard(const std::string& channel) const;  // false where nobody can hear it, so that it need not be made
+  // False where nobody can hear it, so that it need not be made, or the name is refused.
+  bool takes(const std::string& channel);
+  void send(const std::string& channel, std::span<const std::byte> bytes);
   struct State;
   std::unique_ptr<State> state_;
   std::string url_;

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include "hal/text_map.hpp"
 
 namespace arkmesh::hal {
 
@@ -32,7 +32,7 @@ class GrowthWatch {
   double most_bytes_per_s_;
   std::optional<Time> lab_, wall_;  // where the ten seconds began
   std::uint64_t all_ = 0;
-  std::map<std::string, std::uint64_t, std::less<>> by_channel_;
+  TextMap<std::uint64_t> by_channel_;
 };
 
 }  // namespace arkmesh::hal

@@ -25,7 +25,7 @@ void Participants::check(const Section& root) {
     if (!is_lab_name(name))
       root.refuse("shared.labs", fmt::format("'{}' is no lab name: 1 to 15 of the characters a-z 0-9 _ -", name));
   if (std::ranges::adjacent_find(labs) != labs.end()) root.refuse("shared.labs", "names a lab twice");
-  if (labs.size() > 16) root.refuse("shared.labs", "names more than 16 labs");
+  if (labs.size() > max_labs) root.refuse("shared.labs", fmt::format("names more than {} labs", max_labs));
   if (!std::ranges::binary_search(labs, lab))
     root.refuse("shared.labs", fmt::format("does not name this lab, '{}'; add it or correct lab.name", lab));
   if (owner.empty()) owner = labs.front();

@@ -2,12 +2,16 @@
 // and `arkmesh explain` read them here, and so refuse the same in the same words.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "hal/config.hpp"
 
 namespace arkmesh::hal {
+
+// In one shared world.
+inline constexpr std::size_t max_labs = 16;
 
 struct Participants {
   std::string lab;                // [a-z0-9_-]{1,15}

@@ -9,6 +9,7 @@ namespace arkmesh::hal {
 namespace {
 
 double wrap(double angle_rad) {
+  if (angle_rad > -std::numbers::pi && angle_rad <= std::numbers::pi) return angle_rad;
   const double wrapped = std::remainder(angle_rad, 2 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
 }

@@ -25,6 +25,7 @@ namespace {
 
 constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
 constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
+constexpr std::chrono::milliseconds flush_each{50};
 constexpr std::uint64_t most_refused = 1000, most_refused_bytes = 4 << 20;
 
 std::span<const std::byte> bytes_of(std::string_view text) {
@@ -112,7 +113,8 @@ struct Recorder::State {
     counters.add("recorder.grew_fast");
   }
 
-  int stopped_by = 0;  // errno
+  int stopped_by = 0;                               // errno
+  std::chrono::steady_clock::time_point flushed{};  // by flush_period()
 };
 
 Recorder::Recorder(const fs::path& directory, std::int64_t start_utime, Options options)
@@ -193,6 +195,13 @@ void Recorder::flush() {
   if (struct stat there{}; state_->recording && stat(state_->directory.c_str(), &there) != 0)
     state_->stop("the folder was removed", ENOENT);
   state_->for_each_file([&](RecordFile& file) { state_->write_out(file); });
+}
+
+void Recorder::flush_period() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - state_->flushed < flush_each) return;
+  state_->flushed = now;
+  flush();
 }
 
 bool Recorder::recording() const {

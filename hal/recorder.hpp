@@ -45,8 +45,11 @@ class Recorder {
                                                               std::function<bool(std::string_view channel)> left_out);
   // One row of table `name`; the first call of a table gives its header row.
   void row(std::string_view name, std::string_view header, std::string_view values);
-  // Everything so far reaches the file system: called at each period, so that a killed process leaves whole periods.
+  // Everything so far reaches the file system.
   void flush();
+  // The same at the end of a period, so that a killed process leaves whole periods; not more often than each 50 ms of
+  // wall time, because labs that can wait have thousands of periods a second.
+  void flush_period();
   // Reasons and amounts of what was not recorded.
   const Counters& counters() const { return counters_; }
   // False after the disk ran full.

@@ -9,6 +9,7 @@
 
 #include "hal/robot_words.hpp"
 #include "lab/exchange/shared_view.hpp"
+#include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -18,21 +19,28 @@ using namespace std::chrono_literals;
 constexpr Runner::Now repeat_status = 1s;
 constexpr hal::LabTime repeat_info = 60s;
 
+// What others say is recorded by those who know whether it was accepted: worlds and statuses by the exchange, commands
+// by the operators' desk. Other channels of theirs are not for this lab.
+bool is_of_others(std::string_view channel) {
+  return channel == operator_channel || channel.find('/') != std::string_view::npos;
+}
+
 }  // namespace
 
 Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id)
+               Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id,
+               std::shared_ptr<WorldReader> worlds)
     : config_(std::move(config)),
       arena_(arena),
       scenario_(scenario),
       bus_(private_bus),
       recorder_(recorder),
       run_id_(run_id),
-      recording_(recorder_.record_all(bus_, arena_.clock(), &PeerExchange::hears)),
+      recording_(recorder_.record_all(bus_, arena_.clock(), &is_of_others)),
       port_(arena, private_bus),
       register_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
-      peers_(config_, arena.info().can_wait, run_id, private_bus),
+      peers_(config_, arena.info().can_wait, run_id, private_bus, std::move(worlds)),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
       data_(make_lab_data(config_, arena.info())) {
   peers_.on_heard([this](std::string_view channel, std::span<const std::byte> bytes, bool accepted) {
@@ -134,7 +142,6 @@ bool Runner::advance_to(hal::LabTime t) {
     if (std::exchange(awaits_arena_, false)) state_.goes_on();
     const ArenaPort::Snapshot snapshot = port_.take_snapshot();
     asked_ = snapshot.frame || !snapshot.heard.empty();
-    if (asked_) bus_.drain();
     if (snapshot.frame) {
       own_.add(*snapshot.frame);
       data_.now = snapshot.frame->stamp;
@@ -146,7 +153,10 @@ bool Runner::advance_to(hal::LabTime t) {
     }
   }
   if (asked_) {
-    if (!settled()) return false;
+    if (!settled()) {
+      bus_.drain();  // others see the frame meanwhile
+      return false;
+    }
     deliver();
     tell_events();
     bus_.drain();
@@ -232,7 +242,7 @@ void Runner::end_period() {
   publish_shared(bus_, data_, view_);
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
-  recorder_.flush();
+  recorder_.flush_period();
   state_.has_merged();
   PeriodGate& gate = peers_.gate();
   if (scenario_.finished(lab_)) gate.finish_at(k);
@@ -273,6 +283,7 @@ void Runner::keep_still(RunRegister::Who who, bool still, bool& kept) {
 void Runner::publish_status() {
   bus_.publish(hal::channel::status, status_of(*this));
   status_due_ = now_ + repeat_status;
+  recorder_.flush();
   // A peer that waits while this lab computes, or waits for its arena, hears that it still counts.
   if (begun_ && phase_ != Phase::ended) peers_.repeat_world();
 }

@@ -41,9 +41,11 @@ class Runner {
     ended,     // over; see finished() and reason()
   };
 
-  // The references outlive the runner. `settings` is what all labs must have alike (shared_settings).
+  // The references outlive the runner. `settings` is what all labs must have alike (shared_settings). `worlds` may be
+  // that of all labs of this process.
   Runner(RunConfig config, std::map<std::string, std::string, std::less<>> settings, hal::Arena& arena,
-         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id);
+         Scenario& scenario, hal::Bus& private_bus, hal::Recorder& recorder, std::uint64_t run_id,
+         std::shared_ptr<WorldReader> worlds = std::make_shared<WorldReader>());
 
   // Serves the arena, handles what is on the private bus, says in the status each second how it is, then handles at
   // most one frame or one boundary; none after the end, while the arena ends. What arena or scenario throw ends the run

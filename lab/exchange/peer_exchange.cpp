@@ -23,7 +23,8 @@ std::string_view origin_of(std::string_view channel) {
 
 }  // namespace
 
-PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus)
+PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus,
+                           std::shared_ptr<WorldReader> worlds)
     : lab_(config.lab),
       owner_(config.owner),
       exchange_(config.exchange),
@@ -31,6 +32,7 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
       period_length_(config.period),
       max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
+      worlds_(std::move(worlds)),
       gate_({.lab = config.lab,
              .labs = config.labs,
              .slack = config.slack,
@@ -51,29 +53,23 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
       bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { peers_.hear_peers(bytes); }));
 }
 
-bool PeerExchange::hears(std::string_view channel) {
-  const auto slash = channel.find('/');
-  if (slash == 0 || slash == std::string_view::npos) return false;
-  const std::string_view name = channel.substr(slash + 1);
-  return name == hal::channel::world || name == hal::channel::status;
-}
-
 bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {
-  WorldMessage message;
-  if (const std::string_view why = decode_world(bytes, message); !why.empty()) {
+  std::string_view why;
+  const std::shared_ptr<const WorldMessage> message = worlds_->read(origin, bytes, why);
+  if (!message) {
     peers_.note_refused(origin, fmt::format("its message is ill-formed ({})", why));
     counters_.add(fmt::format("world.refused.{}", why));
     return false;
   }
-  if (std::ranges::count(gate_.peers(), origin) > 0) tally_.heard(origin, message, bytes.size());
+  if (std::ranges::count(gate_.peers(), origin) > 0) tally_.heard(origin, *message, bytes.size());
   const std::uint64_t before = gate_.run_id(origin);
-  switch (gate_.hear(origin, message)) {
+  switch (gate_.hear(origin, *message)) {
     case PeriodGate::Heard::counted:
       peers_.note_counted(origin);
       if (before != 0 && before != gate_.run_id(origin))
         spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, peers_.period(),
                      lab_);
-      if (!message.can_wait) last_state_ = peers_.now();
+      if (!message->can_wait) last_state_ = peers_.now();
       return true;
     case PeriodGate::Heard::taught:
       answer(origin);

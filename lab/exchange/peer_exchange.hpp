@@ -20,6 +20,7 @@
 #include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/peers.hpp"
 #include "lab/exchange/period_gate.hpp"
+#include "lab/exchange/world_reader.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::lab {
@@ -28,15 +29,15 @@ class PeerExchange {
  public:
   using Now = Peers::Now;
 
-  // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0.
-  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus);
+  // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0. `worlds` may be that
+  // of all labs of this process.
+  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus,
+               std::shared_ptr<WorldReader> worlds = std::make_shared<WorldReader>());
   PeerExchange(const PeerExchange&) = delete;
 
   // Called with each world and status of other labs, which nobody else need record: `accepted` or not.
   using Recording = std::function<void(std::string_view channel, std::span<const std::byte> bytes, bool accepted)>;
   void on_heard(Recording recording) { recording_ = std::move(recording); }
-  // Whether that is told of this channel.
-  static bool hears(std::string_view channel);
 
   // Time of the current step: to be set before the bus is drained.
   void set_now(Now now) { peers_.set_now(now); }
@@ -89,6 +90,7 @@ class PeerExchange {
   const std::chrono::microseconds period_length_;
   const std::size_t max_message_bytes_;
   hal::Bus& bus_;
+  const std::shared_ptr<WorldReader> worlds_;
   PeriodGate gate_;
   Peers peers_;
   Confirmations events_;

@@ -1,0 +1,31 @@
+// Reads `world` messages once for all labs of a process that hear the same one. What labs share is immutable.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lab/exchange/world_message.hpp"
+
+namespace arkmesh::lab {
+
+class WorldReader {
+ public:
+  // Null when the message is refused: then `why` is the reason in one word, as of decode_world().
+  std::shared_ptr<const WorldMessage> read(std::string_view origin, std::span<const std::byte> bytes,
+                                           std::string_view& why);
+
+ private:
+  struct Read {
+    std::string origin;
+    std::vector<std::byte> bytes;
+    std::shared_ptr<const WorldMessage> message;
+  };
+  std::vector<Read> newest_;  // of each origin; as many as there may be labs
+  std::size_t replaced_ = 0;  // which was, last, by another origin
+};
+
+}  // namespace arkmesh::lab
