@@ -121,7 +121,8 @@ struct Bus::State {
     std::erase(nodes, node);
   }
 
-  std::shared_ptr<const Route> route_of(std::string_view channel) {
+  // Good until somebody subscribes or a subscription dies.
+  const std::shared_ptr<const Route>& route_of(std::string_view channel) {
     if (const auto it = routes.find(channel); it != routes.end()) return it->second;
     if (routes.size() >= max_routes) routes.clear();
     Route route;
@@ -134,7 +135,7 @@ struct Bus::State {
 
   // Hands one message to all who hear it. True when a handler of ours ran.
   bool handle(std::string_view channel, std::span<const std::byte> bytes) {
-    const auto route = route_of(channel);  // held: a handler may change the routes
+    const auto route = route_of(channel);  // a copy: a handler may change the routes
     if (route->empty()) return false;
     assert(!dispatching && "a handler may not drain its own bus");
     dispatching = true;

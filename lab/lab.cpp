@@ -30,7 +30,7 @@ void Lab::declare(FieldRule rule) {
 }
 
 const LabState& Lab::merged(const States& states, std::string_view lab) const {
-  if (const auto it = states.find(lab); it != states.end()) return it->second;
+  if (const auto it = states.find(lab); it != states.end()) return *it->second;
   if (states.empty())
     throw std::logic_error(fmt::format(
         "the scenario asked for the state of '{}' before the first merge; states are there from on_period of period 0",

@@ -87,7 +87,7 @@ class Lab {
   const hal::Counters& counts() const { return data_.counts; }
 
  private:
-  using States = std::map<std::string, LabState, std::less<>>;
+  using States = std::map<std::string, KeptState, std::less<>>;
   const LabState& merged(const States& states, std::string_view lab) const;
   void drawn(std::string_view refused) {
     if (!refused.empty()) data_.counts.add("overlay.refused." + std::string(refused));

@@ -20,8 +20,8 @@ void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedSt
   data.drawn_before = !data.drawing.empty();
   data.drawing.clear();
   for (const MergedState& each : merged) {
-    if (each.initial) data.initial_states.insert_or_assign(each.lab, *each.initial);
-    data.states.insert_or_assign(each.lab, *each.state);
+    if (each.initial) data.initial_states.insert_or_assign(each.lab, each.initial);
+    data.states.insert_or_assign(each.lab, each.state);
   }
 }
 

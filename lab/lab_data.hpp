@@ -39,8 +39,8 @@ struct LabData {
   // --- what the runner tells ---
   hal::LabTime now{0};
   std::uint32_t period = 0;
-  bool declaring = true;                                                // until begin() has returned
-  std::map<std::string, LabState, std::less<>> states, initial_states;  // as merged; empty before the first merge
+  bool declaring = true;                                                 // until begin() has returned
+  std::map<std::string, KeptState, std::less<>> states, initial_states;  // as merged; empty before the first merge
 
   // --- what the scenario says ---
   std::vector<FieldRule> rules;

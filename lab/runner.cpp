@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 
 constexpr Runner::Now repeat_status = 1s;
 constexpr hal::LabTime repeat_info = 60s;
+constexpr Runner::Now look_each = 10ms;  // at peers that are waited for; most are there before
 
 // What others say is recorded by those who know whether it was accepted: worlds and statuses by the exchange, commands
 // by the operators' desk. Other channels of theirs are not for this lab.
@@ -301,6 +302,8 @@ Runner::Step Runner::wait_for_arena() {
 // `wanted`: the period of the peers' states that is waited for.
 Runner::Step Runner::wait_for_peers(std::uint32_t wanted) {
   peers_.repeat_world();
+  if (now_ < look_due_) return Step::waiting;
+  look_due_ = now_ + look_each;
   const PeerWait wait = peers_.wait_for(wanted);
   if (!wait.text.empty()) state_.waits = wait.text;
   if (wait.give_up.empty()) return Step::waiting;

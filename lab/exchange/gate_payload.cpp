@@ -51,7 +51,7 @@ std::optional<Refusal> PeriodGate::event_refusal(const Peer& peer, const WorldMe
   if (event.period > newest_of_peers() || !event.settings.empty())
     return because(fmt::format("its event is of period {}, of the future", event.period));
   if (!rules_) return {};
-  const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;
+  const LabState* initial = peer.received >= 0 ? peer.initial.get() : nullptr;
   if (!initial && message.window.front().period == 0) initial = &message.window.front();
   if (!initial) return because("its event came without its state 0");
   return rules_->refusal(message.lab, event, *initial);
@@ -68,15 +68,15 @@ void PeriodGate::accept_event(Peer& peer, const EarlyEvent& event) {
 
 // The newest event takes the place of older robots and fields, when it is of period `until` at the latest. The clock of
 // the state stays.
-bool PeriodGate::apply_event(Peer& peer, std::int64_t until, MergedState& merged) {
+bool PeriodGate::apply_event(const Peer& peer, std::int64_t until, MergedState& merged) {
   if (!peer.event) return false;
   const LabState& event = peer.event->state;
   if (event.period <= merged.state->period || event.period > until) return false;
-  peer.with_event = *merged.state;
-  peer.with_event.robots = event.robots;
-  peer.with_event.fields = event.fields;
+  LabState with_event = *merged.state;
+  with_event.robots = event.robots;
+  with_event.fields = event.fields;
   merged.payload_age_periods = merged.age_periods + merged.state->period - event.period;
-  merged.state = &peer.with_event;
+  merged.state = std::make_shared<const LabState>(std::move(with_event));
   return true;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,5 +28,8 @@ struct LabState {
   std::optional<std::uint32_t> made_at;
   bool carried = true;  // false: in a message that leaves them out, because its receiver knows them
 };
+
+// Labs of one process hold one copy of it.
+using KeptState = std::shared_ptr<const LabState>;
 
 }  // namespace arkmesh::lab

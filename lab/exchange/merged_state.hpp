@@ -8,12 +8,11 @@
 
 namespace arkmesh::lab {
 
-// Pointers live until the next call of a non-const member of the gate.
 struct MergedState {
   std::string lab;
-  const LabState* state = nullptr;    // in force from now on
-  std::int64_t age_periods = 0;       // how old it is at this boundary
-  const LabState* initial = nullptr;  // its run's state 0, when this is the first of that run that is merged; else null
+  KeptState state;               // in force from now on
+  std::int64_t age_periods = 0;  // how old it is at this boundary
+  KeptState initial;             // its run's state 0, when this is the first of that run that is merged; else null
   std::int64_t payload_age_periods = 0;  // how old its robots and fields are, which may be older, or an early event's
 };
 

@@ -63,7 +63,7 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
   }
   if (std::ranges::count(gate_.peers(), origin) > 0) tally_.heard(origin, *message, bytes.size());
   const std::uint64_t before = gate_.run_id(origin);
-  switch (gate_.hear(origin, *message)) {
+  switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       peers_.note_counted(origin);
       if (before != 0 && before != gate_.run_id(origin))

@@ -31,8 +31,9 @@ std::size_t PeriodGate::kept() const {
 void PeriodGate::publish(LabState own) {
   assert(static_cast<std::int64_t>(own.period) == published_ + 1);
   published_ = own.period;
-  if (own.period == 0) initial_ = own;
-  own_.emplace(own.period, std::move(own));
+  const auto kept = std::make_shared<const LabState>(std::move(own));
+  if (published_ == 0) initial_ = kept;
+  own_.emplace(kept->period, kept);
   event_.reset();
   if (own_.size() > std::max<std::size_t>(options_.window, options_.slack + 1)) own_.erase(own_.begin());
   decide_mode();
@@ -53,8 +54,8 @@ WorldMessage PeriodGate::message() const {
   auto first = std::next(own_.begin(), static_cast<std::ptrdiff_t>(skip));
   // In free mode nobody waits for a peer that has missed state 0 until now.
   if (published_ >= 0 && !initial_known && first->first != 0 && options_.window > 1 && mode_ == Mode::free)
-    m.window.push_back(initial_);
-  for (; first != own_.end(); ++first) m.window.push_back(first->second);
+    m.window.push_back(*initial_);
+  for (; first != own_.end(); ++first) m.window.push_back(*first->second);
   leave_out_known(m.window);
   m.event = event_;
   return m;
@@ -67,7 +68,7 @@ PeriodGate::Heard PeriodGate::refuse(const Refusal& refusal) {
 }
 
 std::optional<Refusal> PeriodGate::own_refusal(const LabState& own) const {
-  return rules_ ? rules_->refusal(options_.lab, own, own.period == 0 ? own : initial_) : std::nullopt;
+  return rules_ ? rules_->refusal(options_.lab, own, own.period == 0 ? own : *initial_) : std::nullopt;
 }
 
 std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage& message) const {
@@ -79,10 +80,10 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
   if (peer.bound && peer.can_wait != message.can_wait)
     return because("can_wait_changed", "its arena's can_wait changed");
   // The first message that arrives may hold state 0 and later ones at once.
-  const LabState* initial = peer.received >= 0 ? &peer.initial : nullptr;
+  const LabState* initial = peer.received >= 0 ? peer.initial.get() : nullptr;
   if (!initial && !message.window.empty() && message.window.front().period == 0) initial = &message.window.front();
   std::int64_t last = -1, payload = -1;
-  if (!peer.states.empty()) payload = payload_period(peer.states.rbegin()->second);
+  if (!peer.states.empty()) payload = payload_period(*peer.states.rbegin()->second);
   for (const LabState& state : message.window) {
     const std::int64_t period = state.period;
     if (period <= last) return because("order", fmt::format("its state {} follows state {}", period, last));
@@ -94,7 +95,7 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
     if ((period == 0) == state.settings.empty())
       return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
-      if (known->second.hash != state.hash || (state.carried && known->second.robots.size() != state.robots.size()))
+      if (known->second->hash != state.hash || (state.carried && known->second->robots.size() != state.robots.size()))
         return because("changed", fmt::format("its state {} is not what it was", period));
     } else if (period > peer.received) {
       if (auto refused = payload_refusal(state, payload)) return refused;
@@ -110,7 +111,7 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
 }
 
 bool PeriodGate::find_difference(std::string_view peer, const LabState& initial) {
-  const auto& ours = initial_.settings;
+  const auto& ours = initial_->settings;
   const auto& theirs = initial.settings;
   const auto differ = [&](const std::string& key, std::string_view here, std::string_view there) {
     difference_ = fmt::format("{} is {} in {} and {} in {}", key, here, options_.lab, there, peer);
@@ -126,7 +127,8 @@ bool PeriodGate::find_difference(std::string_view peer, const LabState& initial)
   return false;
 }
 
-PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& message) {
+PeriodGate::Heard PeriodGate::hear(std::string_view origin, const std::shared_ptr<const WorldMessage>& shared) {
+  const WorldMessage& message = *shared;
   if (message.lab != origin) return refuse({"other_name", fmt::format("it calls itself {}", message.lab)});
   const auto it = peers_.find(origin);
   if (it == peers_.end()) return refuse("unknown_lab");
@@ -161,7 +163,7 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const WorldMessage& 
   peer.run_id = message.run_id;
   peer.can_wait = message.can_wait;
   peer.acknowledged = std::max(peer.acknowledged, ack->second.received);
-  for (const LabState& state : message.window) accept(peer, state);
+  for (const LabState& state : message.window) accept(peer, KeptState(shared, &state));
   if (message.event) accept_event(peer, *message.event);
   if (message.done && !message.window.empty() &&
       peer.received >= static_cast<std::int64_t>(message.window.back().period))
@@ -186,7 +188,7 @@ std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& me
   anew.former_runs.push_back(peer.run_id);
   if (auto refused = refusal(anew, message)) return refused;
   if (rules_)
-    if (auto refused = rules_->world_refusal(peer.initial, message.window.front())) return refused;
+    if (auto refused = rules_->world_refusal(*peer.initial, message.window.front())) return refused;
   // What comes now is in time for our next boundary.
   if (!message.can_wait) anew.ahead = message.window.back().period - (published_ + 1);
   anew.bound = true;
@@ -196,16 +198,19 @@ std::optional<Refusal> PeriodGate::begin_anew(Peer& peer, const WorldMessage& me
   return {};
 }
 
-void PeriodGate::accept(Peer& peer, const LabState& state) {
-  const std::int64_t period = state.period;
+void PeriodGate::accept(Peer& peer, KeptState state) {
+  const std::int64_t period = state->period;
   if (period <= peer.received) return;  // known; a repetition changes nothing
   if (mode_ != Mode::free && period != peer.received + 1) return counters_.add("world.gap");
   peer.received = period;
   if (period == 0) peer.initial = state;
-  LabState whole = state;
-  if (!state.carried)
-    repeat_payload(whole, peer.states.rbegin()->second, rules_ ? rules_->fields() : std::vector<FieldRule>{});
-  peer.states.emplace(state.period, std::move(whole));
+  if (!state->carried) {
+    LabState whole = *state;
+    repeat_payload(whole, *peer.states.rbegin()->second, rules_ ? rules_->fields() : std::vector<FieldRule>{});
+    state = std::make_shared<const LabState>(std::move(whole));
+  }
+  const std::uint32_t number = state->period;
+  peer.states.emplace(number, std::move(state));
   while (peer.states.size() > kept()) peer.states.erase(peer.states.begin());
 }
 
@@ -231,8 +236,8 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
   std::vector<MergedState> merged;
   for (const std::string& lab : options_.labs) {
     if (lab == options_.lab) {
-      const LabState& own = own_.find(wanted(k))->second;
-      merged.push_back({lab, &own, k - want, k == 0 ? &initial_ : nullptr, k - std::int64_t{payload_period(own)}});
+      const KeptState& own = own_.find(wanted(k))->second;
+      merged.push_back({lab, own, k - want, k == 0 ? initial_ : nullptr, k - std::int64_t{payload_period(*own)}});
       continue;
     }
     Peer& peer = peers_.find(lab)->second;
@@ -249,8 +254,8 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
     if (period > peer.applied + 1)
       counters_.add("gate.skipped." + lab, static_cast<std::uint64_t>(period - peer.applied - 1));
     const std::int64_t now = k + peer.ahead;
-    merged.push_back({lab, &newest->second, now - period, peer.applied < 0 ? &peer.initial : nullptr,
-                      now - std::int64_t{payload_period(newest->second)}});
+    merged.push_back({lab, newest->second, now - period, peer.applied < 0 ? peer.initial : nullptr,
+                      now - std::int64_t{payload_period(*newest->second)}});
     if (apply_event(peer, theirs, merged.back())) counters_.add("gate.early." + lab);
     peer.applied = std::max(peer.applied, period);
   }
@@ -290,11 +295,11 @@ bool PeriodGate::acknowledged(std::string_view peer, std::uint32_t period) const
 }
 const LabState* PeriodGate::newest(std::string_view peer) const {
   const auto& states = peers_.find(peer)->second.states;
-  return states.empty() ? nullptr : &states.rbegin()->second;
+  return states.empty() ? nullptr : states.rbegin()->second.get();
 }
 const LabState* PeriodGate::initial(std::string_view peer) const {
   const Peer& p = peers_.find(peer)->second;
-  return p.received < 0 ? nullptr : &p.initial;
+  return p.received < 0 ? nullptr : p.initial.get();
 }
 std::uint64_t PeriodGate::run_id(std::string_view peer) const {
   const auto it = peers_.find(peer);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -69,7 +70,10 @@ class PeriodGate {
     different,  // its settings differ: see difference()
   };
   // `origin` is the lab that the channel name tells. Reasons go to counters() as "world.refused.<why>".
-  Heard hear(std::string_view origin, const WorldMessage& message);
+  Heard hear(std::string_view origin, const std::shared_ptr<const WorldMessage>& message);
+  Heard hear(std::string_view origin, WorldMessage message) {
+    return hear(origin, std::make_shared<const WorldMessage>(std::move(message)));
+  }
   const std::string& difference() const { return difference_; }
   // What was wrong with the message refused last, for people.
   const std::string& newest_refusal() const { return newest_refusal_; }
@@ -116,10 +120,9 @@ class PeriodGate {
     std::int64_t acknowledged = -1;  // highest own period it has received
     std::int64_t applied = -1;       // period merged last
     std::int64_t ahead = 0;          // by how many periods, since one of us began in mid-run of the other
-    std::map<std::uint32_t, LabState> states;
-    LabState initial;                 // state 0, once received >= 0
+    std::map<std::uint32_t, KeptState> states;
+    KeptState initial;                // state 0, once received >= 0
     std::optional<EarlyEvent> event;  // the newest
-    LabState with_event;              // the state in force, with the event's robots and fields
   };
   std::optional<Refusal> begin_anew(Peer& peer, const WorldMessage& message);
   static bool has(const Peer& peer, std::int64_t period) {
@@ -131,10 +134,10 @@ class PeriodGate {
   static std::optional<Refusal> payload_refusal(const LabState& state, std::int64_t& known);
   std::optional<Refusal> event_refusal(const Peer& peer, const WorldMessage& message) const;
   void leave_out_known(std::vector<LabState>& window) const;
-  static bool apply_event(Peer& peer, std::int64_t until, MergedState& merged);
+  static bool apply_event(const Peer& peer, std::int64_t until, MergedState& merged);
   void accept_event(Peer& peer, const EarlyEvent& event);
   bool find_difference(std::string_view peer, const LabState& initial);
-  void accept(Peer& peer, const LabState& state);
+  void accept(Peer& peer, KeptState state);
   void decide_mode();
   // Free: a peer whose clock is ahead has gone on when this lab finishes, and is still heard.
   std::uint32_t newest_of_peers() const { return mode_ == Mode::free ? options_.last_period : last_period_; }
@@ -147,9 +150,9 @@ class PeriodGate {
   std::vector<std::string> peer_names_;
   Mode mode_ = Mode::undecided;
   std::int64_t published_ = -1, confirmed_ = -1;
-  LabState initial_;                       // own state 0
-  std::map<std::uint32_t, LabState> own_;  // newest window
-  std::optional<EarlyEvent> event_;        // of the next period
+  KeptState initial_;                       // own state 0
+  std::map<std::uint32_t, KeptState> own_;  // newest window
+  std::optional<EarlyEvent> event_;         // of the next period
   std::map<std::string, Peer, std::less<>> peers_;
   std::string difference_, newest_refusal_;
   hal::Counters counters_;

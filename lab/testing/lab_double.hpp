@@ -71,8 +71,10 @@ struct LabDouble {
   void merge(std::uint32_t period, const std::map<std::string, LabState, std::less<>>& states) {
     data.period = period;
     data.now = period * data.period_length;
-    if (period == 0) data.initial_states = states;
-    data.states = states;
+    for (const auto& [name, state] : states) {
+      data.states[name] = std::make_shared<const LabState>(state);
+      if (period == 0) data.initial_states[name] = data.states[name];
+    }
     data.drawing.clear();
     scenario->on_period(lab);
     take_said();

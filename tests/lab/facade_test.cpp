@@ -31,8 +31,12 @@ struct Asked {
     lab::LabState own, other;
     own.fields["team"] = {1, 2};
     other.period = own.period = period;
-    lab::tell_merged(data, period,
-                     {{"a", &own, 0, period == 0 ? &own : nullptr}, {"b", &other, 0, period == 0 ? &other : nullptr}});
+    std::vector<lab::MergedState> merged;
+    for (const auto& [name, state] : {std::pair("a", own), std::pair("b", other)}) {
+      const auto kept = std::make_shared<const lab::LabState>(state);
+      merged.push_back({name, kept, 0, period == 0 ? kept : nullptr});
+    }
+    lab::tell_merged(data, period, merged);
   }
 };
 
@@ -77,7 +81,7 @@ TEST_CASE("a field that a state does not hold is empty") {
   CHECK(asked.lab.field("a", "team") == std::vector<std::int64_t>{1, 2});
   CHECK(asked.lab.field("b", "team").empty());
   asked.merge(3);
-  asked.data.states["a"].fields.clear();
+  asked.data.states["a"] = std::make_shared<const lab::LabState>();
   CHECK(asked.lab.field("a", "team").empty());
   CHECK(asked.lab.initial_field("a", "team").size() == 2);
   CHECK(asked.lab.now() == hal::LabTime(6'000'000));
