@@ -1,15 +1,18 @@
 #include "lab/behaviour_hash.hpp"
 
-#include <cmath>
 #include <limits>
 
 namespace arkmesh::lab {
 
 std::int32_t to_micro(double value) {
   constexpr double limit = std::numeric_limits<std::int32_t>::max();
-  const double micro = std::round(value * 1e6);
+  const double micro = value * 1e6;
   if (!(micro > -limit)) return -std::numeric_limits<std::int32_t>::max();  // also not-a-number
-  return micro > limit ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(micro);
+  if (micro > limit) return std::numeric_limits<std::int32_t>::max();
+  // as std::round() does, without a call
+  const auto whole = static_cast<std::int32_t>(micro);
+  const double rest = micro - whole;
+  return whole + static_cast<int>(rest >= 0.5) - static_cast<int>(rest <= -0.5);
 }
 
 void BehaviourHash::add(const hal::PoseFrame& frame) {

@@ -29,7 +29,7 @@ solver = "{solver}"
 
 def run_labs(bench, number, solver="ode"):
     """light_up of so many labs of 12 robots, a period of 1 s, in one process: (simulated seconds in one of the wall, CPU seconds, peak MB)."""
-    seconds = (120 if bench.short else 960) // number
+    seconds = (240 if bench.short else 4800) // number
     folder = bench.folder()
     folder.mkdir()
     names = [f"l{i:02}" for i in range(number)]

@@ -22,7 +22,9 @@ class ExchangeTally {
   // The own message of `bytes` went to the bus; a gateway sends it to every peer.
   void sent(const WorldMessage& message, std::size_t bytes) { own_.add(message, bytes); }
   void heard(std::string_view peer, const WorldMessage& message, std::size_t bytes) {
-    peers_[std::string(peer)].way.add(message, bytes);
+    auto known = peers_.find(peer);
+    if (known == peers_.end()) known = peers_.emplace(peer, Peer{}).first;
+    known->second.way.add(message, bytes);
   }
   // Applied at a boundary after the first; `own` is skipped.
   void applied(const std::vector<MergedState>& merged, std::string_view own, std::string_view owner,
@@ -43,7 +45,7 @@ class ExchangeTally {
     std::uint64_t applied = 0, age_sum = 0, age_most = 0;
   };
   Way own_;
-  std::map<std::string, Peer> peers_;
+  std::map<std::string, Peer, std::less<>> peers_;
   std::uint64_t early_ = 0;
 };
 

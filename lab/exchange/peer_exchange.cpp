@@ -61,7 +61,7 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
     counters_.add(fmt::format("world.refused.{}", why));
     return false;
   }
-  if (std::ranges::count(gate_.peers(), origin) > 0) tally_.heard(origin, *message, bytes.size());
+  if (gate_.knows(origin)) tally_.heard(origin, *message, bytes.size());
   const std::uint64_t before = gate_.run_id(origin);
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:

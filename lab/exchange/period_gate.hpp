@@ -106,6 +106,7 @@ class PeriodGate {
   const LabState* initial(std::string_view peer) const;  // its state 0, kept for the whole run; null before it came
   std::uint64_t run_id(std::string_view peer) const;  // of the run that counts; 0 before it is bound, or for a stranger
   const std::vector<std::string>& peers() const { return peer_names_; }
+  bool knows(std::string_view lab) const { return peers_.contains(lab); }
 
   const hal::Counters& counters() const { return counters_; }
 

@@ -13,12 +13,17 @@ namespace {
 
 constexpr std::string_view own_prefix = "lab.";  // of what a lab tells of itself, whatever the scenario
 constexpr std::string_view arena_field = "lab.arena";
+constexpr std::size_t arena_values_count = 4;
 constexpr double outside_m = 0.1;  // what tracking noise and a pushed frame may add
 
 }  // namespace
 
 FieldRule arena_rule() {
-  return {.name = std::string(arena_field), .length = 4, .low = 0, .high = 1'000'000'000, .initial_only = true};
+  return {.name = std::string(arena_field),
+          .length = arena_values_count,
+          .low = 0,
+          .high = 1'000'000'000,
+          .initial_only = true};
 }
 
 FieldRule unknown_rule() {
@@ -72,7 +77,7 @@ std::optional<Refusal> StateRules::field_refusal(std::string_view lab, const Lab
 std::optional<Refusal> StateRules::refusal(std::string_view lab, const LabState& state, const LabState& initial) const {
   if (auto refused = field_refusal(lab, state)) return refused;
   const auto told = initial.fields.find(arena_field);
-  if (told == initial.fields.end() || told->second.size() != arena_rule().length)
+  if (told == initial.fields.end() || told->second.size() != arena_values_count)
     return Refusal{"no_arena", "its state 0 does not tell its arena"};
   const std::vector<std::int64_t>& arena = told->second;
   if (static_cast<std::int64_t>(state.robots.size()) > arena[2])

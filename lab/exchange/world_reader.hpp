@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
+#include "hal/text_map.hpp"
 #include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::lab {
@@ -20,12 +20,10 @@ class WorldReader {
 
  private:
   struct Read {
-    std::string origin;
     std::vector<std::byte> bytes;
     std::shared_ptr<const WorldMessage> message;
   };
-  std::vector<Read> newest_;  // of each origin; as many as there may be labs
-  std::size_t replaced_ = 0;  // which was, last, by another origin
+  hal::TextMap<Read> newest_;  // by origin; as many as there may be labs
 };
 
 }  // namespace arkmesh::lab
