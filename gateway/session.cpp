@@ -18,8 +18,8 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::size_t read_bytes = 64 << 10;
-constexpr std::size_t max_frames_per_write = 60, max_bytes_per_write = 64 << 10;
+constexpr std::size_t read_bytes = 128 << 10;
+constexpr std::size_t max_frames_per_write = 60, max_bytes_per_write = 128 << 10;
 // So much is acknowledged at once, less after SessionTimes::ack.
 constexpr std::size_t ack_messages = 32, ack_bytes = 8 << 10;
 constexpr std::size_t longest_bye = 255;

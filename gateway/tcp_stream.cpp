@@ -13,7 +13,7 @@ using boost::system::error_code;
 
 // Unsent bytes in the kernel: enough to keep it busy, little enough that newer messages can still replace older ones
 // here.
-constexpr int max_unsent_bytes = 64 << 10;
+constexpr int max_unsent_bytes = 128 << 10;
 
 class TcpStream final : public AsioStream<tcp::socket> {
  public:

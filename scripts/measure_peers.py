@@ -1,6 +1,7 @@
 """Figures beside other people's programs, whose sources the user fetches; without them a row is left out.
 
 ARKMESH_KILOMBO: a checkout of JIC-CSB/kilombo (needs libjansson-dev).
+ARKMESH_LIBBOT2: a checkout of libbot2/libbot2, for its bot-lcm-tunnel.
 """
 import json
 import os
@@ -8,9 +9,11 @@ import pathlib
 import statistics
 import subprocess
 
-from lab_processes import ROOT, Failed
+from lab_processes import PROGRAM, ROOT, Failed
+from measure_testbed import lines_of
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
+LIBBOT2 = os.environ.get("ARKMESH_LIBBOT2", "")
 KILOMBO_SOURCES = ["skilobot", "kbapi", "params", "stateio", "runsim", "neighbors", "distribution"]
 # robots, per m2, seconds that Kilombo simulates, and what "ode" and "fast" must reach of it
 SIZES = [(100, 48, 4000, 0.55, 1.10), (1000, 48, 400, 1.0, 1.50), (10000, 48, 20, 1.9, 3.0),
@@ -76,5 +79,34 @@ def peers_kilombo(bench):
     return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)
 
 
-PEERS = [peers_kilombo]
+def build_tunnel(folder):
+    """bot-lcm-tunnel with -O2."""
+    source = pathlib.Path(LIBBOT2) / "bot2-lcm-utils/src/tunnel"
+    flags = subprocess.run(["pkg-config", "--cflags", "--libs", "lcm", "glib-2.0", "gthread-2.0"], capture_output=True, text=True, check=True).stdout.split()
+    objects = []
+    for file in [*source.glob("*.c"), *source.glob("*.cpp"), *(source / "ldpc").glob("*.cpp")]:
+        if file.stem == "ldpc_wrapper_test":
+            continue
+        objects.append(folder / f"{file.stem}{file.suffix}.o")
+        compiler = ["gcc", "-std=gnu99"] if file.suffix == ".c" else ["g++", "-std=gnu++98"]
+        subprocess.run([*compiler, "-O2", "-w", "-c", file, f"-I{source}", *flags, "-o", objects[-1]], check=True)
+    subprocess.run(["g++", *objects, *flags, "-lpthread", "-lm", "-o", folder / "bot-lcm-tunnel"], check=True)
+    return folder / "bot-lcm-tunnel"
+
+
+def peers_tunnel(bench):
+    """100 kB messages of two gateways and of bot-lcm-tunnel by turns: most without loss, processor time of both ends, p99."""
+    if not LIBBOT2:
+        return None
+    folder = bench.folder()
+    folder.mkdir()
+    words = lines_of([bench.built("bench_gateway"), "2", PROGRAM, build_tunnel(folder)]).split()
+    values = dict(zip(words[1::2], map(float, words[2::2])))
+    most = values["gateways_most"] / values["tunnel_most"]
+    return (most >= 1.1 and values["gateways_cpu_us"] <= 230,
+            f"{most:.2f} of its rate ({values['tunnel_most']:.0f}/s); {values['gateways_cpu_us']:.0f} us beside {values['tunnel_cpu_us']:.0f} us; "
+            f"p99 {values['gateways_p99_us']:.0f} us beside {values['tunnel_p99_us']:.0f} us", "1.1; 230 us")
+
+
+PEERS = [peers_kilombo, peers_tunnel]
 NOT_JUDGED_SHORT = set(PEERS)

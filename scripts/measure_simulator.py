@@ -144,6 +144,23 @@ def sim_memory_delay(bench):
     return peak_mb < 400, f"{peak_mb:.0f} MB", "below 400 MB"
 
 
+def sim_growth(bench):
+    """What a robot costs among 10,000 beside one among 1000, with each solver."""
+    done = subprocess.run([bench.built("bench_simulator"), "--benchmark_format=json", "--benchmark_filter=^(ode|fast)/1000+_at_48$"], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
+    rate = {row["name"].removesuffix("_median"): row["robot_s_per_cpu_s"] for row in json.loads(done.stdout)["benchmarks"] if row.get("aggregate_name") == "median"}
+    ode, fast = (rate[f"{solver}/1000_at_48"] / rate[f"{solver}/10000_at_48"] for solver in ("ode", "fast"))
+    return max(ode, fast) <= 1.15, f"ode {ode:.2f} x, fast {fast:.2f} x", "1.15 x"
+
+
+def sim_memory_robot(bench):
+    """Memory of a robot without delay(): 20,000 robots beside 2000."""
+    few, many = (max(controller("gradient_hops", "--robots", n, "--arena", "21x21", "--seconds", 5)[1] for _ in range(2)) for n in (2000, 20000))
+    each_kb = (many - few) * 1024 / 18000
+    return each_kb <= 2, f"{each_kb:.2f} kB", "2 kB"
+
+
 def sim_many(bench):
     """100,000 robots run, with delay() and without."""
     seconds = 2 if bench.short else 5
@@ -201,5 +218,5 @@ def machine():
     return f"{models[0] if models else 'an unknown processor'}, {os.cpu_count()} of them"
 
 
-SIMULATOR = [sim_sends, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_many, sim_speed]
-NOT_JUDGED_SHORT = {sim_speed, sim_programs}
+SIMULATOR = [sim_sends, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
+NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs}

@@ -1,6 +1,7 @@
 // How long a message takes from bus to bus through two gateways, over TCP and over TLS, what that costs, and how many
 // pass without loss; beside its parts in the same run: a hop of LCM and a hop of loopback TCP. Everything by turns.
-// gateway_bench SECONDS ARKMESH; prints lines of names and values. Run it alone: scripts/alone gateway_bench ...
+// gateway_bench SECONDS ARKMESH [BOT_LCM_TUNNEL]; prints lines of names and values. With the program of libbot2 it
+// compares the two for large messages instead. Run it alone: scripts/alone gateway_bench ...
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -31,7 +32,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Latencies = std::vector<double>;  // microseconds
 
-constexpr int first_port = 7846, ports_of_a_pair = 3, hop_port = 7852, tcp_port = 7853;
+constexpr int first_port = 7846, ports_of_a_pair = 3, hop_port = 7852, tcp_port = 7853,
+              tunnel_port = 7854;  // and two more
 constexpr int rounds = 3;
 constexpr int paced = 500, rare = 20;  // messages a second, for latencies
 
@@ -189,8 +191,27 @@ Heard over_tcp(std::size_t size, int rate, Clock::duration length) {
   return heard;
 }
 
+// Two processes that carry a channel from one bus to another.
+class Chain {
+ public:
+  virtual ~Chain() = default;
+  // Processor time of both so far.
+  virtual double cpu_s() const = 0;
+  virtual Heard carry(std::size_t size, int rate, Clock::duration length) const = 0;
+
+ protected:
+  static double cpu_s(const tests::Process& process) {
+    std::ifstream stat(fmt::format("/proc/{}/stat", process.id()));
+    std::string skipped;
+    for (int i = 0; i < 13; ++i) stat >> skipped;
+    double user = 0, system = 0;
+    stat >> user >> system;
+    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  }
+};
+
 // Two gateways at work.
-class Pair {
+class Pair final : public Chain {
  public:
   Pair(const std::string& program, bool tls) : program_(program), port_(first_port + (tls ? ports_of_a_pair : 0)) {
     if (tls) make_keys();
@@ -201,9 +222,8 @@ class Pair {
     roark_ = start("roark", port_ + 1,
                    fmt::format("peers = [{{lab = \"shark\", connect = \"{}\", {}}}]", here, unlimited), tls);
   }
-  // Processor time of both so far.
-  double cpu_s() const { return cpu_s(*shark_) + cpu_s(*roark_); }
-  Heard carry(std::size_t size, int rate, Clock::duration length) const {
+  double cpu_s() const override { return Chain::cpu_s(*shark_) + Chain::cpu_s(*roark_); }
+  Heard carry(std::size_t size, int rate, Clock::duration length) const override {
     return over_buses({there()}, size, rate, length);
   }
   Heard both_ways(std::size_t size, int rate, Clock::duration length) const {
@@ -212,14 +232,6 @@ class Pair {
 
  private:
   Route there() const { return {url(port_), url(port_ + 1), "all", "shark/all"}; }
-  static double cpu_s(const tests::Process& process) {
-    std::ifstream stat(fmt::format("/proc/{}/stat", process.id()));
-    std::string skipped;
-    for (int i = 0; i < 13; ++i) stat >> skipped;
-    double user = 0, system = 0;
-    stat >> user >> system;
-    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-  }
   std::string keys_of(const std::string& lab) const { return (folder_.path() / ("keys_" + lab)).string(); }
   void run(std::vector<std::string> words) const {
     tests::Process process(program_, words, folder_.path() / "keys.txt");
@@ -244,6 +256,30 @@ class Pair {
   const int port_;  // shark's bus; then roark's, and where shark listens
   tests::TemporaryFolder folder_;
   std::unique_ptr<tests::Process> shark_, roark_;
+};
+
+// bot-lcm-tunnel between two buses of its own, over TCP.
+class Tunnel final : public Chain {
+ public:
+  explicit Tunnel(const std::string& program) {
+    const auto start = [&](int bus, std::vector<std::string> words) {
+      words.insert(words.end(), {"-q", "-l", url(bus)});
+      return std::make_unique<tests::Process>(program, words, folder_.path() / fmt::format("{}.txt", bus));
+    };
+    server_ = start(tunnel_port, {"-p", std::to_string(tunnel_port + 2)});
+    std::this_thread::sleep_for(1s);
+    client_ = start(tunnel_port + 1,
+                    {"-r", "all", "-s", "none", fmt::format("127.0.0.1:{}", tunnel_port + 2)});
+    std::this_thread::sleep_for(1s);
+  }
+  double cpu_s() const override { return Chain::cpu_s(*server_) + Chain::cpu_s(*client_); }
+  Heard carry(std::size_t size, int rate, Clock::duration length) const override {
+    return over_buses({{url(tunnel_port), url(tunnel_port + 1), "all", "all"}}, size, rate, length);
+  }
+
+ private:
+  tests::TemporaryFolder folder_;
+  std::unique_ptr<tests::Process> server_, client_;
 };
 
 void add(Latencies& to, const Latencies& from) {
@@ -297,6 +333,36 @@ int sustained(const Pair& pair, std::size_t size, int goal, Clock::duration leng
   return 0;
 }
 
+// The highest of rates that fall by a twentieth at which nothing was lost.
+int sustained_finely(const Chain& chain, std::size_t size, int from, Clock::duration length) {
+  for (double rate = from; rate > 500; rate *= 0.95) {
+    const Heard heard = chain.carry(size, static_cast<int>(rate), length);
+    const bool kept_pace =
+        static_cast<double>(heard.said) > 0.98 * rate * std::chrono::duration<double>(length).count();
+    if (heard.us.size() == heard.said && kept_pace) return static_cast<int>(rate);
+  }
+  return 0;
+}
+
+void print_beside_tunnel(const Chain& gateways, const Chain& tunnel, Clock::duration length) {
+  constexpr std::size_t size = 100'000;
+  constexpr int rate = 500, highest = 10'000;
+  const std::array<const Chain*, 2> chains{&gateways, &tunnel};
+  double cpu_us[2] = {}, p99_us[2] = {};
+  std::array<std::vector<double>, 2> most;
+  for (int round = 0; round < rounds; ++round)
+    for (std::size_t i = 0; i < chains.size(); ++i) {
+      const double before = chains[i]->cpu_s();
+      Heard heard = chains[i]->carry(size, rate, length);
+      cpu_us[i] += 1e6 * (chains[i]->cpu_s() - before) / static_cast<double>(heard.said) / rounds;
+      p99_us[i] += percentile(heard.us, 0.99) / rounds;
+      most[i].push_back(sustained_finely(*chains[i], size, highest, length));
+    }
+  fmt::print("tunnel bytes {} gateways_cpu_us {:.0f} tunnel_cpu_us {:.0f} gateways_p99_us {:.0f} tunnel_p99_us {:.0f} ",
+             size, cpu_us[0], cpu_us[1], p99_us[0], p99_us[1]);
+  fmt::print("gateways_most {:.0f} tunnel_most {:.0f}\n", percentile(most[0], 0.5), percentile(most[1], 0.5));
+}
+
 void print_sustained(const Pairs& pairs, const Load& load, Clock::duration length) {
   int rates[2];
   for (const bool tls : {false, true})
@@ -308,12 +374,17 @@ void print_sustained(const Pairs& pairs, const Load& load, Clock::duration lengt
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    fmt::print(stderr, "gateway_bench SECONDS ARKMESH\n");
+  if (argc != 3 && argc != 4) {
+    fmt::print(stderr, "gateway_bench SECONDS ARKMESH [BOT_LCM_TUNNEL]\n");
     return 2;
   }
   const auto length = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::atof(argv[1])));
-  const Pair over_tcp_links(argv[2], false), over_tls_links(argv[2], true);
+  const Pair over_tcp_links(argv[2], false);
+  if (argc == 4) {
+    print_beside_tunnel(over_tcp_links, Tunnel(argv[3]), length);
+    return 0;
+  }
+  const Pair over_tls_links(argv[2], true);
   const Pairs pairs{&over_tcp_links, &over_tls_links};
   for (const Load& load : loads) print_latency(pairs, load.bytes, paced, length, false);
   print_latency(pairs, 100, rare, 2 * length, true);
