@@ -8,9 +8,15 @@ import os
 import pathlib
 import statistics
 import subprocess
+import sys
+import time
 
 from lab_processes import PROGRAM, ROOT, Failed
+from measure_simulator import commit, machine
 from measure_testbed import lines_of
+
+sys.path.insert(0, str(ROOT / "scripts/figures"))
+from pages import write_between  # noqa: E402
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
 LIBBOT2 = os.environ.get("ARKMESH_LIBBOT2", "")
@@ -19,6 +25,7 @@ KILOMBO_SOURCES = ["skilobot", "kbapi", "params", "stateio", "runsim", "neighbor
 SIZES = [(100, 48, 4000, 0.55, 1.10), (1000, 48, 400, 1.0, 1.50), (10000, 48, 20, 1.9, 3.0),
          (100, 400, 2000, 0.24, 0.75), (1000, 400, 200, 0.46, 1.50), (10000, 400, 10, 0.60, 2.6)]
 ROUNDS = 3
+KILOMBO_PLACE = "beside Kilombo: written by scripts/measure peers_kilombo"
 
 
 def cpu_of(command, folder):
@@ -69,6 +76,7 @@ def peers_kilombo(bench):
     folder = bench.folder()
     folder.mkdir()
     told, met = [], True
+    lines = ["| robots | Kilombo, robot-s per CPU s | `\"ode\"` of it (must) | `\"fast\"` of it (must) |", "|---|---|---|---|"]
     for robots, per_m2, seconds, *goals in SIZES:
         turns = [(kilombo_rate(folder, robots, per_m2, seconds), our_rates(bench, robots, per_m2)) for _ in range(ROUNDS)]
         peer = statistics.median(rate for rate, _ in turns)
@@ -76,6 +84,9 @@ def peers_kilombo(bench):
         met = met and all(share >= goal for share, goal in zip(shares, goals))
         told.append("/".join(f"{share:.2f}" for share in shares))
         print(f"  {robots} robots at {per_m2}/m2: Kilombo {peer / 1e3:.0f} k, ode {shares[0]:.2f} ({goals[0]}), fast {shares[1]:.2f} ({goals[1]}) of it", flush=True)
+        lines.append(f"| {robots} at {per_m2}/m2 | {peer / 1e3:.0f} k | {shares[0]:.2f} ({goals[0]}) | {shares[1]:.2f} ({goals[1]}) |")
+    if not bench.short:
+        write_between(ROOT / "docs/simulator-speed.md", KILOMBO_PLACE, f"Commit {commit()}, {machine()}, medians of {ROUNDS} turns on {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
     return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)
 
 
