@@ -268,8 +268,7 @@ class Tunnel final : public Chain {
     };
     server_ = start(tunnel_port, {"-p", std::to_string(tunnel_port + 2)});
     std::this_thread::sleep_for(1s);
-    client_ = start(tunnel_port + 1,
-                    {"-r", "all", "-s", "none", fmt::format("127.0.0.1:{}", tunnel_port + 2)});
+    client_ = start(tunnel_port + 1, {"-r", "all", "-s", "none", fmt::format("127.0.0.1:{}", tunnel_port + 2)});
     std::this_thread::sleep_for(1s);
   }
   double cpu_s() const override { return Chain::cpu_s(*server_) + Chain::cpu_s(*client_); }

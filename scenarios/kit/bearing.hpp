@@ -1,0 +1,22 @@
+// Where a place lies as a robot would measure it, and positions as so many bits. Pure arithmetic.
+#pragma once
+
+#include <cstdint>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::scenarios::kit {
+
+// From the robot's heading, counter-clockwise, -pi < bearing <= pi. 0 for the place where it is.
+double bearing_rad(const hal::Pose& robot, const hal::Point& place);
+double distance_m(const hal::Pose& robot, const hal::Point& place);
+// The sector of so many equal ones that a bearing is in: 0 is around straight ahead, then counter-clockwise.
+int sector_of(double bearing_rad, int sectors);
+
+// `value` within low..high as a whole number of so many bits (1 to 24): 0 at low, the largest at high; beyond them the
+// nearest. Throws std::invalid_argument for bits or bounds that make no sense.
+std::uint32_t quantized(double value, double low, double high, int bits);
+// The middle of what is quantized so.
+double from_quantized(std::uint32_t quantized, double low, double high, int bits);
+
+}  // namespace arkmesh::scenarios::kit

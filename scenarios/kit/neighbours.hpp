@@ -1,0 +1,32 @@
+// How many robots are near a robot, of its own lab and of others, by what their LEDs show.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/types.hpp"
+
+namespace arkmesh::scenarios::kit {
+
+struct Seen {
+  hal::Point place;  // all in one frame
+  hal::Led led = hal::Led::off;
+};
+
+// A set of LEDs: bit n stands for the LED n of hal::Led.
+using LedSet = std::uint8_t;
+inline constexpr LedSet any_led = 0xff;
+constexpr LedSet only(hal::Led led) {
+  return static_cast<LedSet>(1U << static_cast<unsigned>(led));
+}
+
+// For each of `robots`, how many of `all` with such an LED are within `range_m` of it; itself is not counted where
+// `all` begins with `robots`, in their order. Time grows with robots and neighbours, not with pairs. Throws
+// std::invalid_argument for a range that is none.
+std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
+                            LedSet leds = any_led, bool begins_with_robots = true);
+// The share of robots with such an LED; 0 of none.
+double share(std::span<const Seen> robots, LedSet leds);
+
+}  // namespace arkmesh::scenarios::kit
