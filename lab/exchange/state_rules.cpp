@@ -64,8 +64,9 @@ std::optional<Refusal> StateRules::field_refusal(std::string_view lab, const Lab
     if (rule->owner_only && lab != owner_)
       return refused("not_owner", fmt::format("is published by the owner, {}, only", owner_));
     if (rule->initial_only && state.period != 0) return refused("initial_field", "belongs to state 0 only");
-    if (values.size() != rule->length)
-      return refused("field_length", fmt::format("has {} values instead of {}", values.size(), rule->length));
+    if (rule->up_to ? values.size() > rule->length : values.size() != rule->length)
+      return refused("field_length", fmt::format("has {} values instead of {}{}", values.size(),
+                                                 rule->up_to ? "at most " : "", rule->length));
     for (const std::int64_t value : values)
       if (value < rule->low || value > rule->high)
         return refused("field_value",

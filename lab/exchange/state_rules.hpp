@@ -19,12 +19,13 @@ namespace arkmesh::lab {
 // A field that a scenario publishes.
 struct FieldRule {
   std::string name;
-  std::size_t length = 0;  // exact number of values
+  std::size_t length = 0;  // number of values
   std::int64_t low = 0;    // every value within low..high
   std::int64_t high = 0;
   bool owner_only = false;    // only the owner of the shared things may publish it
   bool initial_only = false;  // part of state 0 only
   bool bookkeeping = false;   // tells nothing of robots and sites: neither part of the hash nor an event
+  bool up_to = false;         // there may be fewer values
 };
 
 // The field of state 0 that tells others of a lab's arena and bounds what its robots can claim:

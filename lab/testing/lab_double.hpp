@@ -87,7 +87,8 @@ struct LabDouble {
       if (!good) throw std::logic_error(fmt::format("lab {}, field {}: {}", lab.name(), name, wrong));
     };
     expect(rule != data.rules.end(), "is published, and not declared");
-    expect(values.size() == rule->length, "has another number of values than it declares");
+    expect(rule->up_to ? values.size() <= rule->length : values.size() == rule->length,
+           "has another number of values than it declares");
     for (const std::int64_t v : values) expect(rule->low <= v && v <= rule->high, "has a value outside its bounds");
     expect(!rule->owner_only || lab.is_owner(), "is published by a lab that is not the owner");
   }

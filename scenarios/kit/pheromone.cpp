@@ -152,7 +152,7 @@ std::uint32_t Pheromone::zones(const hal::Pose& robot, int count, double opening
   return bits;
 }
 
-void Pheromone::draw(lab::Lab& lab, double full, hal::Colour colour) const {
+void Pheromone::draw(lab::Lab& lab, const hal::Projection& arena, double full, hal::Colour colour) const {
   // as coarse as a drawing has room for
   int coarse = 1;
   const auto cells_of = [](int n, int by) { return (n + by - 1) / by; };
@@ -161,8 +161,8 @@ void Pheromone::draw(lab::Lab& lab, double full, hal::Colour colour) const {
     ++coarse;
   const int columns = cells_of(columns_, coarse), rows = cells_of(rows_, coarse);
   hal::Raster raster{
-      .corner = {-settings_.width_m / 2, -settings_.height_m / 2, 0},
-      .cell_m = settings_.cell_m * coarse,
+      .corner = arena.to_arena({-settings_.width_m / 2, -settings_.height_m / 2, 0}),
+      .cell_m = settings_.cell_m * coarse / arena.scale,
       .columns = columns,
       .cells = std::vector<std::uint8_t>(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)),
       .colour = colour};

@@ -52,8 +52,9 @@ class Pheromone {
   // `least` has its centre there. Zones share `opening_rad` equally around the heading; `radius_m` from the robot.
   std::uint32_t zones(const hal::Pose& robot, int count, double opening_rad, double radius_m, double least) const;
 
-  // In a lab whose arena is the field's frame; the fullest cell that is shown is `full`.
-  void draw(lab::Lab& lab, double full, hal::Colour colour = hal::Colour::pheromone) const;
+  // In an arena that sees the field's frame so; what is `full` is drawn darkest.
+  void draw(lab::Lab& lab, const hal::Projection& arena, double full,
+            hal::Colour colour = hal::Colour::pheromone) const;
 
  private:
   std::size_t index(int column, int row) const {

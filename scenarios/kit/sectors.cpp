@@ -37,6 +37,14 @@ double length(const Point& p) {
   return std::sqrt(p.x_m * p.x_m + p.y_m * p.y_m);
 }
 
+// Of a side, in any direction.
+double distance(const Point& from, const Point& to) {
+  const Point along{to.x_m - from.x_m, to.y_m - from.y_m};
+  const double square = along.x_m * along.x_m + along.y_m * along.y_m;
+  const double share = square > 0 ? std::clamp(-(from.x_m * along.x_m + from.y_m * along.y_m) / square, 0.0, 1.0) : 0;
+  return length({from.x_m + share * along.x_m, from.y_m + share * along.y_m});
+}
+
 // Places seen from the robot's centre.
 double distance_in(const Wedge& wedge, const Point& from, const Point& to) {
   double nearest = none;
@@ -92,6 +100,19 @@ Surroundings::Surroundings(double width_m, double height_m, std::span<const hal:
   }
 }
 
+void Surroundings::add_discs(std::span<const Disc> discs) {
+  discs_.insert(discs_.end(), discs.begin(), discs.end());
+  std::ranges::stable_sort(discs_, {}, [](const Disc& disc) { return disc.centre.x_m; });
+  for (const Disc& disc : discs) largest_m_ = std::max(largest_m_, disc.radius_m);
+}
+
+std::span<const Surroundings::Disc> Surroundings::discs_near(double x_m, double reach_m) const {
+  const auto x_of = [](const Disc& disc) { return disc.centre.x_m; };
+  const double far_m = reach_m + largest_m_;
+  const auto from = std::ranges::lower_bound(discs_, x_m - far_m, {}, x_of);
+  return {from, std::ranges::upper_bound(from, discs_.end(), x_m + far_m, {}, x_of)};
+}
+
 Sectors::Sectors(const Settings& settings) : settings_(settings) {
   if (settings.count < 1 || settings.count > 16)
     throw std::invalid_argument(fmt::format("a sensor of {} sectors is none; give 1 to 16", settings.count));
@@ -106,14 +127,28 @@ std::vector<double> Sectors::distances_m(const hal::Pose& robot, const Surroundi
   const double wide = (settings_.around ? 2 * pi : pi) / settings_.count;
   // A wedge is less than half a circle, so that a wide sector is several.
   const int parts = wide > 0.9 * pi ? 4 : 1;
-  for (int i = 0; i < settings_.count * parts; ++i) {
-    const double part = wide / parts;
-    const double right = robot.heading_rad + (settings_.around ? i * part : pi / 2 - (i + 1) * part);
-    const Wedge wedge{direction(right), direction(right + part)};
-    double& here = nearest[static_cast<std::size_t>(i / parts)];
-    const auto seen = [&](const Point& p) { return Point{p.x_m - robot.x_m, p.y_m - robot.y_m}; };
-    for (const auto& side : what.sides()) here = std::min(here, distance_in(wedge, seen(side.from), seen(side.to)));
-    for (const auto& disc : what.discs()) here = std::min(here, distance_in(wedge, seen(disc.centre), disc.radius_m));
+  const int wedges = settings_.count * parts;
+  std::vector<Point> edges;  // of wedges, counter-clockwise
+  const double part = wide / parts, right = robot.heading_rad - (settings_.around ? 0 : pi / 2);
+  for (int i = 0; i <= wedges; ++i) edges.push_back(direction(right + i * part));
+  const auto seen = [&](const Point& p) { return Point{p.x_m - robot.x_m, p.y_m - robot.y_m}; };
+  const auto look = [&](const auto& thing) {
+    for (int i = 0; i < wedges; ++i) {
+      const int sector = (settings_.around ? i : wedges - 1 - i) / parts;
+      const auto at = static_cast<std::size_t>(i);
+      double& here = nearest[static_cast<std::size_t>(sector)];
+      here = std::min(here, thing({edges[at], edges[at + 1]}));
+    }
+  };
+  // most things are out of reach
+  for (const auto& side : what.sides()) {
+    const Point from = seen(side.from), to = seen(side.to);
+    if (distance(from, to) <= settings_.reach_m) look([&](const Wedge& wedge) { return distance_in(wedge, from, to); });
+  }
+  for (const auto& disc : what.discs_near(robot.x_m, settings_.reach_m)) {
+    const Point centre = seen(disc.centre);
+    if (length(centre) - disc.radius_m <= settings_.reach_m)
+      look([&](const Wedge& wedge) { return distance_in(wedge, centre, disc.radius_m); });
   }
   for (double& d : nearest)
     if (d > settings_.reach_m) d = none;

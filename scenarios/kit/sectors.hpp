@@ -3,6 +3,7 @@
 // wall_sensor.hpp. Pure geometry.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,7 +18,6 @@ class Surroundings {
   // The arena's walls, and its obstacles.
   Surroundings(double width_m, double height_m, std::span<const hal::Obstacle> obstacles = {});
   void add_side(const hal::Point& from, const hal::Point& to) { sides_.push_back({from, to}); }
-  void add_disc(const hal::Point& centre, double radius_m) { discs_.push_back({centre, radius_m}); }
 
   struct Side {
     hal::Point from, to;
@@ -26,12 +26,19 @@ class Surroundings {
     hal::Point centre;
     double radius_m;
   };
+  // Many at once cost less than one after the other.
+  void add_discs(std::span<const Disc> discs);
+  void add_disc(const hal::Point& centre, double radius_m) { add_discs(std::array{Disc{centre, radius_m}}); }
+
   const std::vector<Side>& sides() const { return sides_; }
   const std::vector<Disc>& discs() const { return discs_; }
+  // Those whose rim may be within `reach_m` of a place with that x, and others.
+  std::span<const Disc> discs_near(double x_m, double reach_m) const;
 
  private:
   std::vector<Side> sides_;
-  std::vector<Disc> discs_;
+  std::vector<Disc> discs_;  // ascending x
+  double largest_m_ = 0;     // radius
 };
 
 class Sectors {

@@ -1,18 +1,10 @@
 #include "scenarios/python/encoding.hpp"
 
-#include <bit>
 #include <cstring>
 #include <stdexcept>
 
 namespace arkmesh::scenarios::python {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
-
-template <class T>
-void put(std::string& out, T value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 // `get(robot)` gives id, pose in the arena, pose in the shared frame and LED.
 template <class Robots, class Get>

@@ -2,6 +2,7 @@
 // machine that arkmesh runs on. arkmesh_child.py is the other end; both are of one build.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -10,6 +11,13 @@
 #include "lab/lab.hpp"
 
 namespace arkmesh::scenarios::python {
+
+static_assert(std::endian::native == std::endian::little);
+// A number's bytes.
+template <class T>
+void put(std::string& out, T value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
 
 // [time in us, number], this lab's robots, in its arena and in the shared frame, its objects, and what robots have
 // said.

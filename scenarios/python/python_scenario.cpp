@@ -255,7 +255,7 @@ void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
     lab.counts().add("scenario.frames_skipped");
     return;
   }
-  ask(lab, 'F', encode_frame(lab, frame, std::exchange(heard_, {})));
+  ask(lab, 'F', encode_frame(lab, frame, std::exchange(heard_, {})) + kit_.sense(lab, frame));
 }
 
 void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) {
@@ -267,6 +267,7 @@ void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> mes
 void PythonScenario::on_period(lab::Lab& lab) {
   merged_ = true;
   collect(lab, real_time_wait);
+  kit_.on_period(lab);
   ask(lab, 'P', encode_period(lab));
 }
 
@@ -353,10 +354,16 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
                    .low = rule.at("low"),
                    .high = rule.at("high"),
                    .owner_only = rule.at("owner_only"),
-                   .initial_only = rule.at("initial_only")});
+                   .initial_only = rule.at("initial_only"),
+                   .up_to = rule.at("up_to")});
     for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
     for (const auto& given : said.value("whole", Said::array())) say_whole(lab, given);
+    for (const auto& asked : said.value("kit", Said::array())) kit_.add(lab, asked);
+    if (said.contains("kit_acts")) {
+      for (const auto& done : said.at("kit_acts")) kit_.act(lab, done);
+      kit_.end_frame(lab);
+    }
     const Said published = said.value("publish", Said::object());
     for (const auto& [name, values] : published.items()) lab.publish(name, values.get<std::vector<std::int64_t>>());
     for (const auto& row : said.value("rows", Said::array()))
@@ -368,6 +375,8 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         fmt::format("{} gave an answer that is none: {}", file_.filename().string(), error.what()));
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(fmt::format("{}: {}", file_.filename().string(), error.what()));
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
   }

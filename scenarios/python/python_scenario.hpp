@@ -18,6 +18,7 @@
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
 #include "scenarios/python/child.hpp"
+#include "scenarios/python/kit_pieces.hpp"
 #include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::python {
@@ -82,6 +83,7 @@ class PythonScenario final : public lab::Scenario {
   std::uint32_t every_ = 1;
   std::ofstream log_;
   std::string output_;  // before there is a folder for it
+  KitPieces kit_;
   RobotWords words_{std::chrono::seconds(1)};
   std::map<hal::RobotId, hal::Led> leds_;  // as seen last; words of robots that were never seen wait
   std::vector<hal::FromRobot> heard_;      // and not told yet

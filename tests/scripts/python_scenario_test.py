@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -51,6 +52,32 @@ class Places(unittest.TestCase):
                 dx, dy = (others[:, axis] - xy[:, axis, None] for axis in (0, 1))
                 wanted = (dx * dx + dy * dy <= reach * reach).any(axis=1)
                 self.assertTrue((arkmesh.within(xy, others, reach) == wanted).all(), (k, n, m, size, reach))
+
+
+KIT = """import numpy, arkmesh
+class Mine(arkmesh.Scenario):
+    def begin(self, lab):
+        self.trail = lab.trail("trail", 2, 2, cell=0.02, half_life=30, zones=(4, 3.14, 0.05, 0.2), full=3)
+        self.right, self.around = lab.eyes(1, reach=0.1), lab.eyes(4, reach=0.1, around=True, robots=0.02)
+        self.crowd, self.own = lab.crowd(0.12), lab.crowd(0.12, leds=[0], others=False)
+    def period(self, lab):
+        self.merged = True
+    def frame(self, lab):
+        def near(others, reach):
+            return (numpy.hypot(*(lab.xy[:, None] - others[None]).T).T <= reach)
+        own = near(lab.xy, 0.12).sum(axis=1) - 1
+        assert (self.crowd.count == own + near(lab.others.xy, 0.12).sum(axis=1)).all()
+        assert (self.own.count == near(lab.xy[lab.led == 0], 0.12).sum(axis=1) - (lab.led == 0)).all()
+        wall = numpy.minimum(lab.width_m / 2 - abs(lab.xy[:, 0]), lab.height_m / 2 - abs(lab.xy[:, 1]))
+        apart = numpy.hypot(*(lab.xy[:, None] - lab.others.xy[None]).T).T.min(axis=1) - 0.02
+        nearest = numpy.minimum(wall, numpy.maximum(apart, 0))
+        seen = self.around.distance.min(axis=1)
+        assert numpy.allclose(seen[nearest < 0.0999], nearest[nearest < 0.0999]) and (seen[nearest > 0.1001] > 1).all()
+        assert ((self.right.bits == 1) == numpy.isfinite(self.right.distance[:, 0])).all()
+        self.trail.lay(lab.ids % 2 == 0, 0.5)
+        assert (self.trail.value >= 0).all() and self.trail.gradient.shape == (len(lab.ids), 2) and (self.trail.zones < 16).all()
+        lab.count("smelt", int((self.trail.value > 0.1).sum()))
+"""
 
 
 class PythonScenario(unittest.TestCase):
@@ -205,6 +232,49 @@ class PythonScenario(unittest.TestCase):
                 counted.append(sum(json.loads((out / lab / "result.json").read_text())["counts"].get(count, 0) for lab in "ab"))
             self.assertGreater(counted[0], 0, name)
             self.assertEqual(counted[1], 0, name)
+
+    def test_the_kit_gives_what_numpy_computes(self):
+        """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
+        (self.folder / "mine.py").write_text(KIT)
+        for name in "ab":
+            (self.folder / f"{name}.toml").write_text(f"""[lab]
+name = "{name}"
+[run]
+scenario = "mine.py"
+duration_s = 20
+[gate]
+period_s = 0.5
+[shared]
+labs = ["a", "b"]
+[shared.projection.b]
+turn_rad = 0.5
+[arena]
+robots = 20
+width_m = 0.6
+height_m = 0.6
+[arena.ode]
+controller = "{ROOT}/tests/programs/labs_random_walk.c"
+""")
+        results = []
+        for out in ("one", "two"):
+            done = subprocess.run([ARKMESH, "run", self.folder / "a.toml", self.folder / "b.toml", "--out", self.folder / out], capture_output=True, text=True,
+                                  timeout=120, env=ENVIRONMENT)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            results.append(json.loads((self.folder / out / "result.json").read_text()))
+        self.assertEqual(results[0]["final_hash"], results[1]["final_hash"])
+        self.assertGreater(results[0]["counts"]["smelt"], 100)
+
+    def test_pieces_that_are_none(self):
+        begin = "import arkmesh, math\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
+        for text, wanted in [(begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
+                             (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: range must be"),
+                             (begin + "lab.trail('a b', 1, 1, 0.1)", "mine.py:4: ValueError: a trail's name"),
+                             (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py: zones are 1 to 32"),
+                             (FRAME + "lab.eyes(4)", "mine.py:4: RuntimeError: eyes: ask for pieces of the kit in begin()")]:
+            with self.subTest(text):
+                shutil.rmtree(self.folder / "out", ignore_errors=True)
+                self.fails(text, wanted)
 
     def test_ctrl_c_ends_both_at_once(self):
         """Also while the child computes: the run is stopped, not failed, and no process is left."""

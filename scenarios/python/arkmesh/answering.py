@@ -119,7 +119,9 @@ def see(lab, kind, content):
     now_us, number = reader.number("q"), reader.number("I")
     if kind == "F":
         robots = reader.robots()
-        lab._see(now_us, robots, reader.array(POSE, reader.number("I")), reader.array(HEARD, reader.number("I")))
+        objects, heard = reader.array(POSE, reader.number("I")), reader.array(HEARD, reader.number("I"))
+        n = len(robots["ids"])
+        lab._see(now_us, robots, objects, heard, [reader.array(F8, n * (columns := reader.number("I"))).reshape(n, columns) for _ in lab._pieces])
         return
     states = []
     for name in lab.labs:

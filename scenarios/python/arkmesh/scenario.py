@@ -5,6 +5,8 @@ import re
 
 import numpy
 
+from .kit import Kit
+
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
@@ -71,7 +73,7 @@ def _nine_bytes(data):
     return list(data)
 
 
-class Lab:
+class Lab(Kit):
     """Arrays have one row for each robot of this lab, in the order of `ids`; rows of robots never seen are NaN."""
 
     def __init__(self, facts, ask_setting):
@@ -93,7 +95,7 @@ class Lab:
         self.heard = numpy.zeros(0, HEARD)  # what robots have said since the frame before; Kilobots say nothing
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
-        self._words, self._said = [], {}
+        self._words, self._said, self._pieces = [], {}, []
 
     # --- settings, chance ---
     def setting(self, name, default, low=None, high=None, unit="", help="", one_of=()):
@@ -194,20 +196,21 @@ class Lab:
         self._words.append(words)
 
     # --- what labs share ---
-    def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False):
-        """A field that labs share, alike in all labs; in begin() only."""
-        self._rules[name] = length
+    def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False, up_to=False):
+        """A field that labs share, alike in all labs, of `length` whole numbers or, `up_to` true, so many at most; in begin() only."""
+        self._rules[name] = (length, up_to)
         self._said.setdefault("declare", []).append(
             {"name": name, "length": int(length), "low": int(low), "high": int(high), "owner_only": bool(owner_only),
-             "initial_only": bool(initial_only)})
+             "initial_only": bool(initial_only), "up_to": bool(up_to)})
 
     def publish(self, name, values):
         """Sets an own field: whole numbers. It is in force in all labs once it is merged."""
         if name not in self._rules:
             raise ValueError(f"field {name!r} is not declared; declare it in begin()")
         values = numpy.atleast_1d(values)
-        if values.shape != (self._rules[name],):
-            raise ValueError(f"field {name!r} has {self._rules[name]} values, and these have the shape {values.shape}")
+        length, up_to = self._rules[name]
+        if values.ndim != 1 or len(values) > length or (len(values) < length and not up_to):
+            raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {values.shape}")
         values = self._column(f"field {name!r}", values, -2**63, 2**63 - 1, len(values))
         self._said.setdefault("publish", {})[name] = [int(v) for v in values]
 
@@ -261,11 +264,14 @@ class Lab:
              "dashed": bool(dashed), "label": str(label)})
 
     # --- the lab's process ---
-    def _see(self, now_us, robots, objects, heard):
+    def _see(self, now_us, robots, objects, heard, sensed=()):
         self.now_s, self.heard = now_us / 1e6, heard
+        of_all = len(robots["ids"]) == len(self.ids)
+        for piece, numbers in zip(self._pieces, sensed):
+            piece._see(None if of_all else numpy.searchsorted(self.ids, robots["ids"]), numbers)
         if len(objects):
             self.object_xy, self.object_heading = numpy.stack([objects["x"], objects["y"]], axis=1), objects["heading"]
-        if len(robots["ids"]) == len(self.ids):
+        if of_all:
             self.seen = numpy.ones(len(self.ids), dtype=bool)
             self.xy, self.shared_xy, self.heading, self.led = robots["xy"], robots["shared_xy"], robots["heading"], robots["led"]
             return
