@@ -1,5 +1,5 @@
-/* Walks about at random; is told how many robots are near, stays more likely the more there are, and leaves less likely.
-   Red while it stays. */
+/* Walks about at random; is told how many robots are near, stays more likely the more there are, and leaves less
+   likely. Red while it stays. */
 #include <kilolib.h>
 
 static volatile uint8_t near;

@@ -83,11 +83,11 @@ std::uint8_t FloorMap::at(const hal::Point& place) const {
   return tiles_[static_cast<std::size_t>(row * size_.columns + column)];
 }
 
-void FloorMap::draw(lab::Lab& lab, std::uint8_t full) const {
+void FloorMap::draw(lab::Lab& lab, const hal::Projection& arena, std::uint8_t full) const {
   const double cell_m = size_.width_m / size_.columns;
   if (full == 0 || std::abs(cell_m - size_.height_m / size_.rows) > 1e-9) return;
-  hal::Raster raster{.corner = {-size_.width_m / 2, -size_.height_m / 2, 0},
-                     .cell_m = cell_m,
+  hal::Raster raster{.corner = arena.to_arena({-size_.width_m / 2, -size_.height_m / 2, 0}),
+                     .cell_m = cell_m / arena.scale,
                      .columns = size_.columns,
                      .colour = hal::Colour::note};
   for (const std::uint8_t level : tiles_)

@@ -26,9 +26,9 @@ class FloorMap {
   // The level under a place; outside that of the nearest tile.
   std::uint8_t at(const hal::Point& place) const;
   const std::vector<std::uint8_t>& tiles() const { return tiles_; }
-  // In a lab whose arena is the floor's frame; `full` is the level shown darkest. Tiles are square there, or are not
+  // In an arena that sees the floor's frame so; `full` is the level shown darkest. Tiles that are not square are not
   // shown.
-  void draw(lab::Lab& lab, std::uint8_t full) const;
+  void draw(lab::Lab& lab, const hal::Projection& arena, std::uint8_t full) const;
 
  private:
   Size size_;

@@ -16,8 +16,8 @@ bool shows(const Seen& robot, LedSet leds) {
 
 }  // namespace
 
-std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m, LedSet leds,
-                            bool begins_with_robots) {
+void each_near(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
+               const std::function<void(std::size_t robot, std::size_t other)>& visit) {
   if (!(range_m > 0) || !std::isfinite(range_m))
     throw std::invalid_argument("a range of neighbours is a positive number");
   using Cell = std::pair<std::int64_t, std::int64_t>;
@@ -29,10 +29,9 @@ std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> 
   };
   std::vector<std::pair<Cell, std::size_t>> sorted;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (shows(all[i], leds) && std::isfinite(all[i].place.x_m) && std::isfinite(all[i].place.y_m))
+    if (std::isfinite(all[i].place.x_m) && std::isfinite(all[i].place.y_m))
       sorted.emplace_back(cell_of(all[i].place), i);
   std::ranges::sort(sorted);
-  std::vector<int> counts(robots.size(), 0);
   for (std::size_t r = 0; r < robots.size(); ++r) {
     const hal::Point& here = robots[r].place;
     if (!std::isfinite(here.x_m) || !std::isfinite(here.y_m)) continue;
@@ -41,13 +40,20 @@ std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> 
       // three cells of a column lie one behind the other
       auto at = std::ranges::lower_bound(sorted, std::pair(Cell{c, row - 1}, std::size_t{0}));
       for (; at != sorted.end() && at->first <= Cell{c, row + 1}; ++at) {
-        if (begins_with_robots && at->second == r) continue;
         const hal::Point& there = all[at->second].place;
         const double x = there.x_m - here.x_m, y = there.y_m - here.y_m;
-        counts[r] += x * x + y * y <= range_m * range_m;
+        if (x * x + y * y <= range_m * range_m) visit(r, at->second);
       }
     }
   }
+}
+
+std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m, LedSet leds,
+                            bool begins_with_robots) {
+  std::vector<int> counts(robots.size(), 0);
+  each_near(robots, all, range_m, [&](std::size_t robot, std::size_t other) {
+    counts[robot] += shows(all[other], leds) && !(begins_with_robots && other == robot);
+  });
   return counts;
 }
 

@@ -1,7 +1,9 @@
 // How many robots are near a robot, of its own lab and of others, by what their LEDs show.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,6 +28,10 @@ constexpr LedSet only(hal::Led led) {
 // std::invalid_argument for a range that is none.
 std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
                             LedSet leds = any_led, bool begins_with_robots = true);
+// Each pair of one of `robots` and one of `all` within range, by their numbers, itself included where it is in both: in
+// the order of `robots`, and for each of them in a fixed one.
+void each_near(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
+               const std::function<void(std::size_t robot, std::size_t other)>& visit);
 // The share of robots with such an LED; 0 of none.
 double share(std::span<const Seen> robots, LedSet leds);
 

@@ -94,6 +94,18 @@ double Region::area_m2() const {
   return std::abs(signed_area_m2(shape_.corners));
 }
 
+Region Region::seen_in(const hal::Projection& arena) const {
+  const auto seen = [&](const Point& p) {
+    const hal::Pose at = arena.to_arena({p.x_m, p.y_m, 0});
+    return Point{at.x_m, at.y_m};
+  };
+  Region out = *this;
+  out.centre_ = seen(centre_);
+  out.shape_.radius_m /= arena.scale;
+  for (Point& corner : out.shape_.corners) corner = seen(corner);
+  return out;
+}
+
 void Region::draw(lab::Lab& lab, hal::Colour colour, bool filled, const std::string& label) const {
   if (shape_.radius_m > 0)
     lab.draw(

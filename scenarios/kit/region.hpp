@@ -21,6 +21,8 @@ class Region {
   // Its edge belongs to a disc; of a polygon's edge the part that is left or below does.
   bool contains(const hal::Point& place) const;
   double area_m2() const;
+  // A region of the shared frame as an arena sees it.
+  Region seen_in(const hal::Projection& arena) const;
   // Of a lab whose arena is the region's frame.
   void draw(lab::Lab& lab, hal::Colour colour, bool filled = false, const std::string& label = {}) const;
 

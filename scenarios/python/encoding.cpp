@@ -1,5 +1,7 @@
 #include "scenarios/python/encoding.hpp"
 
+#include <fmt/format.h>
+
 #include <cstring>
 #include <stdexcept>
 
@@ -42,6 +44,13 @@ std::size_t size_of_words(std::string_view answer) {
 }
 
 }  // namespace
+
+hal::Colour colour_named(const std::string& name) {
+  for (const hal::ColourLook& look : hal::colour_looks)
+    if (look.name == name) return look.colour;
+  throw std::runtime_error(
+      fmt::format("drew in a colour '{}' that there is not; docs/writing-a-scenario.md has them", name));
+}
 
 std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::span<const hal::FromRobot> heard) {
   std::string out;

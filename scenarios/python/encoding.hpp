@@ -8,9 +8,13 @@
 #include <string>
 #include <string_view>
 
+#include "hal/colour.hpp"
 #include "lab/lab.hpp"
 
 namespace arkmesh::scenarios::python {
+
+// By its name in docs. Throws std::runtime_error with the end of a sentence.
+hal::Colour colour_named(const std::string& name);
 
 static_assert(std::endian::native == std::endian::little);
 // A number's bytes.

@@ -3,14 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "hal/colour.hpp"
+#include "scenarios/kit/bearing.hpp"
+#include "scenarios/kit/floor_map.hpp"
 #include "scenarios/kit/neighbours.hpp"
+#include "scenarios/kit/region.hpp"
+#include "scenarios/kit/resource.hpp"
 #include "scenarios/kit/sectors.hpp"
 #include "scenarios/kit/shared_pheromone.hpp"
+#include "scenarios/kit/voices.hpp"
 #include "scenarios/python/encoding.hpp"
 
 namespace arkmesh::scenarios::python {
@@ -142,7 +150,116 @@ struct KitPieces::Trail final : Piece {
   double opening_rad = 0, radius_m = 0, least = 0;  // radius in the shared frame
 };
 
-KitPieces::KitPieces() = default;
+// Whether a robot is inside, how many robots of all labs are, as merged last, and what is left of a resource there. The
+// resource is used and grows at boundaries, by the robots that were merged, so that it is alike in all labs.
+struct KitPieces::Zone final : Piece {
+  explicit Zone(const Said& asked)
+      : region(region_of(asked)), label(asked.at("label")), colour(colour_named(asked.at("colour"))) {
+    if (const Said& given = asked.at("resource"); !given.is_null())
+      stock.emplace(kit::Resource::Settings{
+          .capacity = given.at("capacity"),
+          .growth_per_s = given.at("growth"),
+          .rate_per_s = given.at("rate"),
+          .use = given.at("pairs").get<bool>() ? kit::Resource::Use::by_pairs : kit::Resource::Use::by_each,
+          .regrows_at_once_below = given.at("regrows_below")});
+  }
+  static kit::Region region_of(const Said& asked) {
+    std::vector<hal::Point> corners;
+    for (const auto& corner : asked.at("corners")) corners.push_back({corner.at(0), corner.at(1)});
+    return asked.at("radius").is_null() ? kit::Region::polygon(std::move(corners))
+                                        : kit::Region::disc(corners.at(0), asked.at("radius"));
+  }
+
+  std::size_t columns() const override { return 3; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const hal::Observation& robot : frame.robots) {
+      const hal::Pose at = lab.projection().to_shared(robot.pose);
+      out.push_back(region.contains({at.x_m, at.y_m}));
+      out.push_back(robots);
+      out.push_back(stock ? stock->stock() : 0);
+    }
+  }
+  void on_period(lab::Lab& lab) override {
+    robots = 0;
+    for (const std::string& each : lab.labs())
+      for (const lab::SharedRobot& robot : lab.state(each).robots)
+        robots += region.contains({robot.in_shared.x_m, robot.in_shared.y_m});
+    if (stock && lab.period() > 0) stock->pass(std::chrono::duration<double>(lab.period_length()).count(), robots);
+    region.seen_in(lab.projection())
+        .draw(lab, colour, false, stock ? fmt::format("{} {:.2f}", label, stock->stock()) : label);
+  }
+
+  kit::Region region;
+  std::string label;
+  hal::Colour colour;
+  std::optional<kit::Resource> stock;
+  int robots = 0;
+};
+
+struct KitPieces::Tiles final : Piece {
+  Tiles(const Said& asked, std::uint64_t seed)
+      : full(static_cast<std::uint8_t>(std::min<std::size_t>(asked.at("shares").size(), 256) - 1)),
+        floor(drawn(asked, seed)) {}
+  static kit::FloorMap drawn(const Said& asked, std::uint64_t seed) {
+    const kit::FloorMap::Size size{.width_m = asked.at("width"),
+                                   .height_m = asked.at("height"),
+                                   .columns = asked.at("columns"),
+                                   .rows = asked.at("rows")};
+    if (const Said& given = asked.at("tiles"); !given.is_null()) return {size, given.get<std::vector<std::uint8_t>>()};
+    hal::RandomStream random(seed, "kit/" + asked.at("name").get<std::string>());
+    return kit::FloorMap::drawn(size, asked.at("shares").get<std::vector<double>>(), asked.at("patch"), random);
+  }
+
+  std::size_t columns() const override { return 1; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const hal::Observation& robot : frame.robots) {
+      const hal::Pose at = lab.projection().to_shared(robot.pose);
+      out.push_back(floor.at({at.x_m, at.y_m}));
+    }
+  }
+  void on_period(lab::Lab& lab) override { floor.draw(lab, lab.projection(), full); }
+
+  std::uint8_t full;
+  kit::FloorMap floor;
+};
+
+struct KitPieces::Towards final : Piece {
+  explicit Towards(const Said& asked) : place{asked.at("x"), asked.at("y")} {}
+
+  std::size_t columns() const override { return 2; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const hal::Observation& robot : frame.robots) {
+      const hal::Pose at = lab.projection().to_shared(robot.pose);
+      out.push_back(kit::bearing_rad(at, place));
+      out.push_back(kit::distance_m(at, place));
+    }
+  }
+
+  hal::Point place;
+};
+
+struct KitPieces::Talk final : Piece {
+  Talk(lab::Lab& lab, const Said& asked)
+      : voices(asked.at("name"), asked.at("values"), asked.at("range")), values(asked.at("values")) {
+    voices.begin(lab);
+  }
+
+  std::size_t columns() const override { return values; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const int n : voices.heard(lab, frame)) out.push_back(n);
+  }
+  void act(lab::Lab&, const hal::PoseFrame&, const Said& done) override {
+    const Said &robots = done.at("robots"), &said = done.at("values");
+    for (std::size_t i = 0; i < robots.size(); ++i) voices.say(robots.at(i), said.at(i));
+  }
+  void end_frame(lab::Lab& lab) override { voices.tell(lab); }
+  void on_period(lab::Lab& lab) override { voices.on_period(lab); }
+
+  kit::Voices voices;
+  std::size_t values;
+};
+
+KitPieces::KitPieces(std::uint64_t seed) : seed_(seed) {}
 KitPieces::~KitPieces() = default;
 
 void KitPieces::add(lab::Lab& lab, const Said& asked) {
@@ -151,6 +268,14 @@ void KitPieces::add(lab::Lab& lab, const Said& asked) {
     pieces_.push_back(std::make_unique<Eyes>(lab, asked));
   else if (piece == "crowd")
     pieces_.push_back(std::make_unique<Crowd>(asked));
+  else if (piece == "region")
+    pieces_.push_back(std::make_unique<Zone>(asked));
+  else if (piece == "floor")
+    pieces_.push_back(std::make_unique<Tiles>(asked, seed_));
+  else if (piece == "towards")
+    pieces_.push_back(std::make_unique<Towards>(asked));
+  else if (piece == "voices")
+    pieces_.push_back(std::make_unique<Talk>(lab, asked));
   else
     pieces_.push_back(std::make_unique<Trail>(lab, asked));
 }

@@ -2,6 +2,7 @@
 // gets arrays with each frame.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -15,7 +16,8 @@ class KitPieces {
  public:
   using Said = nlohmann::ordered_json;
 
-  KitPieces();
+  // `seed`: run.seed, of what is drawn alike in all labs.
+  explicit KitPieces(std::uint64_t seed);
   ~KitPieces();
 
   // What kit.py asks for, in begin(). Throws std::exception with one sentence for settings that make no sense.
@@ -33,6 +35,11 @@ class KitPieces {
   struct Eyes;
   struct Crowd;
   struct Trail;
+  struct Zone;
+  struct Tiles;
+  struct Towards;
+  struct Talk;
+  std::uint64_t seed_;
   std::vector<std::unique_ptr<Piece>> pieces_;
   hal::PoseFrame frame_;  // that was sensed last
 };

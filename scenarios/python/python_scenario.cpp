@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/colour.hpp"
 #include "hal/own_files.hpp"
 #include "scenarios/python/encoding.hpp"
 
@@ -62,13 +61,6 @@ nlohmann::json setting_in_force(const hal::Section& settings, const nlohmann::js
   return settings.get(name, value.get<std::string>(), about);
 }
 
-hal::Colour colour_of(const std::string& name) {
-  for (const hal::ColourLook& look : hal::colour_looks)
-    if (look.name == name) return look.colour;
-  throw std::runtime_error(
-      fmt::format("drew in a colour '{}' that there is not; docs/writing-a-scenario.md has them", name));
-}
-
 // Bytes as hexadecimal digits.
 std::vector<std::uint8_t> bytes_in(std::string_view digits) {
   const auto value = [](char c) {
@@ -104,7 +96,7 @@ nlohmann::json solid(const hal::Shape& shape, const hal::Pose& at, const std::st
 void draw(lab::Lab& lab, const Said& drawn) {
   std::vector<hal::Point> points = points_in(drawn.at("points").get_ref<const std::string&>());
   const std::string shape = drawn.at("shape"), label = drawn.at("label");
-  const hal::Colour colour = colour_of(drawn.at("colour"));
+  const hal::Colour colour = colour_named(drawn.at("colour"));
   const bool filled = drawn.at("filled"), dashed = drawn.at("dashed");
   if (shape == "circle")
     for (const hal::Point& at : points) lab.draw(hal::Circle{at, drawn.at("radius"), colour, filled, dashed, label});
@@ -178,7 +170,8 @@ PythonScenario::PythonScenario(const hal::Section& scenarios, const fs::path& la
     : file_(find_file(lab_file, run.scenario)),
       directory_(std::move(directory)),
       can_wait_(arena.can_wait),
-      patience_(answer_time(scenarios)) {
+      patience_(answer_time(scenarios)),
+      kit_(run.seed) {
   try {
     start(scenarios.section(file_.stem().string()), run, arena);
   } catch (const hal::ConfigError&) {

@@ -60,6 +60,11 @@ class Mine(arkmesh.Scenario):
         self.trail = lab.trail("trail", 2, 2, cell=0.02, half_life=30, zones=(4, 3.14, 0.05, 0.2), full=3)
         self.right, self.around = lab.eyes(1, reach=0.1), lab.eyes(4, reach=0.1, around=True, robots=0.02)
         self.crowd, self.own = lab.crowd(0.12), lab.crowd(0.12, leds=[0], others=False)
+        self.disc = lab.region(centre=(0.1, 0), radius=0.2, resource={"rate": 0.001, "growth": 0.01})
+        self.box = lab.region(corners=[(-0.2, -0.2), (0.1, -0.2), (0.1, 0.1), (-0.2, 0.1)])
+        tiles = numpy.arange(12).reshape(3, 4)
+        self.tiles, self.drawn = lab.floor("f", 0.8, 0.6, 4, 3, tiles=tiles), lab.floor("g", 1, 1, 20, 20, shares=(1, 3), patch=1)
+        self.home, self.talk = lab.towards((0.3, 0.1)), lab.voices("talk", 3, range=0.15)
     def period(self, lab):
         self.merged = True
     def frame(self, lab):
@@ -74,6 +79,22 @@ class Mine(arkmesh.Scenario):
         seen = self.around.distance.min(axis=1)
         assert numpy.allclose(seen[nearest < 0.0999], nearest[nearest < 0.0999]) and (seen[nearest > 0.1001] > 1).all()
         assert ((self.right.bits == 1) == numpy.isfinite(self.right.distance[:, 0])).all()
+        x, y = lab.shared_xy.T
+        assert (self.disc.inside == (numpy.hypot(x - 0.1, y) <= 0.2)).all()
+        assert (self.box.inside == ((x >= -0.2) & (x < 0.1) & (y >= -0.2) & (y < 0.1))).all()
+        row, column = numpy.floor((y + 0.3) / 0.2).clip(0, 2), numpy.floor((x + 0.4) / 0.2).clip(0, 3)
+        assert (self.tiles.level == row * 4 + column).all() and set(self.drawn.level) <= {0, 1}
+        turned = lab.heading + (0.5 if lab.name == "b" else 0)
+        off = numpy.arctan2(0.1 - y, 0.3 - x) - turned - self.home.bearing
+        assert numpy.allclose(numpy.cos(off), 1) and numpy.allclose(self.home.distance, numpy.hypot(0.3 - x, 0.1 - y))
+        if lab.periods > 3:
+            everyone = numpy.concatenate([lab.shared_xy, lab.others.shared_xy])
+            says = numpy.concatenate([lab.ids, lab.others.ids]) % 3
+            within = numpy.hypot(*(lab.shared_xy[:, None] - everyone[None]).T).T <= 0.15
+            within[numpy.arange(len(lab.ids)), numpy.arange(len(lab.ids))] = False
+            assert (self.talk.heard == numpy.stack([(within & (says == v)).sum(axis=1) for v in range(3)], axis=1)).all()
+            assert 0 < self.disc.stock < 1 and self.disc.robots >= 0
+        self.talk.say(lab.seen, (lab.ids % 3).astype(int))
         self.trail.lay(lab.ids % 2 == 0, 0.5)
         assert (self.trail.value >= 0).all() and self.trail.gradient.shape == (len(lab.ids), 2) and (self.trail.zones < 16).all()
         lab.count("smelt", int((self.trail.value > 0.1).sum()))
@@ -266,7 +287,13 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
 
     def test_pieces_that_are_none(self):
         begin = "import arkmesh, math\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
-        for text, wanted in [(begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
+        for text, wanted in [(begin + "lab.region(corners=[(0, 0), (1, 1), (1, 0), (0, 1)])", "mine.py: a polygon's sides cross; give its corners in order"),
+                             (begin + "lab.region(centre=(0, 0), radius=0)", "mine.py: a disc of radius 0 m is no region"),
+                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'size': 1})", "mine.py:4: ValueError: a resource has capacity"),
+                             (begin + "lab.floor('f', 1, 1, 5000, 2)", "mine.py: a floor of 5000 x 2 tiles is none"),
+                             (begin + "lab.floor('f', 1, 1, 2, 2, tiles=[1])", "mine.py:4: ValueError: tiles are 2 x 2 levels"),
+                             (begin + "lab.voices('v', 65, 1)", "mine.py:4: ValueError: values must be 1 to 64"),
+                             (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
                              (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: range must be"),
                              (begin + "lab.trail('a b', 1, 1, 0.1)", "mine.py:4: ValueError: a trail's name"),
                              (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),

@@ -83,6 +83,72 @@ class Trail(Piece):
                 {"piece": self._number, "robots": self._lab.ids[rows].tolist(), "amounts": each.tolist()})
 
 
+class Region(Piece):
+    """A part of the shared world. `inside` (n): whether a robot is in it. `robots`: how many of all labs are, as merged last. `stock`:
+    what is left of its resource. Both are of the newest frame's boundary."""
+
+    columns = 3
+
+    @property
+    def inside(self):
+        return self.sensed[:, 0] == 1
+
+    @property
+    def robots(self):
+        return int(numpy.nan_to_num(numpy.nanmax(self.sensed[:, 1], initial=0)))
+
+    @property
+    def stock(self):
+        return float(numpy.nanmax(self.sensed[:, 2], initial=0))
+
+
+class Floor(Piece):
+    """`level` (n) of the tile under each robot; -1 where a robot was never seen."""
+
+    @property
+    def level(self):
+        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+
+
+class Towards(Piece):
+    """Where a place of the shared world lies for each robot: `bearing` (n) from its heading, counter-clockwise, and `distance` (n) in
+    the shared world."""
+
+    columns = 2
+
+    @property
+    def bearing(self):
+        return self.sensed[:, 0]
+
+    @property
+    def distance(self):
+        return self.sensed[:, 1]
+
+    def sector(self, sectors):
+        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise; 0 where a robot was never seen."""
+        return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
+
+
+class Voices(Piece):
+    """What robots say to those near them in the shared world, in all labs. `heard` (n, values): how many others within range say each value."""
+
+    def __init__(self, lab, number, values):
+        self.columns = values
+        super().__init__(lab, number)
+
+    @property
+    def heard(self):
+        return numpy.nan_to_num(self.sensed).astype(int)
+
+    def say(self, who, value):
+        """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""
+        rows, by_ids = self._lab._rows(who)
+        given = numpy.asarray(self._lab._column("value", value, -1, self.columns - 1, len(rows) if by_ids else None))
+        each = numpy.broadcast_to(given, len(rows)) if given.ndim == 0 or by_ids else given[rows]
+        if len(rows):
+            self._lab._said.setdefault("kit_acts", []).append({"piece": self._number, "robots": self._lab.ids[rows].tolist(), "values": each.astype(int).tolist()})
+
+
 class Kit:
     """The methods of a Lab that ask for pieces, each in begin() only."""
 
@@ -116,6 +182,45 @@ class Kit:
                            ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off), ("full", full)]:
             asked[key] = _number(key, value)
         return self._piece(Trail, asked)
+
+    def region(self, centre=None, radius=None, corners=None, resource=None, label="", colour="note"):
+        """A disc or a polygon of the shared world, which is drawn. `resource`: a stock that all robots inside use, a dict of capacity (1),
+        growth (r of logistic growth, a second), rate (of the capacity that each takes, a second), pairs (true: n robots take n times as
+        much each) and regrows_below (below which it is full again)."""
+        if (centre is None) == (corners is None) or (centre is None) != (radius is None):
+            raise ValueError("a region is a disc with centre and radius, or has corners")
+        known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "regrows_below": 0.0}
+        if resource is not None and set(resource) - set(known):
+            raise ValueError(f"a resource has {', '.join(known)}, and no {', '.join(sorted(set(resource) - set(known)))}")
+        places = numpy.asarray([centre] if corners is None else corners, dtype=float)
+        if places.ndim != 2 or places.shape[1] != 2 or not numpy.isfinite(places).all():
+            raise ValueError(f"places of a region are pairs of numbers, and these have the shape {places.shape}")
+        return self._piece(Region, {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else float(radius),
+                                    "resource": None if resource is None else {**known, **resource}, "label": str(label), "colour": str(colour)})
+
+    def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None):
+        """Tiles around the origin of the shared world, alike in all labs: drawn from run.seed and `name`, level k on its part of `shares`, in
+        patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first."""
+        if tiles is not None:
+            tiles = numpy.asarray(tiles)
+            if tiles.shape != (rows, columns) or tiles.min() < 0 or tiles.max() > 255:
+                raise ValueError(f"tiles are {rows} x {columns} levels of 0 to 255, and these have the shape {tiles.shape}")
+            shares = [1] * (int(tiles.max()) + 1 if tiles.max() > 0 else 2)
+            tiles = tiles.astype(int).ravel().tolist()
+        return self._piece(Floor, {"piece": "floor", "name": str(name), "width": _number("width", width), "height": _number("height", height), "columns": int(columns),
+                                   "rows": int(rows), "shares": [_number("shares", s) for s in shares], "patch": int(patch), "tiles": tiles})
+
+    def towards(self, place):
+        """Bearing and distance to a place of the shared world."""
+        x, y = (_number("place", p, -1e4, 1e4) for p in place)
+        return self._piece(Towards, {"piece": "towards", "x": x, "y": y})
+
+    def voices(self, name, values, range):  # pylint: disable=redefined-builtin
+        """Robots say one of 1 to 64 values to others of all labs within `range` of them in the shared world."""
+        if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
+            raise ValueError(f"the name of voices is a word of up to 30 letters, digits and _, and not {name!r}")
+        values = int(_number("values", values, 1, 64))
+        return self._piece(Voices, {"piece": "voices", "name": name, "values": values, "range": _number("range", range, 1e-6, 1e4)}, values)
 
     def _piece(self, kind, asked, *more):
         if self._ask is None:
