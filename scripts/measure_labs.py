@@ -72,5 +72,39 @@ def labs_growth(bench):
     return max(cpu, memory) <= 1.5, f"CPU {cpu:.2f}, memory {memory:.2f} of a lab of 4", "1.5"
 
 
-LABS = [labs_sixteen, labs_growth]
+KIT = """import arkmesh
+class Five(arkmesh.Scenario):
+    def begin(self, lab):
+        self.trail = lab.trail("trail", width=5, height=5, cell=0.02, half_life=30, diffusion=1e-5, zones=(4, 3.14, 0.05, 0.2))
+        self.walls, self.others = lab.eyes(sectors=8, reach=0.1), lab.eyes(sectors=4, reach=0.1, robots=0.0165)
+        self.crowd, self.red = lab.crowd(range=0.1), lab.crowd(range=0.2, leds=[1])
+    def frame(self, lab):
+        self.trail.lay(lab.ids % 10 == 0, 0.1)
+        lab.tell(lab.seen, kind=1, value=(self.trail.value > 2) | (self.crowd.count > 3))
+"""
+
+
+def kit_sensors(bench):
+    """1000 robots with five virtual sensors each, in two labs and in Python: simulated seconds in one of the wall, beside the same without sensors."""
+    folder, robots, seconds = bench.folder(), 500, 20
+    folder.mkdir()
+    speed = {}
+    for name, text in {"five": KIT, "none": "import arkmesh\nclass Nothing(arkmesh.Scenario):\n    def frame(self, lab):\n        lab.tell(lab.seen, kind=1, value=lab.ids % 2)\n"}.items():
+        (folder / f"{name}.py").write_text(text)
+        files = [folder / f"{name}_{lab}.toml" for lab in "ab"]
+        for lab, file in zip("ab", files):
+            file.write_text(LAB.format(name=lab, seconds=seconds, labs='"a", "b"', solver="ode", program=ROOT / "experiments/light_up/light_up.c")
+                            .replace('"light_up"', f'"{name}.py"').replace("robots = 12", f"robots = {robots}").replace("_m = 0.5", "_m = 3.2"))
+        runs = []
+        for i in range(ROUNDS):
+            done = subprocess.run([PROGRAM, "run", *files, "--out", folder / f"{name}{i}", "--set", "view.use=false"], capture_output=True, text=True)
+            if done.returncode != 0:
+                raise Failed(f"a run with the kit failed: {done.stderr.strip().splitlines()[-1]}")
+            runs.append(json.loads((folder / f"{name}{i}/result.json").read_text())["wall"]["speed"])
+        speed[name] = max(runs)
+    each_us = 1e6 * (1 / speed["five"] - 1 / speed["none"]) / (2 * robots * 10)
+    return speed["five"] >= 20, f"{speed['five']:.0f} (without {speed['none']:.0f}): {each_us:.1f} us a robot and frame", "20"
+
+
+LABS = [labs_sixteen, labs_growth, kit_sensors]
 NOT_JUDGED_SHORT = set(LABS)

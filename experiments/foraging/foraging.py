@@ -9,13 +9,17 @@ class Foraging(arkmesh.Scenario):
     def begin(self, lab):
         half_life = lab.setting("half_life_s", 60.0, low=1, high=100_000, unit="s", help="after which half of the pheromone is left")
         self.smells = lab.setting("smells", True, help="false: robots are told that there is no pheromone")
-        self.trail = lab.trail("trail", lab.width_m, lab.height_m, cell=0.02, half_life=half_life, cap=5, full=2,
-                               zones=(4, numpy.pi, 0.06, 0.3))
-        self.carries = numpy.zeros(len(lab.ids), dtype=bool)
+        shares = lab.setting("shares", True, help="false: each lab has a trail of its own")
+        trails = {each: lab.trail(f"of_{each}", lab.width_m, lab.height_m, cell=0.02, half_life=half_life, cap=5, full=2,
+                                  zones=(4, numpy.pi, 0.06, 0.3)) for each in (["all"] if shares else lab.labs)}
+        self.trail = trails["all" if shares else lab.name]
+        lab.declare("trips")
+        self.carries, self.trips, self.all_trips = numpy.zeros(len(lab.ids), dtype=bool), 0, 0
 
     def frame(self, lab):
         home = self.carries & (numpy.hypot(*(lab.xy - NEST).T) < RADIUS)
-        lab.count("trips", int(home.sum()))
+        self.trips += int(home.sum())
+        lab.publish("trips", self.trips)
         self.carries = (self.carries & ~home) | (numpy.hypot(*(lab.xy - FOOD).T) < RADIUS)
         self.trail.lay(self.carries & (lab.led == 4), 0.2)
         bearing = numpy.arctan2(*(NEST - lab.xy).T[::-1]) - lab.heading
@@ -26,5 +30,8 @@ class Foraging(arkmesh.Scenario):
                  shown=(lab.led == 4) == self.carries)
 
     def period(self, lab):
+        trips = sum(int(lab.field(each, "trips").sum()) for each in lab.labs)
+        lab.count("trips", trips - self.all_trips)  # of all labs
+        self.all_trips = trips
         for place, name in ((NEST, "nest"), (FOOD, "food")):
             lab.circle(place, RADIUS, label=name)
