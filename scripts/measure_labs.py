@@ -72,6 +72,28 @@ def labs_growth(bench):
     return max(cpu, memory) <= 1.5, f"CPU {cpu:.2f}, memory {memory:.2f} of a lab of 4", "1.5"
 
 
+def labs_addition(bench):
+    """Processor time of the 48+12 pair of DHTF beside that of its two arenas alone, which hear the same words, by turns: what gate, bus, recorder and scenario add."""
+    files = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
+    whole, bare = [], []
+    for _ in range(1 if bench.short else ROUNDS):
+        folder = bench.folder()
+        with open(bench.scratch / "said.txt", "w+") as said:
+            process = subprocess.Popen([PROGRAM, "run", *files, "--seed", "1", "--out", folder, "--set", f"run.duration_s={bench.seconds}", "--set", "view.use=false"],
+                                       stdout=said, stderr=said)
+            _, status, usage = os.wait4(process.pid, 0)
+        if status != 0:
+            raise Failed("the pair's run failed")
+        whole.append(usage.ru_utime + usage.ru_stime)
+        told = subprocess.run([bench.built("bare_arenas"), folder, "1", *files], capture_output=True, text=True, check=True).stdout.split()
+        if told[4] != told[6]:
+            raise Failed(f"the arenas alone went another way: {told[6]} of {told[4]} frames are the same")
+        bare.append(float(told[2]))
+        shutil.rmtree(folder)
+    added = min(whole) / min(bare) - 1
+    return added <= 0.37, f"{added:.2f} of the arenas' time", "0.37, 0.6 times what it was"
+
+
 KIT = """import arkmesh
 class Five(arkmesh.Scenario):
     def begin(self, lab):
@@ -106,5 +128,5 @@ def kit_sensors(bench):
     return speed["five"] >= 20, f"{speed['five']:.0f} (without {speed['none']:.0f}): {each_us:.1f} us a robot and frame", "20"
 
 
-LABS = [labs_sixteen, labs_growth, kit_sensors]
+LABS = [labs_sixteen, labs_growth, labs_addition, kit_sensors]
 NOT_JUDGED_SHORT = set(LABS)
