@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <random>
 #include <utility>
@@ -17,6 +18,8 @@
 
 namespace arkmesh::app {
 namespace {
+
+constexpr std::chrono::milliseconds flush_each{50};  // where labs share a process
 
 const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunConfig& run) {
   std::string known;
@@ -110,10 +113,13 @@ void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
   if (python_) facts_["scenario_in_python"] = python_->facts();
-  folder_ = std::make_unique<lab::RunFolder>(directory_, effective, recorder_config_.options(), facts_);
+  hal::Recorder::Options record = recorder_config_.options();
+  if (worlds) record.flush_each = flush_each;
+  folder_ = std::make_unique<lab::RunFolder>(directory_, effective, record, facts_);
   if (python_) python_->keep_sources();
-  runner_ = std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_,
-                                          folder_->recorder(), run_id_, std::move(worlds));
+  runner_ =
+      std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_, folder_->recorder(),
+                                    run_id_, worlds ? std::move(worlds) : std::make_shared<lab::WorldReader>());
   runner_->ask(&signatures_);
 }
 

@@ -32,9 +32,10 @@ class ConfiguredLab {
   // else it brings both. Throws ConfigError.
   ConfiguredLab(hal::Config config, std::filesystem::path directory, hal::EventLoop& loop, OwnParts* own = nullptr);
   ~ConfiguredLab();
-  // Once, before anything else: opens the run folder and makes the runner. `worlds` may be that of all labs of this
-  // process. Throws as RunFolder does.
-  void open_run(std::shared_ptr<lab::WorldReader> worlds = std::make_shared<lab::WorldReader>());
+  // Once, before anything else: opens the run folder and makes the runner. `worlds`: that of all labs of this process,
+  // which together have thousands of periods a second and write their files 20 times at most; null: this lab is alone,
+  // and each period is on the disk when the next one begins. Throws as RunFolder does.
+  void open_run(std::shared_ptr<lab::WorldReader> worlds = nullptr);
 
   // While it lives the lab hears operators. The private bus is copied to the public one, what a lab wants from others
   // is let in, and that bus's counters are the run's, too; where labs of one process meet on their private buses there

@@ -89,7 +89,7 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
     std::filesystem::create_directories(directory);
   else
     lab::claim_run_folder(directory, use == Folder::moved_aside);
-  const auto worlds = std::make_shared<lab::WorldReader>();
+  const auto worlds = labs_.size() > 1 ? std::make_shared<lab::WorldReader>() : nullptr;
   for (const auto& member : labs_) {
     member->lab.open_run(worlds);
     member->membership.emplace(member->lab, member->lab.bus());

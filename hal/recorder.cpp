@@ -25,7 +25,6 @@ namespace {
 
 constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
 constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
-constexpr std::chrono::milliseconds flush_each{50};
 constexpr std::uint64_t most_refused = 1000, most_refused_bytes = 4 << 20;
 
 std::span<const std::byte> bytes_of(std::string_view text) {
@@ -199,7 +198,7 @@ void Recorder::flush() {
 
 void Recorder::flush_period() {
   const auto now = std::chrono::steady_clock::now();
-  if (now - state_->flushed < flush_each) return;
+  if (now - state_->flushed < state_->options.flush_each) return;
   state_->flushed = now;
   flush();
 }

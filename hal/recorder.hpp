@@ -3,6 +3,7 @@
 // once and is counted.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -26,6 +27,7 @@ class Recorder {
     bool compress = false;                     // ... as log.lcm.zst, a zstd frame of each flush
     std::uint64_t keep_free_bytes = 64 << 20;  // stop recording while the disk has less free than this
     double fast_bytes_per_s = 10e6;            // a log that grows faster is said and counted (GrowthWatch)
+    std::chrono::milliseconds flush_each{0};   // of wall time, at least, between two flush_period() that write
   };
   // Writes `directory`/log.lcm (or log.lcm.zst) and `directory`/<table>.csv; makes the directory. Throws
   // std::runtime_error when it cannot. `start_utime`: wall microseconds since 1970 that lab time 0 stands for in the
@@ -47,8 +49,7 @@ class Recorder {
   void row(std::string_view name, std::string_view header, std::string_view values);
   // Everything so far reaches the file system.
   void flush();
-  // The same at the end of a period, so that a killed process leaves whole periods; not more often than each 50 ms of
-  // wall time, because labs that can wait have thousands of periods a second.
+  // The same at the end of a period, so that a killed process leaves whole periods, when it is time for it.
   void flush_period();
   // Reasons and amounts of what was not recorded.
   const Counters& counters() const { return counters_; }
