@@ -48,12 +48,10 @@ void each_near(std::span<const Seen> robots, std::span<const Seen> all, double r
   }
 }
 
-std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m, LedSet leds,
-                            bool begins_with_robots) {
+std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m, LedSet leds) {
   std::vector<int> counts(robots.size(), 0);
-  each_near(robots, all, range_m, [&](std::size_t robot, std::size_t other) {
-    counts[robot] += shows(all[other], leds) && !(begins_with_robots && other == robot);
-  });
+  each_near(robots, all, range_m,
+            [&](std::size_t robot, std::size_t other) { counts[robot] += other != robot && shows(all[other], leds); });
   return counts;
 }
 

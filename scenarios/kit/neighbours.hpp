@@ -23,11 +23,10 @@ constexpr LedSet only(hal::Led led) {
   return static_cast<LedSet>(1U << static_cast<unsigned>(led));
 }
 
-// For each of `robots`, how many of `all` with such an LED are within `range_m` of it; itself is not counted where
-// `all` begins with `robots`, in their order. Time grows with robots and neighbours, not with pairs. Throws
-// std::invalid_argument for a range that is none.
+// For each of `robots`, with which `all` begins, how many others of `all` with such an LED are within `range_m` of it.
+// Time grows with robots and neighbours, not with pairs. Throws std::invalid_argument for a range that is none.
 std::vector<int> neighbours(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
-                            LedSet leds = any_led, bool begins_with_robots = true);
+                            LedSet leds = any_led);
 // Each pair of one of `robots` and one of `all` within range, by their numbers, itself included where it is in both: in
 // the order of `robots`, and for each of them in a fixed one.
 void each_near(std::span<const Seen> robots, std::span<const Seen> all, double range_m,

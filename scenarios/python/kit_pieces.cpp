@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -54,42 +53,49 @@ struct KitPieces::Eyes final : Piece {
   Eyes(const lab::Lab& lab, const Said& asked)
       : sectors({.count = asked.at("sectors"), .around = asked.at("around"), .reach_m = asked.at("reach")}),
         walls(lab.arena().width_m, lab.arena().height_m, lab.arena().obstacles),
+        what(walls),
         radius_m(asked.at("robots")) {}
 
   std::size_t columns() const override { return static_cast<std::size_t>(sectors.count()); }
-  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
-    kit::Surroundings what = walls;
-    if (radius_m > 0) {
-      std::vector<kit::Surroundings::Disc> discs;
-      for (const kit::Seen& other : others_in(lab)) discs.push_back({other.place, radius_m});
-      what.add_discs(discs);
-    }
+  void sense(const lab::Lab&, const hal::PoseFrame& frame, std::vector<double>& out) override {
     for (const hal::Observation& robot : frame.robots)
       for (const double d : sectors.distances_m(robot.pose, what)) out.push_back(d < 1e9 ? d : -1);
   }
+  void on_period(lab::Lab& lab) override {
+    if (radius_m == 0) return;
+    std::vector<kit::Surroundings::Disc> discs;
+    for (const kit::Seen& other : others_in(lab)) discs.push_back({other.place, radius_m});
+    what = walls;
+    what.add_discs(discs);
+  }
 
   kit::Sectors sectors;
-  kit::Surroundings walls;
-  double radius_m;  // of robots of other labs, as discs; 0: they are not seen
+  kit::Surroundings walls, what;  // all that is seen: walls, and robots as merged last
+  double radius_m;                // of robots of other labs, as discs; 0: they are not seen
 };
 
 struct KitPieces::Crowd final : Piece {
-  explicit Crowd(const Said& asked) : range_m(asked.at("range")), others(asked.at("others")) {
+  explicit Crowd(const Said& asked) : range_m(asked.at("range")), of_all_labs(asked.at("others")) {
     for (const auto& led : asked.at("leds")) leds = static_cast<kit::LedSet>(leds | 1U << led.get<unsigned>());
     kit::neighbours({}, {}, range_m);  // what is wrong is said at once
   }
 
   std::size_t columns() const override { return 1; }
-  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+  void sense(const lab::Lab&, const hal::PoseFrame& frame, std::vector<double>& out) override {
     std::vector<kit::Seen> all;
     for (const hal::Observation& robot : frame.robots) all.push_back({{robot.pose.x_m, robot.pose.y_m}, robot.led});
     const std::size_t own = all.size();
-    if (others) std::ranges::move(others_in(lab), std::back_inserter(all));
+    all.insert(all.end(), others.begin(), others.end());
     for (const int n : kit::neighbours(std::span(all).first(own), all, range_m, leds)) out.push_back(n);
   }
 
+  void on_period(lab::Lab& lab) override {
+    if (of_all_labs) others = others_in(lab);
+  }
+
   double range_m;
-  bool others;
+  bool of_all_labs;
+  std::vector<kit::Seen> others;  // of other labs, as merged last
   kit::LedSet leds = 0;
 };
 

@@ -254,6 +254,20 @@ class PythonScenario(unittest.TestCase):
             self.assertGreater(counted[0], 0, name)
             self.assertEqual(counted[1], 0, name)
 
+    def test_experiments_of_the_kit_show_their_effect(self):
+        """Robots that are told of others gather, and food comes home; and not where they are told nothing, or there is no time."""
+        def counted(lab, count, *sets):
+            out = self.folder / f"kit{len(list(self.folder.iterdir()))}"
+            done = subprocess.run([ARKMESH, "run", ROOT / f"experiments/{lab}", "--seed", "1", "--out", out, *(part for s in sets for part in ("--set", s))],
+                                  capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            return json.loads((out / "result.json").read_text())["counts"][count]
+        short = ("run.duration_s=60", "arena.robots=60")
+        self.assertLess(counted("aggregation/a.toml", "until_half_s", *short), 60)
+        self.assertGreater(counted("aggregation/a.toml", "until_half_s", *short, "scenario.aggregation.sees=false"), 60)
+        self.assertGreater(counted("foraging/a.toml", "trips", "run.duration_s=600"), 0)
+        self.assertEqual(counted("foraging/a.toml", "trips", "run.duration_s=20"), 0)
+
     def test_the_kit_gives_what_numpy_computes(self):
         """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
         (self.folder / "mine.py").write_text(KIT)
@@ -295,7 +309,7 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
                              (begin + "lab.voices('v', 65, 1)", "mine.py:4: ValueError: values must be 1 to 64"),
                              (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
                              (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: range must be"),
-                             (begin + "lab.trail('a b', 1, 1, 0.1)", "mine.py:4: ValueError: a trail's name"),
+                             (begin + "lab.trail('a b', 1, 1, 0.1)", "ValueError: the name of a trail is a word"),
                              (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
                              (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py: zones are 1 to 32"),
                              (FRAME + "lab.eyes(4)", "mine.py:4: RuntimeError: eyes: ask for pieces of the kit in begin()")]:

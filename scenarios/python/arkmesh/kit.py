@@ -12,11 +12,17 @@ def _number(name, value, low=-math.inf, high=math.inf):
     return value
 
 
+def _name(what, name):
+    if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
+        raise ValueError(f"the name of {what} is a word of up to 30 letters, digits and _, and not {name!r}")
+    return name
+
+
 class Piece:
     columns = 1
 
-    def __init__(self, lab, number):
-        self._lab, self._number = lab, number
+    def __init__(self, lab, number, columns=None):
+        self._lab, self._number, self.columns = lab, number, columns or self.columns
         self.sensed = numpy.full((len(lab.ids), self.columns), numpy.nan)
 
     def _see(self, rows, sensed):
@@ -29,10 +35,6 @@ class Piece:
 
 class Eyes(Piece):
     """What is near in each sector: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
-
-    def __init__(self, lab, number, sectors):
-        self.columns = sectors
-        super().__init__(lab, number)
 
     @property
     def distance(self):
@@ -132,10 +134,6 @@ class Towards(Piece):
 class Voices(Piece):
     """What robots say to those near them in the shared world, in all labs. `heard` (n, values): how many others within range say each value."""
 
-    def __init__(self, lab, number, values):
-        self.columns = values
-        super().__init__(lab, number)
-
     @property
     def heard(self):
         return numpy.nan_to_num(self.sensed).astype(int)
@@ -174,9 +172,7 @@ class Kit:
         """Pheromone on a grid around the origin of the shared world, that robots of all labs lay: metres of the shared frame, seconds,
         `diffusion` in m2/s, `wind` in m/s. `zones`: (how many, opening in radians, radius, least value) in front of robots. `full`: what
         people see as darkest; 0 shows nothing. Every lab asks for it alike."""
-        if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
-            raise ValueError(f"a trail's name is a word of up to 30 letters, digits and _, and not {name!r}")
-        asked = {"piece": "trail", "name": name, "wind": [_number("wind", w) for w in wind],
+        asked = {"piece": "trail", "name": _name("a trail", name), "wind": [_number("wind", w) for w in wind],
                  "zones": None if zones is None else [int(zones[0]), *(_number("zones", z) for z in zones[1:4])]}
         for key, value in [("width", width), ("height", height), ("cell", cell), ("half_life", half_life), ("linear", linear),
                            ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off), ("full", full)]:
@@ -217,10 +213,8 @@ class Kit:
 
     def voices(self, name, values, range):  # pylint: disable=redefined-builtin
         """Robots say one of 1 to 64 values to others of all labs within `range` of them in the shared world."""
-        if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
-            raise ValueError(f"the name of voices is a word of up to 30 letters, digits and _, and not {name!r}")
         values = int(_number("values", values, 1, 64))
-        return self._piece(Voices, {"piece": "voices", "name": name, "values": values, "range": _number("range", range, 1e-6, 1e4)}, values)
+        return self._piece(Voices, {"piece": "voices", "name": _name("voices", name), "values": values, "range": _number("range", range, 1e-6, 1e4)}, values)
 
     def _piece(self, kind, asked, *more):
         if self._ask is None:
