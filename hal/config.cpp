@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -347,8 +348,8 @@ std::vector<std::string> Config::files() const {
 }
 
 void Config::refuse_unknown(std::string_view below) const {
-  // what comes first in the text is named first
-  std::set<std::tuple<std::string, unsigned, std::string>> unknown;
+  // What comes first in the text is named first. The node is kept: a quoted key may hold a dot, so its name is no path to it.
+  std::map<std::tuple<std::string, unsigned, std::string>, const toml::node*> unknown;
   std::set<std::string, std::less<>> known = state_->left_alone;
   for_each(state_->tree, "", [&](const std::string& key, const toml::node& node) {
     const bool is_read = state_->read.contains(&node);
@@ -356,12 +357,12 @@ void Config::refuse_unknown(std::string_view below) const {
     const bool counts =
         below.empty() || (key.starts_with(below) && key.find_first_of(".[", below.size()) == below.size());
     const bool is_left_alone = state_->left_alone.contains(key);
-    if (!is_read && counts && !is_left_alone) unknown.emplace(*node.source().path, node.source().begin.line, key);
+    if (!is_read && counts && !is_left_alone) unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);
     return is_read && !is_left_alone;
   });
   if (unknown.empty()) return;
-  std::string key = std::get<2>(*unknown.begin());
-  const toml::node* node = toml::at_path(state_->tree, key).node();
+  std::string key = std::get<2>(unknown.begin()->first);
+  const toml::node* node = unknown.begin()->second;
   if (!renamed(key).empty()) {
     for (; node->is_table() && node->as_table()->size() == 1; node = &node->as_table()->begin()->second)
       key = join(key, node->as_table()->begin()->first.str());

@@ -200,6 +200,7 @@ TEST_CASE("each bad value is refused in one sentence with file, line and key") {
       {"[arena]\nwidth_cm = 100", "a.toml:2: unknown key 'arena.width_cm'; did you mean 'arena.width_m'?"},
       {"[arena]\nrobtos = 1", "a.toml:2: unknown key 'arena.robtos'; did you mean 'arena.robots'?"},
       {"[arena]\ncolour = 1", "a.toml:2: unknown key 'arena.colour'; remove it or correct its name"},
+      {"[\"none.toml\"]\nx = 1", "a.toml:1: unknown table 'none.toml'; remove it or correct its name"},
       {"[arena]\n\n[aerna]\n", "a.toml:3: unknown table 'aerna'; did you mean 'arena'?"},
       {"[arena]\nx = = 1", "a.toml:2: not valid TOML: Error while parsing value: could not determine value type"},
       {"[!]", "a.toml: not valid TOML; look for stray characters in [table] headers and keys"},
