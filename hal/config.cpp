@@ -348,7 +348,8 @@ std::vector<std::string> Config::files() const {
 }
 
 void Config::refuse_unknown(std::string_view below) const {
-  // What comes first in the text is named first. The node is kept: a quoted key may hold a dot, so its name is no path to it.
+  // What comes first in the text is named first. The node is kept: a quoted key may hold a dot, so its name is no path
+  // to it.
   std::map<std::tuple<std::string, unsigned, std::string>, const toml::node*> unknown;
   std::set<std::string, std::less<>> known = state_->left_alone;
   for_each(state_->tree, "", [&](const std::string& key, const toml::node& node) {
@@ -357,7 +358,8 @@ void Config::refuse_unknown(std::string_view below) const {
     const bool counts =
         below.empty() || (key.starts_with(below) && key.find_first_of(".[", below.size()) == below.size());
     const bool is_left_alone = state_->left_alone.contains(key);
-    if (!is_read && counts && !is_left_alone) unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);
+    if (!is_read && counts && !is_left_alone)
+      unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);
     return is_read && !is_left_alone;
   });
   if (unknown.empty()) return;
