@@ -1,9 +1,10 @@
 /* Walks about at random; is told how many robots are near, stays more likely the more there are, and leaves less
    likely. Red while it stays. */
+#include <arkmesh_id.h> /* says who it is, and goes on after a pause */
 #include <kilolib.h>
 
 static volatile uint8_t near;
-static uint32_t called_at, motion_ends_at, decides_at;
+static uint32_t motion_ends_at, decides_at;
 static uint8_t stays, turning, left, right;
 
 /* One of three blocks: robot 10 bits, kind 4 bits, value 10 bits. */
@@ -18,7 +19,7 @@ static void on_message(message_t* message, distance_measurement_t* distance) {
 }
 
 static void setup(void) {
-  called_at = motion_ends_at = decides_at = kilo_ticks;
+  motion_ends_at = decides_at = kilo_ticks;
 }
 
 /* Each second: stays with probability near / (near + 4), leaves with 1 / (2 (near + 1)^2). */
@@ -32,8 +33,7 @@ static void decide(void) {
 
 static void loop(void) {
   const uint32_t now = kilo_ticks;
-  uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
-  called_at = now;
+  uint8_t starts = 0;
   if (now >= decides_at) {
     const uint8_t stood = stays;
     decides_at = now + 31;

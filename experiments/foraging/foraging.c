@@ -1,11 +1,12 @@
 /* Goes where it is told: home, by the sector of its bearing, or along pheromone that it smells in front, else about at
    random. Blue on its way home, which is when it lays pheromone; green else. */
+#include <arkmesh_id.h> /* says who it is, and goes on after a pause */
 #include <kilolib.h>
 
 enum { SEARCH = 0, HOME = 1 };
 
 static volatile uint8_t kind, value;
-static uint32_t called_at, motion_ends_at;
+static uint32_t motion_ends_at;
 static uint8_t turning, left, right;
 
 /* One of three blocks: robot 10 bits, kind 4 bits, value 10 bits. */
@@ -22,11 +23,11 @@ static void on_message(message_t* message, distance_measurement_t* distance) {
 }
 
 static void setup(void) {
-  called_at = motion_ends_at = kilo_ticks;
+  motion_ends_at = kilo_ticks;
 }
 
-static void drive(uint8_t to_left, uint8_t to_right, uint8_t starts) {
-  starts |= (to_left && !left) || (to_right && !right);
+static void drive(uint8_t to_left, uint8_t to_right) {
+  const uint8_t starts = (to_left && !left) || (to_right && !right);
   left = to_left;
   right = to_right;
   if (starts) spinup_motors();
@@ -34,7 +35,7 @@ static void drive(uint8_t to_left, uint8_t to_right, uint8_t starts) {
 }
 
 /* Straight for 2 to 10 s, then a turn of up to 2 s. */
-static void wander(uint32_t now, uint8_t starts) {
+static void wander(uint32_t now) {
   uint8_t l = left, r = right;
   if (now >= motion_ends_at) {
     turning = !turning;
@@ -42,34 +43,31 @@ static void wander(uint32_t now, uint8_t starts) {
     r = turning && l ? 0 : kilo_straight_right;
     motion_ends_at = now + (turning ? rand_hard() / 4 : 60 + rand_hard());
   }
-  drive(l, r, starts);
+  drive(l, r);
 }
 
 static void loop(void) {
-  const uint32_t now = kilo_ticks;
-  const uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
-  called_at = now;
   if (kind == HOME) {
     /* Sectors of 30 degrees, counter-clockwise from straight ahead. */
     set_color(RGB(0, 0, 3));
     if (value == 0)
-      drive(kilo_straight_left, kilo_straight_right, starts);
+      drive(kilo_straight_left, kilo_straight_right);
     else if (value <= 6)
-      drive(kilo_turn_left, 0, starts);
+      drive(kilo_turn_left, 0);
     else
-      drive(0, kilo_turn_right, starts);
+      drive(0, kilo_turn_right);
     return;
   }
   set_color(RGB(0, 3, 0));
   /* Four zones in front, the leftmost in bit 3. */
   if ((value & 6) || (value & 9) == 9)
-    drive(kilo_straight_left, kilo_straight_right, starts);
+    drive(kilo_straight_left, kilo_straight_right);
   else if (value & 8)
-    drive(kilo_turn_left, 0, starts);
+    drive(kilo_turn_left, 0);
   else if (value & 1)
-    drive(0, kilo_turn_right, starts);
+    drive(0, kilo_turn_right);
   else
-    wander(now, starts);
+    wander(kilo_ticks);
 }
 
 int main(void) {

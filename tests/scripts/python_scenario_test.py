@@ -265,6 +265,7 @@ class PythonScenario(unittest.TestCase):
         short = ("run.duration_s=60", "arena.robots=60")
         self.assertLess(counted("aggregation/a.toml", "until_half_s", *short), 60)
         self.assertGreater(counted("aggregation/a.toml", "until_half_s", *short, "scenario.aggregation.sees=false"), 60)
+        self.assertLess(counted("aggregation/a_emulated.toml", "until_half_s", "run.duration_s=20"), 30)  # cameras and controller find and tell them
         self.assertGreater(counted("foraging/a.toml", "trips", "run.duration_s=600"), 0)
         self.assertEqual(counted("foraging/a.toml", "trips", "run.duration_s=20"), 0)
 

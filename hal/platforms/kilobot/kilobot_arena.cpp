@@ -206,11 +206,12 @@ class KilobotArena final : public Arena {
     if (!has_picture_) return eyes_->error().empty() ? "the cameras give no picture" : eyes_->error();
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
+    const bool all = robots.size() == info_.robots.size();
     return fmt::format(
         "{} of {} robots have not been seen and named ({}); are they in the arena, in the cameras' sight, switched on, "
-        "and is "
-        "that their id? arena.kilobot.may_miss lets the lab begin without some",
-        robots.size(), info_.robots.size(), in_words(robots));
+        "and is that their id?{} arena.kilobot.may_miss lets the lab begin without some",
+        robots.size(), info_.robots.size(), in_words(robots),
+        all ? " Does their program include <arkmesh_id.h>? Without it a robot cannot say who it is." : "");
   }
 
   void serve_controller() {
