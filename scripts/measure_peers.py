@@ -61,12 +61,13 @@ def kilombo_rate(folder, robots, per_m2, seconds):
 
 
 def our_rates(bench, robots, per_m2):
-    """The same of both solvers, as {solver: rate}."""
+    """The same of both solvers, as {solver: rate}, and the share of ODE's own step in "ode"."""
     done = subprocess.run([bench.built("bench_simulator"), f"--benchmark_filter=^(ode|fast)/{robots}_at_{per_m2}$", "--benchmark_repetitions=1",
                            "--benchmark_report_aggregates_only=false", "--benchmark_format=json"], capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-    return {row["name"].split("/")[0]: row["robot_s_per_cpu_s"] for row in json.loads(done.stdout)["benchmarks"]}
+    rows = {row["name"].split("/")[0]: row for row in json.loads(done.stdout)["benchmarks"]}
+    return {solver: row["robot_s_per_cpu_s"] for solver, row in rows.items()} | {"step": rows["ode"]["step_share"]}
 
 
 def peers_kilombo(bench):
@@ -76,15 +77,16 @@ def peers_kilombo(bench):
     folder = bench.folder()
     folder.mkdir()
     told, met = [], True
-    lines = ["| robots | Kilombo, robot-s per CPU s | `\"ode\"` of it (must) | `\"fast\"` of it (must) |", "|---|---|---|---|"]
+    lines = ["| robots | Kilombo, robot-s per CPU s | `\"ode\"` of it (must) | ODE's step, share of `\"ode\"` | the step alone, of Kilombo | `\"fast\"` of it (must) |", "|---|---|---|---|---|---|"]
     for robots, per_m2, seconds, *goals in SIZES:
         turns = [(kilombo_rate(folder, robots, per_m2, seconds), our_rates(bench, robots, per_m2)) for _ in range(ROUNDS)]
         peer = statistics.median(rate for rate, _ in turns)
         shares = [statistics.median(ours[solver] / rate for rate, ours in turns) for solver in ("ode", "fast")]
         met = met and all(share >= goal for share, goal in zip(shares, goals))
+        step = statistics.median(ours["step"] for _, ours in turns)
         told.append("/".join(f"{share:.2f}" for share in shares))
-        print(f"  {robots} robots at {per_m2}/m2: Kilombo {peer / 1e3:.0f} k, ode {shares[0]:.2f} ({goals[0]}), fast {shares[1]:.2f} ({goals[1]}) of it", flush=True)
-        lines.append(f"| {robots} at {per_m2}/m2 | {peer / 1e3:.0f} k | {shares[0]:.2f} ({goals[0]}) | {shares[1]:.2f} ({goals[1]}) |")
+        print(f"  {robots} robots at {per_m2}/m2: Kilombo {peer / 1e3:.0f} k, ode {shares[0]:.2f} ({goals[0]}), ODE's step {step:.0%} of that, fast {shares[1]:.2f} ({goals[1]}) of it", flush=True)
+        lines.append(f"| {robots} at {per_m2}/m2 | {peer / 1e3:.0f} k | {shares[0]:.2f} ({goals[0]}) | {step:.0%} | {shares[0] / step:.2f} | {shares[1]:.2f} ({goals[1]}) |")
     if not bench.short:
         write_between(ROOT / "docs/simulator-speed.md", KILOMBO_PLACE, f"Commit {commit()}, {machine()}, medians of {ROUNDS} turns on {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
     return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)

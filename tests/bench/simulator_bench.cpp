@@ -3,11 +3,14 @@
 // end it sums up: shares, time per part, how deep contacts went and how far anything came out of the plane. The bare
 // reference is compiled like the arena; with -march=native -ffast-math it was up to 6 % faster. It runs at several
 // times the floor that keeps it honest (0.8 M, dense 0.6 M).
+// `step_share` is how much of "ode" is ODE's own step: the linker puts a clock around dWorldQuickStep.
 //   bench_simulator [--benchmark_filter=...] [--benchmark_repetitions=5]
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
+#include <ode/ode.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -23,6 +26,16 @@
 #include "sim_ode/start_places.hpp"
 #include "tests/bench/bare_swarm.hpp"
 #include "tests/bench/textbook_swarm.hpp"
+
+// Seconds spent in ODE's step. The link option --wrap=dWorldQuickStep sends every call here.
+static double step_s = 0;
+extern "C" int __real_dWorldQuickStep(dWorldID world, dReal seconds);
+extern "C" int __wrap_dWorldQuickStep(dWorldID world, dReal seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  const int result = __real_dWorldQuickStep(world, seconds);
+  step_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
 
 namespace arkmesh::bench {
 namespace {
@@ -45,16 +58,16 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Steps until the benchmark ends; about `step_s` x robots each.
+// Steps until the benchmark ends; about `each_s` x robots each.
 template <class Step>
-void measure(benchmark::State& state, const Size& size, double step_s, Step&& step) {
+void measure(benchmark::State& state, const Size& size, double each_s, Step&& step) {
   std::uint64_t steps = 0;
   for (auto _ : state) {
     step();
     ++steps;
   }
   state.counters["robot_s_per_cpu_s"] =
-      benchmark::Counter(static_cast<double>(steps) * step_s * size.robots, benchmark::Counter::kIsRate);
+      benchmark::Counter(static_cast<double>(steps) * each_s * size.robots, benchmark::Counter::kIsRate);
 }
 
 void bare(benchmark::State& state, Size size) {
@@ -89,10 +102,13 @@ void ours(benchmark::State& state, Size size, const char* solver) {
     k.arena->robots().command({.kind = hal::FleetCommand::Kind::run});
     k.arena->advance_to(k.at = hal::LabTime{static_cast<std::int64_t>(warm_up_s * 1e6)});
   }
+  const double began_s = cpu_s();
+  step_s = 0;
   measure(state, size, 0.1, [&] {
     k.arena->advance_to(k.at += hal::LabTime{100'000});
     benchmark::DoNotOptimize(k.arena->poses().latest());
   });
+  state.counters["step_share"] = step_s / (cpu_s() - began_s);
   const auto count = [&](const char* name) { return static_cast<double>(k.arena->counters()[name]); };
   if (const double solved = count("contacts.solved"); solved > 0) {
     state.counters["by_ode_share"] = count("contacts.by_ode") / solved;
