@@ -39,24 +39,20 @@ void count(AirtimeNeed& need, std::span<const std::byte> bytes) {
   }
 }
 
-hal::LabTime message_period(const hal::Config& config) {
+double room_of(const hal::Config& config) {
   const hal::Section arena = config.root().section("arena");
-  const hal::ArenaRow& row = chosen_arena(arena);
-  if (!row.message_period) arena.refuse("use", "says nothing of its airtime; \"ode\", \"kilobot\" and \"emulated\" do");
-  return row.message_period(arena);
+  const std::optional<double> room = words_per_s(arena);
+  if (!room) arena.refuse("use", "says nothing of its airtime; \"ode\", \"kilobot\" and \"emulated\" do");
+  return *room;
 }
 
 }  // namespace
-
-double AirtimeNeed::room() const {
-  return static_cast<double>(words_of_whole * second_us) / static_cast<double>(period.count());
-}
 
 std::vector<AirtimeNeed> try_airtime(LabFiles labs, double seconds, hal::StopRequest& stop, hal::Progress* progress) {
   std::vector<AirtimeNeed> needs;
   for (const hal::Config& config : read_labs(labs, -1)) {
     const auto name = config.root().section("lab").get("name", std::string());
-    needs.push_back({.lab = name, .period = message_period(config)});
+    needs.push_back({.lab = name, .room = room_of(config)});
     // a lab's own override would win over one for all
     for (const std::string& set : {std::string(R"(arena.use="ode")"), std::string("recorder.log=false"),
                                    fmt::format("run.duration_s={}", seconds)})

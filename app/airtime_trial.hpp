@@ -25,12 +25,11 @@ struct SlotNeed {
 struct AirtimeNeed {
   std::string lab, layout;
   std::size_t robots = 0;
-  hal::LabTime period{0};  // of messages, start to start
+  double room = 0;  // words in a second
   std::map<std::uint8_t, SlotNeed> slots;
   SlotNeed all;
-  hal::Airtime air;     // what became of the messages
-  double seconds = 0;   // of lab time
-  double room() const;  // words in a second
+  hal::Airtime air;    // what became of the messages
+  double seconds = 0;  // of lab time
 };
 
 // Runs the labs for `seconds` in simulation, whatever arena they use, as `arkmesh run` does, and keeps nothing. Throws

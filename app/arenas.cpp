@@ -1,6 +1,7 @@
 #include "app/arenas.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   for (const hal::ArenaRow& row : rows)
     if (std::ranges::find(chosen->sections, row.name) == chosen->sections.end()) arena.leave_alone(row.name);
   return *chosen;
+}
+
+std::optional<double> words_per_s(const hal::Section& arena) {
+  const hal::ArenaRow& row = chosen_arena(arena);
+  if (!row.message_period) return std::nullopt;
+  return 1e6 * hal::kilobot::groups / static_cast<double>(row.message_period(arena).count());
 }
 
 std::vector<std::filesystem::path> robots_programs_of(const hal::Section& arena) {

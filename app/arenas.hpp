@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ std::vector<hal::ArenaRow>& arena_rows();
 // The row that arena.use names. Keys of arenas that are not in use stay in the file, so that one key swaps them. Throws
 // ConfigError.
 const hal::ArenaRow& chosen_arena(const hal::Section& arena);
+// Words to single robots that it has airtime for in a second; none: it says nothing of its airtime.
+std::optional<double> words_per_s(const hal::Section& arena);
 
 // The files of what simulated robots run there; none where robots are real, or not there. Throws ConfigError.
 std::vector<std::filesystem::path> robots_programs_of(const hal::Section& arena);

@@ -79,16 +79,16 @@ void ConfiguredLab::make_parts(OwnParts* own) {
   const std::string table = std::filesystem::path(run_config_.scenario).stem().string();
   if (in_python) {
     scenarios::python::answer_time(root.section("scenario"));
-    root.section("scenario").leave_alone(table);
+    for (const char* of : {"scenario", "sensors"}) root.section(of).leave_alone(table);
   } else {
     scenario_ = scenario.make(root.section("scenario").section(run_config_.scenario), run_config_.labs);
   }
   arena_ = make_arena(config_, run_config_, private_bus_, pictures_, directory_);
   if (in_python) {
-    root.section("scenario").take_up(table);
-    auto made = std::make_unique<scenarios::python::PythonScenario>(root.section("scenario"), config_.file(),
-                                                                    run_config_, arena_->info(), directory_);
-    config_.refuse_unknown("scenario." + table);
+    for (const char* of : {"scenario", "sensors"}) root.section(of).take_up(table);
+    auto made = std::make_unique<scenarios::python::PythonScenario>(root, config_.file(), run_config_, arena_->info(),
+                                                                    words_per_s(root.section("arena")), directory_);
+    for (const char* of : {"scenario.", "sensors."}) config_.refuse_unknown(of + table);
     python_ = made.get();
     scenario_ = std::move(made);
   }

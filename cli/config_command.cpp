@@ -17,7 +17,7 @@ namespace arkmesh::cli {
 namespace {
 
 void print(const app::AirtimeNeed& need) {
-  const double room = need.room(), robots = static_cast<double>(need.robots);
+  const double room = need.room, robots = static_cast<double>(need.robots);
   fmt::print("{}: {} robots, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n",
              need.lab, need.robots, need.layout, room, robots / room);
   if (need.slots.empty()) return fmt::print("  says nothing to single robots\n");

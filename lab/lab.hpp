@@ -36,6 +36,10 @@ class Lab {
   // Throws std::out_of_range with one sentence for a lab that there is not.
   const hal::Projection& projection(std::string_view lab) const;
 
+  // How robots here sense those of other labs; labs may differ in it.
+  const SensorConfig& sensors() const { return data_.sensors; }
+  std::uint64_t seed() const { return data_.seed; }  // run.seed, one for all labs
+
   // --- time ---
   hal::LabTime now() const { return data_.now; }         // of the frame, of what robots said, or of the boundary
   std::uint32_t period() const { return data_.period; }  // boundaries passed; 0 in begin() and period 0's on_period

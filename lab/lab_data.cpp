@@ -11,6 +11,7 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena) {
   data.projections = config.projections;
   data.period_length = config.period;
   data.seed = config.seed;
+  data.sensors = config.sensors;
   return data;
 }
 

@@ -35,6 +35,7 @@ struct LabData {
   std::map<std::string, hal::Projection, std::less<>> projections;  // one for each lab
   hal::LabTime period_length{0};
   std::uint64_t seed = 0;
+  SensorConfig sensors;
 
   // --- what the runner tells ---
   hal::LabTime now{0};

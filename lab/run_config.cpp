@@ -37,6 +37,7 @@ void RunConfig::fields(const hal::Section& root) {
               .unit = "s",
               .help = "how long a peer is waited for of which nothing counts, since its first sign of life"});
   safety.fields(root.section("safety"));
+  sensors.fields(root.section("sensors"));
 }
 
 void RunConfig::check(const hal::Section& root) {

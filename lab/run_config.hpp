@@ -1,5 +1,5 @@
 // What a lab's configuration says about its run and the world it shares: [lab], [run], [shared], [gate],
-// [safety].
+// [safety], [sensors].
 #pragma once
 
 #include <chrono>
@@ -14,6 +14,7 @@
 #include "hal/types.hpp"
 #include "lab/exchange/exchange.hpp"
 #include "lab/safety_config.hpp"
+#include "lab/sensor_config.hpp"
 
 namespace arkmesh::lab {
 
@@ -32,6 +33,7 @@ struct RunConfig : hal::Participants {
   // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
   std::size_t max_message_bytes = 1 << 24;
   SafetyConfig safety;
+  SensorConfig sensors;
   std::filesystem::path operator_key;  // its file (OperatorKey); empty: the usual one
 
   void fields(const hal::Section& root);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -12,7 +13,10 @@
 #include "hal/colour.hpp"
 #include "scenarios/kit/bearing.hpp"
 #include "scenarios/kit/floor_map.hpp"
+#include "scenarios/kit/light.hpp"
 #include "scenarios/kit/neighbours.hpp"
+#include "scenarios/kit/others.hpp"
+#include "scenarios/kit/readings.hpp"
 #include "scenarios/kit/region.hpp"
 #include "scenarios/kit/resource.hpp"
 #include "scenarios/kit/sectors.hpp"
@@ -23,17 +27,10 @@
 namespace arkmesh::scenarios::python {
 namespace {
 
-// Robots of other labs, where they are in this arena.
-std::vector<kit::Seen> others_in(const lab::Lab& lab) {
-  std::vector<kit::Seen> out;
-  for (const std::string& each : lab.labs()) {
-    if (each == lab.name()) continue;
-    for (const lab::SharedRobot& robot : lab.state(each).robots) {
-      const hal::Pose at = lab.projection().to_arena(robot.in_shared);
-      out.push_back({{at.x_m, at.y_m}, robot.led});
-    }
-  }
-  return out;
+using Column = kit::Readings::Column;
+
+hal::Point point_of(const nlohmann::ordered_json& pair) {
+  return {pair.at(0), pair.at(1)};
 }
 
 }  // namespace
@@ -46,6 +43,13 @@ struct KitPieces::Piece {
   virtual void act(lab::Lab&, const hal::PoseFrame&, const Said&) {}
   virtual void end_frame(lab::Lab&) {}
   virtual void on_period(lab::Lab&) {}
+
+  // Where readings are renewed now and then and have noise; `columns` have theirs.
+  void make_imperfect(const lab::Lab& lab, const Said& asked, std::vector<Column> columns) {
+    readings.emplace(asked.at("every"), std::move(columns), lab.seed(),
+                     fmt::format("{}/kit/{}", lab.name(), asked.at("number").get<int>()));
+  }
+  std::optional<kit::Readings> readings;
 };
 
 // Distances in each sector; -1: nothing is within reach.
@@ -53,8 +57,10 @@ struct KitPieces::Eyes final : Piece {
   Eyes(const lab::Lab& lab, const Said& asked)
       : sectors({.count = asked.at("sectors"), .around = asked.at("around"), .reach_m = asked.at("reach")}),
         walls(lab.arena().width_m, lab.arena().height_m, lab.arena().obstacles),
-        what(walls),
-        radius_m(asked.at("robots")) {}
+        what(walls) {
+    if (!asked.at("robots").is_null()) radius_m = asked.at("robots");
+    make_imperfect(lab, asked, std::vector<Column>(columns(), {.high = asked.at("reach"), .noise = asked.at("noise")}));
+  }
 
   std::size_t columns() const override { return static_cast<std::size_t>(sectors.count()); }
   void sense(const lab::Lab&, const hal::PoseFrame& frame, std::vector<double>& out) override {
@@ -62,20 +68,19 @@ struct KitPieces::Eyes final : Piece {
       for (const double d : sectors.distances_m(robot.pose, what)) out.push_back(d < 1e9 ? d : -1);
   }
   void on_period(lab::Lab& lab) override {
-    if (radius_m == 0) return;
-    std::vector<kit::Surroundings::Disc> discs;
-    for (const kit::Seen& other : others_in(lab)) discs.push_back({other.place, radius_m});
+    const auto discs = radius_m ? kit::discs_around(kit::others_in(lab), *radius_m) : kit::no_walk_zones(lab);
     what = walls;
     what.add_discs(discs);
   }
 
   kit::Sectors sectors;
-  kit::Surroundings walls, what;  // all that is seen: walls, and robots as merged last
-  double radius_m;                // of robots of other labs, as discs; 0: they are not seen
+  kit::Surroundings walls, what;   // all that is seen: walls, and robots as merged last
+  std::optional<double> radius_m;  // of robots of other labs, as discs; without it they are what sensors.presence says
 };
 
 struct KitPieces::Crowd final : Piece {
-  explicit Crowd(const Said& asked) : range_m(asked.at("range")), of_all_labs(asked.at("others")) {
+  Crowd(const lab::Lab& lab, const Said& asked) : range_m(asked.at("range")), of_all_labs(asked.at("others")) {
+    make_imperfect(lab, asked, {{Column::Kind::whole_number, 0, 1e6, asked.at("noise")}});
     for (const auto& led : asked.at("leds")) leds = static_cast<kit::LedSet>(leds | 1U << led.get<unsigned>());
     kit::neighbours({}, {}, range_m);  // what is wrong is said at once
   }
@@ -90,7 +95,7 @@ struct KitPieces::Crowd final : Piece {
   }
 
   void on_period(lab::Lab& lab) override {
-    if (of_all_labs) others = others_in(lab);
+    if (of_all_labs) others = kit::others_in(lab);
   }
 
   double range_m;
@@ -171,7 +176,7 @@ struct KitPieces::Zone final : Piece {
   }
   static kit::Region region_of(const Said& asked) {
     std::vector<hal::Point> corners;
-    for (const auto& corner : asked.at("corners")) corners.push_back({corner.at(0), corner.at(1)});
+    for (const auto& corner : asked.at("corners")) corners.push_back(point_of(corner));
     return asked.at("radius").is_null() ? kit::Region::polygon(std::move(corners))
                                         : kit::Region::disc(corners.at(0), asked.at("radius"));
   }
@@ -203,9 +208,11 @@ struct KitPieces::Zone final : Piece {
 };
 
 struct KitPieces::Tiles final : Piece {
-  Tiles(const Said& asked, std::uint64_t seed)
+  Tiles(const lab::Lab& lab, const Said& asked)
       : full(static_cast<std::uint8_t>(std::min<std::size_t>(asked.at("shares").size(), 256) - 1)),
-        floor(drawn(asked, seed)) {}
+        floor(drawn(asked, lab.seed())) {
+    make_imperfect(lab, asked, {{Column::Kind::whole_number, 0, static_cast<double>(full), asked.at("noise")}});
+  }
   static kit::FloorMap drawn(const Said& asked, std::uint64_t seed) {
     const kit::FloorMap::Size size{.width_m = asked.at("width"),
                                    .height_m = asked.at("height"),
@@ -230,7 +237,10 @@ struct KitPieces::Tiles final : Piece {
 };
 
 struct KitPieces::Towards final : Piece {
-  explicit Towards(const Said& asked) : place{asked.at("x"), asked.at("y")} {}
+  Towards(const lab::Lab& lab, const Said& asked) : place{asked.at("x"), asked.at("y")} {
+    const Said& noise = asked.at("noise");
+    make_imperfect(lab, asked, {{Column::Kind::angle, 0, 0, noise.at(0)}, {Column::Kind::number, 0, 1e9, noise.at(1)}});
+  }
 
   std::size_t columns() const override { return 2; }
   void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
@@ -245,9 +255,14 @@ struct KitPieces::Towards final : Piece {
 };
 
 struct KitPieces::Talk final : Piece {
-  Talk(lab::Lab& lab, const Said& asked)
-      : voices(asked.at("name"), asked.at("values"), asked.at("range")), values(asked.at("values")) {
-    voices.begin(lab);
+  Talk(lab::Lab& lab, const Said& asked) : voices(made(asked)), values(asked.at("values")) { voices.begin(lab); }
+  static kit::Voices made(const Said& asked) {
+    if (!asked.at("range").is_null()) return {asked.at("name"), asked.at("values"), asked.at("range").get<double>()};
+    std::vector<std::pair<kit::Voices::Robot, kit::Voices::Robot>> graph;
+    for (const auto& pair : asked.at("graph"))
+      graph.emplace_back(kit::Voices::Robot{pair.at(0).at(0), pair.at(0).at(1)},
+                         kit::Voices::Robot{pair.at(1).at(0), pair.at(1).at(1)});
+    return {asked.at("name"), asked.at("values"), graph};
   }
 
   std::size_t columns() const override { return values; }
@@ -265,7 +280,33 @@ struct KitPieces::Talk final : Piece {
   std::size_t values;
 };
 
-KitPieces::KitPieces(std::uint64_t seed) : seed_(seed) {}
+struct KitPieces::Shine final : Piece {
+  Shine(const lab::Lab& lab, const Said& asked) : light(made(asked)) {
+    make_imperfect(lab, asked, {{Column::Kind::whole_number, 0, kit::Light::brightest, asked.at("noise")}});
+  }
+  static kit::Light made(const Said& asked) {
+    kit::Light::Settings settings{.ambient = asked.at("ambient"), .slope_per_m = point_of(asked.at("slope"))};
+    for (const auto& given : asked.at("beams")) {
+      kit::Light::Beam& beam = settings.beams.emplace_back();
+      beam = {.level = given.at("level"), .radius_m = given.at("radius"), .speed_m_s = given.at("speed")};
+      for (const auto& place : given.at("path")) beam.path.push_back(point_of(place));
+    }
+    return kit::Light(std::move(settings));
+  }
+
+  std::size_t columns() const override { return 1; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const hal::Observation& robot : frame.robots) {
+      const hal::Pose at = lab.projection().to_shared(robot.pose);
+      out.push_back(std::round(light.at({at.x_m, at.y_m}, frame.stamp)));
+    }
+  }
+  void on_period(lab::Lab& lab) override { light.draw(lab, lab.projection()); }
+
+  kit::Light light;
+};
+
+KitPieces::KitPieces() = default;
 KitPieces::~KitPieces() = default;
 
 void KitPieces::add(lab::Lab& lab, const Said& asked) {
@@ -273,13 +314,15 @@ void KitPieces::add(lab::Lab& lab, const Said& asked) {
   if (piece == "eyes")
     pieces_.push_back(std::make_unique<Eyes>(lab, asked));
   else if (piece == "crowd")
-    pieces_.push_back(std::make_unique<Crowd>(asked));
+    pieces_.push_back(std::make_unique<Crowd>(lab, asked));
   else if (piece == "region")
     pieces_.push_back(std::make_unique<Zone>(asked));
   else if (piece == "floor")
-    pieces_.push_back(std::make_unique<Tiles>(asked, seed_));
+    pieces_.push_back(std::make_unique<Tiles>(lab, asked));
   else if (piece == "towards")
-    pieces_.push_back(std::make_unique<Towards>(asked));
+    pieces_.push_back(std::make_unique<Towards>(lab, asked));
+  else if (piece == "light")
+    pieces_.push_back(std::make_unique<Shine>(lab, asked));
   else if (piece == "voices")
     pieces_.push_back(std::make_unique<Talk>(lab, asked));
   else
@@ -294,6 +337,7 @@ std::string KitPieces::sense(const lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const auto& piece : pieces_) {
     sensed.clear();
     piece->sense(lab, frame, sensed);
+    if (piece->readings) piece->readings->pass(frame, sensed);
     put(out, static_cast<std::uint32_t>(piece->columns()));
     for (const double number : sensed) put(out, number);
   }

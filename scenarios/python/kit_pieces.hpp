@@ -2,7 +2,6 @@
 // gets arrays with each frame.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,8 +15,7 @@ class KitPieces {
  public:
   using Said = nlohmann::ordered_json;
 
-  // `seed`: run.seed, of what is drawn alike in all labs.
-  explicit KitPieces(std::uint64_t seed);
+  KitPieces();
   ~KitPieces();
 
   // What kit.py asks for, in begin(). Throws std::exception with one sentence for settings that make no sense.
@@ -39,7 +37,7 @@ class KitPieces {
   struct Tiles;
   struct Towards;
   struct Talk;
-  std::uint64_t seed_;
+  struct Shine;
   std::vector<std::unique_ptr<Piece>> pieces_;
   hal::PoseFrame frame_;  // that was sensed last
 };

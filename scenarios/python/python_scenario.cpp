@@ -155,25 +155,26 @@ std::vector<hal::KeyRow> settings_of(const fs::path& file) {
   hal::ArenaInfo arena;
   for (hal::RobotId id = 0; id < robots; ++id) arena.robots.push_back(id);
   std::string failure;
-  std::vector<hal::KeyRow> rows = hal::list_keys("scenario", [&](const hal::Section& scenarios) {
-    failure = PythonScenario(scenarios, fs::absolute(file), run, arena, {}).failure();
+  std::vector<hal::KeyRow> rows = hal::list_keys("", [&](const hal::Section& root) {
+    failure = PythonScenario(root, fs::absolute(file), run, arena, {}, {}).failure();
   });
   if (!failure.empty()) throw hal::ConfigError(failure);
   // a key that is asked for by itself is listed twice
-  std::set<std::string> seen;
-  std::erase_if(rows, [&](const hal::KeyRow& row) { return row.table == "scenario" || !seen.insert(row.key).second; });
+  std::set<std::pair<std::string, std::string>> seen;
+  std::erase_if(rows, [&](const hal::KeyRow& row) {
+    return row.table == "scenario" || !seen.emplace(row.table, row.key).second;
+  });
   return rows;
 }
 
-PythonScenario::PythonScenario(const hal::Section& scenarios, const fs::path& lab_file, const lab::RunConfig& run,
-                               const hal::ArenaInfo& arena, fs::path directory)
+PythonScenario::PythonScenario(const hal::Section& root, const fs::path& lab_file, const lab::RunConfig& run,
+                               const hal::ArenaInfo& arena, std::optional<double> words_per_s, fs::path directory)
     : file_(find_file(lab_file, run.scenario)),
       directory_(std::move(directory)),
       can_wait_(arena.can_wait),
-      patience_(answer_time(scenarios)),
-      kit_(run.seed) {
+      patience_(answer_time(root.section("scenario"))) {
   try {
-    start(scenarios.section(file_.stem().string()), run, arena);
+    start(root, run, arena, words_per_s);
   } catch (const hal::ConfigError&) {
     throw;
   } catch (const std::exception& error) {
@@ -185,7 +186,9 @@ PythonScenario::~PythonScenario() {
   write_output();
 }
 
-void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena) {
+void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, const hal::ArenaInfo& arena,
+                           std::optional<double> words_per_s) {
+  const std::string table = file_.stem().string();
   const char* const named = ::getenv("ARKMESH_PYTHON");
   child_ = std::make_unique<Child>(
       std::vector<std::string>{named ? named : "python3", "-B", (package_folder() / "arkmesh_child.py").string()},
@@ -193,22 +196,23 @@ void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& r
   nlohmann::json obstacles = nlohmann::json::array(), objects = nlohmann::json::array();
   for (const hal::Obstacle& each : arena.obstacles) obstacles.push_back(solid(each.shape, each.pose, ""));
   for (const hal::MovableObject& each : arena.objects) objects.push_back(solid(each.shape, each.start, each.name));
-  const nlohmann::json facts = {{"file", file_.string()},
-                                {"name", run.lab},
-                                {"labs", run.labs},
-                                {"owner", run.owner},
-                                {"seed", run.seed},
-                                {"period_s", static_cast<double>(run.period.count()) * 1e-6},
-                                {"frame_s", static_cast<double>(arena.frame_period.count()) * 1e-6},
-                                {"width_m", arena.width_m},
-                                {"height_m", arena.height_m},
-                                {"scale", run.projections.at(run.lab).scale},
-                                {"kinds", arena.kinds},
-                                {"values", arena.values},
-                                {"whole_to_one", arena.whole == hal::WholeMessages::to_each},
-                                {"obstacles", obstacles},
-                                {"objects", objects},
-                                {"robots", arena.robots}};
+  nlohmann::json facts = {{"file", file_.string()},
+                          {"name", run.lab},
+                          {"labs", run.labs},
+                          {"owner", run.owner},
+                          {"seed", run.seed},
+                          {"period_s", static_cast<double>(run.period.count()) * 1e-6},
+                          {"frame_s", static_cast<double>(arena.frame_period.count()) * 1e-6},
+                          {"width_m", arena.width_m},
+                          {"height_m", arena.height_m},
+                          {"scale", run.projections.at(run.lab).scale},
+                          {"kinds", arena.kinds},
+                          {"values", arena.values},
+                          {"whole_to_one", arena.whole == hal::WholeMessages::to_each},
+                          {"obstacles", obstacles},
+                          {"objects", objects},
+                          {"robots", arena.robots}};
+  if (words_per_s) facts["words_per_s"] = *words_per_s;
   child_->send('S', facts.dump());
   open_answers_ = 1;
   asked_ = Clock::now();
@@ -226,7 +230,9 @@ void PythonScenario::start(const hal::Section& settings, const lab::RunConfig& r
       begun_ = std::move(message->content);
       break;
     }
-    child_->send('V', setting_in_force(settings, nlohmann::json::parse(message->content)).dump());
+    const nlohmann::json asked = nlohmann::json::parse(message->content);
+    const hal::Section settings = root.section(asked.at("own").get<bool>() ? "sensors" : "scenario").section(table);
+    child_->send('V', setting_in_force(settings, asked).dump());
   }
   open_answers_ = 0;
   about_ = nlohmann::json::parse(rest_of(begun_)).at("about");

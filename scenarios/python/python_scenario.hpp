@@ -37,11 +37,13 @@ std::vector<hal::KeyRow> settings_of(const std::filesystem::path& file);
 
 class PythonScenario final : public lab::Scenario {
  public:
-  // Starts the child and calls its begin(), which reads its settings in [scenario.NAME] of `scenarios`; NAME is the
-  // file's name without .py. `lab_file`: beside which it is looked up, the copy in a run's folder first. What is wrong
-  // with the user's file is thrown by begin(), so that the run ends as failed. Throws ConfigError for a setting.
-  PythonScenario(const hal::Section& scenarios, const std::filesystem::path& lab_file, const lab::RunConfig& run,
-                 const hal::ArenaInfo& arena, std::filesystem::path directory);
+  // Starts the child and calls its begin(), which reads its settings in [scenario.NAME] of `root`, and those that labs
+  // may have different in [sensors.NAME]; NAME is the file's name without .py. `lab_file`: beside which it is looked
+  // up, the copy in a run's folder first. `words_per_s`: to robots, that the arena has airtime for; none: nobody says.
+  // What is wrong with the user's file is thrown by begin(), so that the run ends as failed. Throws ConfigError for a
+  // setting.
+  PythonScenario(const hal::Section& root, const std::filesystem::path& lab_file, const lab::RunConfig& run,
+                 const hal::ArenaInfo& arena, std::optional<double> words_per_s, std::filesystem::path directory);
   ~PythonScenario() override;
 
   void begin(lab::Lab& lab) override;
@@ -62,7 +64,8 @@ class PythonScenario final : public lab::Scenario {
   void keep_sources() const;
 
  private:
-  void start(const hal::Section& settings, const lab::RunConfig& run, const hal::ArenaInfo& arena);
+  void start(const hal::Section& root, const lab::RunConfig& run, const hal::ArenaInfo& arena,
+             std::optional<double> words_per_s);
   // The next message, which is an answer; none when it is late and the arena does not wait. Throws when the child has
   // failed, or is silent for too long.
   std::optional<std::string> next_answer(std::chrono::milliseconds wait);

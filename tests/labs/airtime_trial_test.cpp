@@ -27,8 +27,8 @@ TEST_CASE("a trial counts each slot's words beside the room of the arena in use"
   CHECK(needs[0].lab == "shark");
   CHECK(needs[0].robots == 20);
   CHECK(needs[0].layout == "ark");
-  CHECK(needs[0].room() == doctest::Approx(30));
-  CHECK(needs[1].room() == doctest::Approx(3 / 0.055));
+  CHECK(needs[0].room == doctest::Approx(30));
+  CHECK(needs[1].room == doctest::Approx(3 / 0.055));
   for (const app::AirtimeNeed& need : needs) {
     CHECK(need.seconds == 10);
     REQUIRE(need.slots.size() == 1);

@@ -11,6 +11,7 @@ import sys
 import unittest
 
 import numpy
+from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scenarios/python"))
@@ -65,6 +66,12 @@ class Mine(arkmesh.Scenario):
         tiles = numpy.arange(12).reshape(3, 4)
         self.tiles, self.drawn = lab.floor("f", 0.8, 0.6, 4, 3, tiles=tiles), lab.floor("g", 1, 1, 20, 20, shares=(1, 3), patch=1)
         self.home, self.talk = lab.towards((0.3, 0.1)), lab.voices("talk", 3, range=0.15)
+        self.ring = lab.voices("ring", 2, graph=[(("a", i), ("b", i)) for i in range(20)])
+        self.image = lab.floor("h", 0.8, 0.6, 4, 3, image="floor.png", levels=4)
+        self.lamp, self.dim = lab.light(100, slope=(50, 0), beams=[{"path": [(0.1, 0), (0.2, 0)], "speed": 0.01}]), lab.light(500, noise=20)
+        self.rare, self.rough = lab.towards((0.3, 0.1), every_s=1), lab.towards((0.3, 0.1), noise=(0.1, 0.02))
+        lab.needs_airtime(50)
+        assert lab.setting("reach_m", 0.1, own=True) == (0.2 if lab.name == "b" else 0.1)
     def period(self, lab):
         self.merged = True
     def frame(self, lab):
@@ -84,6 +91,17 @@ class Mine(arkmesh.Scenario):
         assert (self.box.inside == ((x >= -0.2) & (x < 0.1) & (y >= -0.2) & (y < 0.1))).all()
         row, column = numpy.floor((y + 0.3) / 0.2).clip(0, 2), numpy.floor((x + 0.4) / 0.2).clip(0, 3)
         assert (self.tiles.level == row * 4 + column).all() and set(self.drawn.level) <= {0, 1}
+        assert (self.image.level == (row * 4 + column).astype(int) % 4).all()
+        beam = 0.1 + abs((lab.now_s * 0.01 + 0.1) % 0.2 - 0.1)
+        lit = numpy.hypot(x - beam, y)
+        assert ((self.lamp.level == numpy.where(lit <= 0.1, 1023, numpy.rint(100 + 50 * x)))[abs(lit - 0.1) > 1e-6]).all()
+        assert abs(self.dim.level.mean() - 500) < 25 and self.dim.level.std() > 5
+        if round(lab.now_s * 10) % 10 == 0 or not hasattr(self, "at_second"):
+            self.at_second = self.home.distance
+        assert (self.rare.distance == self.at_second).all() and abs(self.rough.distance - self.home.distance).max() < 0.15
+        if lab.periods > 3:
+            assert (self.ring.heard[:, 1] == (lab.ids % 2)).all() and (self.ring.heard[:, 0] == 1 - lab.ids % 2).all()
+        self.ring.say(lab.seen, (lab.ids % 2).astype(int))
         turned = lab.heading + (0.5 if lab.name == "b" else 0)
         off = numpy.arctan2(0.1 - y, 0.3 - x) - turned - self.home.bearing
         assert numpy.allclose(numpy.cos(off), 1) and numpy.allclose(self.home.distance, numpy.hypot(0.3 - x, 0.1 - y))
@@ -269,9 +287,26 @@ class PythonScenario(unittest.TestCase):
         self.assertGreater(counted("foraging/a.toml", "trips", "run.duration_s=600"), 0)
         self.assertEqual(counted("foraging/a.toml", "trips", "run.duration_s=20"), 0)
 
+    def test_bad_settings_of_the_kit_are_one_sentence(self):
+        """Before anything starts: no robots move, and the file and line are named."""
+        (self.folder / "no.png").write_text("no image")
+        for asked, sentence in (("eyes(0)", "sectors must be 1 to 16, and is 0"), ("trail('t', 100, 100, cell=0.001)", "100000 x 100000 cells, and 1048576 fit"),
+                                ("floor('f', 1, 1, 4, 4, image='no.png')", "no.png cannot be read as an image"), ("floor('f', 1, 1, 4, 4, image='none.png')", "there is no image"),
+                                ("floor('f', 1, 1, 100000, 4, image='no.png')", "columns must be 1 to 1000"), ("region(corners=[(0,0),(1,1),(1,0),(0,1)])", "a polygon's sides cross"),
+                                ("needs_airtime(500)", "500 words a second are more than the 54.5"), ("crowd(0.1, noise=-1)", "noise must be 0 to 1e+06, and is -1"),
+                                ("voices('v', 2, graph=[(('z', 1), ('a', 2))])", "a graph joins robot 1 of z, and the labs are a"), ("light(slope=(1,))", "slope is two numbers"),
+                                ("voices('v', 2, graph=[3])", "a graph is pairs of robots"), ("light(beams=[3])", "a beam has a path")):
+            code, printed = self.run_it(f"import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.{asked}\n", "--force",
+                                        "--set", "arena.use=ode", "--set", f"arena.ode.controller={ROOT}/tests/programs/labs_random_walk.c")
+            self.assertNotEqual(code, 0, asked)
+            self.assertIn(sentence, printed.splitlines()[-1])
+            self.assertIn("at period 0: mine.py", printed)
+
     def test_the_kit_gives_what_numpy_computes(self):
         """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
         (self.folder / "mine.py").write_text(KIT)
+        greys = 255 - (numpy.arange(12).reshape(3, 4) % 4 * 64 + 10)  # the lowest row first
+        Image.fromarray(greys[::-1].astype(numpy.uint8).repeat(10, axis=0).repeat(10, axis=1)).save(self.folder / "floor.png")
         for name in "ab":
             (self.folder / f"{name}.toml").write_text(f"""[lab]
 name = "{name}"
@@ -284,6 +319,8 @@ period_s = 0.5
 labs = ["a", "b"]
 [shared.projection.b]
 turn_rad = 0.5
+[sensors.mine]
+reach_m = {0.2 if name == "b" else 0.1}
 [arena]
 robots = 20
 width_m = 0.6

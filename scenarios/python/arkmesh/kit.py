@@ -12,6 +12,12 @@ def _number(name, value, low=-math.inf, high=math.inf):
     return value
 
 
+def _pair(name, values, low=-math.inf, high=math.inf):
+    if numpy.shape(values) != (2,):
+        raise ValueError(f"{name} is two numbers, and is {values!r}")
+    return [_number(name, value, low, high) for value in values]
+
+
 def _name(what, name):
     if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
         raise ValueError(f"the name of {what} is a word of up to 30 letters, digits and _, and not {name!r}")
@@ -131,8 +137,16 @@ class Towards(Piece):
         return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
 
 
+class Light(Piece):
+    """`level` (n) of virtual light at each robot, 0 to 1023; -1 where a robot was never seen."""
+
+    @property
+    def level(self):
+        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+
+
 class Voices(Piece):
-    """What robots say to those near them in the shared world, in all labs. `heard` (n, values): how many others within range say each value."""
+    """What robots say to others in all labs. `heard` (n, values): how many others within range, or joined by the graph, say each value."""
 
     @property
     def heard(self):
@@ -148,31 +162,32 @@ class Voices(Piece):
 
 
 class Kit:
-    """The methods of a Lab that ask for pieces, each in begin() only."""
+    """The methods of a Lab that ask for pieces, each in begin() only. Of those that robots sense, `noise` is the standard deviation of a
+    reading's normal error, in the reading's unit, and `every_s` how often readings are renewed; 0: with each frame."""
 
-    def eyes(self, sectors=8, reach=0.1, around=False, robots=0.0):
+    def eyes(self, sectors=8, reach=0.1, around=False, robots=None, noise=0.0, every_s=0.0):
         """A virtual proximity sensor for walls and obstacles: 1 to 16 equal sectors of the half circle in front, the leftmost first, or
         `around` the robot, counter-clockwise from straight ahead. `reach` in metres from the robot's centre. `robots`: robots of other
-        labs are seen, too, as discs of that radius in this arena: a no-walk zone."""
+        labs are seen as discs of that radius in this arena; without it, as the lab's key sensors.presence says."""
         sectors = int(sectors)
         _number("sectors", sectors, 1, 16)
-        return self._piece(Eyes, {"piece": "eyes", "sectors": sectors, "reach": _number("reach", reach, 1e-6, 1e3), "around": bool(around),
-                                  "robots": _number("robots", robots, 0, 1e3)}, sectors)
+        return self._sensor(Eyes, {"piece": "eyes", "sectors": sectors, "reach": _number("reach", reach, 1e-6, 1e3), "around": bool(around),
+                                   "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
-    def crowd(self, range, leds=None, others=True):  # pylint: disable=redefined-builtin
+    def crowd(self, range, leds=None, others=True, noise=0.0, every_s=0.0):  # pylint: disable=redefined-builtin
         """How many robots are within `range` metres of each robot: of this lab and, `others` true, of other labs where they are in this
-        arena. `leds`: only those whose LED is one of these numbers."""
+        arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
         leds = sorted({int(led) for led in (numpy.arange(8) if leds is None else numpy.atleast_1d(leds))})
         if not leds or leds[0] < 0 or leds[-1] > 7:
             raise ValueError(f"leds are numbers 0 to 7, and not {leds}")
-        return self._piece(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": leds, "others": bool(others)})
+        return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": leds, "others": bool(others)}, noise, every_s)
 
     def trail(self, name, width, height, cell, half_life=0.0, linear=0.0, diffusion=0.0, wind=(0.0, 0.0), cap=1e6, cut_off=0.0,
               zones=None, full=1.0):
         """Pheromone on a grid around the origin of the shared world, that robots of all labs lay: metres of the shared frame, seconds,
         `diffusion` in m2/s, `wind` in m/s. `zones`: (how many, opening in radians, radius, least value) in front of robots. `full`: what
         people see as darkest; 0 shows nothing. Every lab asks for it alike."""
-        asked = {"piece": "trail", "name": _name("a trail", name), "wind": [_number("wind", w) for w in wind],
+        asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind),
                  "zones": None if zones is None else [int(zones[0]), *(_number("zones", z) for z in zones[1:4])]}
         for key, value in [("width", width), ("height", height), ("cell", cell), ("half_life", half_life), ("linear", linear),
                            ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off), ("full", full)]:
@@ -194,31 +209,87 @@ class Kit:
         return self._piece(Region, {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else float(radius),
                                     "resource": None if resource is None else {**known, **resource}, "label": str(label), "colour": str(colour)})
 
-    def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None):
+    def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None, image=None, levels=2, noise=0.0, every_s=0.0):
         """Tiles around the origin of the shared world, alike in all labs: drawn from run.seed and `name`, level k on its part of `shares`, in
-        patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first."""
+        patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first; or as an
+        `image`, a file beside the scenario, whose greys become so many `levels`, 0 the lightest."""
+        if image is not None:
+            if tiles is not None:
+                raise ValueError("a floor is given as tiles or as an image, not as both")
+            tiles = self._tiles_of(image, int(_number("columns", columns, 1, 1000)), int(_number("rows", rows, 1, 1000)), int(_number("levels", levels, 2, 256)))
         if tiles is not None:
             tiles = numpy.asarray(tiles)
             if tiles.shape != (rows, columns) or tiles.min() < 0 or tiles.max() > 255:
                 raise ValueError(f"tiles are {rows} x {columns} levels of 0 to 255, and these have the shape {tiles.shape}")
             shares = [1] * (int(tiles.max()) + 1 if tiles.max() > 0 else 2)
+            if image is not None:
+                shares = [1] * int(levels)
             tiles = tiles.astype(int).ravel().tolist()
-        return self._piece(Floor, {"piece": "floor", "name": str(name), "width": _number("width", width), "height": _number("height", height), "columns": int(columns),
-                                   "rows": int(rows), "shares": [_number("shares", s) for s in shares], "patch": int(patch), "tiles": tiles})
+        return self._sensor(Floor, {"piece": "floor", "name": str(name), "width": _number("width", width), "height": _number("height", height), "columns": int(columns),
+                                   "rows": int(rows), "shares": [_number("shares", s) for s in shares], "patch": int(patch), "tiles": tiles}, noise, every_s)
 
-    def towards(self, place):
-        """Bearing and distance to a place of the shared world."""
-        x, y = (_number("place", p, -1e4, 1e4) for p in place)
-        return self._piece(Towards, {"piece": "towards", "x": x, "y": y})
+    def _tiles_of(self, image, columns, rows, levels):
+        try:
+            from PIL import Image  # pylint: disable=import-outside-toplevel
+        except ImportError as error:
+            raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
+        path = self._folder / image
+        try:
+            with Image.open(path) as opened:
+                grey = numpy.asarray(opened.convert("L").resize((columns, rows), Image.BOX))
+        except FileNotFoundError as error:
+            raise ValueError(f"there is no image {path}") from error
+        except (OSError, ValueError, Image.DecompressionBombError) as error:
+            raise ValueError(f"{image} cannot be read as an image: {error}") from error
+        return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
 
-    def voices(self, name, values, range):  # pylint: disable=redefined-builtin
-        """Robots say one of 1 to 64 values to others of all labs within `range` of them in the shared world."""
+    def towards(self, place, noise=(0.0, 0.0), every_s=0.0):
+        """Bearing and distance to a place of the shared world. `noise`: of the bearing in radians, and of the distance in metres."""
+        x, y = _pair("place", place, -1e4, 1e4)
+        return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
+
+    def light(self, ambient=0.0, slope=(0.0, 0.0), beams=(), noise=0.0, every_s=0.0):
+        """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023: `ambient` at the origin, `slope` more for each
+        metre along x and y, and `beams`, dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and
+        speed (0, in m/s)."""
+        given = []
+        for beam in beams:
+            if not isinstance(beam, dict) or "path" not in beam or set(beam) - {"path", "radius", "level", "speed"}:
+                raise ValueError(f"a beam has a path, and may have radius, level and speed, and this one is {beam!r}")
+            path = numpy.asarray(beam["path"], dtype=float).reshape(-1, 2)
+            if not numpy.isfinite(path).all():
+                raise ValueError("a beam's path is places, pairs of numbers")
+            given.append({"path": path.tolist(), "radius": _number("radius", beam.get("radius", 0.1), 1e-6, 1e4),
+                          "level": _number("level", beam.get("level", 1023), -1e6, 1e6), "speed": _number("speed", beam.get("speed", 0), 0, 1e3)})
+        return self._sensor(Light, {"piece": "light", "ambient": _number("ambient", ambient, -1e6, 1e6), "slope": _pair("slope", slope, -1e6, 1e6),
+                                    "beams": given}, noise, every_s)
+
+    def voices(self, name, values, range=None, graph=None):  # pylint: disable=redefined-builtin
+        """Robots say one of 1 to 64 values to others of all labs: to those within `range` of them in the shared world, or to those that
+        the `graph` joins, pairs of (lab, id)."""
         values = int(_number("values", values, 1, 64))
-        return self._piece(Voices, {"piece": "voices", "name": _name("voices", name), "values": values, "range": _number("range", range, 1e-6, 1e4)}, values)
+        if (range is None) == (graph is None):
+            raise ValueError("voices have a range or a graph")
+        if graph is not None:
+            try:
+                graph = [[[str(lab), int(robot)] for lab, robot in pair] for pair in graph]
+            except (TypeError, ValueError):
+                graph = [[]]
+            if any(len(pair) != 2 for pair in graph):
+                raise ValueError("a graph is pairs of robots, each (lab, id)")
+        return self._piece(Voices, {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph,
+                                    "range": None if range is None else _number("range", range, 1e-6, 1e4)}, values)
+
+    def _sensor(self, kind, asked, noise, every_s, *more, count=1):
+        given = [_number("noise", n, 0, 1e6) for n in numpy.atleast_1d(noise)]
+        if len(given) != count:
+            raise ValueError(f"noise is {'one number' if count == 1 else f'{count} numbers'}")
+        return self._piece(kind, {**asked, "noise": given if count > 1 else given[0], "every": _number("every_s", every_s, 0, 1e6)}, *more)
 
     def _piece(self, kind, asked, *more):
         if self._ask is None:
             raise RuntimeError(f"{asked['piece']}: ask for pieces of the kit in begin()")
+        asked["number"] = len(self._pieces)
         self._pieces.append(kind(self, len(self._pieces), *more))
         self._said.setdefault("kit", []).append(asked)
         return self._pieces[-1]

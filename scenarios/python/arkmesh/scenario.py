@@ -1,6 +1,7 @@
 """What a scenario is, and what it sees of its lab: the same as lab::Scenario and lab::Lab of C++."""
 import hashlib
 import math
+import pathlib
 import re
 
 import numpy
@@ -96,10 +97,13 @@ class Lab(Kit):
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
+        self._folder = pathlib.Path(facts["file"]).parent
+        self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
-    def setting(self, name, default, low=None, high=None, unit="", help="", one_of=()):
-        """The value of `name` in [scenario.FILE] of the lab's file, else `default`; in begin() only."""
+    def setting(self, name, default, low=None, high=None, unit="", help="", one_of=(), own=False):
+        """The value of `name` in [scenario.FILE] of the lab's file, which all labs have alike, else `default`; in begin() only. `own`:
+        in [sensors.FILE], in which labs may differ."""
         if self._ask is None:
             raise RuntimeError(f"setting {name!r}: ask for settings in begin()")
         if not re.fullmatch("[a-z][a-z0-9_]*", name):
@@ -107,7 +111,14 @@ class Lab(Kit):
         if not isinstance(default, (bool, int, float, str)):
             raise TypeError(f"setting {name!r}: the default is a bool, int, float or str, and not {default!r}")
         return self._ask({"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": help,
-                          "one_of": list(one_of)})
+                          "one_of": list(one_of), "own": bool(own)})
+
+    def needs_airtime(self, words_per_s):
+        """In begin(): how many words to single robots, of all together, this scenario has to say in a second. ValueError where the
+        arena's airtime carries fewer."""
+        if not 0 <= words_per_s <= self._words_per_s:
+            raise ValueError(f"{words_per_s:g} words a second are more than the {self._words_per_s:.3g} that the airtime of this arena carries; "
+                             "speak to fewer robots, or more rarely")
 
     def random(self, purpose):
         """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else."""
