@@ -2,15 +2,9 @@
 
 #include <utility>
 
+#include "scenarios/kit/bearing.hpp"
+
 namespace arkmesh::scenarios::cre {
-namespace {
-
-double distance2(const hal::Pose& a, const hal::Pose& b) {
-  const double dx = a.x_m - b.x_m, dy = a.y_m - b.y_m;
-  return dx * dx + dy * dy;
-}
-
-}  // namespace
 
 std::vector<hal::Pose> places_on_grid(int side, double width_m, double height_m) {
   std::vector<hal::Pose> places;
@@ -35,7 +29,7 @@ std::size_t Resources::draw_free(Region region, hal::RandomStream& random) const
 
 bool Resources::harvest(const hal::Pose& in_ground, double radius_m, hal::RandomStream& random) {
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (active_[i] == 0 || distance2(in_ground, places_[i]) >= radius_m * radius_m) continue;
+    if (active_[i] == 0 || kit::distance2_m2(in_ground, places_[i]) >= radius_m * radius_m) continue;
     const Region region = region_of(places_[i]);
     const std::size_t next = draw_free(region, random);  // not here: this place is still taken
     active_[i] = 0;
@@ -50,7 +44,7 @@ Sight look(const hal::Pose& in_ground, double radius_m, const std::vector<hal::P
            const std::vector<std::int64_t>& active) {
   Sight sight;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (distance2(in_ground, places[i]) >= radius_m * radius_m) continue;
+    if (kit::distance2_m2(in_ground, places[i]) >= radius_m * radius_m) continue;
     const std::size_t region = index(region_of(places[i]));
     ++sight.places[region];
     sight.active[region] += active[i] == 1;

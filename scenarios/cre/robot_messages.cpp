@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "scenarios/cre/controller/cre_messages.h"
+#include "scenarios/kit/bearing.hpp"
 
 namespace arkmesh::scenarios::cre {
 namespace {
@@ -44,9 +45,9 @@ const Speaker* nearest_speaker(const std::vector<Speaker>& speakers, const hal::
   double nearest_m2 = radius_m * radius_m;
   for (const Speaker& one : speakers) {
     if (region_of(one.in_ground) == one.region) continue;
-    const double dx = one.in_ground.x_m - in_ground.x_m, dy = one.in_ground.y_m - in_ground.y_m;
-    if (dx * dx + dy * dy >= nearest_m2) continue;
-    nearest_m2 = dx * dx + dy * dy;
+    const double m2 = kit::distance2_m2(one.in_ground, in_ground);
+    if (m2 >= nearest_m2) continue;
+    nearest_m2 = m2;
     nearest = &one;
   }
   return nearest;

@@ -10,6 +10,7 @@
 #include "hal/fixed_math.hpp"
 #include "scenarios/dhtf/fields.hpp"
 #include "scenarios/dhtf/sites.hpp"
+#include "scenarios/kit/bearing.hpp"
 #include "scenarios/wall_sensor.hpp"
 
 namespace arkmesh::scenarios::dhtf {
@@ -96,10 +97,8 @@ void Dhtf::place_sites(lab::Lab& lab) {
 
 const Dhtf::Site* Dhtf::site_at(const hal::Pose& p) const {
   const double reach_m2 = settings_.site_radius_m * settings_.site_radius_m;
-  for (const Site& site : sites_) {
-    const double dx = p.x_m - site.in_shared.x_m, dy = p.y_m - site.in_shared.y_m;
-    if (dx * dx + dy * dy < reach_m2) return &site;
-  }
+  for (const Site& site : sites_)
+    if (kit::distance2_m2(p, site.in_shared) < reach_m2) return &site;
   return nullptr;
 }
 

@@ -10,6 +10,11 @@ namespace arkmesh::scenarios::kit {
 // From the robot's heading, counter-clockwise, -pi < bearing <= pi. 0 for the place where it is.
 double bearing_rad(const hal::Pose& robot, const hal::Point& place);
 double distance_m(const hal::Pose& robot, const hal::Point& place);
+// The square of the distance of two places or poses.
+constexpr double distance2_m2(const auto& one, const auto& other) {
+  const double x_m = one.x_m - other.x_m, y_m = one.y_m - other.y_m;
+  return x_m * x_m + y_m * y_m;
+}
 // The sector of so many equal ones that a bearing is in: 0 is around straight ahead, then counter-clockwise.
 int sector_of(double bearing_rad, int sectors);
 

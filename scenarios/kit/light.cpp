@@ -8,11 +8,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scenarios/kit/bearing.hpp"
+
 namespace arkmesh::scenarios::kit {
 namespace {
 
-double distance_m(const hal::Point& a, const hal::Point& b) {
-  return std::sqrt((a.x_m - b.x_m) * (a.x_m - b.x_m) + (a.y_m - b.y_m) * (a.y_m - b.y_m));
+double apart_m(const hal::Point& a, const hal::Point& b) {
+  return std::sqrt(distance2_m2(a, b));
 }
 
 }  // namespace
@@ -32,12 +34,12 @@ Light::Light(Settings settings) : settings_(std::move(settings)) {
 hal::Point Light::middle(const Beam& beam, hal::LabTime now) const {
   const std::vector<hal::Point>& path = beam.path;
   double around_m = 0;
-  for (std::size_t i = 0; i < path.size(); ++i) around_m += distance_m(path[i], path[(i + 1) % path.size()]);
+  for (std::size_t i = 0; i < path.size(); ++i) around_m += apart_m(path[i], path[(i + 1) % path.size()]);
   if (around_m == 0) return path[0];
   double left_m = std::fmod(beam.speed_m_s * std::chrono::duration<double>(now).count(), around_m);
   for (std::size_t i = 0;; i = (i + 1) % path.size()) {
     const hal::Point &from = path[i], &to = path[(i + 1) % path.size()];
-    const double side_m = distance_m(from, to);
+    const double side_m = apart_m(from, to);
     if (left_m <= side_m && side_m > 0)
       return {from.x_m + (to.x_m - from.x_m) * left_m / side_m, from.y_m + (to.y_m - from.y_m) * left_m / side_m};
     left_m = std::max(0.0, left_m - side_m);
@@ -48,7 +50,7 @@ double Light::at(const hal::Point& in_shared, hal::LabTime now) const {
   double level =
       settings_.ambient + settings_.slope_per_m.x_m * in_shared.x_m + settings_.slope_per_m.y_m * in_shared.y_m;
   for (const Beam& beam : settings_.beams)
-    if (distance_m(in_shared, middle(beam, now)) <= beam.radius_m) level += beam.level;
+    if (distance2_m2(in_shared, middle(beam, now)) <= beam.radius_m * beam.radius_m) level += beam.level;
   return std::clamp(level, 0.0, brightest);
 }
 

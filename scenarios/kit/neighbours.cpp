@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scenarios/kit/bearing.hpp"
+
 namespace arkmesh::scenarios::kit {
 namespace {
 
@@ -40,9 +42,7 @@ void each_near(std::span<const Seen> robots, std::span<const Seen> all, double r
       // three cells of a column lie one behind the other
       auto at = std::ranges::lower_bound(sorted, std::pair(Cell{c, row - 1}, std::size_t{0}));
       for (; at != sorted.end() && at->first <= Cell{c, row + 1}; ++at) {
-        const hal::Point& there = all[at->second].place;
-        const double x = there.x_m - here.x_m, y = there.y_m - here.y_m;
-        if (x * x + y * y <= range_m * range_m) visit(r, at->second);
+        if (distance2_m2(all[at->second].place, here) <= range_m * range_m) visit(r, at->second);
       }
     }
   }

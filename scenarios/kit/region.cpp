@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scenarios/kit/bearing.hpp"
+
 namespace arkmesh::scenarios::kit {
 namespace {
 
@@ -73,10 +75,7 @@ Region Region::polygon(std::vector<Point> corners) {
 }
 
 bool Region::contains(const Point& place) const {
-  if (shape_.radius_m > 0) {
-    const double dx = place.x_m - centre_.x_m, dy = place.y_m - centre_.y_m;
-    return dx * dx + dy * dy <= shape_.radius_m * shape_.radius_m;
-  }
+  if (shape_.radius_m > 0) return distance2_m2(place, centre_) <= shape_.radius_m * shape_.radius_m;
   // an odd number of sides lies to the right
   bool inside = false;
   const auto& corners = shape_.corners;

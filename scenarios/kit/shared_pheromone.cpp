@@ -12,13 +12,51 @@
 namespace arkmesh::scenarios::kit {
 namespace {
 
-// A cell and what was laid in it, as one number.
-constexpr int amount_bits = 31;
-constexpr std::int64_t most_told = (std::int64_t{1} << amount_bits) - 1;
+// What was laid goes as bytes, cell by cell: how far it is from the cell before, and the amount, each seven bits a
+// byte, lowest first, the top bit set but in the last. Zero ends them. Numbers of a field hold seven bytes each.
+constexpr std::int64_t most_told = (std::int64_t{1} << 31) - 1;
+constexpr std::size_t bytes_in_number = 7, most_bytes_of_cell = 3 + 5;  // 20 and 31 bits
 
-std::int64_t packed(int cell, std::int64_t amount) {
-  return std::int64_t{cell} << amount_bits | amount;
-}
+class Writer {
+ public:
+  void number(std::int64_t value) {
+    for (; value >= 0x80; value >>= 7) byte((value & 0x7f) | 0x80);
+    byte(value);
+  }
+  std::vector<std::int64_t> take() { return std::move(out_); }
+
+ private:
+  void byte(std::int64_t value) {
+    if (bytes_ % bytes_in_number == 0) out_.push_back(0);
+    out_.back() |= value << (8 * (bytes_++ % bytes_in_number));
+  }
+  std::vector<std::int64_t> out_;
+  std::size_t bytes_ = 0;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::vector<std::int64_t>& in) : in_(in) {}
+  // 0 at the end, and for a number that is too large.
+  std::int64_t number() {
+    std::int64_t value = 0;
+    for (int shift = 0; shift < 35; shift += 7) {
+      const std::int64_t next = byte();
+      value |= (next & 0x7f) << shift;
+      if ((next & 0x80) == 0) return value;
+    }
+    return 0;
+  }
+
+ private:
+  std::int64_t byte() {
+    const std::size_t at = read_++;
+    if (at / bytes_in_number >= in_.size()) return 0;
+    return in_[at / bytes_in_number] >> (8 * (at % bytes_in_number)) & 0xff;
+  }
+  const std::vector<std::int64_t>& in_;
+  std::size_t read_ = 0;
+};
 
 }  // namespace
 
@@ -27,9 +65,9 @@ SharedPheromone::SharedPheromone(std::string name, const Pheromone::Settings& se
 
 void SharedPheromone::begin(lab::Lab& lab) const {
   lab.declare({.name = field_name_,
-               .length = most_cells,
+               .length = most_cells * most_bytes_of_cell / bytes_in_number + 1,
                .low = 0,
-               .high = packed(static_cast<int>(field_.cells().size()), 0) - 1,
+               .high = (std::int64_t{1} << (8 * bytes_in_number)) - 1,
                .up_to = true});
   lab.publish(field_name_, {});
 }
@@ -46,10 +84,26 @@ void SharedPheromone::lay(lab::Lab& lab, const hal::Pose& in_arena, double amoun
 }
 
 void SharedPheromone::tell(lab::Lab& lab) const {
-  std::vector<std::int64_t> told;
-  told.reserve(laid_.size());
-  for (const auto& [cell, amount] : laid_) told.push_back(packed(cell, amount));
-  lab.publish(field_name_, std::move(told));
+  Writer told;
+  int before = -1;
+  for (const auto& [cell, amount] : laid_) {
+    told.number(cell - std::exchange(before, cell));
+    told.number(amount);
+  }
+  lab.publish(field_name_, told.take());
+}
+
+// What another lab tells may be anything.
+void SharedPheromone::lay_told(lab::Lab& lab, const std::vector<std::int64_t>& told) {
+  Reader in(told);
+  std::int64_t cell = -1;
+  while (const std::int64_t step = in.number()) {
+    const std::int64_t amount = in.number();
+    cell += step;
+    if (cell >= static_cast<std::int64_t>(field_.cells().size()) || amount < 1 || amount > most_told)
+      return lab.counts().add("kit." + name_ + ".malformed");
+    field_.lay_in(static_cast<int>(cell), static_cast<double>(amount) / 1000);
+  }
 }
 
 void SharedPheromone::on_period(lab::Lab& lab) {
@@ -65,8 +119,7 @@ void SharedPheromone::on_period(lab::Lab& lab) {
     if (before != told_.end() && period > before->second + 1)
       lab.counts().add("kit." + name_ + ".missed", period - before->second - 1);
     told_[each] = period;
-    for (const std::int64_t laid : lab.field(each, field_name_))
-      field_.lay_in(static_cast<int>(laid >> amount_bits), static_cast<double>(laid & most_told) / 1000);
+    lay_told(lab, lab.field(each, field_name_));
   }
   if (lab.period() > 0) field_.pass(std::chrono::duration<double>(lab.period_length()).count());
   laid_.clear();

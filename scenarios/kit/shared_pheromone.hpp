@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "scenarios/kit/pheromone.hpp"
 
@@ -14,8 +15,8 @@ namespace arkmesh::scenarios::kit {
 
 class SharedPheromone {
  public:
-  // Amounts are told in thousandths, one number for each cell that was laid in: of most_cells at most, in a period and
-  // lab.
+  // Amounts are told in thousandths, in a few bytes for each cell that was laid in: of most_cells at most, in a period
+  // and lab.
   static constexpr std::size_t most_cells = 4096;
   static constexpr double least_amount = 0.001, most_amount = 1e6;  // in a cell and period
 
@@ -31,7 +32,7 @@ class SharedPheromone {
   // After the last of a frame: tells what was laid so far.
   void tell(lab::Lab& lab) const;
   // In on_period. Where labs do not wait for each other, states may be skipped: "kit.<name>.missed" counts the periods
-  // whose pheromone did not come.
+  // whose pheromone did not come, "kit.<name>.malformed" states of which the rest makes no sense.
   void on_period(lab::Lab& lab);
 
   const Pheromone& field() const { return field_; }
@@ -41,6 +42,8 @@ class SharedPheromone {
   }
 
  private:
+  void lay_told(lab::Lab& lab, const std::vector<std::int64_t>& told);
+
   std::string name_, field_name_;
   Pheromone field_;
   std::map<int, std::int64_t> laid_;           // in thousandths, by cell, since the last boundary
