@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -301,6 +302,13 @@ class PythonScenario(unittest.TestCase):
             self.assertNotEqual(code, 0, asked)
             self.assertIn(sentence, printed.splitlines()[-1])
             self.assertIn("at period 0: mine.py", printed)
+
+    def test_scenarios_in_the_kits_page_run(self):
+        blocks = re.findall("```python\n(.*?)```", (ROOT / "docs/virtual-sensors.md").read_text(), re.S)
+        self.assertEqual(len(blocks), 1)
+        for block in blocks:
+            code, printed = self.run_it(block, "--set", "arena.use=ode", "--set", f"arena.ode.controller={ROOT}/experiments/foraging/foraging.c")
+            self.assertEqual(code, 0, printed)
 
     def test_the_kit_gives_what_numpy_computes(self):
         """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
