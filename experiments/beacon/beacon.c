@@ -1,10 +1,11 @@
 /* Turns towards the sector that it was told; walks about at random until it is told one. The robot of beacon.py. */
+#include <arkmesh_id.h> /* says who it is, and goes on after a pause */
 #include <kilolib.h>
 
 enum { WALK = 0, SEEK = 1 };
 
 static volatile uint8_t told, sector;
-static uint32_t called_at, motion_ends_at;
+static uint32_t motion_ends_at;
 static uint8_t turning, left, right;
 
 /* One of three blocks: robot 10 bits, kind 4 bits, value 10 bits. */
@@ -22,14 +23,12 @@ static void on_message(message_t* message, distance_measurement_t* distance) {
 }
 
 static void setup(void) {
-  called_at = motion_ends_at = kilo_ticks;
+  motion_ends_at = kilo_ticks;
 }
 
-/* Says each time what LED and motors are to do: a pause cuts both, and nobody tells the program. */
 static void loop(void) {
   const uint32_t now = kilo_ticks;
-  uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
-  called_at = now;
+  uint8_t starts = 0;
   if (told == SEEK) {
     const uint8_t l = sector >= 4 ? 0 : sector == 0 ? kilo_straight_left : kilo_turn_left;
     const uint8_t r = sector > 0 && sector < 4 ? 0 : sector == 0 ? kilo_straight_right : kilo_turn_right;

@@ -1,5 +1,6 @@
 /* Walks about at random and shows COLOUR, white by default, while it is told to. The robot of light_up.py and others.
  */
+#include <arkmesh_id.h> /* says who it is, and goes on after a pause */
 #include <kilolib.h>
 
 #ifndef COLOUR
@@ -9,7 +10,7 @@
 enum { DARK = 0, LIT = 1 };
 
 static volatile uint8_t told;
-static uint32_t called_at, motion_ends_at;
+static uint32_t motion_ends_at;
 static uint8_t turning, left, right;
 
 /* One of three blocks: robot 10 bits, kind 4 bits, value 10 bits. */
@@ -24,14 +25,12 @@ static void on_message(message_t* message, distance_measurement_t* distance) {
 }
 
 static void setup(void) {
-  called_at = motion_ends_at = kilo_ticks;
+  motion_ends_at = kilo_ticks;
 }
 
-/* Says each time what LED and motors are to do: a pause cuts both, and nobody tells the program. */
 static void loop(void) {
   const uint32_t now = kilo_ticks;
-  uint8_t starts = now - called_at >= 5; /* it was paused, and its motors stand */
-  called_at = now;
+  uint8_t starts = 0;
   if (told == LIT)
     set_color(COLOUR);
   else

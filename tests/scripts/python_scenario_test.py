@@ -288,6 +288,15 @@ class PythonScenario(unittest.TestCase):
         self.assertGreater(counted("foraging/a.toml", "trips", "run.duration_s=600"), 0)
         self.assertEqual(counted("foraging/a.toml", "trips", "run.duration_s=20"), 0)
 
+    def test_each_piece_lights_up_some_robots(self):
+        for piece in ("eyes", "crowd", "region", "floor", "towards", "light", "trail", "voices"):
+            out = self.folder / piece
+            done = subprocess.run([ARKMESH, "run", ROOT / "experiments/pieces/a.toml", "--seconds", "20", "--seed", "1", "--out", out, "--set", f"scenario.pieces.piece={piece}"],
+                                  capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            last = arkmesh.open(out).labs["a"].led[-1]
+            self.assertTrue(0 < (last > 0).mean() < 0.9, (piece, last))
+
     def test_bad_settings_of_the_kit_are_one_sentence(self):
         """Before anything starts: no robots move, and the file and line are named."""
         (self.folder / "no.png").write_text("no image")
