@@ -273,6 +273,8 @@ class PythonScenario(unittest.TestCase):
         hasty, patient = ((f"scenario.best_of_n.quorum={quorum}", "scenario.best_of_n.limit_s=600") for quorum in (1, 7))
         self.assertLess(mean("best_of_n/a.toml", "right_pct", *hasty) + 10, mean("best_of_n/a.toml", "right_pct", *patient))
         self.assertLess(mean("best_of_n/a.toml", "decided_s", *hasty) + 100, mean("best_of_n/a.toml", "decided_s", *patient))
+        near, far = (counted("adaptation/a.toml", "after_pct", f"scenario.adaptation.range_m={range_m}") for range_m in (0.05, 1.5))
+        self.assertLess(far + 10, near)
 
     def test_the_kit_gives_what_numpy_computes(self):
         """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
