@@ -275,6 +275,9 @@ class PythonScenario(unittest.TestCase):
         self.assertLess(mean("best_of_n/a.toml", "decided_s", *hasty) + 100, mean("best_of_n/a.toml", "decided_s", *patient))
         near, far = (counted("adaptation/a.toml", "after_pct", f"scenario.adaptation.range_m={range_m}") for range_m in (0.05, 1.5))
         self.assertLess(far + 10, near)
+        own, both, others = (counted("weights/a.toml", "wrong_after_pct", f"scenario.weights.weight={weight}") for weight in (0.0, 0.25, 1.0))
+        self.assertLess(both, own)
+        self.assertLess(own + 50, others)
 
     def test_the_kit_gives_what_numpy_computes(self):
         """Eyes and crowds in each frame, and a trail that two labs lay: equal seeds, equal hashes."""
