@@ -120,6 +120,17 @@ class Figures(unittest.TestCase):
         _, page = self.page()
         self.assertIn("| ideal | Sh-Ro | all easy | 169.0 ± 8.4 | 20 |", page)
 
+    def test_known_curves_stay(self):
+        """What another script writes below stays when the page is written anew, and anew again."""
+        make_batch(self.scratch / "runs/dhtf-batch_original", ["solver", "robots", "pair", "mix"], original_rows(1.0))
+        below = "\n## Known curves, with virtual sensors\n\nSentences.\n"
+        (self.scratch / "docs").mkdir(parents=True, exist_ok=True)
+        (self.scratch / "docs/page.md").write_text("# Of before\n" + below)
+        _, page = self.page()
+        self.assertTrue(page.endswith(" % |\n" + below) or page.endswith(".\n" + below), page[-300:])
+        self.assertNotIn("Of before", page)
+        self.assertEqual(self.page()[1], page)
+
     def test_page_names_what_does_not_agree(self):
         """A third more than published is said in the table and on top; with the paper's own claims the order is judged."""
         make_batch(self.scratch / "runs/dhtf-batch_original", ["solver", "robots", "pair", "mix"], original_rows(1.34))

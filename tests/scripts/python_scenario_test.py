@@ -275,9 +275,9 @@ class PythonScenario(unittest.TestCase):
 
     def test_experiments_of_the_kit_show_their_effect(self):
         """Robots that are told of others gather, and food comes home; and not where they are told nothing, or there is no time."""
-        def counted(lab, count, *sets):
+        def counted(lab, count, *sets, seed=1):
             out = self.folder / f"kit{len(list(self.folder.iterdir()))}"
-            done = subprocess.run([ARKMESH, "run", ROOT / f"experiments/{lab}", "--seed", "1", "--out", out, *(part for s in sets for part in ("--set", s))],
+            done = subprocess.run([ARKMESH, "run", ROOT / f"experiments/{lab}", "--seed", str(seed), "--out", out, *(part for s in sets for part in ("--set", s))],
                                   capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             return json.loads((out / "result.json").read_text())["counts"][count]
@@ -287,6 +287,17 @@ class PythonScenario(unittest.TestCase):
         self.assertLess(counted("aggregation/a_emulated.toml", "until_half_s", "run.duration_s=20"), 30)  # cameras and controller find and tell them
         self.assertGreater(counted("foraging/a.toml", "trips", "run.duration_s=600"), 0)
         self.assertEqual(counted("foraging/a.toml", "trips", "run.duration_s=20"), 0)
+
+        def mean(lab, count, *sets):
+            return sum(counted(lab, count, *sets, seed=seed) for seed in range(201, 207)) / 6
+        hasty, patient = ((f"scenario.best_of_n.quorum={quorum}", "scenario.best_of_n.limit_s=600") for quorum in (1, 7))
+        self.assertLess(mean("best_of_n/a.toml", "right_pct", *hasty) + 10, mean("best_of_n/a.toml", "right_pct", *patient))
+        self.assertLess(mean("best_of_n/a.toml", "decided_s", *hasty) + 100, mean("best_of_n/a.toml", "decided_s", *patient))
+        near, far = (counted("adaptation/a.toml", "after_pct", f"scenario.adaptation.range_m={range_m}") for range_m in (0.05, 1.5))
+        self.assertLess(far + 10, near)
+        own, both, others = (counted("weights/a.toml", "wrong_after_pct", f"scenario.weights.weight={weight}") for weight in (0.0, 0.25, 1.0))
+        self.assertLess(both, own)
+        self.assertLess(own + 50, others)
 
     def test_each_piece_lights_up_some_robots(self):
         for piece in ("eyes", "crowd", "region", "floor", "towards", "light", "trail", "voices"):
