@@ -6,6 +6,7 @@ namespace arkmesh::cli {
 namespace {
 
 constexpr CommandRow rows[] = {
+    {"guide", "Say what to do next, from what lies in a folder and runs on this machine", light_program},
     {"run", "Run several labs in one process, as fast as they go", lab_program},
     {"batch", "Run a grid of settings and seeds, with tables and figures; goes on where it was stopped", lab_program},
     {"rerun", "Repeat a run from its folder alone, and say whether it gives the same", lab_program},

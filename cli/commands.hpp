@@ -13,6 +13,7 @@ struct Finding;
 
 namespace arkmesh::cli {
 
+void add_guide_command(CLI::App* command);
 void add_run_command(CLI::App* command);
 void add_batch_command(CLI::App* command);
 void add_rerun_command(CLI::App* command);
@@ -45,6 +46,7 @@ void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_t
 
 inline constexpr OwnCommand light_commands[] = {
     {"doctor", [](CLI::App* command) { add_doctor_command(command, nullptr); }},
+    {"guide", add_guide_command},
     {"up", add_up_command},
     {"status", add_status_command},
     {"ohc", add_ohc_command}};

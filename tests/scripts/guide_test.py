@@ -1,0 +1,65 @@
+"""`arkmesh guide` names commands for what lies in a folder, and they do what it says."""
+import pathlib
+import re
+import shlex
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ARKMESH = ROOT / "build/release/arkmesh"
+
+
+class Guide(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+    def run_it(self, *words, code=0):
+        done = subprocess.run([ARKMESH, *words], cwd=self.folder, capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def commands(self):
+        """Those that it names for the folder, not for what runs on this machine."""
+        said = re.sub(r"Running on this machine:\n(  .*\n)*\n", "", self.run_it("guide"))
+        return re.findall(r"^  arkmesh (.*?)(?:  .*)?$", said, re.M)
+
+    def test_an_empty_folder_begins_with_a_scenario(self):
+        self.assertIn("scenario new my_swarm", self.commands())
+        self.run_it("scenario", "new", "my_swarm")
+        self.folder /= "my_swarm"
+        self.assertIn("run a.toml b.toml", self.commands())
+        self.assertIn("controller check my_swarm.c", self.commands())
+
+    def test_what_lies_there_and_what_it_names_works(self):
+        """Labs that take part in one world are run together; a run is drawn, exported and repeated; files that are broken are said to be."""
+        for name in "ab":
+            (self.folder / f"{name}.toml").write_text(f'[lab]\nname = "{name}"\n[run]\nscenario = "light_up"\nduration_s = 10\n[shared]\nlabs = ["a", "b"]\n[arena]\nuse = "null"\n')
+        (self.folder / "alone with a blank.toml").write_text('[lab]\nname = "c"\n[run]\nscenario = "light_up"\nduration_s = 10\n[arena]\nuse = "null"\n')
+        (self.folder / "broken.toml").write_text("[lab]\nname = ")
+        (self.folder / "all.toml").write_text('labs = ["a.toml", "b.toml"]\nseeds = "1..2"\n')
+        (self.folder / "robot.c").write_text("#include <kilolib.h>\nint main(void) { kilo_init(); kilo_start(0, 0); }\n")
+        (self.folder / "large.c").write_bytes(b"kilo_start\n" * 200_000)
+        (self.folder / "none.py").symlink_to("missing")
+        commands = self.commands()
+        for wanted in ("run a.toml b.toml", "run 'alone with a blank.toml'", "batch all.toml", "controller run robot.c --open"):
+            self.assertIn(wanted, commands)
+        self.assertIn("cannot be read: broken.toml:2", self.run_it("guide"))
+        self.assertNotIn("large.c", " ".join(commands))
+        self.run_it(*shlex.split("run a.toml b.toml"))
+        self.run_it(*shlex.split("batch all.toml"), "--out", "grid")
+        self.assertIn("column -s, -t grid/summary.csv", self.run_it("guide"))
+        self.assertTrue((self.folder / "grid/summary.csv").exists())
+        named = [command for command in self.commands() if command.split()[0] in ("plot", "export", "rerun")]
+        self.assertEqual(len(named), 3)
+        for command in named:
+            self.run_it(*shlex.split(command))
+
+    def test_no_folder_is_one_sentence(self):
+        self.assertEqual(self.run_it("guide", "nowhere", code=2), "arkmesh: nowhere: is no folder\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
