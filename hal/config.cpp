@@ -14,6 +14,7 @@
 
 #include "hal/config_state.hpp"
 #include "hal/near_key.hpp"
+#include "hal/own_files.hpp"
 #include "hal/renamed_keys.hpp"
 
 namespace arkmesh::hal {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view own_file = "arkmesh:";  // a path below arkmesh's sources
+constexpr std::string_view own_mark = "arkmesh:";  // a path below arkmesh's sources, or its installed files
 
 template <class T>
 bool take(const toml::node& node, T& out) {
@@ -82,7 +83,10 @@ constexpr std::string_view kinds[] = {"true or false",     "a whole number",  "a
 // A path as it stands in a file, or in an override.
 fs::path resolved(const fs::path& written, const toml::source_region& place) {
   const std::string text = written.string();
-  if (text.starts_with(own_file)) return fs::path(ARKMESH_SOURCE_DIR) / text.substr(own_file.size());
+  if (text.starts_with(own_mark)) {
+    const std::string own = text.substr(own_mark.size());
+    return own_file(own, own);
+  }
   const bool in_file = place.path && !place.path->starts_with(override_mark);
   const fs::path folder = in_file ? fs::path(*place.path).parent_path() : fs::current_path();
   return fs::absolute(folder / written).lexically_normal();
@@ -91,9 +95,11 @@ fs::path resolved(const fs::path& written, const toml::source_region& place) {
 // How a run's config.toml in `folder` names a file, so that it is found when the folder is moved; without a folder, so
 // that labs at different places name it alike.
 std::string portable(const fs::path& path, const fs::path* folder) {
-  const fs::path own = path.lexically_relative(ARKMESH_SOURCE_DIR), here = fs::current_path();
-  for (const char* part : {"experiments", "scenarios", "sim_ode"})
-    if (!own.empty() && *own.begin() == part) return std::string(own_file) + own.string();
+  const fs::path here = fs::current_path();
+  for (const char* part : {"experiments", "scenarios", "sim_ode"}) {
+    const fs::path own = path.lexically_relative(own_file(part, part).parent_path());
+    if (!own.empty() && *own.begin() == part) return std::string(own_mark) + own.string();
+  }
   if (!folder) return path.filename().string();
   if (folder->empty()) return path.string();
   const fs::path from = fs::absolute(*folder).lexically_normal();
@@ -348,7 +354,8 @@ std::vector<std::string> Config::files() const {
 }
 
 void Config::refuse_unknown(std::string_view below) const {
-  // What comes first in the text is named first. The node is kept: a quoted key may hold a dot, so its name is no path to it.
+  // What comes first in the text is named first. The node is kept: a quoted key may hold a dot, so its name is no path
+  // to it.
   std::map<std::tuple<std::string, unsigned, std::string>, const toml::node*> unknown;
   std::set<std::string, std::less<>> known = state_->left_alone;
   for_each(state_->tree, "", [&](const std::string& key, const toml::node& node) {
@@ -357,7 +364,8 @@ void Config::refuse_unknown(std::string_view below) const {
     const bool counts =
         below.empty() || (key.starts_with(below) && key.find_first_of(".[", below.size()) == below.size());
     const bool is_left_alone = state_->left_alone.contains(key);
-    if (!is_read && counts && !is_left_alone) unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);
+    if (!is_read && counts && !is_left_alone)
+      unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);
     return is_read && !is_left_alone;
   });
   if (unknown.empty()) return;

@@ -1,5 +1,4 @@
-/* Walks about at random and shows COLOUR, white by default, while it is told to. The robot of light_up.py and others.
- */
+/* Walks about at random and shows COLOUR, white by default, while it is told to by its scenario. */
 #include <kilolib.h>
 
 #ifndef COLOUR

@@ -53,7 +53,7 @@ class Install(unittest.TestCase):
         self.run_it(program, "run", *labs, *more, "--out", "own")
         built_in = [word for lab in "ab" for word in ("--set", f"{lab}:run.scenario=light_up")]
         self.run_it("arkmesh", "run", *labs, *more, *built_in, "--out", "built_in")
-        python = [self.prefix / f"share/arkmesh/light_up/{lab}.toml" for lab in "ab"]
+        python = [self.prefix / f"share/arkmesh/experiments/light_up/{lab}.toml" for lab in "ab"]
         self.run_it("arkmesh", "run", *python, *more, "--out", "python")
         for out in ("built_in", "python"):
             self.assertEqual(self.final_hash(out), self.final_hash("own"), out)
