@@ -1,4 +1,4 @@
-# What is installed, by component: `gateway` for a computer that runs no lab; `lab`; `testbed` for cameras;
+# What is installed, by component, each a Debian package (scripts/package): `gateway` for a computer that runs no lab; `lab`; `testbed` for cameras;
 # `python`, the package arkmesh; and `dev`, what programs with scenarios of somebody's own are built with. Programs are in bin, the files that they take
 # along in share/arkmesh. All of it is found from where it lies, so the folder may be moved.
 include(CMakePackageConfigHelpers)
@@ -59,3 +59,7 @@ configure_package_config_file(cmake/arkmeshConfig.cmake.in arkmeshConfig.cmake I
 # Until 1.0.0 a minor release may change the interface.
 write_basic_package_version_file(arkmeshConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfigVersion.cmake DESTINATION ${package} COMPONENT dev)
+
+if(PROJECT_IS_TOP_LEVEL)
+  include(scripts/package/package.cmake)
+endif()
