@@ -102,6 +102,11 @@ install(FILES scripts/package/gateway/sysusers.conf RENAME arkmesh.conf DESTINAT
   COMPONENT gateway EXCLUDE_FROM_ALL)
 install(FILES scripts/package/gateway/arkmesh.rules DESTINATION share/polkit-1/rules.d
   COMPONENT gateway EXCLUDE_FROM_ALL)
+# Man pages and completions, where scripts/package/make has made them.
+foreach(component gateway lab testbed)
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/pages/${component}/ DESTINATION share
+    COMPONENT ${component} OPTIONAL EXCLUDE_FROM_ALL)
+endforeach()
 install(FILES README.md CHANGELOG.md DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
 install(DIRECTORY docs DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
 include(CPack)
