@@ -18,15 +18,18 @@
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/programs/controller_build.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
+#include "sim_ode/host/programs/shipped_programs.hpp"
 #include "sim_ode/host/reports/poses_file.hpp"
 #include "sim_ode/host/reports/robot_text.hpp"
 #include "sim_ode/host/reports/swarm_drawing.hpp"
 #include "sim_ode/host/reports/swarm_report.hpp"
+#include "sim_ode/ode_arena.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -286,6 +289,22 @@ void add_run(CLI::App& controller) {
   });
 }
 
+// For packages, and so not listed.
+void add_ship_command(CLI::App& controller) {
+  auto* ship = controller.add_subcommand("ship", "Compiles labs' programs to be run where there is no compiler");
+  ship->group("");
+  const auto files = std::make_shared<std::vector<std::string>>();
+  const auto out = std::make_shared<std::string>();
+  ship->add_option("FILE", *files, "Labs' configuration files")->required()->check(CLI::ExistingFile);
+  ship->add_option("--out", *out, "The folder, lib/arkmesh/programs beside an installed bin")->required();
+  ship->callback([files, out] {
+    for (const std::string& file : *files) {
+      const hal::Config lab = hal::Config::from_file(file);
+      sim_ode::ship_program(sim_ode::ReadProgram(sim_ode::program_of(lab.root().section("arena"))), *out);
+    }
+  });
+}
+
 }  // namespace
 
 void add_controller_command(CLI::App* controller) {
@@ -294,6 +313,7 @@ void add_controller_command(CLI::App* controller) {
 
   add_run(*controller);
   add_build_command(*controller);
+  add_ship_command(*controller);
 
   auto* check =
       controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");

@@ -35,6 +35,12 @@ bool needs_cameras(std::string_view arena) {
   return arena == "kilobot" || arena == "emulated";
 }
 
+// Where Debian packages put programs, and which of ours has this one (scripts/package).
+constexpr const char* package_folder = "/usr/bin";
+std::string_view package_of(std::string_view program) {
+  return program == gateway_program || program == testbed_program ? program : "arkmesh";
+}
+
 // Becomes another program of our folder; PATH, which may hold another version, is not asked. `purpose`: what it is
 // needed for.
 [[noreturn]] void become(std::string_view program, const std::string& purpose) {
@@ -47,6 +53,9 @@ bool needs_cameras(std::string_view arena) {
     throw std::runtime_error(
         fmt::format("{} is not in {}; install all programs of one arkmesh anew", purpose, self.string()));
   ::execv((folder / program).c_str(), arguments);
+  if (errno == ENOENT && folder == package_folder)
+    throw std::runtime_error(fmt::format("{} needs the program {}, which is not installed; it is in the package {}",
+                                         purpose, program, package_of(program)));
   if (errno == ENOENT)
     throw std::runtime_error(fmt::format(
         "{} needs the program {}, which is not in {}; scripts/build builds it, and an installation has all programs of "

@@ -72,7 +72,8 @@ std::vector<ExampleFile> example_files(bool cpp) {
     for (const char* const name : {"CMakeLists.txt", "README.md", "light_up_test.cpp", "main.cpp"})
       files.push_back({name, example / "cpp" / name});
     for (const char* const name : {"light_up.cpp", "light_up.hpp"})
-      files.push_back({name, hal::own_file(fs::path("light_up/cpp") / name, fs::path("scenarios/light_up") / name)});
+      files.push_back(
+          {name, hal::own_file(fs::path("experiments/light_up/cpp") / name, fs::path("scenarios/light_up") / name)});
   } else {
     for (const char* const name : {"README.md", "light_up.py", "light_up_test.py"})
       files.push_back({name, example / name});

@@ -1,26 +1,38 @@
-# What is installed, by component: `programs` with the files that they take along, in bin and share/arkmesh; and `dev`, what programs with scenarios of
-# somebody's own are built with. All of it is found from where it lies, so the folder may be moved.
+# What is installed, by component, each a Debian package (scripts/package): `gateway` for a computer that runs no lab; `lab`; `testbed` for cameras;
+# `python`, the package arkmesh; and `dev`, what programs with scenarios of somebody's own are built with. Programs are in bin, the files that they take
+# along in share/arkmesh. All of it is found from where it lies, so the folder may be moved.
 include(CMakePackageConfigHelpers)
 set(share share/arkmesh)
 
-install(TARGETS ${ARKMESH_PROGRAM_TARGETS} DESTINATION bin COMPONENT programs)
-# What robots' programs are compiled against.
-install(DIRECTORY sim_ode/kilolib hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT programs)
+install(TARGETS arkmesh arkmesh-gateway DESTINATION bin COMPONENT gateway)
+install(TARGETS arkmesh-lab arkmesh-recording DESTINATION bin COMPONENT lab)
+# The guard is for labs with real robots.
+if(ARKMESH_CAMERAS)
+  install(TARGETS arkmesh-testbed arkmesh-guard DESTINATION bin COMPONENT testbed)
+else()
+  install(TARGETS arkmesh-guard DESTINATION bin COMPONENT lab)
+endif()
+# What robots' programs are compiled against, and those of the shipped experiments, compiled where somebody asked for them (arkmesh_shipped_programs).
+install(DIRECTORY sim_ode/kilolib hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT lab)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/shipped_programs/ DESTINATION lib/arkmesh/programs COMPONENT lab OPTIONAL)
+# Experiments lie to their robots' programs as they do among the sources.
+install(DIRECTORY experiments DESTINATION ${share} COMPONENT lab PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY scenarios/dhtf/controller DESTINATION ${share}/scenarios/dhtf COMPONENT lab)
+install(DIRECTORY scenarios/cre/controller DESTINATION ${share}/scenarios/cre COMPONENT lab)
 # What draws runs.
-install(PROGRAMS scripts/draw_swarm scripts/plot_batch scripts/plot scripts/plot_curves scripts/read_log.py scripts/film DESTINATION ${share} COMPONENT programs)
+install(PROGRAMS scripts/draw_swarm scripts/plot_batch scripts/plot scripts/plot_curves scripts/read_log.py scripts/film DESTINATION ${share} COMPONENT lab)
 install(FILES scripts/mean_interval.py scripts/draw_overlay.py scripts/film_frames.py scripts/chromium.py scripts/lab_processes.py view/page/colours.json
-  DESTINATION ${share} COMPONENT programs)
-install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT programs)
-# Scenarios in Python, and what `arkmesh scenario new` copies.
-install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT programs FILES_MATCHING PATTERN "*.py")
-install(DIRECTORY experiments/light_up DESTINATION ${share} COMPONENT programs PATTERN "__pycache__" EXCLUDE)
-install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DESTINATION ${share}/light_up/cpp COMPONENT programs)
+  DESTINATION ${share} COMPONENT lab)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT lab)
+# Scenarios in Python, and what `arkmesh scenario new` copies beside the experiment light_up.
+install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT python FILES_MATCHING PATTERN "*.py")
+install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DESTINATION ${share}/experiments/light_up/cpp COMPONENT lab)
 
-# Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those
+# Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp, scenarios/kit), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those
 # include. A test builds such a program from them alone.
 foreach(header
     app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp scenarios/robot_words.hpp scenarios/wall_sensor.hpp
-    lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp
+    lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp lab/sensor_config.hpp
     lab/exchange/exchange.hpp lab/exchange/lab_state.hpp lab/exchange/merged_state.hpp lab/exchange/state_rules.hpp
     hal/arena.hpp hal/bus.hpp hal/clock.hpp hal/colour.hpp hal/config.hpp hal/counters.hpp hal/drawing.hpp hal/fixed_math.hpp hal/own_files.hpp
     hal/participants.hpp hal/projection.hpp hal/random.hpp hal/recorder.hpp hal/stop_request.hpp hal/types.hpp hal/wall_time.hpp
@@ -28,6 +40,7 @@ foreach(header
   cmake_path(GET header PARENT_PATH folder)
   install(FILES ${header} DESTINATION include/arkmesh/${folder} COMPONENT dev)
 endforeach()
+install(DIRECTORY scenarios/kit DESTINATION include/arkmesh/scenarios COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
 install(FILES ${PROJECT_BINARY_DIR}/hal/generated/colour_table.hpp DESTINATION include/arkmesh COMPONENT dev)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/cpp/arkmesh DESTINATION include COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
 
@@ -47,3 +60,7 @@ configure_package_config_file(cmake/arkmeshConfig.cmake.in arkmeshConfig.cmake I
 # Until 1.0.0 a minor release may change the interface.
 write_basic_package_version_file(arkmeshConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/arkmeshConfigVersion.cmake DESTINATION ${package} COMPONENT dev)
+
+if(PROJECT_IS_TOP_LEVEL)
+  include(scripts/package/package.cmake)
+endif()

@@ -14,6 +14,7 @@
 
 #include "hal/config_state.hpp"
 #include "hal/near_key.hpp"
+#include "hal/own_files.hpp"
 #include "hal/renamed_keys.hpp"
 
 namespace arkmesh::hal {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view own_file = "arkmesh:";  // a path below arkmesh's sources
+constexpr std::string_view own_mark = "arkmesh:";  // a path below arkmesh's sources, or its installed files
 
 template <class T>
 bool take(const toml::node& node, T& out) {
@@ -82,7 +83,10 @@ constexpr std::string_view kinds[] = {"true or false",     "a whole number",  "a
 // A path as it stands in a file, or in an override.
 fs::path resolved(const fs::path& written, const toml::source_region& place) {
   const std::string text = written.string();
-  if (text.starts_with(own_file)) return fs::path(ARKMESH_SOURCE_DIR) / text.substr(own_file.size());
+  if (text.starts_with(own_mark)) {
+    const std::string own = text.substr(own_mark.size());
+    return own_file(own, own);
+  }
   const bool in_file = place.path && !place.path->starts_with(override_mark);
   const fs::path folder = in_file ? fs::path(*place.path).parent_path() : fs::current_path();
   return fs::absolute(folder / written).lexically_normal();
@@ -91,9 +95,11 @@ fs::path resolved(const fs::path& written, const toml::source_region& place) {
 // How a run's config.toml in `folder` names a file, so that it is found when the folder is moved; without a folder, so
 // that labs at different places name it alike.
 std::string portable(const fs::path& path, const fs::path* folder) {
-  const fs::path own = path.lexically_relative(ARKMESH_SOURCE_DIR), here = fs::current_path();
-  for (const char* part : {"experiments", "scenarios", "sim_ode"})
-    if (!own.empty() && *own.begin() == part) return std::string(own_file) + own.string();
+  const fs::path here = fs::current_path();
+  for (const char* folder_of_ours : {"experiments", "scenarios", "sim_ode"}) {
+    const fs::path own = path.lexically_relative(own_file(folder_of_ours, folder_of_ours).parent_path());
+    if (!own.empty() && *own.begin() == folder_of_ours) return std::string(own_mark) + own.string();
+  }
   if (!folder) return path.filename().string();
   if (folder->empty()) return path.string();
   const fs::path from = fs::absolute(*folder).lexically_normal();

@@ -315,6 +315,10 @@ std::unique_ptr<OdeArena> make(
 
 }  // namespace
 
+ProgramSources program_of(const hal::Section& arena) {
+  return read_settings(arena).controller;
+}
+
 std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
   try {
     return files_of(read_settings(arena).controller);

@@ -11,6 +11,7 @@
 #include "hal/arena.hpp"
 #include "hal/arena_row.hpp"
 #include "hal/config.hpp"
+#include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -19,6 +20,8 @@ namespace arkmesh::sim_ode {
 // file); throws ConfigError with the compiler's first error when that fails.
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed);
 hal::ArenaRow ode_arena_row();
+// The robots' program. Throws ConfigError.
+ProgramSources program_of(const hal::Section& arena);
 // The C files of the robots' program. Throws ConfigError.
 std::vector<std::filesystem::path> program_files(const hal::Section& arena);
 

@@ -133,7 +133,7 @@ fs::path package_folder() {
 }
 
 fs::path example_folder() {
-  return hal::own_file("light_up", "experiments/light_up");
+  return hal::own_file("experiments/light_up", "experiments/light_up");
 }
 
 bool is_python(const std::string& scenario) {
@@ -189,6 +189,10 @@ PythonScenario::~PythonScenario() {
 void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, const hal::ArenaInfo& arena,
                            std::optional<double> words_per_s) {
   const std::string table = file_.stem().string();
+  std::error_code ignored;
+  if (const fs::path child = package_folder() / "arkmesh_child.py"; !fs::exists(child, ignored))
+    throw hal::ConfigError(
+        fmt::format("{} is a scenario in Python, and takes the package python3-arkmesh", file_.filename().string()));
   const char* const named = ::getenv("ARKMESH_PYTHON");
   child_ = std::make_unique<Child>(
       std::vector<std::string>{named ? named : "python3", "-B", (package_folder() / "arkmesh_child.py").string()},

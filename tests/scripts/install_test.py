@@ -53,7 +53,7 @@ class Install(unittest.TestCase):
         self.run_it(program, "run", *labs, *more, "--out", "own")
         built_in = [word for lab in "ab" for word in ("--set", f"{lab}:run.scenario=light_up")]
         self.run_it("arkmesh", "run", *labs, *more, *built_in, "--out", "built_in")
-        python = [self.prefix / f"share/arkmesh/light_up/{lab}.toml" for lab in "ab"]
+        python = [self.prefix / f"share/arkmesh/experiments/light_up/{lab}.toml" for lab in "ab"]
         self.run_it("arkmesh", "run", *python, *more, "--out", "python")
         for out in ("built_in", "python"):
             self.assertEqual(self.final_hash(out), self.final_hash("own"), out)
@@ -64,6 +64,18 @@ class Install(unittest.TestCase):
         self.assertIn(self.final_hash("own"), (self.folder / "batch/runs.csv").read_text())
         self.run_it(program, "export", "own", "--csv")
         self.assertIn("reach_m", self.run_it(program, "config", "--keys").split("scenario.my_swarm")[1])
+
+    def test_the_kit_in_cpp(self):
+        """Every header of the kit is there, and a program that uses one links with what is installed."""
+        headers = sorted(f"scenarios/kit/{file.name}" for file in (ROOT / "scenarios/kit").glob("*.hpp"))
+        self.assertGreater(len(headers), 10)
+        project = self.folder / "kit"
+        project.mkdir()
+        (project / "main.cpp").write_text("".join(f'#include "{header}"\n' for header in headers) +
+                                          "int main() { return arkmesh::scenarios::kit::Region::disc({0, 0}, 1).contains({0.5, 0}) ? 0 : 1; }\n")
+        (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(kit LANGUAGES C CXX)\nfind_package(arkmesh REQUIRED)\n"
+                                                "add_executable(kit main.cpp)\ntarget_link_libraries(kit PRIVATE arkmesh::scenarios)\n")
+        self.run_it("sh", "-c", f"cmake -S kit -B kit/build -G Ninja -DCMAKE_PREFIX_PATH='{self.prefix}' && cmake --build kit/build && kit/build/kit")
 
     def test_names_that_cannot_be_a_namespace(self):
         for name in ("main", "dhtf", "switch", "constexpr", "lab", "settings", "rebuild_cache"):

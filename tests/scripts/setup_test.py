@@ -25,7 +25,7 @@ class Setup(unittest.TestCase):
 
     def test_nothing_missing(self):
         """With every package there, neither apt nor root is asked for."""
-        for profile in ([], ["build"], ["spy"], ["test"], ["firmware"], ["film"]):
+        for profile in ([], ["build"], ["spy"], ["test"], ["firmware"], ["film"], ["package"]):
             said, code, calls = self.run_setup(profile, "true", user=1000)
             self.assertEqual((code, calls), (0, []), said)
 

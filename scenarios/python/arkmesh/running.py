@@ -44,7 +44,7 @@ def program():
             return str(place)
     found = shutil.which("arkmesh")
     if not found:
-        raise FileNotFoundError(f"there is no program arkmesh beside {python}, nor in PATH; scripts/build builds it")
+        raise FileNotFoundError(f"there is no program arkmesh beside {python}, nor in PATH; scripts/build builds it, and the package arkmesh has it")
     return found
 
 

@@ -233,7 +233,7 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
   if (done.too_long)
     throw TooLong(fmt::format("does not compile: the C compiler `cc` was ended, for it had not finished after {:g} s",
                               std::chrono::duration<double>(limit_).count()));
-  if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; install gcc");
+  if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; apt-get install gcc libc6-dev");
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(with_own_names(done.output), work_));
 }
 

@@ -17,6 +17,7 @@
 #include "hal/child_process.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"
+#include "sim_ode/host/programs/shipped_programs.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -52,6 +53,11 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const ProgramSources& sou
 
   std::shared_ptr<RobotProgram> program(new RobotProgram);
   program->source_ = read.files.front().path;
+  if (const auto shipped = find_shipped(read, shipped_programs_folder())) {
+    program->load_copy(*shipped);
+    loaded_programs()[key] = program;
+    return program;
+  }
   const ProgramCache cache(ProgramCache::folder_of_user(), read);
   if (!program->load_kept(cache)) {
     const hal::ScratchFolder work("controller");
@@ -80,6 +86,17 @@ bool RobotProgram::load_kept(const ProgramCache& cache) {
     unload();
     return false;
   }
+}
+
+// Of an object that several programs may be: a library that is loaded twice has one memory.
+void RobotProgram::load_copy(const fs::path& object) {
+  const hal::ScratchFolder work("controller");
+  const fs::path copy = work.path() / "program.so";
+  std::error_code error;
+  fs::copy_file(object, copy, error);
+  if (error)
+    throw ProgramError(fmt::format("does not load: {} cannot be copied: {}", object.string(), error.message()));
+  load_object(copy);
 }
 
 void RobotProgram::load_object(const fs::path& object) {

@@ -18,8 +18,8 @@ class ProgramCache;
 
 class RobotProgram {
  public:
-  // Compiles with `cc`, unless it was compiled before (program_cache.hpp). Programs of the same files, texts and
-  // options that are in use at the same time are loaded once. Throws ProgramError.
+  // Compiles with `cc`, unless it was compiled before (shipped_programs.hpp, program_cache.hpp). Programs of the same
+  // files, texts and options that are in use at the same time are loaded once. Throws ProgramError.
   static std::shared_ptr<const RobotProgram> load(const ProgramSources& sources);
   ~RobotProgram() { unload(); }
   RobotProgram(const RobotProgram&) = delete;
@@ -42,6 +42,7 @@ class RobotProgram {
  private:
   RobotProgram() = default;
   bool load_kept(const ProgramCache& cache);
+  void load_copy(const std::filesystem::path& object);
   void unload();
   // Throws ProgramError.
   void load_object(const std::filesystem::path& object);

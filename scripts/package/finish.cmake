@@ -1,0 +1,7 @@
+# CPack runs this before it packs: what Debian wants of each package beside its files.
+foreach(component ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${component} upper)
+  set(command ${CMAKE_CURRENT_LIST_DIR}/finish ${CPACK_TEMPORARY_DIRECTORY}/${component} ${component} ${CPACK_DEBIAN_${upper}_PACKAGE_NAME}
+    ${CPACK_PACKAGE_VERSION})
+  execute_process(COMMAND ${command} COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
