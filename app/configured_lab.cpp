@@ -88,7 +88,8 @@ void ConfiguredLab::make_parts(OwnParts* own) {
     for (const char* of : {"scenario", "sensors"}) root.section(of).take_up(table);
     auto made = std::make_unique<scenarios::python::PythonScenario>(root, config_.file(), run_config_, arena_->info(),
                                                                     words_per_s(root.section("arena")), directory_);
-    for (const char* of : {"scenario.", "sensors."}) config_.refuse_unknown(of + table);
+    if (made->failure().empty())  // else it has not asked for all
+      for (const char* of : {"scenario.", "sensors."}) config_.refuse_unknown(of + table);
     python_ = made.get();
     scenario_ = std::move(made);
   }

@@ -362,7 +362,8 @@ void Config::refuse_unknown(std::string_view below) const {
     const bool is_read = state_->read.contains(&node);
     if (is_read) known.insert(key);
     const bool counts =
-        below.empty() || (key.starts_with(below) && key.find_first_of(".[", below.size()) == below.size());
+        below.empty() || (key.starts_with(below) &&
+                          (key.size() == below.size() || key[below.size()] == '.' || key[below.size()] == '['));
     const bool is_left_alone = state_->left_alone.contains(key);
     if (!is_read && counts && !is_left_alone)
       unknown.emplace(std::tuple(*node.source().path, node.source().begin.line, key), &node);

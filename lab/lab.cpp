@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace arkmesh::lab {
@@ -26,6 +27,9 @@ void Lab::declare(FieldRule rule) {
   if (!data_.declaring)
     throw std::logic_error(
         fmt::format("the scenario declared field '{}' after begin(); declare all fields in begin()", rule.name));
+  if (std::ranges::find(data_.rules, rule.name, &FieldRule::name) != data_.rules.end())
+    throw std::invalid_argument(
+        fmt::format("the scenario declared field '{}' twice; give each a name of its own", rule.name));
   data_.rules.push_back(std::move(rule));
 }
 

@@ -40,6 +40,9 @@ class Lab {
   const SensorConfig& sensors() const { return data_.sensors; }
   std::uint64_t seed() const { return data_.seed; }  // run.seed, one for all labs
 
+  // Whether each state of each lab carries all that the lab has published (gate.exchange).
+  bool tells_all_each_period() const { return data_.plain_exchange; }
+
   // --- time ---
   hal::LabTime now() const { return data_.now; }         // of the frame, of what robots said, or of the boundary
   std::uint32_t period() const { return data_.period; }  // boundaries passed; 0 in begin() and period 0's on_period

@@ -12,6 +12,7 @@ LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena) {
   data.period_length = config.period;
   data.seed = config.seed;
   data.sensors = config.sensors;
+  data.plain_exchange = config.exchange.plain();
   return data;
 }
 

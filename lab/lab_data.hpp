@@ -36,6 +36,7 @@ struct LabData {
   hal::LabTime period_length{0};
   std::uint64_t seed = 0;
   SensorConfig sensors;
+  bool plain_exchange = true;
 
   // --- what the runner tells ---
   hal::LabTime now{0};

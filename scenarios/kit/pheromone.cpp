@@ -15,7 +15,8 @@ namespace arkmesh::scenarios::kit {
 namespace {
 
 constexpr double most_spread = 0.125, most_wind_cells = 0.25;
-constexpr int most_steps = 10'000;  // of one call
+constexpr double most_work = 5e7;       // cells times steps of one call, about a tenth of a second
+constexpr double most_zone_cells = 64;  // of a zone's radius
 
 }  // namespace
 
@@ -61,30 +62,33 @@ void Pheromone::lay_in(int cell, double amount) {
   here = std::min(settings_.cap, here + amount);
 }
 
-void Pheromone::pass(double seconds) {
-  if (!(seconds > 0)) return;
-  decay(seconds);
+double Pheromone::steps(double seconds) const {
   const double cell = settings_.cell_m;
   const double pace = std::max({settings_.diffusion_m2_s / (cell * cell * most_spread),
                                 std::abs(settings_.wind_x_m_s) / (cell * most_wind_cells),
                                 std::abs(settings_.wind_y_m_s) / (cell * most_wind_cells)});
-  if (pace == 0) return;
-  const double steps = std::ceil(seconds * pace);
-  if (steps > most_steps)
-    throw std::invalid_argument(
-        fmt::format("a pheromone that spreads or is blown so fast needs {:.0f} steps for {:g} s, and {} are the most; "
-                    "give larger cells",
-                    steps, seconds, most_steps));
-  for (int i = 0; i < static_cast<int>(steps); ++i) spread(seconds / steps);
+  const double steps = std::ceil(seconds * pace), most = std::floor(most_work / static_cast<double>(cells_.size()));
+  if (steps > most)
+    throw std::invalid_argument(fmt::format(
+        "a pheromone that spreads or is blown so fast needs {:.0f} steps of {} cells for {:g} s, and {:.0f} "
+        "are the most; give larger cells",
+        steps, cells_.size(), seconds, most));
+  return steps;
+}
+
+void Pheromone::pass(double seconds) {
+  if (!(seconds > 0)) return;
+  const double all = steps(seconds);
+  decay(seconds);
+  for (int i = 0; i < static_cast<int>(all); ++i) spread(seconds / all);
+  for (double& here : cells_)
+    if (here < settings_.cut_off) here = 0;
 }
 
 void Pheromone::decay(double seconds) {
   const double left = settings_.half_life_s > 0 ? hal::fixed::exp2(-seconds / settings_.half_life_s) : 1;
   const double less = settings_.linear_per_s * seconds;
-  for (double& here : cells_) {
-    here = std::max(0.0, here * left - less);
-    if (here < settings_.cut_off) here = 0;
-  }
+  for (double& here : cells_) here = std::max(0.0, here * left - less);
 }
 
 void Pheromone::spread(double seconds) {
@@ -129,6 +133,10 @@ std::uint32_t Pheromone::zones(const hal::Pose& robot, int count, double opening
                                double least) const {
   if (count < 1 || count > 32 || !(opening_rad > 0 && opening_rad <= 2 * std::numbers::pi) || !(radius_m > 0))
     throw std::invalid_argument("zones are 1 to 32, within an opening of at most a circle and a positive radius");
+  if (radius_m > most_zone_cells * settings_.cell_m)
+    throw std::invalid_argument(
+        fmt::format("zones of {:g} m reach over {:.0f} cells, and {} are the most; give larger cells", radius_m,
+                    radius_m / settings_.cell_m, most_zone_cells));
   std::uint32_t bits = 0;
   const auto place = [this](double at_m, double side_m, int count_of) {
     return std::clamp(static_cast<int>(std::floor((at_m + side_m / 2) / settings_.cell_m)), 0, count_of - 1);

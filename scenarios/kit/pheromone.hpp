@@ -41,8 +41,12 @@ class Pheromone {
   // Adds to a cell, up to the cap; outside there is none.
   void lay(const hal::Point& place, double amount) { lay_in(cell_at(place), amount); }
   void lay_in(int cell, double amount);
-  // Lets time pass: decay, then spreading and wind, in as many steps as they need.
+  // Lets time pass: decay, then spreading and wind, in as many steps as they need, then what is below the cut-off is
+  // gone. Wind carries along and, as steps are whole cells' shares, also spreads like a diffusion of up to 3/8 of its
+  // speed times a cell's side.
   void pass(double seconds);
+  // So many steps. Throws std::invalid_argument where they would take too long.
+  double steps(double seconds) const;
 
   // In the place's cell; 0 outside.
   double at(const hal::Point& place) const;

@@ -64,6 +64,10 @@ SharedPheromone::SharedPheromone(std::string name, const Pheromone::Settings& se
     : name_(std::move(name)), field_name_("kit." + name_), field_(settings) {}
 
 void SharedPheromone::begin(lab::Lab& lab) const {
+  field_.steps(std::chrono::duration<double>(lab.period_length()).count());  // what cannot be is said at once
+  if (!lab.tells_all_each_period())
+    throw std::invalid_argument(fmt::format(
+        "the pheromone {} needs all of each state; leave out gate.exchange and the periods of its states", name_));
   lab.declare({.name = field_name_,
                .length = most_cells * most_bytes_of_cell / bytes_in_number + 1,
                .low = 0,
@@ -75,7 +79,7 @@ void SharedPheromone::begin(lab::Lab& lab) const {
 void SharedPheromone::lay(lab::Lab& lab, const hal::Pose& in_arena, double amount) {
   const hal::Pose at = in_field(lab, in_arena);
   const int cell = field_.cell_at({at.x_m, at.y_m});
-  if (cell < 0) return;
+  if (cell < 0) return lab.counts().add("kit." + name_ + ".outside");
   const bool is_amount = amount >= least_amount && amount <= most_amount;
   if (!is_amount || (laid_.size() == most_cells && !laid_.contains(cell)))
     return lab.counts().add("kit." + name_ + ".not_laid");
@@ -108,11 +112,6 @@ void SharedPheromone::lay_told(lab::Lab& lab, const std::vector<std::int64_t>& t
 
 void SharedPheromone::on_period(lab::Lab& lab) {
   for (const std::string& each : lab.labs()) {
-    if (lab.state(each).made_at)
-      throw std::runtime_error(
-          fmt::format("the pheromone {} needs all of each state, and {} tells it by events or more rarely than each "
-                      "period; leave out gate.exchange and the periods of its states",
-                      name_, each));
     const std::uint32_t period = lab.state(each).period;
     const auto before = told_.find(each);
     if (before != told_.end() && period == before->second) continue;  // nothing new of it

@@ -27,7 +27,7 @@ class SharedPheromone {
   // In the scenario's begin().
   void begin(lab::Lab& lab) const;
   // In on_poses: a robot of this lab lays so much where it is. What is too little, too much or in too many cells is
-  // counted as "kit.<name>.not_laid".
+  // counted as "kit.<name>.not_laid", and what is outside the field as "kit.<name>.outside".
   void lay(lab::Lab& lab, const hal::Pose& in_arena, double amount);
   // After the last of a frame: tells what was laid so far.
   void tell(lab::Lab& lab) const;

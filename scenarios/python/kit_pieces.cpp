@@ -40,6 +40,7 @@ struct KitPieces::Piece {
   virtual std::size_t columns() const = 0;
   // Appends columns() numbers for each robot of the frame.
   virtual void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) = 0;
+  virtual std::vector<double> world() const { return {}; }
   virtual void act(lab::Lab&, const hal::PoseFrame&, const Said&) {}
   virtual void end_frame(lab::Lab&) {}
   virtual void on_period(lab::Lab&) {}
@@ -161,7 +162,7 @@ struct KitPieces::Trail final : Piece {
   double opening_rad = 0, radius_m = 0, least = 0;  // radius in the shared frame
 };
 
-// Whether a robot is inside, how many robots of all labs are, as merged last, and what is left of a resource there. The
+// Whether a robot is inside; of the region how many robots of all labs are, and what is left of a resource there. The
 // resource is used and grows at boundaries, by the robots that were merged, so that it is alike in all labs.
 struct KitPieces::Zone final : Piece {
   explicit Zone(const Said& asked)
@@ -181,15 +182,14 @@ struct KitPieces::Zone final : Piece {
                                         : kit::Region::disc(corners.at(0), asked.at("radius"));
   }
 
-  std::size_t columns() const override { return 3; }
+  std::size_t columns() const override { return 1; }
   void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
     for (const hal::Observation& robot : frame.robots) {
       const hal::Pose at = lab.projection().to_shared(robot.pose);
       out.push_back(region.contains({at.x_m, at.y_m}));
-      out.push_back(robots);
-      out.push_back(stock ? stock->stock() : 0);
     }
   }
+  std::vector<double> world() const override { return {static_cast<double>(robots), stock ? stock->stock() : 0.0}; }
   void on_period(lab::Lab& lab) override {
     robots = 0;
     for (const std::string& each : lab.labs())
@@ -340,6 +340,16 @@ std::string KitPieces::sense(const lab::Lab& lab, const hal::PoseFrame& frame) {
     if (piece->readings) piece->readings->pass(frame, sensed);
     put(out, static_cast<std::uint32_t>(piece->columns()));
     for (const double number : sensed) put(out, number);
+  }
+  return out;
+}
+
+std::string KitPieces::world() const {
+  std::string out;
+  for (const auto& piece : pieces_) {
+    const std::vector<double> numbers = piece->world();
+    put(out, static_cast<std::uint32_t>(numbers.size()));
+    for (const double number : numbers) put(out, number);
   }
   return out;
 }

@@ -22,6 +22,8 @@ class KitPieces {
   void add(lab::Lab& lab, const Said& asked);
   // What the robots of a frame sense: for each piece [columns, rows x columns numbers], rows as the frame has robots.
   std::string sense(const lab::Lab& lab, const hal::PoseFrame& frame);
+  // What is known of pieces themselves since the last boundary: for each [numbers, numbers].
+  std::string world() const;
   // What the scenario did with a piece, in answer to the newest frame that was sensed.
   void act(lab::Lab& lab, const Said& done);
   // Once for each answer to a frame, after what was done; and at each boundary, before the scenario is asked.

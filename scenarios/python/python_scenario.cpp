@@ -39,6 +39,11 @@ const std::vector<std::string> fixed_environment = {
     "NPY_DISABLE_CPU_FEATURES=AVX2 FMA3 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL",
     "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"};
 
+// A sentence that names the user's line.
+struct Refused : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 fs::path find_file(const fs::path& lab_file, const std::string& scenario) {
   const fs::path folder = fs::absolute(lab_file).parent_path(),
                  kept = folder / "scenario" / fs::path(scenario).filename();
@@ -271,7 +276,7 @@ void PythonScenario::on_period(lab::Lab& lab) {
   merged_ = true;
   collect(lab, real_time_wait);
   kit_.on_period(lab);
-  ask(lab, 'P', encode_period(lab));
+  ask(lab, 'P', encode_period(lab) + kit_.world());
 }
 
 // Where the arena keeps real time, takes the answer if it comes soon.
@@ -362,7 +367,7 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
     for (const auto& given : said.value("whole", Said::array())) say_whole(lab, given);
-    for (const auto& asked : said.value("kit", Said::array())) kit_.add(lab, asked);
+    for (const auto& asked : said.value("kit", Said::array())) add_piece(lab, asked);
     if (said.contains("kit_acts")) {
       for (const auto& done : said.at("kit_acts")) kit_.act(lab, done);
       kit_.end_frame(lab);
@@ -378,10 +383,20 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         fmt::format("{} gave an answer that is none: {}", file_.filename().string(), error.what()));
+  } catch (const Refused& error) {
+    throw std::runtime_error(error.what());
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(fmt::format("{}: {}", file_.filename().string(), error.what()));
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
+  }
+}
+
+void PythonScenario::add_piece(lab::Lab& lab, const Said& asked) {
+  try {
+    kit_.add(lab, asked);
+  } catch (const std::invalid_argument& error) {
+    throw Refused(fmt::format("{}: {}", asked.at("where").get<std::string>(), error.what()));
   }
 }
 
@@ -406,7 +421,11 @@ void PythonScenario::write_output() {
 }
 
 std::map<std::string, std::string, std::less<>> PythonScenario::shared_settings() const {
-  return {{fmt::format("scenario.{}.sources", file_.stem().string()), about_.value("fingerprint", "")}};
+  const std::string table = fmt::format("scenario.{}.", file_.stem().string());
+  std::map<std::string, std::string, std::less<>> all{{table + "sources", about_.value("fingerprint", "")}};
+  const nlohmann::json alike = about_.value("alike", nlohmann::json::object());
+  for (const auto& [piece, settings] : alike.items()) all.emplace(table + piece, settings.get<std::string>());
+  return all;
 }
 
 nlohmann::json PythonScenario::facts() const {
@@ -416,11 +435,17 @@ nlohmann::json PythonScenario::facts() const {
 }
 
 void PythonScenario::keep_sources() const {
-  const nlohmann::json sources = about_.value("sources", nlohmann::json::object());
-  for (const auto& [name, text] : sources.items()) {
+  const auto keep = [this](const std::string& name, std::string_view bytes) {
     const fs::path copy = directory_ / "scenario" / name;
     fs::create_directories(copy.parent_path());
-    std::ofstream(copy) << text.get<std::string>();
+    std::ofstream(copy, std::ios::binary) << bytes;
+  };
+  const nlohmann::json none = nlohmann::json::object(), sources = about_.value("sources", none),
+                       files = about_.value("files", none);
+  for (const auto& [name, text] : sources.items()) keep(name, text.get<std::string>());
+  for (const auto& [name, digits] : files.items()) {
+    const std::vector<std::uint8_t> bytes = bytes_in(digits.get_ref<const std::string&>());
+    keep(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
 }
 

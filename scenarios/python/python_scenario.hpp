@@ -70,6 +70,7 @@ class PythonScenario final : public lab::Scenario {
   // failed, or is silent for too long.
   std::optional<std::string> next_answer(std::chrono::milliseconds wait);
   void take(lab::Lab& lab, const std::string& answer);
+  void add_piece(lab::Lab& lab, const nlohmann::ordered_json& asked);
   void take_words(lab::Lab& lab, std::string_view words);
   void ask(lab::Lab& lab, char kind, const std::string& content);
   void collect(lab::Lab& lab, std::chrono::milliseconds wait);

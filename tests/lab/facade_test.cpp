@@ -91,6 +91,8 @@ TEST_CASE("fields are declared in begin() only") {
   // Rules are the gate's from then on: a later declaration would do nothing and so must not pass.
   Asked asked;
   asked.lab.declare({.name = "team"});
+  CHECK(sentence([&] { asked.lab.declare({.name = "team"}); }) ==
+        "the scenario declared field 'team' twice; give each a name of its own");
   asked.data.declaring = false;
   CHECK(sentence([&] { asked.lab.declare({.name = "late"}); }) ==
         "the scenario declared field 'late' after begin(); declare all fields in begin()");

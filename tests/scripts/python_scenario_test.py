@@ -365,19 +365,114 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
         self.assertEqual(results[0]["final_hash"], results[1]["final_hash"])
         self.assertGreater(results[0]["counts"]["smelt"], 100)
 
+    def test_robots_that_were_never_seen_do_not_matter(self):
+        """Whoever is told nothing needs no value: rows that the mask leaves out may hold anything."""
+        lab = arkmesh.Lab({"file": "mine.py", "name": "a", "labs": ["a"], "owner": "a", "seed": 1, "period_s": 1, "frame_s": 0.1, "width_m": 1, "height_m": 1, "scale": 1,
+                           "kinds": 16, "values": 1024, "whole_to_one": True, "robots": [0, 1, 2], "obstacles": [], "objects": []}, None)
+        lab._ask = lambda setting: setting["default"]
+        trail, voices = lab.trail("t", 1, 1, 0.1), lab.voices("v", 3, 1)
+        lab.seen = numpy.array([True, False, True])
+        values = numpy.array([5, numpy.nan, 7])
+        lab.tell(lab.seen, value=values)
+        lab.say(lab.seen, kind=numpy.array([1, -1, 2]))
+        trail.lay(lab.seen, values)
+        trail.lay(lab.seen, numpy.array([0.0, numpy.nan, 0.0]))  # nothing
+        voices.say(lab.seen, numpy.array([0, numpy.nan, 2]))
+        words, said = lab._take()
+        self.assertEqual(numpy.frombuffer(words, arkmesh.scenario.WORD)["value"].tolist(), [5, 7, 0, 0])
+        self.assertEqual([act.get("amounts", act.get("values")) for act in said["kit_acts"]], [[5, 7], [0, 2]])
+        with self.assertRaisesRegex(ValueError, "value must be whole numbers"):
+            lab.tell([1], value=[numpy.nan])
+        with self.assertRaisesRegex(ValueError, "amount must be 0 or more"):
+            trail.lay([0, 1], [1, numpy.nan])
+
+    def test_what_a_region_has_is_alike_in_all_labs(self):
+        """Also in a lab without robots, before the first boundary, and in finished()."""
+        (self.folder / "mine.py").write_text("""import arkmesh
+class Mine(arkmesh.Scenario):
+    def begin(self, lab):
+        self.food = lab.region(centre=(0, 0), radius=1, resource={"rate": 0.01, "capacity": 2})
+        assert (self.food.stock, self.food.robots) == (2, 0)
+    def period(self, lab):
+        print(f"{self.food.stock:.6f} {self.food.robots}")
+    def finished(self, lab):
+        return self.food.stock <= 1.5
+""")
+        for name, robots in (("a", 5), ("b", 0)):
+            (self.folder / f"{name}.toml").write_text(LAB.replace('"a"', f'"{name}"').replace("robots = 5", f"robots = {robots}").replace("duration_s = 4", "duration_s = 40")
+                                                      .replace('use = "null"', f'ode.controller = "{ROOT}/tests/programs/labs_random_walk.c"') + '[shared]\nlabs = ["a", "b"]\n')
+        done = subprocess.run([*self.command(), self.folder / "b.toml"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        said = [(self.folder / f"out/{name}/scenario.log").read_text() for name in "ab"]
+        self.assertEqual(said[0], said[1])
+        self.assertRegex(said[0], r"\A2.000000 5\n1.800000 5\n1.600000 5\n1.400000 5\n\Z")
+
+    def test_pieces_that_labs_do_not_have_alike_are_refused(self):
+        for kind, piece in (("trail.t", "lab.trail('t', 1, 1, 0.02, half_life=10 + len(lab.name))"), ("voices.v", "lab.voices('v', 2, len(lab.name))"),
+                            ("resource.0", "lab.region(centre=(0, 0), radius=1, resource={'rate': len(lab.name)})"),
+                            ("floor.f", "lab.floor('f', 1, 1, 2, 1, tiles=[[0, len(lab.name)]])")):
+            with self.subTest(kind):
+                shutil.rmtree(self.folder / "out", ignore_errors=True)
+                (self.folder / "mine.py").write_text(f"import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    {piece}\n")
+                for name in ("a", "bb"):
+                    (self.folder / f"{name}.toml").write_text(LAB.replace('"a"', f'"{name}"') + '[shared]\nlabs = ["a", "bb"]\n')
+                done = subprocess.run([*self.command(), self.folder / "bb.toml"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+                self.assertNotEqual(done.returncode, 0)
+                self.assertIn(f"scenario.mine.{kind}", done.stdout + done.stderr)
+
+    def test_images_of_a_floor(self):
+        """Of 8 and 16 bits, and transparent, which is white; they are kept, so that the run can be repeated without them."""
+        grey = numpy.array([[0, 255], [100, 200]], dtype=numpy.uint8)  # the upper row first
+        Image.fromarray(grey).save(self.folder / "g8.png")
+        Image.fromarray(grey.astype(numpy.uint16) * 257).save(self.folder / "g16.png")
+        Image.fromarray(numpy.dstack([grey * 0, grey * 0, grey * 0, 255 - grey])).save(self.folder / "clear.png")
+        (self.folder / "mine.py").write_text("""import arkmesh
+class Mine(arkmesh.Scenario):
+    def begin(self, lab):
+        self.floors = [lab.floor(name, 0.5, 0.5, 2, 2, image=name + ".png", levels=256) for name in ("g8", "g16", "clear")]
+    def frame(self, lab):
+        x, y = lab.xy.T > 0
+        for floor in self.floors:
+            assert abs(floor.level - (255 - ((~y) * (100 + 100 * x) + y * 255 * x))).max() <= 1
+""")
+        (self.folder / "a.toml").write_text(LAB.replace('use = "null"', f'width_m = 0.5\nheight_m = 0.5\node.controller = "{ROOT}/tests/programs/labs_random_walk.c"'))
+        code, said = self.run_it(None)
+        self.assertEqual(code, 0, said)
+        for image in self.folder.glob("*.png"):
+            image.unlink()
+        again = subprocess.run([ARKMESH, "rerun", self.folder / "out"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
+
+    def test_a_table_that_nobody_asks_for_is_refused(self):
+        code, said = self.run_it("import arkmesh\nclass Mine(arkmesh.Scenario):\n  pass\n", "--set", "sensors.mine.x=1")
+        self.assertEqual(code, 2)
+        self.assertIn("sensors.mine", said)
+
     def test_pieces_that_are_none(self):
         begin = "import arkmesh, math\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
-        for text, wanted in [(begin + "lab.region(corners=[(0, 0), (1, 1), (1, 0), (0, 1)])", "mine.py: a polygon's sides cross; give its corners in order"),
-                             (begin + "lab.region(centre=(0, 0), radius=0)", "mine.py: a disc of radius 0 m is no region"),
-                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'size': 1})", "mine.py:4: ValueError: a resource has capacity"),
-                             (begin + "lab.floor('f', 1, 1, 5000, 2)", "mine.py: a floor of 5000 x 2 tiles is none"),
+        for text, wanted in [(begin + "lab.region(corners=[(0, 0), (1, 1), (1, 0), (0, 1)])", "mine.py:4: a polygon's sides cross; give its corners in order"),
+                             (begin + "lab.region(centre=(0, 0), radius=0)", "mine.py:4: a disc of radius 0 m is no region"),
+                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'size': 1})", "mine.py:4: ValueError: a resource is a dict that may have capacity"),
+                             (begin + "lab.floor('f', 1, 1, 5000, 2)", "mine.py:4: ValueError: columns must be 1 to 1000, and is 5000"),
                              (begin + "lab.floor('f', 1, 1, 2, 2, tiles=[1])", "mine.py:4: ValueError: tiles are 2 x 2 levels"),
                              (begin + "lab.voices('v', 65, 1)", "mine.py:4: ValueError: values must be 1 to 64"),
                              (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
                              (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: range must be"),
                              (begin + "lab.trail('a b', 1, 1, 0.1)", "ValueError: the name of a trail is a word"),
-                             (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
-                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py: zones are 1 to 32"),
+                             (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py:4: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py:4: ValueError: the number of zones must be 1 to 32, and is 0"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4,))", "mine.py:4: ValueError: zones are how many"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4, 3, 50, 0))", "mine.py:4: zones of 50 m reach over 500 cells"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, cap=math.inf)", "mine.py:4: ValueError: cap must be 0 to 1e+12, and is inf"),
+                             (begin + "lab.trail('t', 2, 2, 0.002, diffusion=4e-3)", "mine.py:4: a pheromone that spreads or is blown so fast needs"),
+                             (begin + "lab.trail('t', 1, 1, 0.1); lab.voices('t', 2, 1)", "mine.py:4: ValueError: there is a trail or voices 't' already"),
+                             (begin + "lab.declare('x'); lab.declare('x')", "mine.py:4: ValueError: field 'x' is declared already"),
+                             (begin + "lab.declare('kit.x')", "mine.py:4: ValueError: field 'kit.x' is one of the kit"),
+                             (begin + "lab.eyes(2.7)", "mine.py:4: ValueError: sectors is a whole number, and not 2.7"),
+                             (begin + "lab.eyes(robots=True)", "mine.py:4: ValueError: robots is a number, and not True"),
+                             (begin + "lab.floor('f', 1, 1, 2, 1, tiles=[[math.nan, 1]])", "mine.py:4: ValueError: tiles are whole numbers of 0 to 255"),
+                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'rate': 'fast'})", "mine.py:4: ValueError: rate of a resource is a number"),
+                             (begin + "lab.voices('v', 2, graph=[(('a', 1), ('a', 99))])", "mine.py:4: ValueError: a graph joins robot 99 of a"),
                              (FRAME + "lab.eyes(4)", "mine.py:4: RuntimeError: eyes: ask for pieces of the kit in begin()")]:
             with self.subTest(text):
                 shutil.rmtree(self.folder / "out", ignore_errors=True)

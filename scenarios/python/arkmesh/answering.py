@@ -128,7 +128,7 @@ def see(lab, kind, content):
         robots = reader.robots()
         fields = {reader.text(): reader.array("<i8", reader.number("I")) for _ in range(reader.number("I"))}
         states.append((name, robots, fields))
-    lab._merge(now_us, number, states)
+    lab._merge(now_us, number, states, [reader.array(F8, reader.number("I")) for _ in lab._pieces])
 
 
 class Answers:
@@ -158,15 +158,15 @@ class Answers:
         self.lab = Lab(facts, self.line.ask_setting)
         self.scenario.begin(self.lab)
         self.lab._ask = None
-        self.line.answer(self.lab, about(self.scenario.every, sources()))
+        self.line.answer(self.lab, about(self.scenario.every, sources(), self.lab))
 
 
-def about(every, sources):
-    """What the answer to the first message tells of a scenario."""
+def about(every, sources, lab):
+    """What the answer to the first message tells of a scenario: `files` that it has read, and what of the kit labs must have alike."""
     if not isinstance(every, int) or isinstance(every, bool) or not 1 <= every <= 1_000_000:
         raise ValueError(f"`every` is a whole number from 1, and not {every!r}")
     return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": every, "sources": sources,
-                      "fingerprint": hashlib.sha256(json.dumps(sources).encode()).hexdigest()[:16]}}
+                      "files": {name: data.hex() for name, data in lab._files.items()}, "alike": lab._alike, "fingerprint": hashlib.sha256(json.dumps(sources).encode()).hexdigest()[:16]}}
 
 
 # --- the user's file or class ---

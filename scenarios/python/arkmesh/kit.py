@@ -1,18 +1,35 @@
 """The kit's pieces as a scenario sees them. The lab computes them (scenarios/kit), for C++ and Python alike; their arrays come with
 each frame, one row for each robot of the lab, NaN for robots that were never seen."""
+import hashlib
+import io
+import json
 import math
+import os
+import sys
 
 import numpy
 
+LARGEST_IMAGE = 16 << 20  # bytes
+ALL_LEDS = tuple(range(8))
 
-def _number(name, value, low=-math.inf, high=math.inf):
+
+def _number(name, value, low=-1e12, high=1e12):
+    if isinstance(value, (bool, numpy.bool_)) or not isinstance(value, (int, float, numpy.number)):
+        raise ValueError(f"{name} is a number, and not {value!r}")
     value = float(value)
     if not low <= value <= high:
         raise ValueError(f"{name} must be {low:g} to {high:g}, and is {value:g}")
     return value
 
 
-def _pair(name, values, low=-math.inf, high=math.inf):
+def _whole(name, value, low, high):
+    number = _number(name, value, low, high)
+    if number != int(number):
+        raise ValueError(f"{name} is a whole number, and not {value!r}")
+    return int(number)
+
+
+def _pair(name, values, low=-1e12, high=1e12):
     if numpy.shape(values) != (2,):
         raise ValueError(f"{name} is two numbers, and is {values!r}")
     return [_number(name, value, low, high) for value in values]
@@ -24,12 +41,24 @@ def _name(what, name):
     return name
 
 
+def _callers_line():
+    """The user's, such as mine.py:5."""
+    frame = sys._getframe(1)
+    while frame.f_back and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
+        frame = frame.f_back
+    return f"{os.path.basename(frame.f_code.co_filename)}:{frame.f_lineno}"
+
+
 class Piece:
     columns = 1
 
     def __init__(self, lab, number, columns=None):
         self._lab, self._number, self.columns = lab, number, columns or self.columns
         self.sensed = numpy.full((len(lab.ids), self.columns), numpy.nan)
+        self._world = numpy.zeros(0)  # what is known of the piece itself, as merged last
+
+    def _merge(self, world):
+        self._world = world
 
     def _see(self, rows, sensed):
         if rows is None:
@@ -83,19 +112,20 @@ class Trail(Piece):
         has them. All labs have it from the next boundary on."""
         rows, by_ids = self._lab._rows(who)
         amount = numpy.asarray(amount, dtype=float)
-        if amount.shape not in ((), (len(rows),) if by_ids else (len(self._lab.ids),)) or not numpy.isfinite(amount).all() or (amount < 0).any():
-            raise ValueError(f"amount is one number of 0 or more, or one for each robot, and has the shape {amount.shape}")
+        if amount.shape not in ((), (len(rows),) if by_ids else (len(self._lab.ids),)):
+            raise ValueError(f"amount is one number, or one for each robot, and has the shape {amount.shape}")
         each = numpy.broadcast_to(amount, len(rows)) if amount.ndim == 0 or by_ids else amount[rows]
+        if not numpy.isfinite(each).all() or (each < 0).any():
+            raise ValueError("amount must be 0 or more, and holds less, or NaN")
+        rows, each = rows[each > 0], each[each > 0]
         if len(rows):
             self._lab._said.setdefault("kit_acts", []).append(
                 {"piece": self._number, "robots": self._lab.ids[rows].tolist(), "amounts": each.tolist()})
 
 
 class Region(Piece):
-    """A part of the shared world. `inside` (n): whether a robot is in it. `robots`: how many of all labs are, as merged last. `stock`:
-    what is left of its resource. Both are of the newest frame's boundary."""
-
-    columns = 3
+    """A part of the shared world. `inside` (n): whether a robot is in it. `robots`: how many of all labs are, and `stock`: what is left of
+    its resource, both as merged at the last boundary, alike in all labs."""
 
     @property
     def inside(self):
@@ -103,11 +133,11 @@ class Region(Piece):
 
     @property
     def robots(self):
-        return int(numpy.nan_to_num(numpy.nanmax(self.sensed[:, 1], initial=0)))
+        return int(self._world[0])
 
     @property
     def stock(self):
-        return float(numpy.nanmax(self.sensed[:, 2], initial=0))
+        return float(self._world[1])
 
 
 class Floor(Piece):
@@ -155,31 +185,31 @@ class Voices(Piece):
     def say(self, who, value):
         """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""
         rows, by_ids = self._lab._rows(who)
-        given = numpy.asarray(self._lab._column("value", value, -1, self.columns - 1, len(rows) if by_ids else None))
-        each = numpy.broadcast_to(given, len(rows)) if given.ndim == 0 or by_ids else given[rows]
+        each = numpy.broadcast_to(self._lab._chosen("value", value, -1, self.columns - 1, rows, by_ids), len(rows))
         if len(rows):
             self._lab._said.setdefault("kit_acts", []).append({"piece": self._number, "robots": self._lab.ids[rows].tolist(), "values": each.astype(int).tolist()})
 
 
 class Kit:
     """The methods of a Lab that ask for pieces, each in begin() only. Of those that robots sense, `noise` is the standard deviation of a
-    reading's normal error, in the reading's unit, and `every_s` how often readings are renewed; 0: with each frame."""
+    reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
+    frame. A robot that a frame does not hold keeps its last reading."""
 
     def eyes(self, sectors=8, reach=0.1, around=False, robots=None, noise=0.0, every_s=0.0):
         """A virtual proximity sensor for walls and obstacles: 1 to 16 equal sectors of the half circle in front, the leftmost first, or
-        `around` the robot, counter-clockwise from straight ahead. `reach` in metres from the robot's centre. `robots`: robots of other
-        labs are seen as discs of that radius in this arena; without it, as the lab's key sensors.presence says."""
-        sectors = int(sectors)
-        _number("sectors", sectors, 1, 16)
+        `around` the robot, counter-clockwise, of which the first begins straight ahead. `reach` in metres from the robot's centre.
+        `robots`: robots of other labs are seen as discs of that radius in this arena, unless sensors.presence is "none"; without it
+        they are seen where that key is "no-walk"."""
+        sectors = _whole("sectors", sectors, 1, 16)
         return self._sensor(Eyes, {"piece": "eyes", "sectors": sectors, "reach": _number("reach", reach, 1e-6, 1e3), "around": bool(around),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
     def crowd(self, range, leds=None, others=True, noise=0.0, every_s=0.0):  # pylint: disable=redefined-builtin
         """How many robots are within `range` metres of each robot: of this lab and, `others` true, of other labs where they are in this
         arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
-        leds = sorted({int(led) for led in (numpy.arange(8) if leds is None else numpy.atleast_1d(leds))})
-        if not leds or leds[0] < 0 or leds[-1] > 7:
-            raise ValueError(f"leds are numbers 0 to 7, and not {leds}")
+        leds = sorted({_whole("an LED", led, 0, 7) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
+        if not leds:
+            raise ValueError("leds are numbers 0 to 7, and there are none")
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": leds, "others": bool(others)}, noise, every_s)
 
     def trail(self, name, width, height, cell, half_life=0.0, linear=0.0, diffusion=0.0, wind=(0.0, 0.0), cap=1e6, cut_off=0.0,
@@ -187,11 +217,15 @@ class Kit:
         """Pheromone on a grid around the origin of the shared world, that robots of all labs lay: metres of the shared frame, seconds,
         `diffusion` in m2/s, `wind` in m/s. `zones`: (how many, opening in radians, radius, least value) in front of robots. `full`: what
         people see as darkest; 0 shows nothing. Every lab asks for it alike."""
-        asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind),
-                 "zones": None if zones is None else [int(zones[0]), *(_number("zones", z) for z in zones[1:4])]}
+        asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
+        if zones is not None:
+            if numpy.shape(zones) != (4,):
+                raise ValueError(f"zones are how many, their opening, radius and least value, and not {zones!r}")
+            asked["zones"] = [_whole("the number of zones", zones[0], 1, 32), *(_number("zones", z, 0) for z in zones[1:])]
         for key, value in [("width", width), ("height", height), ("cell", cell), ("half_life", half_life), ("linear", linear),
-                           ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off), ("full", full)]:
-            asked[key] = _number(key, value)
+                           ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off)]:
+            asked[key] = _number(key, value, 0)
+        self._must_be_alike("trail", name, {key: value for key, value in asked.items() if key not in ("zones", "full")})
         return self._piece(Trail, asked)
 
     def region(self, centre=None, radius=None, corners=None, resource=None, label="", colour="note"):
@@ -201,32 +235,44 @@ class Kit:
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region is a disc with centre and radius, or has corners")
         known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "regrows_below": 0.0}
-        if resource is not None and set(resource) - set(known):
-            raise ValueError(f"a resource has {', '.join(known)}, and no {', '.join(sorted(set(resource) - set(known)))}")
+        if resource is not None:
+            if not isinstance(resource, dict) or set(resource) - set(known):
+                raise ValueError(f"a resource is a dict that may have {', '.join(known)}, and not {resource!r}")
+            resource = {**known, **resource}
+            resource = {key: bool(value) if key == "pairs" else _number(f"{key} of a resource", value, 0) for key, value in resource.items()}
         places = numpy.asarray([centre] if corners is None else corners, dtype=float)
         if places.ndim != 2 or places.shape[1] != 2 or not numpy.isfinite(places).all():
             raise ValueError(f"places of a region are pairs of numbers, and these have the shape {places.shape}")
-        return self._piece(Region, {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else float(radius),
-                                    "resource": None if resource is None else {**known, **resource}, "label": str(label), "colour": str(colour)})
+        asked = {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else _number("radius", radius, 0), "resource": resource}
+        if resource is not None:
+            self._must_be_alike("resource", sum(key.startswith("resource.") for key in self._alike), asked)
+        piece = self._piece(Region, {**asked, "label": str(label), "colour": str(colour)})
+        piece._merge(numpy.array([0.0, resource["capacity"] if resource else 0.0]))  # until the first boundary
+        return piece
 
     def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None, image=None, levels=2, noise=0.0, every_s=0.0):
         """Tiles around the origin of the shared world, alike in all labs: drawn from run.seed and `name`, level k on its part of `shares`, in
         patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first; or as an
         `image`, a file beside the scenario, whose greys become so many `levels`, 0 the lightest."""
+        columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
             if tiles is not None:
                 raise ValueError("a floor is given as tiles or as an image, not as both")
-            tiles = self._tiles_of(image, int(_number("columns", columns, 1, 1000)), int(_number("rows", rows, 1, 1000)), int(_number("levels", levels, 2, 256)))
+            tiles = self._tiles_of(image, columns, rows, _whole("levels", levels, 2, 256))
         if tiles is not None:
             tiles = numpy.asarray(tiles)
-            if tiles.shape != (rows, columns) or tiles.min() < 0 or tiles.max() > 255:
+            if tiles.shape != (rows, columns):
                 raise ValueError(f"tiles are {rows} x {columns} levels of 0 to 255, and these have the shape {tiles.shape}")
+            if tiles.dtype.kind not in "buif" or not ((tiles >= 0) & (tiles <= 255) & (tiles == numpy.floor(tiles))).all():
+                raise ValueError("tiles are whole numbers of 0 to 255, and these hold others")
             shares = [1] * (int(tiles.max()) + 1 if tiles.max() > 0 else 2)
             if image is not None:
                 shares = [1] * int(levels)
             tiles = tiles.astype(int).ravel().tolist()
-        return self._sensor(Floor, {"piece": "floor", "name": str(name), "width": _number("width", width), "height": _number("height", height), "columns": int(columns),
-                                   "rows": int(rows), "shares": [_number("shares", s) for s in shares], "patch": int(patch), "tiles": tiles}, noise, every_s)
+        asked = {"piece": "floor", "name": _name("a floor", name), "width": _number("width", width, 0), "height": _number("height", height, 0), "columns": columns,
+                 "rows": rows, "shares": [_number("a share", s, 0) for s in shares], "patch": _whole("patch", patch, 0, 1000), "tiles": tiles}
+        self._must_be_alike("floor", name, asked)
+        return self._sensor(Floor, asked, noise, every_s)
 
     def _tiles_of(self, image, columns, rows, levels):
         try:
@@ -235,10 +281,23 @@ class Kit:
             raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
         path = self._folder / image
         try:
-            with Image.open(path) as opened:
+            data = path.read_bytes()
+        except OSError as error:
+            raise ValueError(f"there is no image {path} that can be read: {error.strerror}") from error
+        if len(data) > LARGEST_IMAGE:
+            raise ValueError(f"{image} has {len(data)} bytes, and {LARGEST_IMAGE} are the most; give a smaller image")
+        if path.is_relative_to(self._folder) and ".." not in path.relative_to(self._folder).parts:
+            self._files[path.relative_to(self._folder).as_posix()] = data  # kept with the run, so that it can be repeated
+        try:
+            with Image.open(io.BytesIO(data)) as opened:
+                if opened.mode.startswith(("I", "F")):  # Pillow gives 16 bits as 32
+                    deep = numpy.asarray(opened)
+                    if deep.min() < 0 or deep.max() > 65535 or opened.mode == "F":
+                        raise ValueError("its greys have 32 bits; give 8 or 16")
+                    opened = Image.fromarray((deep >> 8).astype(numpy.uint8))
+                elif opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:  # what is transparent is white
+                    opened = Image.alpha_composite(Image.new("RGBA", opened.size, "white"), opened.convert("RGBA"))
                 grey = numpy.asarray(opened.convert("L").resize((columns, rows), Image.BOX))
-        except FileNotFoundError as error:
-            raise ValueError(f"there is no image {path}") from error
         except (OSError, ValueError, Image.DecompressionBombError) as error:
             raise ValueError(f"{image} cannot be read as an image: {error}") from error
         return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
@@ -267,18 +326,31 @@ class Kit:
     def voices(self, name, values, range=None, graph=None):  # pylint: disable=redefined-builtin
         """Robots say one of 1 to 64 values to others of all labs: to those within `range` of them in the shared world, or to those that
         the `graph` joins, pairs of (lab, id)."""
-        values = int(_number("values", values, 1, 64))
+        values = _whole("values", values, 1, 64)
         if (range is None) == (graph is None):
             raise ValueError("voices have a range or a graph")
         if graph is not None:
             try:
-                graph = [[[str(lab), int(robot)] for lab, robot in pair] for pair in graph]
+                graph = [[[str(lab), _whole("an id", robot, 0, 2**32 - 1)] for lab, robot in pair] for pair in graph]
             except (TypeError, ValueError):
                 graph = [[]]
             if any(len(pair) != 2 for pair in graph):
                 raise ValueError("a graph is pairs of robots, each (lab, id)")
-        return self._piece(Voices, {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph,
-                                    "range": None if range is None else _number("range", range, 1e-6, 1e4)}, values)
+            for lab, robot in (end for pair in graph for end in pair):
+                if lab == self.name and robot not in self.ids:
+                    raise ValueError(f"a graph joins robot {robot} of {lab}, which is none of this lab's")
+        asked = {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph, "range": None if range is None else _number("range", range, 1e-6, 1e4)}
+        self._must_be_alike("voices", name, asked)
+        return self._piece(Voices, asked, values)
+
+    def _must_be_alike(self, kind, name, asked):
+        """What labs would otherwise compute differently is compared before they run, as the setting KIND.NAME."""
+        if kind in ("trail", "voices"):
+            if name in self._kit_names:
+                raise ValueError(f"there is a trail or voices {name!r} already; give another name")
+            self._kit_names.add(name)
+        text = json.dumps(asked)
+        self._alike[f"{kind}.{name}"] = text if len(text) <= 300 else hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def _sensor(self, kind, asked, noise, every_s, *more, count=1):
         given = [_number("noise", n, 0, 1e6) for n in numpy.atleast_1d(noise)]
@@ -289,7 +361,7 @@ class Kit:
     def _piece(self, kind, asked, *more):
         if self._ask is None:
             raise RuntimeError(f"{asked['piece']}: ask for pieces of the kit in begin()")
-        asked["number"] = len(self._pieces)
+        asked["number"], asked["where"] = len(self._pieces), _callers_line()
         self._pieces.append(kind(self, len(self._pieces), *more))
         self._said.setdefault("kit", []).append(asked)
         return self._pieces[-1]

@@ -359,7 +359,7 @@ class Loop(Lab):
         _, content = line.receive()
         super().__init__(json.loads(content), line.ask_setting)
         self.session, self.line, self.run = session, line, None
-        self._owed = answering.about(every, {})  # with the next answer
+        self._every, self._owed = every, {}  # what goes with the next answer, which is the first
 
     def __iter__(self):
         while self._answer() and (kind := self._see_next()):
@@ -371,7 +371,9 @@ class Loop(Lab):
         if self._owed is not None:
             try:
                 self._ask = None
-                self.line.answer(self, {**self._owed, **(more or {})})
+                begun = answering.about(self._every, {}, self) if self._every is not None else {}
+                self._every = None
+                self.line.answer(self, {**begun, **self._owed, **(more or {})})
             except answering.Gone:
                 return False
             self._owed = None

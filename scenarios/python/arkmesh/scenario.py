@@ -97,7 +97,7 @@ class Lab(Kit):
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
-        self._folder = pathlib.Path(facts["file"]).parent
+        self._folder, self._files, self._alike, self._kit_names = pathlib.Path(facts["file"]).parent, {}, {}, set()
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
@@ -173,6 +173,14 @@ class Lab(Kit):
             raise ValueError(f"{name} must be {low} to {high}, and holds {given.min()} to {given.max()}")
         return given
 
+    def _chosen(self, name, given, low, high, rows, by_ids):
+        """As _column, of the robots at `rows`: a number, or one for each. Where `rows` are no ids, `given` has all robots'; what it
+        has of others does not matter, such as NaN of robots that were never seen."""
+        if not isinstance(given, (int, numpy.integer)) and not by_ids and numpy.shape(given) == self.ids.shape:
+            given = numpy.asarray(given)[rows]
+            return self._column(name, given, low, high, len(given))
+        return self._column(name, given, low, high, len(rows) if by_ids else None)
+
     def _rows(self, who):
         """The rows that are meant, and whether they were named by ids, and not by a mask."""
         who = numpy.asarray(who)
@@ -200,8 +208,7 @@ class Lab(Kit):
         for name, given, high in columns:
             if type(given) is int and given == 0:  # as it mostly is
                 continue
-            given = self._column(name, given, 0, high, len(ids) if by_ids else None)
-            words[name] = given if given.ndim == 0 or by_ids else given[rows]
+            words[name] = self._chosen(name, given, 0, high, rows, by_ids)
         how = numpy.asarray(how)
         words["how"] = how if how.ndim == 0 else how[rows]
         self._words.append(words)
@@ -209,6 +216,8 @@ class Lab(Kit):
     # --- what labs share ---
     def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False, up_to=False):
         """A field that labs share, alike in all labs, of `length` whole numbers or, `up_to` true, so many at most; in begin() only."""
+        if name in self._rules or str(name).startswith("kit."):
+            raise ValueError(f"field {name!r} is {'declared already' if name in self._rules else 'one of the kit'}; give another name")
         self._rules[name] = (length, up_to)
         self._said.setdefault("declare", []).append(
             {"name": name, "length": int(length), "low": int(low), "high": int(high), "owner_only": bool(owner_only),
@@ -294,7 +303,9 @@ class Lab(Kit):
             mine[rows] = robots[key]
             setattr(self, key, mine)
 
-    def _merge(self, now_us, period, states):
+    def _merge(self, now_us, period, states, worlds=()):
+        for piece, numbers in zip(self._pieces, worlds):
+            piece._merge(numbers)
         self.now_s, self.periods = now_us / 1e6, period
         self._merged = {name: fields for name, _, fields in states}
         self.others = Others([(name, robots) for name, robots, _ in states if name != self.name])

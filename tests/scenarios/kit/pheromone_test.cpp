@@ -130,6 +130,7 @@ TEST_CASE("kit: pheromones that are none are refused in one sentence") {
   CHECK(refused({.wind_x_m_s = std::numeric_limits<double>::infinity()}).ends_with("must be a number"));
   Pheromone fast({.cell_m = 0.01, .diffusion_m2_s = 1e3});
   CHECK_THROWS_WITH_AS(fast.pass(2), doctest::Contains("give larger cells"), std::invalid_argument);
+  CHECK_THROWS_WITH_AS(fast.zones({}, 4, 1, 10, 0.1), doctest::Contains("give larger cells"), std::invalid_argument);
 }
 
 }  // namespace arkmesh::scenarios::kit
