@@ -40,16 +40,16 @@ void Readings::pass(const hal::PoseFrame& frame, std::span<double> readings) {
   if (renews && every_.count() > 0) renews_at_ = (frame.stamp / every_ + 1) * every_;  // the next whole multiple
   for (std::size_t row = 0; row < frame.robots.size(); ++row) {
     const std::span<double> own = readings.subspan(row * n, n);
-    std::vector<double>& held = held_[frame.robots[row].robot];
-    if (!renews && !held.empty()) {
-      std::ranges::copy(held, own.begin());
+    const auto held = renews ? held_.end() : held_.find(frame.robots[row].robot);
+    if (held != held_.end()) {
+      std::ranges::copy(held->second, own.begin());
       continue;
     }
     for (std::size_t c = 0; c < n; ++c) {
       const bool is_there = columns_[c].kind == Column::Kind::angle || own[c] >= columns_[c].low;
       if (is_there && columns_[c].noise > 0) own[c] = with_noise(own[c], columns_[c], random_);
     }
-    held.assign(own.begin(), own.end());
+    if (every_.count() > 0) held_[frame.robots[row].robot].assign(own.begin(), own.end());
   }
 }
 

@@ -345,10 +345,9 @@ class Kit:
 
     def _must_be_alike(self, kind, name, asked):
         """What labs would otherwise compute differently is compared before they run, as the setting KIND.NAME."""
-        if kind in ("trail", "voices"):
-            if name in self._kit_names:
-                raise ValueError(f"there is a trail or voices {name!r} already; give another name")
-            self._kit_names.add(name)
+        kinds = ("trail", "voices") if kind in ("trail", "voices") else (kind,)  # these two share the fields of states
+        if any(f"{each}.{name}" in self._alike for each in kinds):
+            raise ValueError(f"there is a {' or '.join(kinds)} {name!r} already; give another name")
         text = json.dumps(asked)
         self._alike[f"{kind}.{name}"] = text if len(text) <= 300 else hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -97,7 +97,7 @@ class Lab(Kit):
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
-        self._folder, self._files, self._alike, self._kit_names = pathlib.Path(facts["file"]).parent, {}, {}, set()
+        self._folder, self._files, self._alike = pathlib.Path(facts["file"]).parent, {}, {}
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
