@@ -253,6 +253,7 @@ class GatewayProcess {
     settings.boot_id = boot_id_;
     settings.exports = config_.gateway.rules.announced(peer_labs());
     settings.listen = config_.gateway.listen;
+    settings.federation = config_.gateway.federation;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
     settings.flow = config_.gateway.flow;
