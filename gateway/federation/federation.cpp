@@ -208,6 +208,10 @@ void Federation::take(std::vector<NatsConnection::Message> messages) {
       continue;
     }
     if (packet->head.from == settings_.lab) continue;  // our own
+    if (is_watched(packet->head.kind)) {
+      keys_.refuse("subject");
+      continue;
+    }
     const std::string theirs = fmt::format("{}.{}.", root_, packet->head.from);
     const bool sealed = packet->head.kind == PacketKind::sealed;
     if (subject == theirs + (sealed ? settings_.lab : std::string(to_all)))
@@ -220,7 +224,7 @@ void Federation::take(std::vector<NatsConnection::Message> messages) {
     return std::tuple(std::string_view(each.head.from), each.head.boot_id, each.head.number);
   });
   for (const PacketView& each : all) take(each);
-  if (settings_.notice && !keys_.notice().empty()) settings_.notice(keys_.notice());
+  if (const std::string notice = keys_.take_notice(); settings_.notice && !notice.empty()) settings_.notice(notice);
 }
 
 void Federation::take(const PacketView& packet) {
@@ -234,7 +238,7 @@ void Federation::take(const PacketView& packet) {
   if (!body) return keys_.refuse("malformed", from);
   // What is for others only is not worth a look at its signature.
   if (!is_for_us(from, *body)) return;
-  if (packet.head.kind == PacketKind::sealed || keys_.is_signed(packet)) take(from, *body);
+  if (packet.head.kind == PacketKind::sealed || keys_.is_signed(packet)) take(from, order_of(packet.head), *body);
 }
 
 bool Federation::is_for_us(const std::string& from, const PacketBody& body) const {
@@ -245,17 +249,18 @@ bool Federation::is_for_us(const std::string& from, const PacketBody& body) cons
 }
 
 // Verified, and some of it for us.
-void Federation::take(const std::string& from, const PacketBody& body) {
+void Federation::take(const std::string& from, PacketOrder at, const PacketBody& body) {
   const auto now = std::chrono::steady_clock::now();
   Stream& stream = *streams_.at(from);
   for (const Greeting& each : body.greetings)
-    if (each.to == settings_.lab && stream.relay.hear(each)) {
+    if (each.to == settings_.lab && stream.relay.hear(each, at)) {
       stream.answer_to = each.mine;
-      keys_sent_ = {};
+      keys_wanted_ = true;
       flush_soon();
     }
   for (const Piece& each : body.pieces)
-    if (each.yours == stream.relay.mine()) stream.relay.take(each, body, now);
+    if (each.yours == stream.relay.mine() && !stream.relay.take(each, body, at, now))
+      keys_.refuse("acknowledgement", from);
   for (const Ending& each : body.endings)
     if (each.yours == stream.relay.mine()) stream.relay.hear(each);
   if (stream.relay.owes_answer(now) || stream.relay.next()) flush_soon();
@@ -292,7 +297,7 @@ void Federation::flush() {
   fresh_.clear();
   if (!connection_->up() || is_congested()) return;
   const auto now = std::chrono::steady_clock::now();
-  if (settings_.options.encrypt && now - keys_sent_ >= keys_period) send_keys();
+  if (are_keys_due(now)) send_keys();
   if (now - asked_ >= ask_period) ask();
   for (const auto& [peer, stream] : streams_)
     if (const auto answer = std::exchange(stream->answer_to, {}))
@@ -316,8 +321,15 @@ void Federation::ask() {
   publish_to_all(keys_.for_all(PacketKind::signed_open, encode_body(body)));
 }
 
+// Who repeats a newcomer's greetings does not make us say them more often than somebody who has come asks.
+bool Federation::are_keys_due(Time now) const {
+  if (!settings_.options.encrypt) return false;
+  return now - keys_sent_ >= (keys_wanted_ ? ask_period : keys_period) || keys_.group_key_is_stale();
+}
+
 void Federation::send_keys() {
   keys_sent_ = std::chrono::steady_clock::now();
+  keys_wanted_ = false;
   const auto packet = keys_.group_key_for_all();
   publish_to_all(packet);
   connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to_watchers), packet);
@@ -339,15 +351,17 @@ void Federation::send_fresh_messages(Time now) {
       if (!relay.next()) continue;
       Piece piece = relay.piece(now);
       while (const Chunk* const next = relay.next()) {
-        auto known = numbers.find(next);
-        if (known == numbers.end()) {
-          if (!held.empty() && (bytes + next->bytes.size() > most || held.size() == max_packet_entries)) break;
-          known = numbers.emplace(next, static_cast<std::uint16_t>(held.size())).first;
+        const auto known = numbers.find(next);
+        const bool is_new = known == numbers.end();
+        const std::size_t size = sizeof(std::uint16_t) + (is_new ? next->bytes.size() + sizeof(std::uint32_t) : 0);
+        if (!held.empty() && (bytes + size > most || (is_new && held.size() == max_packet_entries))) break;
+        bytes += size;
+        piece.chunks.push_back(is_new ? static_cast<std::uint16_t>(held.size()) : known->second);
+        if (is_new) {
+          numbers.emplace(next, static_cast<std::uint16_t>(held.size()));
           held.push_back(relay.share_next());
           body.chunks.emplace_back(next->bytes);
-          bytes += next->bytes.size() + sizeof(std::uint32_t);
         }
-        piece.chunks.push_back(known->second);
         relay.sent(now);
       }
       body.pieces.push_back(std::move(piece));
@@ -366,11 +380,12 @@ void Federation::send_to(Stream& stream, Time now, std::vector<Greeting> greetin
     if (relay.met()) {
       Piece piece = relay.piece(now);
       while (const Chunk* const next = relay.next()) {
-        if (!held.empty() && (bytes + next->bytes.size() > room() || held.size() == max_packet_entries)) break;
+        const std::size_t size = next->bytes.size() + sizeof(std::uint32_t) + sizeof(std::uint16_t);
+        if (!held.empty() && (bytes + size > room() || held.size() == max_packet_entries)) break;
         piece.chunks.push_back(static_cast<std::uint16_t>(held.size()));
         held.push_back(relay.share_next());
         body.chunks.emplace_back(next->bytes);
-        bytes += next->bytes.size() + sizeof(std::uint32_t);
+        bytes += size;
         relay.sent(now);
       }
       body.pieces.push_back(std::move(piece));
@@ -429,7 +444,7 @@ void Federation::publish_sealed(const std::string& to, const PacketBody& body) {
 
 void Federation::tick() {
   const auto now = std::chrono::steady_clock::now();
-  bool wanted = settings_.options.encrypt && now - keys_sent_ >= keys_period;
+  bool wanted = are_keys_due(now);
   wanted |= !watched_.empty() && now - watched_sent_ >= watched_period;
   for (const auto& [peer, stream] : streams_) {
     Relay& relay = stream->relay;

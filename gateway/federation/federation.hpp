@@ -62,7 +62,7 @@ class Federation {
   void went_down();
   void take(std::vector<NatsConnection::Message> messages);
   void take(const PacketView& packet);
-  void take(const std::string& from, const PacketBody& body);
+  void take(const std::string& from, PacketOrder at, const PacketBody& body);
   void deliver(const std::string& peer, StreamId of);
   bool is_for_us(const std::string& from, const PacketBody& body) const;
   ChunkPointer chunk(std::span<const std::byte> bytes, bool is_message);
@@ -72,6 +72,7 @@ class Federation {
   void send_fresh_messages(Time now);
   void send_to(Stream& stream, Time now, std::vector<Greeting> greetings = {}, bool ends = false);
   void ask();
+  bool are_keys_due(Time now) const;
   void send_keys();
   void send_watched();
   void publish_to_all(const std::vector<std::byte>& packet);
@@ -87,7 +88,7 @@ class Federation {
   std::unique_ptr<NatsConnection> connection_;
   std::map<std::string, Stream*> streams_;  // by peer
   std::vector<ChunkPointer> fresh_;         // written since the last flush
-  bool flush_posted_ = false;
+  bool flush_posted_ = false, keys_wanted_ = false;
   Time asked_{}, keys_sent_{}, watched_sent_{};
   struct Newest {
     std::vector<std::byte> bytes;

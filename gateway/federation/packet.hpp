@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace arkmesh::gateway {
@@ -27,12 +28,22 @@ enum class PacketKind : std::uint8_t {
   watched_secret = 6,  // the same for those who have the group key
 };
 
+inline bool is_watched(PacketKind kind) {
+  return kind == PacketKind::watched_open || kind == PacketKind::watched_secret;
+}
+
 struct PacketHead {
   PacketKind kind = PacketKind::signed_open;
   std::string from;           // lab
   std::uint64_t boot_id = 0;  // of its gateway
   std::uint64_t number = 0;   // of the packet, from 1 on
 };
+
+// Which of a lab's packets was made earlier: boot id, number.
+using PacketOrder = std::pair<std::uint64_t, std::uint64_t>;
+inline PacketOrder order_of(const PacketHead& head) {
+  return {head.boot_id, head.number};
+}
 
 // "My end of the stream between us is `mine`; of yours I know `yours`."
 struct Greeting {

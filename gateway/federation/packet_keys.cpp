@@ -14,6 +14,7 @@ namespace {
 // So many packets a second that a lab has not signed are looked at: each costs as much as one that it has. What the lab
 // itself says then comes sealed, when it says it again.
 constexpr double forgeries_per_s = 20;
+constexpr std::chrono::minutes notice_period{1};
 
 bool is_secret(PacketKind kind) {
   return kind == PacketKind::signed_secret || kind == PacketKind::watched_secret;
@@ -43,7 +44,16 @@ std::vector<std::byte> PacketKeys::for_all(PacketKind kind, std::vector<std::byt
   return packet;
 }
 
+bool PacketKeys::group_key_is_stale() const {
+  const auto& others = keys_->seals().others();
+  return std::ranges::any_of(readers_, [&](const Pin& pin) {
+    return std::ranges::none_of(others, [&](const auto& each) { return each.second.pin == pin; });
+  });
+}
+
 std::vector<std::byte> PacketKeys::group_key_for_all() {
+  if (group_key_is_stale()) group_key_ = new_secret_key();
+  readers_.clear();
   const std::vector<std::byte> head = encode_head({PacketKind::keys, lab_, boot_id_, packets_ + 1});
   const auto& others = keys_->seals().others();
   std::vector<std::vector<std::byte>> sealed;
@@ -51,6 +61,7 @@ std::vector<std::byte> PacketKeys::group_key_for_all() {
   sealed.reserve(others.size());
   for (const auto& [lab, other] : others) {
     sealed.push_back(seal(other.shared, std::as_bytes(std::span(group_key_)), context(head, lab)));
+    readers_.push_back(other.pin);
     SealedKey& each = keys.emplace_back();
     std::ranges::copy(std::as_bytes(std::span(other.pin)).first(each.reader.size()), each.reader.begin());
     each.sealed = sealed.back();
@@ -78,11 +89,11 @@ std::optional<std::vector<std::byte>> PacketKeys::open(const PacketView& packet)
     plain = unseal(other->shared, packet.body, context(packet.head_bytes, lab_));
   } else if (is_secret(packet.head.kind)) {
     const auto key = group_keys_.find(from);
-    if (key == group_keys_.end() || key->second.boot_id != packet.head.boot_id) {
-      refuse("no_key", from);
-      return {};
-    }
-    plain = unseal(key->second.key, packet.body, context(packet.head_bytes, to_all));
+    if (key != group_keys_.end() && key->second.at.first == packet.head.boot_id)
+      plain = unseal(key->second.key, packet.body, context(packet.head_bytes, to_all));
+    // It may have been sealed with a newer one, which was lost on its way.
+    if (!plain) refuse("no_key", from);
+    return plain;
   } else {
     return std::vector(packet.body.begin(), packet.body.end());
   }
@@ -114,7 +125,9 @@ void PacketKeys::take_group_key(const PacketView& packet) {
   for (const SealedKey& each : *keys) {
     if (!std::ranges::equal(each.reader, std::as_bytes(std::span(seals.pin())).first(each.reader.size()))) continue;
     const auto plain = unseal(other->shared, each.sealed, context(packet.head_bytes, lab_));
-    GroupKey key{.boot_id = packet.head.boot_id};
+    GroupKey key{.at = order_of(packet.head)};
+    if (const auto known = group_keys_.find(packet.head.from); known != group_keys_.end() && key.at <= known->second.at)
+      return refuse("repeated", packet.head.from);
     if (!plain || plain->size() != key.key.size()) return refuse("seal", packet.head.from);
     std::ranges::copy(*plain, std::as_writable_bytes(std::span(key.key)).begin());
     group_keys_[packet.head.from] = key;
@@ -123,8 +136,12 @@ void PacketKeys::take_group_key(const PacketView& packet) {
 
 void PacketKeys::refuse(const std::string& reason, const std::string& lab) {
   counters_.add(lab.empty() ? "federation.refused." + reason : fmt::format("federation.refused.{}.{}", reason, lab));
-  if (reason == "signature" || reason == "seal")
-    notice_ = fmt::format("somebody else speaks in the name of lab {} on the NATS server, and is not heard", lab);
+  if ((reason != "signature" && reason != "seal") || !notice_.empty()) return;
+  const auto now = std::chrono::steady_clock::now();
+  const auto [named, is_first] = named_.try_emplace(lab, now);
+  if (!is_first && now - named->second < notice_period) return;
+  named->second = now;
+  notice_ = fmt::format("somebody else speaks in the name of lab {} on the NATS server, and is not heard", lab);
 }
 
 // What is signed, or sealed beside something, together with what it counts for.

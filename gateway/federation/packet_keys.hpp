@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/budget.hpp"
@@ -29,8 +30,11 @@ class PacketKeys {
 
   // For all, signed; a secret kind for those who have this lab's group key.
   std::vector<std::byte> for_all(PacketKind kind, std::vector<std::byte> body);
-  // This lab's group key, for each lab that it trusts.
+  // This lab's group key, for each lab that it trusts: another one than before when one of those that had it is trusted
+  // no more.
   std::vector<std::byte> group_key_for_all();
+  // It is: nothing secret is for_all() until the next group_key_for_all().
+  bool group_key_is_stale() const;
   // For one. Nothing when it is trusted no more.
   std::optional<std::vector<std::byte>> for_one(const std::string& to, const std::vector<std::byte>& body);
 
@@ -44,8 +48,8 @@ class PacketKeys {
   // Counts what is refused, under federation.refused.REASON, of labs that are trusted with their name.
   void refuse(const std::string& reason, const std::string& lab = {});
   const hal::Counters& counters() const { return counters_; }
-  // A sentence about the newest who spoke in another's name; empty: nobody did.
-  const std::string& notice() const { return notice_; }
+  // A sentence about somebody who speaks in another's name, once a minute of each; empty: nobody does.
+  std::string take_notice() { return std::exchange(notice_, {}); }
 
  private:
   std::vector<std::byte> context(std::span<const std::byte> bytes, std::string_view to) const;
@@ -54,15 +58,17 @@ class PacketKeys {
   const std::uint64_t boot_id_;
   const std::shared_ptr<TlsKeys> keys_;
   std::uint64_t packets_ = 0;
-  const SecretKey group_key_ = new_secret_key();
+  SecretKey group_key_ = new_secret_key();
+  std::vector<Pin> readers_;  // of the labs that have it
   struct GroupKey {
-    std::uint64_t boot_id = 0;
+    PacketOrder at{};  // the packet that it came with
     SecretKey key{};
   };
   std::map<std::string, GroupKey> group_keys_;  // of others
   std::map<std::string, Budget> forgeries_;     // how many more are looked at, by the lab that they say they are from
   hal::Counters counters_;
   std::string notice_;
+  std::map<std::string, std::chrono::steady_clock::time_point> named_;  // when a notice was about that lab's name
 };
 
 }  // namespace arkmesh::gateway

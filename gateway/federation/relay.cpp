@@ -5,59 +5,67 @@
 
 namespace arkmesh::gateway {
 
-bool Relay::hear(const Greeting& greeting) {
+bool Relay::hear(const Greeting& greeting, PacketOrder at) {
   // Who does not know our end may be repeated from long ago: it is told of it, and believed once it names it.
   if (greeting.yours != mine_) {
     if (!met_) yours_ = greeting.mine;
     return true;
   }
+  if (is_of_the_past(greeting.mine, at)) return false;
   if (met_ && yours_ != greeting.mine && has_exchanged()) {
     ended_ = true;
     return false;
   }
-  if (std::exchange(yours_, greeting.mine) != greeting.mine) send_all_again();
-  met_ = true;
+  meet(greeting.mine, at);
   return greeting.asks;
 }
 
-void Relay::take(const Piece& piece, const PacketBody& body, Time now) {
-  if (ended_) return;
-  if (piece.mine != yours_) {
-    if (has_exchanged()) {
-      ended_ = true;
-      return;
-    }
-    yours_ = piece.mine;
-    send_all_again();
-  }
+// What earlier ends of the peer have said may still come, or once more; the later packet is right.
+void Relay::meet(StreamId theirs, PacketOrder at) {
+  const bool is_another = std::exchange(yours_, theirs) != theirs;
+  if (is_another || !met_) met_at_ = at;
+  if (is_another) send_all_again();
   met_ = true;
-  acknowledged(piece.acknowledged, now);
+}
+
+bool Relay::take(const Piece& piece, const PacketBody& body, PacketOrder at, Time now) {
+  if (ended_ || is_of_the_past(piece.mine, at)) return true;
+  if (piece.mine != yours_ && has_exchanged()) {
+    ended_ = true;
+    return true;
+  }
+  meet(piece.mine, at);
+  if (!acknowledged(piece.acknowledged, now)) return false;
   if (piece.asks_again && acknowledged_ < highest_sent_ && now - rewound_ > path_.value_or(least_patience)) rewind(now);
-  std::uint64_t at = piece.offset;
+  std::uint64_t next = piece.offset;
   for (const std::uint16_t number : piece.chunks) {
     const auto bytes = body.chunks[number];
-    if (at == came_) {
-      if (unread_.size() + bytes.size() > max_unread_bytes) return counters_.add("pieces.full");
+    if (next == came_) {
+      if (unread_.size() + bytes.size() > max_unread_bytes) {
+        counters_.add("pieces.full");
+        return true;
+      }
       unread_.insert(unread_.end(), bytes.begin(), bytes.end());
       came_ += bytes.size();
-    } else if (at < came_) {
+    } else if (next < came_) {
       counters_.add("pieces.repeated");
     } else {
       counters_.add("pieces.missing");
       asks_again_ = true;
-      return;
+      return true;
     }
-    at += bytes.size();
+    next += bytes.size();
     if (!owes_since_) owes_since_ = now;
   }
+  return true;
 }
 
-void Relay::acknowledged(std::uint64_t total, Time now) {
+bool Relay::acknowledged(std::uint64_t total, Time now) {
   if (total > highest_sent_) {
-    ended_ = true;  // of what was never sent
-    return;
+    ended_ = true;
+    return false;
   }
-  if (total <= acknowledged_) return;
+  if (total <= acknowledged_) return true;
   acknowledged_ = total;
   while (!chunks_.empty() && chunks_.front().end <= total) {
     chunks_.pop_front();
@@ -72,6 +80,7 @@ void Relay::acknowledged(std::uint64_t total, Time now) {
   }
   const auto wanted = path_ ? std::chrono::duration_cast<Duration>(*path_ * 2) + 2 * ack_time : first_patience;
   patience_ = std::clamp(wanted, least_patience, longest_patience);
+  return true;
 }
 
 void Relay::put(ChunkPointer chunk) {

@@ -43,11 +43,11 @@ class Relay {
   // The peer's end is gone, or is another one.
   bool ended() const { return ended_; }
 
-  // Whether it is to be answered, with greeting(greeting.mine).
-  bool hear(const Greeting& greeting);
+  // Whether it is to be answered, with greeting(greeting.mine). `at`: the packet that it is in.
+  bool hear(const Greeting& greeting, PacketOrder at);
   Greeting greeting(std::string to, StreamId yours) const { return {std::move(to), mine_, yours, !met_}; }
-  // A piece for our end.
-  void take(const Piece& piece, const PacketBody& body, Time now);
+  // A piece for our end. False when it acknowledges what was never sent: that is the end of the stream.
+  bool take(const Piece& piece, const PacketBody& body, PacketOrder at, Time now);
   void hear(const Ending& ending) { ended_ |= ending.mine == yours_; }
   // What has come and was not read yet.
   std::vector<std::byte>& unread() { return unread_; }
@@ -84,11 +84,14 @@ class Relay {
     Time sent;
   };
   bool has_exchanged() const { return came_ > 0 || acknowledged_ > 0; }
-  void acknowledged(std::uint64_t total, Time now);
+  bool is_of_the_past(StreamId theirs, PacketOrder at) const { return met_ && theirs != yours_ && at < met_at_; }
+  void meet(StreamId theirs, PacketOrder at);
+  bool acknowledged(std::uint64_t total, Time now);
   void rewind(Time now);
 
   StreamId mine_, yours_ = 0;
   bool met_ = false, ended_ = false;
+  PacketOrder met_at_{};  // in which packet the peer's present end was met
   // Ours.
   std::deque<Entry> chunks_;  // not acknowledged
   std::size_t next_ = 0, once_sent_ = 0;

@@ -30,7 +30,7 @@ hal::Counters Watcher::counters() const {
 void Watcher::take(const std::vector<NatsConnection::Message>& messages) {
   for (const auto& [subject, bytes] : messages) {
     const auto packet = read_packet(bytes);
-    if (!packet || packet->head.kind == PacketKind::sealed) {
+    if (!packet || !(is_watched(packet->head.kind) || packet->head.kind == PacketKind::keys)) {
       keys_.refuse("malformed");
       continue;
     }
@@ -42,7 +42,7 @@ void Watcher::take(const std::vector<NatsConnection::Message>& messages) {
     // Opened before the signature is looked at: who is not trusted costs no more than that.
     const auto plain = keys_.open(*packet);
     if (!plain || !keys_.is_signed(*packet)) continue;
-    if (const std::pair number(packet->head.boot_id, packet->head.number); number > newest_[from]) {
+    if (const PacketOrder number = order_of(packet->head); number > newest_[from]) {
       newest_[from] = number;
     } else {
       keys_.refuse("repeated", from);

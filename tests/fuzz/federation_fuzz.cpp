@@ -31,6 +31,7 @@ void read_as_packet(std::span<const std::byte> bytes) {
     require(head.size() + packet->body.size() + packet->signature.size() == bytes.size());
   }
   if (const auto keys = read_keys(bytes)) require(std::ranges::equal(encode_keys(*keys), bytes));
+  if (const auto watched = read_watched(bytes)) require(std::ranges::equal(encode_watched(*watched), bytes));
   if (const auto body = read_body(bytes)) {
     // What asks for an answer, or again, is any byte but 0 there.
     const auto again = encode_body(*body);
@@ -45,7 +46,7 @@ void speak_to_relay(std::span<const std::byte> bytes) {
   FieldReader in(bytes);
   Relay relay(1);
   Relay::Time now{100s};
-  std::uint64_t put = 0, read = 0;
+  std::uint64_t put = 0, read = 0, number = 0;
   const std::vector<std::byte> some(200, std::byte{42});
   while (in.good() && !in.rest().empty()) {
     now += std::chrono::milliseconds(in.take<std::uint8_t>());
@@ -53,7 +54,7 @@ void speak_to_relay(std::span<const std::byte> bytes) {
     const auto near = [&](std::uint64_t to) { return to + static_cast<std::uint64_t>(in.take<std::int8_t>()); };
     switch (in.take<std::uint8_t>() % 7) {
       case 0:
-        relay.hear(Greeting{"roark", 1 + small(), small(), small() == 0});
+        relay.hear(Greeting{"roark", 1 + small(), small(), small() == 0}, {1, ++number});
         break;
       case 1: {
         PacketBody body;
@@ -64,7 +65,7 @@ void speak_to_relay(std::span<const std::byte> bytes) {
         for (std::uint64_t n = body.chunks.empty() ? 0 : small(); n > 0; --n)
           piece.chunks.push_back(static_cast<std::uint16_t>(in.take<std::uint8_t>() % body.chunks.size()));
         const std::size_t before = relay.unread().size();
-        relay.take(piece, body, now);
+        relay.take(piece, body, {1, ++number}, now);
         std::size_t most = 0;
         for (const auto number : piece.chunks) most += body.chunks[number].size();
         require(relay.unread().size() - before <= most);

@@ -17,10 +17,10 @@ namespace {
 using namespace std::chrono_literals;
 using Time = Relay::Time;
 
-std::string text(const std::vector<std::byte>& bytes) {
+std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
-ChunkPointer chunk(std::string_view said, bool is_message = true) {
+ChunkPointer made_chunk(std::string_view said, bool is_message = true) {
   const auto bytes = std::as_bytes(std::span(said));
   return std::make_shared<const Chunk>(Chunk{{bytes.begin(), bytes.end()}, is_message});
 }
@@ -30,6 +30,7 @@ struct Letter {
   std::optional<Greeting> greeting;
   std::optional<Piece> piece;
   std::vector<ChunkPointer> chunks;
+  PacketOrder at{};
 
   PacketBody body() const {
     PacketBody body;
@@ -39,18 +40,18 @@ struct Letter {
 };
 
 // One end, with what it has read so far.
-struct End {
+struct RelayEnd {
   std::string name;
   Relay relay;
   std::string read;
   Time asked{};
 
-  End(std::string of, StreamId mine) : name(std::move(of)), relay(mine) {}
+  RelayEnd(std::string of, StreamId mine) : name(std::move(of)), relay(mine) {}
   void hear(const Letter& letter, Time now, std::vector<Letter>& answers) {
-    if (letter.greeting && relay.hear(*letter.greeting))
+    if (letter.greeting && relay.hear(*letter.greeting, letter.at))
       answers.push_back({relay.greeting("", letter.greeting->mine), {}, {}});
-    if (letter.piece && letter.piece->yours == relay.mine()) relay.take(*letter.piece, letter.body(), now);
-    read += text(relay.unread());
+    if (letter.piece && letter.piece->yours == relay.mine()) relay.take(*letter.piece, letter.body(), letter.at, now);
+    read += text_of(relay.unread());
     relay.unread().clear();
   }
   // As a gateway does in each turn; a packet has so many chunks at most.
@@ -79,11 +80,12 @@ struct Badness {
   std::chrono::milliseconds delay{0}, jitter{0};  // jitter changes their order
 };
 
-class Channel {
+class BadPath {
  public:
-  Channel(const Badness& badness, std::uint64_t seed) : badness_(badness), chance_(seed, "relay test") {}
+  BadPath(const Badness& badness, std::uint64_t seed) : badness_(badness), chance_(seed, "relay test") {}
   void put(std::vector<Letter> letters, Time now) {
     for (Letter& each : letters) {
+      each.at = {1, ++numbers_};
       past_.push_back(each);
       for (bool again = true; again; again = chance_.uniform() < badness_.repeated)
         if (chance_.uniform() >= badness_.lost) enter(each, now);
@@ -110,14 +112,15 @@ class Channel {
   hal::RandomStream chance_;
   std::vector<std::pair<Time, Letter>> on_its_way_;
   std::vector<Letter> past_;
+  std::uint64_t numbers_ = 0;
 };
 
-struct Pair {
-  End left{"left", 11}, right{"right", 22};
-  Channel to_right, to_left;
+struct RelayPair {
+  RelayEnd left{"left", 11}, right{"right", 22};
+  BadPath to_right, to_left;
   Time now{1000s};
 
-  explicit Pair(const Badness& badness = {}, std::uint64_t seed = 1)
+  explicit RelayPair(const Badness& badness = {}, std::uint64_t seed = 1)
       : to_right(badness, seed), to_left(badness, ~seed) {}
   // 5 ms; what is said arrives in the next turn at the soonest.
   void turn(std::size_t most = 4) {
@@ -160,14 +163,14 @@ TEST_CASE("a relay's streams arrive whole over any channel") {
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
       CAPTURE(row.first);
       CAPTURE(seed);
-      Pair pair(row.second, seed);
+      RelayPair pair(row.second, seed);
       hal::RandomStream chance(seed, "relay test/what is said");
       std::string by_left, by_right;
       for (int i = 0; i < 400; ++i) {
         for (const auto& [end, said] : {std::pair(&pair.left, &by_left), std::pair(&pair.right, &by_right)})
           if (chance.uniform() < 0.3) {
             const std::string each = std::to_string(i) + std::string(chance.below(300), 'x');
-            end->relay.put(chunk(each));
+            end->relay.put(made_chunk(each));
             *said += each;
           }
         pair.turn(1 + chance.below(8));
@@ -191,33 +194,33 @@ TEST_CASE("a relay's streams arrive whole over any channel") {
 
 TEST_CASE("on a perfect path nothing is sent twice") {
   // Acknowledgements come in time, so that no piece is repeated or missing.
-  Pair pair({.delay = 30ms});
+  RelayPair pair({.delay = 30ms});
   pair.meet();
   for (int i = 0; i < 1000; ++i) {
-    pair.left.relay.put(chunk("some of it "));
+    pair.left.relay.put(made_chunk("some of it "));
     pair.turn();
   }
   REQUIRE(pair.until([&] { return pair.right.read.size() == 11 * 1000; }));
   for (int i = 0; i < 400; ++i) pair.turn();
-  for (const End* end : {&pair.left, &pair.right})
+  for (const RelayEnd* end : {&pair.left, &pair.right})
     for (const char* counter : {"pieces.sent_again", "pieces.repeated", "pieces.missing", "pieces.full"})
       CHECK(end->relay.counters()[counter] == 0);
 }
 
 TEST_CASE("a relay learns that the other end was started again") {
   // It ends; a new one of either side meets the new one, and gets its stream from the beginning.
-  Pair pair({.lost = 0.2, .delay = 5ms});
+  RelayPair pair({.lost = 0.2, .delay = 5ms});
   pair.meet();
-  pair.left.relay.put(chunk("to the first"));
+  pair.left.relay.put(made_chunk("to the first"));
   REQUIRE(pair.until([&] { return pair.right.read == "to the first"; }));
   for (int i = 0; i < 100; ++i) pair.turn();  // until left knows that it has
-  pair.right = End("right", 33);
-  pair.right.relay.put(chunk("hello"));  // as a session does
-  pair.left.relay.put(chunk(", to nobody"));
+  pair.right = RelayEnd("right", 33);
+  pair.right.relay.put(made_chunk("hello"));  // as a session does
+  pair.left.relay.put(made_chunk(", to nobody"));
   REQUIRE(pair.until([&] { return pair.left.relay.ended(); }));
   CHECK(pair.right.read.empty());
-  pair.left = End("left", 44);
-  pair.left.relay.put(chunk("to the second"));
+  pair.left = RelayEnd("left", 44);
+  pair.left.relay.put(made_chunk("to the second"));
   // The second has not heard anything of the first end of left, so it stays.
   REQUIRE(pair.until([&] { return pair.right.read == "to the second" && pair.left.read == "hello"; }));
   CHECK_FALSE(pair.left.relay.ended());
@@ -227,13 +230,13 @@ TEST_CASE("what was said to an earlier end is not heard") {
   // All packets of an earlier conversation of the same two labs, once more and in order: nothing of them is read, and
   // the present conversation goes on.
   std::vector<Letter> past;
-  Pair pair;
+  RelayPair pair;
   for (int i = 0; i < 200; ++i) {
     std::vector<Letter> of_left, of_right;
     pair.now += 5ms;
     for (const Letter& each : pair.to_right.take(pair.now)) pair.right.hear(each, pair.now, of_right);
     for (const Letter& each : pair.to_left.take(pair.now)) pair.left.hear(each, pair.now, of_left);
-    if (i % 10 == 0) pair.left.relay.put(chunk("then "));
+    if (i % 10 == 0) pair.left.relay.put(made_chunk("then "));
     pair.left.speak(pair.now, 4, of_left);
     pair.right.speak(pair.now, 4, of_right);
     past.insert(past.end(), of_left.begin(), of_left.end());
@@ -241,8 +244,8 @@ TEST_CASE("what was said to an earlier end is not heard") {
     pair.to_left.put(std::move(of_right), pair.now);
   }
   REQUIRE(pair.right.read.size() == 100);
-  pair.left = End("left", 55);
-  pair.right = End("right", 66);
+  pair.left = RelayEnd("left", 55);
+  pair.right = RelayEnd("right", 66);
   for (const Letter& each : past) {
     std::vector<Letter> answers;
     pair.right.hear(each, pair.now, answers);
@@ -250,14 +253,14 @@ TEST_CASE("what was said to an earlier end is not heard") {
   }
   CHECK(pair.right.read.empty());
   CHECK_FALSE(pair.right.relay.met());
-  pair.left.relay.put(chunk("now"));
+  pair.left.relay.put(made_chunk("now"));
   REQUIRE(pair.until([&] { return pair.right.read == "now"; }));
   for (const Letter& each : past) {
     std::vector<Letter> answers;
     pair.right.hear(each, pair.now, answers);
   }
   CHECK(pair.right.read == "now");
-  pair.left.relay.put(chunk(" and then"));
+  pair.left.relay.put(made_chunk(" and then"));
   REQUIRE(pair.until([&] { return pair.right.read == "now and then"; }));
   CHECK_FALSE(pair.left.relay.ended());
 }
@@ -265,27 +268,27 @@ TEST_CASE("what was said to an earlier end is not heard") {
 TEST_CASE("an acknowledgement of what was never sent ends the stream") {
   // Also of what waits to be sent; and one that is older than the last changes nothing.
   for (const bool waits : {false, true}) {
-    Pair pair;
+    RelayPair pair;
     pair.meet();
-    pair.left.relay.put(chunk("0123456789"));
+    pair.left.relay.put(made_chunk("0123456789"));
     REQUIRE(pair.until([&] { return pair.right.read.size() == 10; }));
     for (int i = 0; i < 20; ++i) pair.turn();
-    if (waits) pair.left.relay.put(chunk("9876543210"));
-    pair.left.relay.take({.yours = 11, .mine = 22, .acknowledged = 3}, {}, pair.now);
+    if (waits) pair.left.relay.put(made_chunk("9876543210"));
+    CHECK(pair.left.relay.take({.yours = 11, .mine = 22, .acknowledged = 3}, {}, {1, 1}, pair.now));
     CHECK_FALSE(pair.left.relay.ended());
-    pair.left.relay.take({.yours = 11, .mine = 22, .acknowledged = 11}, {}, pair.now);
+    CHECK_FALSE(pair.left.relay.take({.yours = 11, .mine = 22, .acknowledged = 11}, {}, {1, 1}, pair.now));
     CHECK(pair.left.relay.ended());
   }
 }
 
 TEST_CASE("what nobody reads is not taken") {
   // No more is held than the limit; the rest comes once there is room, unchanged.
-  Pair pair;
+  RelayPair pair;
   pair.meet();
   std::string said;
   for (int i = 0; i < 150; ++i) {
     const std::string each(16'000, static_cast<char>('a' + i % 26));
-    pair.left.relay.put(chunk(each));
+    pair.left.relay.put(made_chunk(each));
     said += each;
   }
   std::vector<Letter> letters, answers;
@@ -294,7 +297,7 @@ TEST_CASE("what nobody reads is not taken") {
     pair.now += 5ms;
     pair.left.speak(pair.now, 10, letters);
     for (const Letter& each : std::exchange(letters, {}))
-      if (each.piece) pair.right.relay.take(*each.piece, each.body(), pair.now);
+      if (each.piece) pair.right.relay.take(*each.piece, each.body(), each.at, pair.now);
     pair.right.speak(pair.now, 10, letters);
     for (const Letter& each : std::exchange(letters, {})) pair.left.hear(each, pair.now, answers);
     CHECK(pair.right.relay.unread().size() <= Relay::max_unread_bytes);
@@ -305,9 +308,30 @@ TEST_CASE("what nobody reads is not taken") {
   CHECK(pair.right.read == said);
 }
 
+TEST_CASE("what an earlier end of the peer said ends nothing") {
+  // Its greetings and pieces were for this end of ours, and come once more when the peer has another end: by the order
+  // of the packets they are of the past. A later one of yet another end does end the stream.
+  Relay relay(11);
+  const Greeting first{"left", 22, 11, true}, second{"left", 33, 11, true};
+  CHECK(relay.hear(first, {1, 5}));
+  CHECK(relay.hear(second, {1, 8}));
+  CHECK(relay.yours() == 33);
+  const std::vector<std::byte> bytes(4, std::byte{'x'});
+  const PacketBody body{.chunks = {bytes}};
+  CHECK(relay.take({.yours = 11, .mine = 33, .chunks = {0}}, body, {1, 9}, {}));
+  CHECK_FALSE(relay.hear(first, {1, 5}));
+  CHECK(relay.take({.yours = 11, .mine = 22, .chunks = {0, 0}}, body, {1, 6}, {}));
+  CHECK(relay.take({.yours = 11, .mine = 22, .chunks = {0, 0}}, body, {0, 100}, {}));
+  CHECK(relay.yours() == 33);
+  CHECK(relay.unread().size() == 4);
+  CHECK_FALSE(relay.ended());
+  CHECK_FALSE(relay.hear({"left", 44, 11, true}, {1, 10}));
+  CHECK(relay.ended());
+}
+
 TEST_CASE("an ending counts for its own stream only") {
   // Another number of either end is of a stream that is no more.
-  Pair pair;
+  RelayPair pair;
   pair.meet();
   pair.left.relay.hear(Ending{.yours = 11, .mine = 23});
   CHECK_FALSE(pair.left.relay.ended());
