@@ -160,6 +160,7 @@ std::unique_ptr<Link> TcpNode::federation_link(std::string peer, std::string_vie
     settings.boot_id = settings_.boot_id;
     settings.servers = read_servers(connect, tls);
     settings.keys = settings_.keys;
+    settings.longest_retry = std::min(settings.longest_retry, settings_.longest_retry);
     settings.notice = [this](const std::string& sentence) { notice(sentence); };
     federation = std::make_unique<Federation>(io_, std::move(settings));
   }

@@ -156,6 +156,7 @@ Federation::Federation(asio::io_context& io, FederationSettings settings)
   nats.server_ca = settings_.options.server_ca;
   nats.credentials = settings_.options.credentials;
   nats.subjects = {fmt::format("{}.*.{}", root_, to_all), fmt::format("{}.*.{}", root_, settings_.lab)};
+  nats.longest_retry = settings_.longest_retry;
   nats.own_subject = fmt::format("{}.{}.ECHO", root_, settings_.lab);
   connection_ = std::make_unique<NatsConnection>(
       io_, std::move(nats),

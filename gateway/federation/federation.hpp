@@ -31,6 +31,7 @@ struct FederationSettings {
   std::uint64_t boot_id = 0;  // grows with each start of this lab's gateway; never 0
   NatsServers servers;
   std::shared_ptr<TlsKeys> keys;
+  std::chrono::milliseconds longest_retry = NatsSettings{}.longest_retry;  // of the connection to a server
   std::function<void(const std::string&)> notice;  // a sentence about strangers, when it changes
 };
 
