@@ -25,6 +25,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/config.hpp"
+#include "gateway/federation/nats_address.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links.hpp"
 #include "gateway/metrics.hpp"
@@ -214,7 +215,8 @@ class GatewayProcess {
       begun_ = Clock::now();
       gateway_->start();
       for (const PeerConfig& peer : config_.gateway.peers)
-        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
+        if (!peer.connect.empty())
+          say(fmt::format("connecting to {} at {}", peer.lab, without_passwords(peer.connect)));
       tick();
     });
   }

@@ -73,4 +73,22 @@ NatsServers read_servers(std::string_view text, bool tls) {
   return servers;
 }
 
+std::string without_passwords(std::string_view connect) {
+  std::string out;
+  for (bool more = true; more;) {
+    const std::size_t comma = connect.find(',');
+    more = comma != std::string_view::npos;
+    const std::string_view server = connect.substr(0, comma);
+    const std::size_t scheme = server.find("://"), at = server.rfind('@');
+    const std::size_t who = scheme == std::string_view::npos ? 0 : scheme + 3;
+    out += at == std::string_view::npos || at < who ? std::string(server)
+                                                    : fmt::format("{}{}", server.substr(0, who), server.substr(at + 1));
+    if (more) {
+      out += ',';
+      connect.remove_prefix(comma + 1);
+    }
+  }
+  return out;
+}
+
 }  // namespace arkmesh::gateway
