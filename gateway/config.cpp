@@ -82,6 +82,10 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                 {.help = "file of this lab's credentials for NATS servers (.creds). Empty: none"});
   gateway.field("encrypt", federation.encrypt,
                 {.help = "only trusted labs can read what goes through NATS servers; it is signed anyway"});
+  gateway.field(
+      "watched", watched,
+      {.help = "channels of which whoever watches a federation (arkmesh view --federation) gets five samples a "
+               "second; [] lets nobody watch"});
   gateway.field("keys", keys,
                 {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest,
@@ -151,6 +155,9 @@ void GatewayConfig::check(const hal::Section& gateway) {
                : std::string("must begin with nats:// or tls+nats://; one lab's address belongs in gateway.peers");
   });
   check_address(gateway, "metrics", metrics, why_not_loopback);
+  for (const std::string& channel : watched)
+    if (!is_exported_name(channel) || commands_robots(channel))
+      gateway.refuse("watched", fmt::format("'{}' is no channel that can be watched", channel));
   gather_rules(gateway);
   const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
   const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
@@ -162,9 +169,11 @@ void GatewayConfig::check(const hal::Section& gateway) {
 }
 
 bool GatewayConfig::needs_keys() const {
-  return is_tls(listen) || std::ranges::any_of(peers, [](const PeerConfig& peer) {
-           return is_tls(peer.connect) || is_nats(peer.connect);
-         });
+  return is_tls(listen) || std::ranges::any_of(peers, is_tls, &PeerConfig::connect) || is_federated();
+}
+
+bool GatewayConfig::is_federated() const {
+  return std::ranges::any_of(peers, is_nats, &PeerConfig::connect);
 }
 
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,

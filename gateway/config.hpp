@@ -25,8 +25,10 @@ struct PeerConfig {
 struct GatewayConfig {
   // [tls://]HOST:PORT on this machine, for peers without `connect`. Emptied when there is no such peer.
   std::string listen;
-  std::string connect;                                  // [tls+]nats://SERVERS where labs without `connect` meet
-  FederationOptions federation;                         // gateway.server_ca, .credentials, .encrypt
+  std::string connect;           // [tls+]nats://SERVERS where labs without `connect` meet
+  FederationOptions federation;  // gateway.server_ca, .credentials, .encrypt
+  // Channels that who watches a federation gets samples of.
+  std::vector<std::string> watched{"arena", "overlay", "peers", "poses", "shared", "status"};
   std::filesystem::path keys;                           // the folder of keys; empty: KeyFolder::default_folder()
   std::vector<std::string> latest{"world", "status"};   // gateway.exports: the newest message counts
   std::vector<std::string> ordered;                     // gateway.ordered: all of them count
@@ -42,6 +44,8 @@ struct GatewayConfig {
 
   void fields(const hal::Section& gateway);
   void check(const hal::Section& gateway);
+  // Whether a peer is met in a federation.
+  bool is_federated() const;
   // Whether anything of it is TLS, or signed.
   bool needs_keys() const;
 

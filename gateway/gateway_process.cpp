@@ -270,6 +270,13 @@ class GatewayProcess {
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
     gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.rules, std::move(links));
 
+    if (config_.gateway.is_federated() && !config_.gateway.watched.empty()) {
+      std::string pattern;
+      for (const std::string& each : config_.gateway.watched)
+        pattern += (pattern.empty() ? "" : "|") + lcm_pattern(each);
+      watched_ = bus_.subscribe(pattern, [this](auto channel, auto bytes) { node_->watch(channel, bytes); });
+    }
+
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
     if (!config_.gateway.listen.empty())
@@ -373,7 +380,8 @@ class GatewayProcess {
   ReloadDoor door_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
-  std::unique_ptr<Gateway> gateway_;        // holds the node's links
+  std::unique_ptr<Gateway> gateway_;  // holds the node's links
+  std::unique_ptr<hal::Bus::Subscription> watched_;
   std::unique_ptr<MetricsServer> metrics_;  // null: nobody asked for it
   Clock::time_point begun_;                 // to connect to peers
   std::map<std::string, Said> said_;        // by peer, "" for strangers, "bus" for the LCM port

@@ -166,6 +166,10 @@ std::unique_ptr<Link> TcpNode::federation_link(std::string peer, std::string_vie
   return std::make_unique<TcpLink>(*this, std::move(peer), federation.get());
 }
 
+void TcpNode::watch(std::string_view channel, std::span<const std::byte> bytes) {
+  for (const auto& [servers, federation] : federations_) federation->watch(channel, bytes);
+}
+
 hal::Counters TcpNode::counters() const {
   hal::Counters all = counters_;
   for (const auto& [servers, federation] : federations_) all.merge(federation->counters());

@@ -70,6 +70,9 @@ class TcpNode final : private Session::Owner {
   // The same over the NATS servers `connect` (nats_address.hpp). Settings without keys are an error of the caller.
   std::unique_ptr<Link> federation_link(std::string peer, std::string_view connect, bool tls);
 
+  // For whoever watches the federations that this lab is in.
+  void watch(std::string_view channel, std::span<const std::byte> bytes);
+
   // Calls `offering`; what links are offered by it goes out when it returns, in one write each.
   void corked(const std::function<void()>& offering);
   // What the peers are told to expect from now on: those who are connected at once.

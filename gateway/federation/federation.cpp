@@ -6,10 +6,10 @@
 #include <boost/asio/post.hpp>
 #include <cassert>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "gateway/frame.hpp"
-#include "hal/config.hpp"
 
 namespace arkmesh::gateway {
 
@@ -19,21 +19,9 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::chrono::milliseconds tick_period{20}, ask_period{200}, keys_period{2000};
+constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
 // A packet is no longer, and more does not wait for the server.
 constexpr std::size_t most_packet_bytes = 256 << 10, most_waiting_bytes = 1 << 20;
-// So many packets a second that a lab has not signed are looked at: each costs as much as one that it has. What the lab
-// itself says then comes sealed, when it says it again.
-constexpr double forgeries_per_s = 20;
-
-std::chrono::microseconds microseconds(Relay::Time time) {
-  return std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch());
-}
-
-void put_text(std::vector<std::byte>& out, std::string_view text) {
-  const auto bytes = std::as_bytes(std::span(text));
-  out.insert(out.end(), bytes.begin(), bytes.end());
-  out.push_back(std::byte{0});
-}
 
 }  // namespace
 
@@ -100,7 +88,7 @@ class Federation::Stream final : public SocketStream {
 
   std::string peer_name() const override { return peer_; }
   StreamFailure objection() const override {
-    if (!federation_->settings_.keys->seals().of(peer_))
+    if (!federation_->keys_.trusts(peer_))
       return {"session.refused.not_trusted",
               fmt::format("the certificate of lab {0} is not trusted here, or was revoked; get its file and say: "
                           "arkmesh keys trust {0}.crt",
@@ -159,15 +147,9 @@ Federation::Federation(asio::io_context& io, FederationSettings settings)
     : io_(io),
       settings_(std::move(settings)),
       root_(subject_root(settings_.experiment)),
-      group_key_(new_secret_key()),
+      keys_(settings_.lab, settings_.experiment, settings_.boot_id, settings_.keys),
       timer_(io) {
   assert(settings_.keys && "who is in a federation has keys");
-  if (!settings_.keys->seals().can_sign())
-    throw hal::ConfigError(
-        fmt::format("the key of lab {0} is not of the kind Ed25519, so it cannot sign what goes through a NATS server; "
-                    "make another: "
-                    "arkmesh keys renew {0} --new-key",
-                    settings_.lab));
   NatsSettings nats;
   nats.servers = settings_.servers;
   nats.name = fmt::format("arkmesh gateway of {}", settings_.lab);
@@ -188,12 +170,20 @@ Federation::Federation(asio::io_context& io, FederationSettings settings)
 
 Federation::~Federation() = default;
 
+void Federation::watch(std::string_view channel, std::span<const std::byte> bytes) {
+  auto found = watched_.find(channel);
+  if (found == watched_.end()) found = watched_.emplace(channel, Newest{}).first;
+  found->second.bytes.assign(bytes.begin(), bytes.end());
+  found->second.is_fresh = true;
+}
+
 std::unique_ptr<SocketStream> Federation::stream(const std::string& peer) {
   return std::make_unique<Stream>(*this, peer);
 }
 
 hal::Counters Federation::counters() const {
   hal::Counters all = counters_;
+  all.merge(keys_.counters());
   all.merge(connection_->counters());
   for (const auto& [peer, stream] : streams_) all.merge(stream->relay.counters(), "federation.");
   return all;
@@ -210,58 +200,41 @@ void Federation::went_down() {
 }
 
 void Federation::take(std::vector<NatsConnection::Message> messages) {
-  struct Came {
-    PacketView packet;
-    bool to_all;
-  };
-  std::vector<Came> all;
+  std::vector<PacketView> all;
   for (const auto& [subject, bytes] : messages) {
     const auto packet = read_packet(bytes);
     if (!packet) {
-      counters_.add("federation.refused.malformed");
+      keys_.refuse("malformed");
       continue;
     }
     if (packet->head.from == settings_.lab) continue;  // our own
     const std::string theirs = fmt::format("{}.{}.", root_, packet->head.from);
     const bool sealed = packet->head.kind == PacketKind::sealed;
     if (subject == theirs + (sealed ? settings_.lab : std::string(to_all)))
-      all.push_back({*packet, !sealed});
+      all.push_back(*packet);
     else
-      counters_.add("federation.refused.subject");
+      keys_.refuse("subject");
   }
   // Those of two subjects come one subject after the other.
-  std::ranges::stable_sort(all, [](const Came& a, const Came& b) {
-    return a.packet.head.from == b.packet.head.from && a.packet.head.boot_id == b.packet.head.boot_id &&
-           a.packet.head.number < b.packet.head.number;
+  std::ranges::stable_sort(all, {}, [](const PacketView& each) {
+    return std::tuple(std::string_view(each.head.from), each.head.boot_id, each.head.number);
   });
-  for (const Came& each : all) take(each.packet, each.to_all);
+  for (const PacketView& each : all) take(each);
+  if (settings_.notice && !keys_.notice().empty()) settings_.notice(keys_.notice());
 }
 
-void Federation::take(const PacketView& packet, bool to_all_labs) {
+void Federation::take(const PacketView& packet) {
   const std::string& from = packet.head.from;
-  const OtherSeal* const seal = settings_.keys->seals().of(from);
-  if (!seal) return refuse("not_trusted", "");
-  if (!streams_.contains(from)) return counters_.add("federation.ignored.no_stream");
-  std::optional<std::vector<std::byte>> plain;
-  auto bytes = packet.body;
-  if (!to_all_labs) {
-    plain = unseal(seal->shared, packet.body, context(packet.head_bytes, settings_.lab));
-    if (!plain) return refuse("seal", from);
-    bytes = *plain;
-  } else if (packet.head.kind == PacketKind::signed_secret) {
-    const auto key = group_keys_.find(from);
-    if (key == group_keys_.end() || key->second.boot_id != packet.head.boot_id) return refuse("no_key", from);
-    plain = unseal(key->second.key, packet.body, context(packet.head_bytes, to_all));
-    if (!plain) return refuse("seal", from);
-    bytes = *plain;
-  } else if (packet.head.kind == PacketKind::keys) {
-    return is_signed(packet, *seal) ? take_keys(packet) : void();
-  }
-  const auto body = read_body(bytes);
-  if (!body) return refuse("malformed", from);
+  if (!streams_.contains(from))
+    return keys_.trusts(from) ? counters_.add("federation.ignored.no_stream") : keys_.refuse("not_trusted");
+  if (packet.head.kind == PacketKind::keys) return keys_.is_signed(packet) ? keys_.take_group_key(packet) : void();
+  const auto plain = keys_.open(packet);
+  if (!plain) return;
+  const auto body = read_body(*plain);
+  if (!body) return keys_.refuse("malformed", from);
   // What is for others only is not worth a look at its signature.
   if (!is_for_us(from, *body)) return;
-  if (!to_all_labs || is_signed(packet, *seal)) take(from, *body);
+  if (packet.head.kind == PacketKind::sealed || keys_.is_signed(packet)) take(from, *body);
 }
 
 bool Federation::is_for_us(const std::string& from, const PacketBody& body) const {
@@ -269,27 +242,6 @@ bool Federation::is_for_us(const std::string& from, const PacketBody& body) cons
   const auto names_us = [&](const auto& each) { return each.yours == ours; };
   return std::ranges::any_of(body.greetings, [&](const Greeting& each) { return each.to == settings_.lab; }) ||
          std::ranges::any_of(body.pieces, names_us) || std::ranges::any_of(body.endings, names_us);
-}
-
-bool Federation::is_signed(const PacketView& packet, const OtherSeal& seal) {
-  const auto now = microseconds(std::chrono::steady_clock::now());
-  Budget& budget = forgeries_.try_emplace(packet.head.from, forgeries_per_s).first->second;
-  if (!budget.has(1, now)) {
-    refuse("too_many_forged", packet.head.from);
-    return false;
-  }
-  if (seal.has_signed(context(packet.signed_bytes, {}), packet.signature)) return true;
-  budget.use(1);
-  refuse("signature", packet.head.from);
-  return false;
-}
-
-void Federation::refuse(const std::string& reason, const std::string& lab) {
-  counters_.add(lab.empty() ? "federation.refused." + reason : fmt::format("federation.refused.{}.{}", reason, lab));
-  if (!settings_.notice) return;
-  if (reason == "signature" || reason == "seal")
-    settings_.notice(
-        fmt::format("somebody else speaks in the name of lab {} on the NATS server, and is not heard", lab));
 }
 
 // Verified, and some of it for us.
@@ -317,21 +269,6 @@ void Federation::deliver(const std::string& peer, StreamId of) {
     found->second->deliver();
 }
 
-void Federation::take_keys(const PacketView& packet) {
-  const auto keys = read_keys(packet.body);
-  if (!keys) return refuse("malformed", packet.head.from);
-  const Seals& seals = settings_.keys->seals();
-  const OtherSeal& seal = *seals.of(packet.head.from);
-  for (const SealedKey& each : *keys) {
-    if (!std::ranges::equal(each.reader, std::as_bytes(std::span(seals.pin())).first(each.reader.size()))) continue;
-    const auto plain = unseal(seal.shared, each.sealed, context(packet.head_bytes, settings_.lab));
-    GroupKey key{.boot_id = packet.head.boot_id};
-    if (!plain || plain->size() != key.key.size()) return refuse("seal", packet.head.from);
-    std::ranges::copy(*plain, std::as_writable_bytes(std::span(key.key)).begin());
-    group_keys_[packet.head.from] = key;
-  }
-}
-
 // One for all peers that the same bytes are written to in one turn of the loop.
 ChunkPointer Federation::chunk(std::span<const std::byte> bytes, bool is_message) {
   if (is_message)
@@ -355,13 +292,16 @@ void Federation::flush() {
   fresh_.clear();
   if (!connection_->up() || is_congested()) return;
   const auto now = std::chrono::steady_clock::now();
-  const bool anybody = !streams_.empty();
-  if (settings_.options.encrypt && anybody && now - keys_sent_ >= keys_period) send_keys();
+  if (settings_.options.encrypt && now - keys_sent_ >= keys_period) send_keys();
   if (now - asked_ >= ask_period) ask();
   for (const auto& [peer, stream] : streams_)
     if (const auto answer = std::exchange(stream->answer_to, {}))
       send_to(*stream, now, {stream->relay.greeting(peer, *answer)});
   send_fresh_messages(now);
+  if (now - watched_sent_ >= watched_period) {
+    watched_sent_ = now;
+    send_watched();
+  }
   for (const auto& [peer, stream] : streams_)
     if (stream->relay.met() && (stream->relay.next() || stream->relay.owes_answer(now))) send_to(*stream, now);
 }
@@ -373,24 +313,14 @@ void Federation::ask() {
     if (!stream->relay.met()) body.greetings.push_back(stream->relay.greeting(peer, stream->relay.yours()));
   if (body.greetings.empty()) return;
   asked_ = std::chrono::steady_clock::now();
-  publish_to_all(PacketKind::signed_open, encode_body(body));
+  publish_to_all(keys_.for_all(PacketKind::signed_open, encode_body(body)));
 }
 
 void Federation::send_keys() {
   keys_sent_ = std::chrono::steady_clock::now();
-  const PacketHead head{PacketKind::keys, settings_.lab, settings_.boot_id, packets_ + 1};
-  std::vector<std::vector<std::byte>> sealed;
-  std::vector<SealedKey> keys;
-  const auto& others = settings_.keys->seals().others();
-  sealed.reserve(others.size());
-  for (const auto& [lab, seal] : others) {
-    sealed.push_back(
-        arkmesh::gateway::seal(seal.shared, std::as_bytes(std::span(group_key_)), context(encode_head(head), lab)));
-    SealedKey& each = keys.emplace_back();
-    std::ranges::copy(std::as_bytes(std::span(seal.pin)).first(each.reader.size()), each.reader.begin());
-    each.sealed = sealed.back();
-  }
-  publish_to_all(PacketKind::keys, encode_keys(keys));
+  const auto packet = keys_.group_key_for_all();
+  publish_to_all(packet);
+  connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to_watchers), packet);
 }
 
 // What several peers get is in the packet once; so is, signed, what one gets: others may watch.
@@ -422,7 +352,8 @@ void Federation::send_fresh_messages(Time now) {
       }
       body.pieces.push_back(std::move(piece));
     }
-    publish_to_all(settings_.options.encrypt ? PacketKind::signed_secret : PacketKind::signed_open, encode_body(body));
+    const PacketKind kind = settings_.options.encrypt ? PacketKind::signed_secret : PacketKind::signed_open;
+    publish_to_all(keys_.for_all(kind, encode_body(body)));
   }
 }
 
@@ -450,6 +381,32 @@ void Federation::send_to(Stream& stream, Time now, std::vector<Greeting> greetin
   }
 }
 
+// Whether somebody watches nobody knows; it costs the same for none and for a hundred.
+void Federation::send_watched() {
+  std::vector<Watched> messages;
+  std::size_t bytes = 0;
+  const auto send = [&] {
+    if (messages.empty()) return;
+    const PacketKind kind = settings_.options.encrypt ? PacketKind::watched_secret : PacketKind::watched_open;
+    connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to_watchers),
+                         keys_.for_all(kind, encode_watched(messages)));
+    messages.clear();
+    bytes = 0;
+  };
+  for (auto& [channel, newest] : watched_) {
+    if (!std::exchange(newest.is_fresh, false)) continue;
+    const std::size_t size = newest.bytes.size() + channel.size() + sizeof(std::uint32_t) + 1;
+    if (size > room()) {
+      counters_.add("federation.watched.too_big." + channel);
+      continue;
+    }
+    if (bytes + size > room()) send();
+    messages.push_back({channel, newest.bytes});
+    bytes += size;
+  }
+  send();
+}
+
 std::size_t Federation::room() const {
   const std::size_t all = std::min(connection_->max_payload(), most_packet_bytes);
   const std::size_t around = packet_overhead_bytes + signature_bytes + seal_bytes;
@@ -460,37 +417,20 @@ bool Federation::is_congested() const {
   return connection_->waiting_bytes() > most_waiting_bytes;
 }
 
-void Federation::publish_to_all(PacketKind kind, std::vector<std::byte> body) {
-  std::vector<std::byte> packet = encode_head({kind, settings_.lab, settings_.boot_id, ++packets_});
-  if (kind == PacketKind::signed_secret) body = seal(group_key_, body, context(packet, to_all));
-  packet.insert(packet.end(), body.begin(), body.end());
-  const auto signature = settings_.keys->seals().sign(context(packet, {}));
-  packet.insert(packet.end(), signature.begin(), signature.end());
+void Federation::publish_to_all(const std::vector<std::byte>& packet) {
   connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to_all), packet);
 }
 
+// Who was revoked since gets nothing; the session ends at its next check.
 void Federation::publish_sealed(const std::string& to, const PacketBody& body) {
-  const OtherSeal* const other = settings_.keys->seals().of(to);
-  if (!other) return;  // revoked since; the session ends at its next check
-  std::vector<std::byte> packet = encode_head({PacketKind::sealed, settings_.lab, settings_.boot_id, ++packets_});
-  const auto sealed = seal(other->shared, encode_body(body), context(packet, to));
-  packet.insert(packet.end(), sealed.begin(), sealed.end());
-  connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to), packet);
-}
-
-// What is signed, or sealed beside something, together with what it counts for.
-std::vector<std::byte> Federation::context(std::span<const std::byte> bytes, std::string_view to) const {
-  std::vector<std::byte> out;
-  put_text(out, "arkmesh federation 1");
-  put_text(out, settings_.experiment);
-  put_text(out, to);
-  out.insert(out.end(), bytes.begin(), bytes.end());
-  return out;
+  if (const auto packet = keys_.for_one(to, encode_body(body)))
+    connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to), *packet);
 }
 
 void Federation::tick() {
   const auto now = std::chrono::steady_clock::now();
   bool wanted = settings_.options.encrypt && now - keys_sent_ >= keys_period;
+  wanted |= !watched_.empty() && now - watched_sent_ >= watched_period;
   for (const auto& [peer, stream] : streams_) {
     Relay& relay = stream->relay;
     relay.check(now);

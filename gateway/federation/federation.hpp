@@ -10,14 +10,15 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "gateway/budget.hpp"
 #include "gateway/federation/nats_connection.hpp"
 #include "gateway/federation/options.hpp"
+#include "gateway/federation/packet_keys.hpp"
 #include "gateway/federation/relay.hpp"
-#include "gateway/federation/seals.hpp"
 #include "gateway/socket_stream.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/counters.hpp"
@@ -44,6 +45,9 @@ class Federation {
   // it.
   std::unique_ptr<SocketStream> stream(const std::string& peer);
 
+  // The newest message of a channel, for whoever watches: sampled, never acknowledged.
+  void watch(std::string_view channel, std::span<const std::byte> bytes);
+
   // Of the server's connection, and federation.refused.*, of which those of a lab that is known end with its name.
   hal::Counters counters() const;
   // What the connection to the server is, in words.
@@ -57,13 +61,10 @@ class Federation {
   void came_up();
   void went_down();
   void take(std::vector<NatsConnection::Message> messages);
-  void take(const PacketView& packet, bool to_all);
+  void take(const PacketView& packet);
   void take(const std::string& from, const PacketBody& body);
-  void take_keys(const PacketView& packet);
   void deliver(const std::string& peer, StreamId of);
   bool is_for_us(const std::string& from, const PacketBody& body) const;
-  bool is_signed(const PacketView& packet, const OtherSeal& seal);
-  void refuse(const std::string& reason, const std::string& lab);
   ChunkPointer chunk(std::span<const std::byte> bytes, bool is_message);
 
   void flush_soon();
@@ -72,9 +73,9 @@ class Federation {
   void send_to(Stream& stream, Time now, std::vector<Greeting> greetings = {}, bool ends = false);
   void ask();
   void send_keys();
-  void publish_to_all(PacketKind kind, std::vector<std::byte> body);
+  void send_watched();
+  void publish_to_all(const std::vector<std::byte>& packet);
   void publish_sealed(const std::string& to, const PacketBody& body);
-  std::vector<std::byte> context(std::span<const std::byte> bytes, std::string_view to) const;
   std::size_t room() const;
   bool is_congested() const;
   void tick();
@@ -82,19 +83,17 @@ class Federation {
   boost::asio::io_context& io_;
   FederationSettings settings_;
   const std::string root_;  // of the subjects
+  PacketKeys keys_;
   std::unique_ptr<NatsConnection> connection_;
   std::map<std::string, Stream*> streams_;  // by peer
   std::vector<ChunkPointer> fresh_;         // written since the last flush
-  std::uint64_t packets_ = 0;
   bool flush_posted_ = false;
-  Time asked_{}, keys_sent_{};
-  SecretKey group_key_;
-  struct GroupKey {
-    std::uint64_t boot_id = 0;
-    SecretKey key{};
+  Time asked_{}, keys_sent_{}, watched_sent_{};
+  struct Newest {
+    std::vector<std::byte> bytes;
+    bool is_fresh = false;
   };
-  std::map<std::string, GroupKey> group_keys_;  // of peers
-  std::map<std::string, Budget> forgeries_;     // how many more are looked at, by the lab that they say they are from
+  std::map<std::string, Newest, std::less<>> watched_;  // by channel
   boost::asio::steady_timer timer_;
   hal::Counters counters_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // handlers hold it weakly

@@ -184,7 +184,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
           "", fmt::format("it takes {} bytes in a message; give it max_payload = {} or more", payload, least_payload));
     }
     for (const std::string& subject : settings.subjects) subscribe(subject);
-    subscribe(settings.own_subject);
+    if (!settings.own_subject.empty()) subscribe(settings.own_subject);
     if (natsConnection_IsClosed(connection.get())) return failed("server.closed.lost", last_error());
     is_up = true;
     pause = settings.first_retry;
@@ -307,6 +307,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
   }
 
   void echo() {
+    if (settings.own_subject.empty()) return;
     natsConnection_Publish(connection.get(), settings.own_subject.c_str(), "", 0);
     echoed = Clock::now();
   }
@@ -315,7 +316,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
     const auto now = Clock::now();
     if (now - ticked > settings.patience / 2) heard = now;  // it was we who were away
     ticked = now;
-    if (is_up && now - heard > settings.patience) {
+    if (is_up && !settings.own_subject.empty() && now - heard > settings.patience) {
       failed("server.closed.silent",
              fmt::format("forwards nothing for {:g} s", static_cast<double>(settings.patience.count()) / 1000));
     } else if (is_up && now - echoed >= std::min<Clock::duration>(echo_period, settings.patience / 3)) {

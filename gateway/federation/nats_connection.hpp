@@ -26,7 +26,8 @@ struct NatsSettings {
   std::filesystem::path server_ca;    // of the servers' certificates; empty: the system's
   std::filesystem::path credentials;  // a .creds file; empty: none
   std::vector<std::string> subjects;  // to hear
-  std::string own_subject;            // for nobody but this client to publish on: shows that the server still forwards
+  // For nobody but this client to publish on: shows that the server still forwards. Empty: it publishes nothing.
+  std::string own_subject;
   std::chrono::milliseconds patience{3000};  // for a server that forwards nothing
   std::chrono::milliseconds first_retry{100}, longest_retry{5000};
 };

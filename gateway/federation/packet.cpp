@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "gateway/byte_fields.hpp"
+#include "gateway/channel_name.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
@@ -119,12 +120,24 @@ std::vector<std::byte> encode_keys(std::span<const SealedKey> keys) {
   return out;
 }
 
+std::vector<std::byte> encode_watched(std::span<const Watched> messages) {
+  std::vector<std::byte> out;
+  put(out, static_cast<std::uint16_t>(messages.size()));
+  for (const Watched& each : messages) {
+    put_name(out, each.channel);
+    put(out, static_cast<std::uint32_t>(each.bytes.size()));
+    put_bytes(out, each.bytes);
+  }
+  return out;
+}
+
 std::optional<PacketView> read_packet(std::span<const std::byte> bytes) {
   FieldReader in(bytes);
   if (in.take_text(magic.size()) != magic) return {};
   PacketView packet;
   const auto kind = in.take<std::uint8_t>();
-  if (kind < static_cast<std::uint8_t>(PacketKind::signed_open) || kind > static_cast<std::uint8_t>(PacketKind::keys))
+  if (kind < static_cast<std::uint8_t>(PacketKind::signed_open) ||
+      kind > static_cast<std::uint8_t>(PacketKind::watched_secret))
     return {};
   packet.head.kind = static_cast<PacketKind>(kind);
   packet.head.from = in.take_name();
@@ -163,6 +176,19 @@ std::optional<std::vector<SealedKey>> read_keys(std::span<const std::byte> bytes
     each.sealed = in.take_bytes(in.take<std::uint16_t>());
   }
   return count && in.at_end() ? std::optional(std::move(keys)) : std::nullopt;
+}
+
+std::optional<std::vector<Watched>> read_watched(std::span<const std::byte> bytes) {
+  FieldReader in(bytes);
+  const auto count = take_count(in);
+  std::vector<Watched> messages;
+  for (std::size_t i = 0; count && i < *count && in.good(); ++i) {
+    Watched& each = messages.emplace_back();
+    each.channel = in.take_name();
+    each.bytes = in.take_bytes(in.take<std::uint32_t>());
+    if (!is_exported_name(each.channel)) return {};
+  }
+  return count && in.at_end() ? std::optional(std::move(messages)) : std::nullopt;
 }
 
 std::string subject_root(std::string_view experiment) {

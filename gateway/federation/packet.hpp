@@ -3,6 +3,7 @@
 // and bytes that are the same for many are in it once. The layout is in docs/gateway-protocol.md. Pure.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -18,10 +19,12 @@ namespace arkmesh::gateway {
 using StreamId = std::uint64_t;
 
 enum class PacketKind : std::uint8_t {
-  signed_open = 1,    // for many, signed by its lab
-  signed_secret = 2,  // the same, and only who has the lab's group key reads it
-  sealed = 3,         // for one peer, readable and writable by these two labs only
-  keys = 4,           // signed: the lab's group key, sealed for each lab that it trusts
+  signed_open = 1,     // for many, signed by its lab
+  signed_secret = 2,   // the same, and only who has the lab's group key reads it
+  sealed = 3,          // for one peer, readable and writable by these two labs only
+  keys = 4,            // signed: the lab's group key, sealed for each lab that it trusts
+  watched_open = 5,    // signed: what the lab lets others watch
+  watched_secret = 6,  // the same for those who have the group key
 };
 
 struct PacketHead {
@@ -64,6 +67,12 @@ struct SealedKey {
   std::span<const std::byte> sealed;
 };
 
+// The newest message of a channel, for whoever watches.
+struct Watched {
+  std::string channel;
+  std::span<const std::byte> bytes;
+};
+
 inline constexpr std::size_t signature_bytes = 64;
 // More of any of them is no packet of ours.
 inline constexpr std::size_t max_packet_entries = 4096;
@@ -73,6 +82,7 @@ inline constexpr std::size_t piece_bytes = 8 + 8 + 8 + 8 + 1 + 2 + 2, packet_ove
 std::vector<std::byte> encode_head(const PacketHead& head);
 std::vector<std::byte> encode_body(const PacketBody& body);
 std::vector<std::byte> encode_keys(std::span<const SealedKey> keys);
+std::vector<std::byte> encode_watched(std::span<const Watched> messages);
 
 // A packet as it came: its head, and what follows, which nobody has verified yet.
 struct PacketView {
@@ -85,10 +95,12 @@ std::optional<PacketView> read_packet(std::span<const std::byte> bytes);
 // Nothing when it is none, or a piece names a chunk that is not there. Views into `bytes`.
 std::optional<PacketBody> read_body(std::span<const std::byte> bytes);
 std::optional<std::vector<SealedKey>> read_keys(std::span<const std::byte> bytes);
+std::optional<std::vector<Watched>> read_watched(std::span<const std::byte> bytes);
 
 // Subjects of an experiment on a server. Labs' names are tokens as they are; an experiment's characters that NATS gives
 // a meaning to are written as %XX.
 std::string subject_root(std::string_view experiment);
-inline constexpr std::string_view to_all = "ALL";  // no lab's name: those have no capitals
+// No labs' names: those have no capitals.
+inline constexpr std::string_view to_all = "ALL", to_watchers = "WATCH";
 
 }  // namespace arkmesh::gateway
