@@ -97,7 +97,7 @@ class Speakers:
         self.hear(1 / self.rate_hz)
         return first, self.number
 
-    def until_joined(self, patience_s=180):
+    def until_joined(self, patience_s=120):
         end, wanted = time.monotonic() + patience_s, len(self.speaking) * (len(self.labs) - 1)
         while len(self.came) < wanted:
             if time.monotonic() > end:
@@ -245,9 +245,10 @@ def federation_crowd(bench):
     the table of docs/federation.md (full form)."""
     sizes, seconds = ((6,), 3) if bench.short else ((10, 25, 50), 30)
     raise_open_files()
-    rows = [crowd(bench, number, kind, seconds) for number, kind in [*((number, "nats") for number in sizes), (sizes[-1], "tcp")]]
-    for row in rows:
-        print(f"  {told(row)}")
+    rows = []
+    for number, kind in [*((number, "nats") for number in sizes), (sizes[-1], "tcp")]:
+        rows.append(crowd(bench, number, kind, seconds))
+        print(f"  {told(rows[-1])}", flush=True)
     nats, tcp = rows[-2:]
     if not bench.short:
         write_between(PAGE, SIZING_PLACE, sizing_table(rows))

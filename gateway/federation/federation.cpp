@@ -18,7 +18,9 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::chrono::milliseconds tick_period{20}, ask_period{200}, keys_period{2000};
+constexpr std::chrono::milliseconds tick_period{20}, keys_period{2000};
+// Who is not met is asked for so often, and by more labs, which all hear it and answer, less often.
+constexpr std::chrono::milliseconds least_ask_period{200}, ask_period_per_peer{20};
 constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
 // A packet is no longer, and more does not wait for the server.
 constexpr std::size_t most_packet_bytes = 256 << 10, most_waiting_bytes = 1 << 20;
@@ -43,7 +45,6 @@ class Federation::Stream final : public SocketStream {
       return opened({"session.failed.server", federation_->connection_->why(), true});
     opened_ = std::move(opened);
     federation_->streams_[peer_] = this;
-    federation_->asked_ = {};
     federation_->flush_soon();
   }
 
@@ -96,7 +97,6 @@ class Federation::Stream final : public SocketStream {
     return {};
   }
   std::string too_slow() const override { return "session.failed.connect"; }
-  bool awaits_first_answer() const override { return true; }
 
   // The relay has heard something.
   void look() {
@@ -293,7 +293,7 @@ void Federation::flush() {
   if (!connection_->up() || is_congested()) return;
   const auto now = std::chrono::steady_clock::now();
   if (settings_.options.encrypt && now - keys_sent_ >= keys_period) send_keys();
-  if (now - asked_ >= ask_period) ask();
+  if (now - asked_ >= ask_period()) ask();
   for (const auto& [peer, stream] : streams_)
     if (const auto answer = std::exchange(stream->answer_to, {}))
       send_to(*stream, now, {stream->relay.greeting(peer, *answer)});
@@ -304,6 +304,10 @@ void Federation::flush() {
   }
   for (const auto& [peer, stream] : streams_)
     if (stream->relay.met() && (stream->relay.next() || stream->relay.owes_answer(now))) send_to(*stream, now);
+}
+
+Relay::Duration Federation::ask_period() const {
+  return std::max(least_ask_period, static_cast<int>(streams_.size()) * ask_period_per_peer);
 }
 
 // Who has not been met is asked for.
@@ -434,7 +438,7 @@ void Federation::tick() {
   for (const auto& [peer, stream] : streams_) {
     Relay& relay = stream->relay;
     relay.check(now);
-    wanted |= relay.met() ? relay.next() || relay.owes_answer(now) : now - asked_ >= ask_period;
+    wanted |= relay.met() ? relay.next() || relay.owes_answer(now) : now - asked_ >= ask_period();
   }
   if (wanted) flush_soon();
   timer_.expires_after(tick_period);

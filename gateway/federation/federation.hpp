@@ -71,6 +71,7 @@ class Federation {
   void flush();
   void send_fresh_messages(Time now);
   void send_to(Stream& stream, Time now, std::vector<Greeting> greetings = {}, bool ends = false);
+  Relay::Duration ask_period() const;
   void ask();
   void send_keys();
   void send_watched();
