@@ -16,7 +16,7 @@ endif()
 install(DIRECTORY sim_ode/kilolib hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT lab)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/shipped_programs/ DESTINATION lib/arkmesh/programs COMPONENT lab OPTIONAL)
 # Experiments lie to their robots' programs as they do among the sources.
-install(DIRECTORY experiments DESTINATION ${share} COMPONENT lab PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY experiments DESTINATION ${share} COMPONENT lab PATTERN "__pycache__" EXCLUDE PATTERN "keys" EXCLUDE)
 install(DIRECTORY scenarios/dhtf/controller DESTINATION ${share}/scenarios/dhtf COMPONENT lab)
 install(DIRECTORY scenarios/cre/controller DESTINATION ${share}/scenarios/cre COMPONENT lab)
 # What draws runs.
