@@ -133,9 +133,9 @@ TEST_CASE("what a file may not say") {
        "shark.toml:3: gateway.peers[0].connect = \"10.0.0.2:7801\": is not on this machine"},
       {peer + "lab = \"roark\"\nconnect = \"tcp://10.0.0.2:7801\"",
        "gateway.peers[0].connect = \"tcp://10.0.0.2:7801\": is not on this machine"},
-      {peer + "lab = \"roark\"\nconnect = \"nats://127.0.0.1:4222\"",
-       "shark.toml:3: gateway.peers[0].connect = \"nats://127.0.0.1:4222\": begins with 'nats://', which is no kind of "
-       "link; there is: tcp://, tls://"},
+      {peer + "lab = \"roark\"\nconnect = \"mqtt://127.0.0.1:1883\"",
+       "shark.toml:3: gateway.peers[0].connect = \"mqtt://127.0.0.1:1883\": begins with 'mqtt://', which is no kind of "
+       "link; there is: tcp://, tls://, nats://, tls+nats://"},
       {"gateway.listen = \"tcp://127.0.0.1:7801\"", "is not on this machine"},
       {"gateway.listen = \"tls://roark.example.org:7444\"", "must be tls://ADDRESS:PORT"},
       {peer + "lab = \"roark\"\nconnect = \"tls://roark.example.org\"",
