@@ -1,12 +1,14 @@
 """The page in a real browser before a stand-in for a lab's server: what it shows, what its controls send, and how it plays a recorded run."""
 import io
 import json
+import pathlib
 import re
+import subprocess
 import tempfile
 import time
 import unittest
 
-from PIL import Image
+from PIL import Image, ImageChops, ImageStat
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -15,6 +17,7 @@ from selenium.webdriver.support.ui import Select
 from double_server import Double, packed, types_json  # also finds scripts/
 from made_run import encode, pose, rows
 from chromium import browser
+import film_frames
 
 LABS = ["shark", "roark"]
 
@@ -386,6 +389,32 @@ class PageTest(unittest.TestCase):
             self.assertGreater(pixels, 300_000)
             seen.append(hashed)
         self.assertEqual(seen[0], seen[1])
+
+    def test_a_film_shows_what_pictures_show(self):
+        """What the page encodes itself has the moments, pixels and caption that pictures of it have."""
+        server = self.serve(mode="recorded")
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "film.mp4"
+            self.assertEqual(film_frames.film(server.url, out, 10, 20, 5, 30, 801, 450, bare=True), 60)
+            said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width,height,duration", "-of", "csv=p=0", out], capture_output=True, text=True)
+            *size, length_s, moments = map(float, said.stdout.split(","))
+            self.assertEqual((size, moments), ([800, 450], 60))
+            self.assertAlmostEqual(length_s, 2, 2)
+            last = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", out, "-vf", "select=eq(n\\,59)", "-f", "image2pipe", "-c:v", "png", "-"], capture_output=True)
+        with film_frames.page(server.url, 801, 450, bare=True) as shown:
+            self.assertTrue(shown.can_encode(30), "this Chromium encodes no H.264, and films take several times longer")
+            shown.begin(10, 5)
+            for _ in range(60):
+                shown.next(1 / 6)
+            self.assertEqual(shown.driver.execute_script("return arkmesh.stage.caption"), "0:20.0 of 1:00.0, 5×, grid 0.1 m")
+            picture = shown.picture("png")
+        film, pictures = (Image.open(io.BytesIO(data)).convert("RGB").crop((0, 0, 800, 450)) for data in (last.stdout, picture))
+        apart = ImageChops.difference(film, pictures)
+        self.assertLess(ImageStat.Stat(apart).mean[1], 3)
+        # the caption is there, and in its strip nothing else
+        below = pictures.crop((0, 424, 800, 450)).convert("L")
+        self.assertGreater(sum(below.histogram()[:100]), 300)
+        self.assertEqual(below.crop((0, 0, 250, 26)).getextrema(), below.crop((550, 0, 800, 26)).getextrema())
 
     def test_labs_together(self):
         """In the shared frame a robot lies at the same pixel as its ghost would: projections are right."""

@@ -29,6 +29,8 @@ import { redeem_token } from "./token.js";
 const panels_ms = 250;
 /** A press of an arrow key moves the view so far, CSS pixels. */
 const pan_px = 60;
+/** The arenas alone, for films. */
+const bare = new URLSearchParams(location.search).has("bare");
 /** Points of the picked robot's path that are kept. */
 const path_most = 5000;
 
@@ -186,7 +188,7 @@ async function greeted(value) {
 function hello(value) {
   world.introduce(value.about ?? value);
   document.title = `arkmesh: ${world.about.labs.join(", ")}`;
-  if (new URLSearchParams(location.search).has("bare")) document.body.classList.add("bare");
+  document.body.classList.toggle("bare", bare);
   place("title").textContent = [world.about.run || world.about.labs.join(" + "), world.about.version].filter(Boolean).join(" · ");
   document.body.classList.remove("waiting");
   panels_due = 0;
@@ -222,9 +224,9 @@ function write_panels() {
   place("unread").title = [...world.not_understood].map(([why, n]) => `${n}: ${why}`).join("\n");
 }
 
-const film = new Film(player, (now_ms) => {
+const film = new Film(player, stage, (now_ms) => {
   stage.draw(now_ms);
-  write_panels();
+  if (!bare) write_panels();
 });
 let panels_due = 0;
 /** @param {number} now_ms */

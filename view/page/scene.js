@@ -73,6 +73,18 @@ export function robot_layer(c, { pane, sprites, px, shown, scales, pick, path, r
 }
 
 /**
+ * A line at the bottom of the canvas, drawn anew each time: a clock never says the same twice.
+ * @param {Context} c @param {string} words @param {import("./colours.js").Colours} colours @param {number} height_px
+ */
+export function draw_caption(c, words, colours, height_px) {
+  c.font = `${0.6 * height_px}px system-ui, "DejaVu Sans", sans-serif`;
+  c.textAlign = "center";
+  c.textBaseline = "middle";
+  c.fillStyle = colours.inks.ink;
+  c.fillText(words, c.canvas.width / 2, c.canvas.height - height_px / 2);
+}
+
+/**
  * All of it on one canvas: pictures and films.
  * @param {Context} c @param {Scene} scene
  */
