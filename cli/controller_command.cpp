@@ -190,8 +190,14 @@ int run_controller(const ControllerRunOptions& options) {
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   check_writable("--png", options.png);
   check_writable("--video", options.video);
-  sim_ode::SwarmDrawing drawing{
-      options.png, options.video, options.swarm.width_m, options.swarm.height_m, options.swarm.light, {}, {}};
+  sim_ode::SwarmDrawing drawing{options.png,
+                                options.video,
+                                fmt::format("{}, seed {}", name, options.swarm.seed),
+                                options.swarm.width_m,
+                                options.swarm.height_m,
+                                options.swarm.light,
+                                {},
+                                {}};
   sim_ode::draw_swarm(drawing, {});
   check_writable("--csv", options.csv);
   // Without a need for each frame a picture's trails are drawn from one a second.
@@ -264,8 +270,8 @@ void add_run(CLI::App& controller) {
   run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
   run->add_option("--set", options->swarm.settings,
                   "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
-  CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run");
-  CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (mp4)");
+  CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run (.png, .jpg, .pdf, .svg)");
+  CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (.mp4, .mkv, .mov)");
   CLI::Option* const csv = run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
   run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
       ->check(CLI::Range(0, 1000000))

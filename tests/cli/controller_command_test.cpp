@@ -272,6 +272,15 @@ TEST_CASE("pictures and videos of a run, or a sentence that says what is missing
   }
   CHECK(picture.code == 0);
   CHECK(read_file(png).starts_with("\x89PNG"));
+  const auto jpg = folder.path() / "end.jpg", odd = folder.path() / "end.txt";
+  CHECK(controller({"run", file("labs_move"), "--seconds", "5", "--png", jpg.string()}, folder.path()).code == 0);
+  CHECK(read_file(jpg).starts_with("\xFF\xD8\xFF"));
+  for (const char* option : {"--png", "--video"}) {
+    const Ended refused = controller({"run", file("labs_move"), "--seconds", "5", option, odd.string()}, folder.path());
+    CHECK(refused.code == 1);
+    CHECK_MESSAGE(says(refused, "give a name with one of these"), refused.output);
+    CHECK_FALSE(std::filesystem::exists(odd));
+  }
   const Ended video = controller({"run", file("labs_move"), "--seconds", "5", "--video", mp4.string()}, folder.path());
   INFO(video.output);
   if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) {
