@@ -97,7 +97,7 @@ class PageTest(unittest.TestCase):
         self.until("return /runs, waits for nobody/.test(document.getElementById('side').innerText)")
         self.until("return /shark waits for roark: link down/.test(document.getElementById('side').innerText)")
         self.until("return /to_robots.replaced/.test(document.getElementById('side').textContent) && /round trip\\s+850 µs/.test(document.getElementById('side').innerText)")
-        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons of drops/.test(s.textContent)).click()")
+        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons? of drops/.test(s.textContent)).click()")
         self.until("return document.querySelector('#side dl').innerText !== arguments[0]", self.js("return document.querySelector('#side dl').innerText"))  # panels are written anew
         self.until("return /to_robots.replaced/.test(document.getElementById('side').innerText)")  # what was unfolded stays so
         self.assertEqual(self.js("return [...arkmesh.world.not_understood]"), [])
@@ -113,8 +113,13 @@ class PageTest(unittest.TestCase):
             return /world_t, \d+ B\nlab = roark\nnonce = 6\n/.test(words) && /window\[0\]\n  period = \d+\n  behaviour = 1\d\d\d/.test(words)""")
 
     def test_tables_break_no_word(self):
-        """In the side column numbers and the parts of names stand whole on a line, of long names and large numbers, and nothing is cut off."""
-        server = self.serve()
+        """In the side column numbers and the parts of names stand whole on a line, of long names and large numbers; nothing is cut off, or lies on its neighbour."""
+        for width, height in ((1280, 800), (1920, 1080), (390, 844)):
+            with self.subTest(width=width), browser(width, height, phone=width < 400) as self.driver:
+                self.check_tables()
+
+    def check_tables(self):
+        server = self.serve(speed=0.01)  # it tells of peers once, before we do
         self.open(server)
         channels = [{"channel": f"roark/{name}", "age_us": 72_345_000, "messages": 154_369, "bytes": 468_000_000} for name in ("operator_command", "world")]
         server.tell(packed(0, 3_000_000, "peers", encode(self.of, "peers_t", {"lab": "shark", "peers": [{
@@ -134,11 +139,14 @@ class PageTest(unittest.TestCase):
                     range.setStart(node, word.index);
                     range.setEnd(node, word.index + word[0].length);
                     const boxes = [...range.getClientRects()];
-                    if (new Set(boxes.map((b) => Math.round(b.top))).size > 1 || boxes.some((b) => b.right > side.right)) broken.push(word[0]);
+                    const own = cell.getBoundingClientRect();
+                    if (new Set(boxes.map((b) => Math.round(b.top))).size > 1 || boxes.some((b) => b.right > side.right || b.right > own.right + 1 || b.left < own.left - 1)) broken.push(word[0]);
                 }
             }
             return broken""")
         self.assertEqual(broken, [])
+        wide = self.js("return [...document.querySelectorAll('#side, #side .body, #side table')].filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => [e.id, e.className, e.scrollWidth, e.clientWidth])")
+        self.assertEqual((wide, self.js("return document.documentElement.scrollWidth <= innerWidth")), ([], True))
 
     def test_pick_follow_and_measure(self):
         """A click picks the robot under it, its panel tells its messages, the view follows it, and a drag measures metres."""
@@ -415,6 +423,30 @@ class PageTest(unittest.TestCase):
         below = pictures.crop((0, 424, 800, 450)).convert("L")
         self.assertGreater(sum(below.histogram()[:100]), 300)
         self.assertEqual(below.crop((0, 0, 250, 26)).getextrema(), below.crop((550, 0, 800, 26)).getextrema())
+
+    def test_ids_cover_nothing(self):
+        """Ids of 50 robots, and of ghosts, lie on no robot, no other id and no word that the scenario draws; nearly every robot has its own."""
+        self.open(self.serve())
+        own, ghosts, on = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
+            const {names_of} = await import('/page/scene.js'), {overlay_words} = await import('/page/draw_overlay.js'), {stage, world} = arkmesh;
+            const [pane] = stage.panes.list, [{lab, placement: p}] = pane.labs;
+            // a spiral: close together in the middle
+            lab.robots = Array.from({length: 50}, (_, id) => ({id, x: 0.064 * Math.sqrt(id) * Math.cos(2.4 * id), y: 0.064 * Math.sqrt(id) * Math.sin(2.4 * id), heading: id, led: 1, confidence: 1, age_us: 0}));
+            const scene = stage.scene(pane, true), names = names_of(scene), radius = lab.body_radius_m() * p.scale, on = [];
+            const apart = (a, b) => Math.abs(a.x - b.x) >= (a.width + b.width) / 2 - 0.5 || Math.abs(a.y - b.y) >= (a.height + b.height) / 2 - 0.5;
+            const words = lab.overlay ? overlay_words(lab.overlay, p, stage.sprites.colours, stage.px) : [];
+            names.forEach((name, i) => {
+                for (const other of names.slice(i + 1)) if (!apart(name.box, other.box)) on.push(`${name.words} on ${other.words}`);
+                for (const {words: text, place} of words) if (!apart(name.box, place)) on.push(`${name.words} on ${text}`);
+                for (const r of lab.robots) {
+                    const dx = Math.abs(name.box.x - p.x(r.x, r.y)) - name.box.width / 2, dy = Math.abs(name.box.y - p.y(r.x, r.y)) - name.box.height / 2;
+                    if (Math.hypot(Math.max(0, dx), Math.max(0, dy)) < radius - 0.5) on.push(`${name.words} on robot ${r.id}`);
+                }
+            });
+            done([names.filter((n) => !n.ghost).length, names.filter((n) => n.ghost).length, on]); })()""")
+        self.assertEqual(on, [])
+        self.assertGreaterEqual(own, 45)
+        self.assertGreater(ghosts, 0)
 
     def test_labs_together(self):
         """In the shared frame a robot lies at the same pixel as its ghost would: projections are right."""

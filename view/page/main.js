@@ -23,6 +23,7 @@ import { Types } from "./lcm.js";
 import { ViewBar } from "./view_bar.js";
 import { World } from "./world.js";
 import { find } from "./draw_robots.js";
+import { counted } from "./words.js";
 import { redeem_token } from "./token.js";
 
 /** Panels are written so often, milliseconds. */
@@ -220,7 +221,7 @@ function write_panels() {
   view_bar.update(world.labs.length > 1, control.may && Boolean(world.about.emulator?.some(Boolean)));
   if (recorded()) scrub.update();
   const unread = [...world.not_understood.values()].reduce((a, b) => a + b, 0) + connection.refused;
-  place("unread").textContent = (unread ? `${unread} messages not understood. ` : "") + (world.replaced ? `${world.replaced} skipped for this viewer.` : "");
+  place("unread").textContent = (unread ? `${counted(unread, "message")} not understood. ` : "") + (world.replaced ? `${world.replaced} skipped for this viewer.` : "");
   place("unread").title = [...world.not_understood].map(([why, n]) => `${n}: ${why}`).join("\n");
 }
 
