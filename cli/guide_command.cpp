@@ -159,6 +159,7 @@ std::vector<Step> each(const std::vector<fs::path>& found, const char* command, 
 std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
   std::vector<Step> steps;
   std::vector<std::pair<std::string, std::vector<fs::path>>> worlds;  // files, by the labs that take part
+  fs::path with_peers;                                                // the first that names some
   for (const fs::path& file : labs) {
     try {
       const hal::Config config = hal::Config::from_file(file);
@@ -170,6 +171,8 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
       auto world = std::ranges::find(worlds, key, &std::pair<std::string, std::vector<fs::path>>::first);
       if (world == worlds.end()) world = worlds.insert(worlds.end(), {key, {}});
       world->second.push_back(file);
+      if (with_peers.empty() && !config.root().section("gateway").section("peers", 0).place("lab").empty())
+        with_peers = file;
     } catch (const std::exception& error) {
       steps.push_back({"arkmesh config --keys", fmt::format("cannot be read: {}", error.what())});
     }
@@ -181,11 +184,12 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
     steps.push_back({fmt::format("arkmesh run{} --open", words), "the same in a browser, in real time"});
     if (steps.size() >= 2 * most_shown) break;
   }
-  if (!worlds.empty()) {
+  if (!worlds.empty())
     steps.push_back(
         {"arkmesh doctor " + typed_as(worlds[0].second[0]), "says what would keep it from running, and what to do"});
-    steps.push_back({"arkmesh up " + typed_as(worlds[0].second[0]), "with a gateway, to be joined by labs elsewhere"});
-  }
+  if (!with_peers.empty())
+    steps.push_back(
+        {"arkmesh up " + typed_as(with_peers), "with a gateway, joined with the labs elsewhere that it names"});
   return steps;
 }
 

@@ -57,6 +57,18 @@ class Guide(unittest.TestCase):
         for command in named:
             self.run_it(*shlex.split(command))
 
+    def test_only_a_lab_with_peers_is_to_be_joined(self):
+        """`up` is named for the first file that has peers, however they are written, and for none when no file has any."""
+        alone = '[lab]\nname = "{}"\n[run]\nscenario = "light_up"\n[arena]\nuse = "null"\n'
+        (self.folder / "a.toml").write_text(alone.format("a"))
+        (self.folder / "b.toml").write_text(alone.format("b") + "[gateway]\npeers = []\n")
+        ups = lambda: [command for command in self.commands() if command.startswith("up")]
+        self.assertEqual(ups(), [])
+        (self.folder / "c.toml").write_text(alone.format("c") + '[gateway]\npeers = [{lab = "a", connect = "127.0.0.1:7999"}]\n')
+        self.assertEqual(ups(), ["up c.toml"])
+        (self.folder / "b.toml").write_text(alone.format("b") + '[[gateway.peers]]\nlab = "a"\n')
+        self.assertEqual(ups(), ["up b.toml"])
+
     def test_no_folder_is_one_sentence(self):
         self.assertEqual(self.run_it("guide", "nowhere", code=2), "arkmesh: nowhere: is no folder\n")
 
