@@ -19,6 +19,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/controller_swarm.hpp"
@@ -91,7 +92,8 @@ int build_controller(const sim_ode::ProgramSources& program, const std::filesyst
     fmt::print(stderr, "arkmesh: {} does not fit on a robot; {} is not written\n", program.name(), hex.string());
     return 1;
   }
-  fmt::print("{}: {} pages; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), built.pages, hex.string());
+  fmt::print("{}: {}; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), hal::counted(built.pages, "page"),
+             hex.string());
   return 0;
 }
 
@@ -242,9 +244,9 @@ int run_controller(const ControllerRunOptions& options) {
   progress.done();
 
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
-  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(),
-             name, options.swarm.robots, simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s,
-             report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
+  fmt::print("{}{}: {}, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name,
+             hal::counted(options.swarm.robots, "robot"), simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0,
+             built_s, report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
   std::fflush(stdout);
   if (poses) sim_ode::draw_swarm(drawing, poses->finished());
   if (failure.empty()) return 0;

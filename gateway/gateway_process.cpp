@@ -35,6 +35,7 @@
 #include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/counted.hpp"
 #include "hal/experiment.hpp"
 #include "hal/handle.hpp"
 #include "hal/participants.hpp"
@@ -175,7 +176,8 @@ class GatewayProcess {
         node_->set_exports(config_.gateway.rules.announced(peer_labs()));
         gateway_->set_rules(config_.gateway.rules);
       }
-      return say(fmt::format("{} rules are in force, as {} says now", config_.gateway.rules.all().size(),
+      return say(fmt::format("{} in force, as {} says now",
+                             hal::counted(config_.gateway.rules.all().size(), "rule is", "rules are"),
                              file.file().filename().string())) +
              say_what_waits_for_a_start(fixed_keys(file));
     } catch (const std::exception& error) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "hal/counted.hpp"
 #include "lab/exchange/payload.hpp"
 
 namespace arkmesh::lab {
@@ -93,7 +94,8 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
     if (period > newest_of_peers() || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
       return because("period", fmt::format("its state {} is of the future", period));
     if ((period == 0) == state.settings.empty())
-      return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
+      return because("settings",
+                     fmt::format("its state {} has {}", period, hal::counted(state.settings.size(), "setting")));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
       if (known->second->hash != state.hash || (state.carried && known->second->robots.size() != state.robots.size()))
         return because("changed", fmt::format("its state {} is not what it was", period));
