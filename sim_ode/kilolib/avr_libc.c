@@ -182,7 +182,7 @@ static int say(const char* format, va_list values, const char* from) {
   if (size <= 0) return size;
   if (arkmesh_calls.text) arkmesh_calls.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
   if (serial_line)
-    arkmesh_calls.wait_us((uint32_t)size * 260);
+    arkmesh_calls.wait_us((uint32_t)size * 260, 0);
   else if ((arkmesh_work += 50 * (uint32_t)size) >= work_per_tick)
     arkmesh_give_time(from);
   return size;
