@@ -42,7 +42,7 @@ def wrong_in(command):
 # Where the fragments of C++ in docs stand: for each document its blocks in order, as (before, behind) the block.
 FRAGMENTS = {
     "docs/architecture.md": [("template <class Section> void fields_of(const Section& s, double& duration_s) {", "}")],
-    "docs/writing-a-scenario.md": [
+    "docs/writing-a-scenario-in-cpp.md": [
         ("}", "namespace {"),
         ("void draw(lab::Lab& lab, const std::vector<std::uint8_t>& trace) {", "}"),
         ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
@@ -98,8 +98,8 @@ class Documents(unittest.TestCase):
         self.assertIn("ohc, which wants", wrong_in("arkmesh ohc /dev/ttyUSB0 lampe"))
 
     def test_every_key_is_documented(self):
-        """Every key of a run's effective configuration stands in docs/formats.md or in the README of the simulated arena."""
-        documents = (ROOT / "docs/formats.md").read_text() + (ROOT / "sim_ode/README.md").read_text()
+        """Every key of a run's effective configuration stands in docs/keys.md or in the README of the simulated arena."""
+        documents = (ROOT / "docs/keys.md").read_text() + (ROOT / "sim_ode/README.md").read_text()
         labs = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([ROOT / "build/release/arkmesh", "run", *labs, "--out", folder, "--set", "run.duration_s=2"], check=True,
@@ -111,6 +111,8 @@ class Documents(unittest.TestCase):
                 if isinstance(value, dict):
                     # Tables by lab are documented with a stand-in for the lab.
                     check(value, path + [key if path[-1:] not in (["projection"],) else "<lab>"])
+                elif isinstance(value, list) and value and isinstance(value[0], dict):
+                    check(value[0], path + [key + "[0]"])
                 else:
                     names = [".".join(path + [key]), "." + key, key, ".".join(path + ["<lab>"])]
                     self.assertTrue(any(f"`{name}`" in documents for name in names), f"{'.'.join(path + [key])} is not documented")
