@@ -88,7 +88,7 @@ class Documents(unittest.TestCase):
         """Every command line on the page of the first day exists as written, with each of its options."""
         for document in ("docs/first-hardware-day.md", "docs/your-first-testbed.md"):
             text = (ROOT / document).read_text()
-            blocks = "".join(re.findall(r"^```\n(.*?)^```", text, re.M | re.S))
+            blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S))
             commands = re.findall(r"^(arkmesh .*)$", blocks, re.M) + re.findall(r"`(arkmesh [^`]+)`", text)
             self.assertGreater(len(commands), 10, document)
             for command in commands:
