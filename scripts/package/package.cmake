@@ -84,8 +84,9 @@ new NAME --cpp` begins one."
   RECOMMENDS "arkmesh-testbed ${same}")
 debian_package(doc arkmesh-doc doc "documents of arkmesh"
   "arkmesh joins robot-swarm labs into one shared world. This package has its
-documents: guides to experiments, testbeds and batches, formats, and what
-was measured.")
+documents as pages with a search, for a browser: courses, a page for each
+task, keys, commands, messages and counters, and what was measured. They
+begin at /usr/share/doc/arkmesh/html/index.html.")
 
 # Programs and libraries need what dpkg-shlibdeps finds.
 foreach(component GATEWAY LAB TESTBED)
@@ -107,6 +108,7 @@ foreach(component gateway lab testbed)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/pages/${component}/ DESTINATION share
     COMPONENT ${component} OPTIONAL EXCLUDE_FROM_ALL)
 endforeach()
-install(FILES README.md CHANGELOG.md DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
-install(DIRECTORY docs DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
+# The documentation site, likewise.
+install(DIRECTORY ${PROJECT_BINARY_DIR}/site/ DESTINATION share/doc/arkmesh/html COMPONENT doc OPTIONAL EXCLUDE_FROM_ALL)
+install(FILES CHANGELOG.md DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
 include(CPack)

@@ -143,7 +143,7 @@ testbed() { # step
 
 install_all() { # step
   packages /packages/arkmesh-doc
-  [ -f /usr/share/doc/arkmesh/docs/architecture.md ] || fail "no documents"
+  [ -f /usr/share/doc/arkmesh/html/docs/learn-scenario.html ] || fail "no documents"
 }
 
 install_dev() { # step

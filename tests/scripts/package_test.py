@@ -19,7 +19,7 @@ class Components(unittest.TestCase):
                "testbed": ["bin/arkmesh-testbed", "bin/arkmesh-guard"],
                "python": ["share/arkmesh/python/arkmesh/__init__.py"],
                "dev": ["include/arkmesh/lab/scenario.hpp", "lib/cmake/arkmesh/arkmeshConfig.cmake"],
-               "doc": ["share/doc/arkmesh/docs/architecture.md"]}
+               "doc": ["share/doc/arkmesh/CHANGELOG.md"]}
         seen = {}
         for component, files in has.items():
             with tempfile.TemporaryDirectory() as folder:
