@@ -55,7 +55,7 @@ def messages(folder):
     out += " ".join(f"[{words(name)}](#{name})" for name in files) + "\n\n"
     for name, text in files.items():
         about = " ".join(re.findall(r"^// ?(.*)$", text.partition("struct")[0], re.M))
-        out += f"## {words(name)}\n\n{words(about)}\n\n"
+        out += f"## {name}\n\n{words(about)}\n\n"
         rows, before = [], ""
         for line in text.partition("{")[2].splitlines():
             field, _, comment = (part.strip() for part in line.partition("//"))

@@ -83,6 +83,7 @@ class Site(unittest.TestCase):
     def test_lists_and_code_are_such(self):
         """No paragraph shows the marks of a list or of code: the site's Markdown wants a blank line before them."""
         for file, page in self.pages.items():
+            self.assertNotRegex(file.read_text(), "[\x02\x03]")  # escapes in headings
             for paragraph in page.paragraphs:
                 self.assertNotRegex(paragraph, r"(?m)^ *(?:[-*] |\d+\. |```|\| )", file.relative_to(self.folder))
 
