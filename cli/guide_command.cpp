@@ -17,6 +17,7 @@
 
 #include "cli/commands.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -243,6 +244,11 @@ void guide(const fs::path& folder) {
       {{"arkmesh scenario new my_swarm", "an experiment of two labs in Python, ready to run, in the folder my_swarm"},
        {"arkmesh config --sample > lab.toml", "a lab's file with every key, commented; arkmesh run lab.toml runs it"},
        {"arkmesh doctor", "says what this machine lacks"}});
+  // The package arkmesh-doc may not be there.
+  const fs::path course = hal::own_file("../doc/arkmesh/html/docs/learn-scenario.html", "docs/learn-scenario.md");
+  std::error_code ignored;
+  if (fs::exists(course, ignored))
+    fmt::print("Ten minutes to a first result of your own: {}\n", course.lexically_normal().string());
 }
 
 }  // namespace

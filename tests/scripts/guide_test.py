@@ -28,6 +28,8 @@ class Guide(unittest.TestCase):
 
     def test_an_empty_folder_begins_with_a_scenario(self):
         self.assertIn("scenario new my_swarm", self.commands())
+        course = re.search(r"a first result of your own: (.*)", self.run_it("guide"))[1]
+        self.assertIn("# Your own scenario in Python", pathlib.Path(course).read_text())
         self.run_it("scenario", "new", "my_swarm")
         self.folder /= "my_swarm"
         self.assertIn("run a.toml b.toml", self.commands())

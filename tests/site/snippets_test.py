@@ -44,7 +44,7 @@ BEFORE = {
         "for each in boards/*.png; do cp $each board${each##*-}; done\n"
         "curl -so arena.png http://127.0.0.1:8090/camera0.jpg\n",
     "virtual-sensors.md": "export PYTHONPATH=$(arkmesh scenario path)\n",
-    "first-hardware-day.md": "arkmesh testbed record experiments/dhtf/roark_emulated.toml --out day1-ten --seconds 6"
+    "first-hardware-day.md": "arkmesh testbed record experiments/dhtf/roark_emulated.toml --out day1-ten --seconds 2"
         " --set 'shared.labs=[\"roark\"]' --set shared.owner=roark\n",
 }
 # What stands on a page for something that this machine does not have.
@@ -180,9 +180,13 @@ class Snippets(unittest.TestCase):
             # Users' python3 is Debian's.
             pathlib.Path(programs, "python3").symlink_to("/usr/bin/python3")
             # Most of the time goes to waiting for testbeds, which keep real time: their pages begin first.
-            pages.sort(key=lambda page: "testbed" not in page)
+            keeps_time = [page for page in pages if "arkmesh emulator" in script_of(page)]
+            pages.sort(key=lambda page: page not in keeps_time)
             with concurrent.futures.ThreadPoolExecutor(5) as pool:
-                wrong = [each for each in pool.map(lambda page: run(page, programs), pages) if each]
+                wrong = dict(zip(pages, pool.map(lambda page: run(page, programs), pages)))
+            # A machine that is too busy keeps no real time: once more, with nothing beside it.
+            wrong.update({page: run(page, programs) for page in keeps_time if wrong[page]})
+        wrong = [each for each in wrong.values() if each]
         if wrong:
             self.fail("\n\n".join(wrong))
 
