@@ -1,5 +1,6 @@
 """What the documents promise is there: tests that decisions.md names, and files that documents link to."""
 import functools
+import json
 import pathlib
 import re
 import shlex
@@ -118,6 +119,27 @@ class Documents(unittest.TestCase):
                     self.assertTrue(any(f"`{name}`" in documents for name in names), f"{'.'.join(path + [key])} is not documented")
 
         check(config, [])
+
+    def test_every_counter_is_documented(self):
+        """Every counter of a simulated lab and of one on an emulated testbed stands in a README's section on counters."""
+        documented = set()
+        for readme in subprocess.run(["git", "ls-files", "*/README.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split():
+            section = re.search(r"^## Counters\n(.*?)(?=^## |\Z)", (ROOT / readme).read_text(), re.M | re.S)
+            for cell in re.findall(r"^\| ([^|]*) \|", section[1] if section else "", re.M):
+                first = ""
+                for name in re.findall(r"`([^`]+)`", cell):  # `poses.lost`, `.late` stands for poses.lost and poses.late
+                    first = first if name.startswith(".") else name
+                    documented.add(first.rpartition(".")[0] + name if name.startswith(".") else name)
+        with tempfile.TemporaryDirectory() as folder:
+            alone = ["--set", 'shared.labs=["roark"]', "--set", "shared.owner=roark"]
+            for name, labs, options in (("simulated", ("light_up/a", "light_up/b"), []), ("emulated", ("dhtf/roark_emulated",), alone)):
+                files = [ROOT / f"experiments/{lab}.toml" for lab in labs]
+                subprocess.run([ROOT / "build/release/arkmesh", "run", *files, "--out", f"{folder}/{name}", "--seconds", "4", *options],
+                               check=True, capture_output=True, timeout=300)
+            counted = {name for file in pathlib.Path(folder).glob("*/*/result.json") for name in json.loads(file.read_text())["counters"]}
+        self.assertGreater(len(counted), 30)
+        missing = [name for name in sorted(counted) if name.removeprefix("arena.") not in documented and name not in documented]
+        self.assertEqual(missing, [])
 
 
 if __name__ == "__main__":
