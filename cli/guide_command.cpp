@@ -131,8 +131,7 @@ std::vector<std::vector<std::string>> running() {
       if (words[1] == name) out.push_back({words.begin() + 1, words.end()});
   }
   std::ranges::sort(out);
-  const auto repeated = std::ranges::unique(out);
-  out.erase(repeated.begin(), repeated.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());  // clang 14 does not compile that of std::ranges
   return out;
 }
 

@@ -156,6 +156,7 @@ ENDS("signal", void* signal(int number, void* handler))
 ENDS("signal", void* __sysv_signal(int number, void* handler)) /* as the PC's headers have it */
 ENDS("sigaction", int sigaction(int number, const void* action, void* before))
 /* Out of an interrupt nobody jumps: it may have come while loop waits on another stack. */
+__attribute__((noreturn)) void siglongjmp(struct __jmp_buf_tag* place, int value); /* hidden by __STRICT_ANSI__ */
 STAND_IN __attribute__((noreturn)) void longjmp(struct __jmp_buf_tag* place, int value) {
   arkmesh_calls.jumps(CALLER);
   siglongjmp(place, value);

@@ -98,7 +98,8 @@ std::vector<std::string> files_in(const std::string& preprocessed) {
 // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
 // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
 // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
-// fault's line is the one that called. `source`: the file of the program that is compiled.
+// fault's line is the one that called. From gcc 14 on only -fpermissive lets old C pass; before, gcc ignores it.
+// `source`: the file of the program that is compiled.
 std::vector<std::string> language(const ReadProgram& program, const fs::path& source, const fs::path& kilolib,
                                   const fs::path& firmware) {
   std::vector<std::string> words = {"cc",
@@ -107,6 +108,7 @@ std::vector<std::string> language(const ReadProgram& program, const fs::path& so
                                     "-O2",
                                     "-g",
                                     "-w",
+                                    "-fpermissive",
                                     "-fPIC",
                                     "-fvisibility=hidden",
                                     "-fcommon",
