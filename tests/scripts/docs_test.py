@@ -52,6 +52,17 @@ INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#incl
             "using namespace arkmesh;\n")
 
 
+class Paper(unittest.TestCase):
+    def test_its_figures_are_those_of_the_pages(self):
+        done = subprocess.run([ROOT / "scripts/figures/paper", "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_it_cites_what_its_list_has_and_lists_what_it_cites(self):
+        cited = set(re.findall(r"@([a-z_]+\d*)", (ROOT / "docs/paper/paper.md").read_text()))
+        listed = re.findall(r"^@\w+\{([^,]+),$", (ROOT / "docs/paper/paper.bib").read_text(), re.M)
+        self.assertEqual(sorted(cited), sorted(listed))
+
+
 class Documents(unittest.TestCase):
     def test_code_compiles(self):
         """Every block of C++ in README and docs compiles against the sources, each where its kind of fragment stands."""
