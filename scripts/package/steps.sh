@@ -107,7 +107,7 @@ units() { # step
 }
 
 install_sudo() { # step
-  apt-get install -y --no-install-recommends sudo
+  apt-get install -y --no-install-recommends sudo passwd
   visudo -cf /etc/sudoers.d/arkmesh
 }
 
