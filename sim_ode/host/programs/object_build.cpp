@@ -37,6 +37,9 @@ bool is_ours(std::string_view path) {
 std::string first_error(std::string output, const fs::path& folder) {
   const std::string ours = folder.string() + "/";
   for (std::size_t at; (at = output.find(ours)) != std::string::npos;) output.erase(at, ours.size());
+  // "a.c:3:(.text+0xc): undefined reference": binutils 2.44 tells the place in the object, too
+  for (std::size_t at; (at = output.find(":(.")) != std::string::npos && output.find("):", at) != std::string::npos;)
+    output.erase(at, output.find("):", at) + 1 - at);
   // what the compiler says before the words of our headers' own refusals
   constexpr std::string_view preface = "declared with attribute error: ";
   for (std::size_t at; (at = output.find(preface)) != std::string::npos;) {
