@@ -75,7 +75,7 @@ page() { # step
 }
 
 labs_as_processes() { # step
-  timeout 120 arkmesh up $experiments/dhtf/shark.toml $experiments/dhtf/roark.toml --set run.duration_s=20 --out runs/up
+  timeout 600 arkmesh up $experiments/dhtf/shark.toml $experiments/dhtf/roark.toml --set run.duration_s=20 --out runs/up
 }
 
 python_scenario() { # step
@@ -138,7 +138,7 @@ install_testbed() { # step
 
 testbed() { # step
   cd $experiments/dhtf
-  timeout 120 arkmesh run shark.toml roark_emulated.toml --seconds 20 --out /root/runs/testbed
+  timeout 600 arkmesh run shark.toml roark_emulated.toml --seconds 20 --out /root/runs/testbed
 }
 
 install_all() { # step
