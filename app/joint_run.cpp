@@ -157,6 +157,8 @@ bool JointRun::step() {
     exchange(m, now);
   }
   if (!settle_scenarios(now)) return true;
+  if (std::ranges::all_of(labs_, [](const auto& m) { return m->lab.runner().complete(); }))
+    for (const auto& m : labs_) m->lab.runner().leave_complete();
   turn_ = 0;
   ++steps_;
   network_.step();

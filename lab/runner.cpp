@@ -59,6 +59,7 @@ Runner::Step Runner::step(Now now) {
     if (!arena_lost_) arena_.serve();
     if (now_ >= status_due_) publish_status();
     bus_.drain();  // also what the status brought here, so that it leaves in this step
+    if (peers_.answer()) bus_.drain();
     if (!peers_.failure().empty()) fail(peers_.failure());
     for (const auto& [peer, message] : operators_.take())
       if (const auto command = hal::from_message(message))
