@@ -50,8 +50,8 @@ Peers::Peers(const RunConfig& config, bool can_wait, const PeriodGate& gate)
 }
 
 Peers::Peer* Peers::find(std::string_view name) {
-  const auto it = std::ranges::find(peers_, name, &Peer::name);
-  return it == peers_.end() ? nullptr : &*it;
+  const auto it = std::ranges::lower_bound(peers_, name, {}, &Peer::name);
+  return it == peers_.end() || it->name != name ? nullptr : &*it;
 }
 
 // ---------------------------------------------------------------- what came
