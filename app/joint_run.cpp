@@ -10,6 +10,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "hal/counted.hpp"
 #include "hal/result_file.hpp"
 #include "lab/result.hpp"
 
@@ -78,8 +79,8 @@ JointRun::JointRun(std::vector<hal::Config> configs, const std::filesystem::path
   }
   for (const auto& member : labs_)
     if (member->lab.config().labs.size() != labs_.size())
-      throw hal::ConfigError(fmt::format("shared.labs of {} names {} labs, but {} were given", member->lab.name(),
-                                         member->lab.config().labs.size(), labs_.size()));
+      throw hal::ConfigError(fmt::format("shared.labs of {} names {}, but {} were given", member->lab.name(),
+                                         hal::counted(member->lab.config().labs.size(), "lab"), labs_.size()));
   if (page) {
     std::vector<ConfiguredLab*> all;
     for (const auto& member : labs_) all.push_back(&member->lab);
@@ -157,6 +158,8 @@ bool JointRun::step() {
     exchange(m, now);
   }
   if (!settle_scenarios(now)) return true;
+  if (std::ranges::all_of(labs_, [](const auto& m) { return m->lab.runner().complete(); }))
+    for (const auto& m : labs_) m->lab.runner().leave_complete();
   turn_ = 0;
   ++steps_;
   network_.step();

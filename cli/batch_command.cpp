@@ -17,6 +17,7 @@
 #include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/counted.hpp"
 #include "hal/result_file.hpp"
 
 namespace arkmesh::cli {
@@ -41,7 +42,8 @@ void list_runs(const app::BatchPlan& plan) {
   for (std::size_t setting = 0; setting < plan.settings(); ++setting)
     fmt::print("runs {}..{}: {}\n", setting * plan.seeds.size(), (setting + 1) * plan.seeds.size() - 1,
                plan.factors.empty() ? "the labs as they are" : plan.name_of(setting));
-  fmt::print("{} settings x {} seeds = {} runs\n", plan.settings(), plan.seeds.size(), plan.runs());
+  fmt::print("{} x {} = {}\n", hal::counted(plan.settings(), "setting"), hal::counted(plan.seeds.size(), "seed"),
+             hal::counted(plan.runs(), "run"));
 }
 
 // Runs and tables are what counts: a figure may be about something that no run reached.
@@ -62,11 +64,10 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
   // first of all: on a full disk there may be no tables
   if (ended < all)
     fmt::print(stderr, "arkmesh: {}{} still to be done; the same command goes on with {}\n",
-               why_halted.empty() ? "" : why_halted + "; ",
-               all - ended == 1 ? "1 run is" : fmt::format("{} runs are", all - ended),
+               why_halted.empty() ? "" : why_halted + "; ", hal::counted(all - ended, "run is", "runs are"),
                all - ended == 1 ? "it" : "them");
   results.save();
-  fmt::print("{} of {} runs finished, {} failed; tables in {}\n", finished, all, ended - finished,
+  fmt::print("{} of {} finished, {} failed; tables in {}\n", finished, hal::counted(all, "run"), ended - finished,
              batch.directory().string());
   if (ended < all) return why_halted == "stopped" ? 3 : 1;
   draw_plots(batch);

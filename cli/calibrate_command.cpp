@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "hal/counted.hpp"
 #include "testbed/camera_calibration.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/camera_fit.hpp"
@@ -177,10 +178,10 @@ void calibrate(const CalibrateOptions& options) {
   const tracker::FittedLens lens = fit_lens(options);
   const bool fisheye = lens.lens.model == tracker::LensModel::fisheye;
   fmt::print(
-      "lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({} pictures; as {}: "
+      "lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({}; as {}: "
       "{:.3f} px)\n",
       fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
-      lens.pictures, fisheye ? "pinhole" : "fisheye", lens.other_error_px);
+      hal::counted(lens.pictures, "picture"), fisheye ? "pinhole" : "fisheye", lens.other_error_px);
   const std::vector<tracker::Mark> landmarks = options.given_landmarks();
   const tracker::CameraData data =
       landmarks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
@@ -192,7 +193,7 @@ void calibrate(const CalibrateOptions& options) {
   if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
   draw_check(options, data);
   const std::size_t cameras = testbed::put_into(options.out, {options.name, data, landmarks_in(options, data)});
-  fmt::print("{}: {} camera{} ({})\n", options.out, cameras, cameras == 1 ? "" : "s", options.name);
+  fmt::print("{}: {} ({})\n", options.out, hal::counted(cameras, "camera"), options.name);
 }
 
 void import_ark(const CalibrateOptions& options) {
@@ -211,7 +212,7 @@ void import_ark(const CalibrateOptions& options) {
                robot_width(data, {place[0], place[1]}));
   }
   tracker::write_calibrations(options.out, cameras);
-  fmt::print("{}: {} cameras\n", options.out, cameras.size());
+  fmt::print("{}: {}\n", options.out, hal::counted(cameras.size(), "camera"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/counted.hpp"
 #include "scenarios/python/python_scenario.hpp"
 
 namespace arkmesh::cli {
@@ -18,8 +19,8 @@ namespace {
 
 void print(const app::AirtimeNeed& need) {
   const double room = need.room, robots = static_cast<double>(need.robots);
-  fmt::print("{}: {} robots, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n",
-             need.lab, need.robots, need.layout, room, robots / room);
+  fmt::print("{}: {}, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n", need.lab,
+             hal::counted(need.robots, "robot"), need.layout, room, robots / room);
   if (need.slots.empty()) return fmt::print("  says nothing to single robots\n");
   fmt::print("  {:>4}  {:>8}  {:>15}  {:>19}\n", "slot", "words/s", "share of airtime", "in busiest second");
   const auto line = [&](const std::string& slot, const app::SlotNeed& slot_need) {

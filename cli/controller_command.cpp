@@ -19,6 +19,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/controller_swarm.hpp"
@@ -91,7 +92,8 @@ int build_controller(const sim_ode::ProgramSources& program, const std::filesyst
     fmt::print(stderr, "arkmesh: {} does not fit on a robot; {} is not written\n", program.name(), hex.string());
     return 1;
   }
-  fmt::print("{}: {} pages; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), built.pages, hex.string());
+  fmt::print("{}: {}; load it with `arkmesh ohc PORT upload {}`\n", hex.string(), hal::counted(built.pages, "page"),
+             hex.string());
   return 0;
 }
 
@@ -190,8 +192,14 @@ int run_controller(const ControllerRunOptions& options) {
   const auto wall_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(); };
   check_writable("--png", options.png);
   check_writable("--video", options.video);
-  sim_ode::SwarmDrawing drawing{
-      options.png, options.video, options.swarm.width_m, options.swarm.height_m, options.swarm.light, {}, {}};
+  sim_ode::SwarmDrawing drawing{options.png,
+                                options.video,
+                                fmt::format("{}, seed {}", name, options.swarm.seed),
+                                options.swarm.width_m,
+                                options.swarm.height_m,
+                                options.swarm.light,
+                                {},
+                                {}};
   sim_ode::draw_swarm(drawing, {});
   check_writable("--csv", options.csv);
   // Without a need for each frame a picture's trails are drawn from one a second.
@@ -236,9 +244,9 @@ int run_controller(const ControllerRunOptions& options) {
   progress.done();
 
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
-  fmt::print("{}{}: {} robots, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(),
-             name, options.swarm.robots, simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0, built_s,
-             report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
+  fmt::print("{}{}: {}, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name,
+             hal::counted(options.swarm.robots, "robot"), simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0,
+             built_s, report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
   std::fflush(stdout);
   if (poses) sim_ode::draw_swarm(drawing, poses->finished());
   if (failure.empty()) return 0;
@@ -264,8 +272,8 @@ void add_run(CLI::App& controller) {
   run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
   run->add_option("--set", options->swarm.settings,
                   "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
-  CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run");
-  CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (mp4)");
+  CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run (.png, .jpg, .pdf, .svg)");
+  CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (.mp4, .mkv, .mov)");
   CLI::Option* const csv = run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
   run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
       ->check(CLI::Range(0, 1000000))

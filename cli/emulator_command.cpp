@@ -21,6 +21,7 @@
 #include "emulator/emulator_record.hpp"
 #include "emulator/emulator_server.hpp"
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -91,7 +92,8 @@ void run(const EmulatorOptions& options) {
   if (const auto& [pictures, folder] = options.chessboards; !folder.empty()) {
     if (pictures < 1 || pictures > 1000) throw hal::ConfigError("--chessboard N FOLDER: N must be 1 to 1000");
     emulator::write_chessboards(emulator, pictures, folder);
-    fmt::print("{} pictures of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n", pictures, folder);
+    fmt::print("{} of a chessboard (9 x 6 inner corners, 25 mm) for each camera in {}\n",
+               hal::counted(pictures, "picture"), folder);
     return;
   }
   emulator::EmulatorRecord record(emulator, options.truth, options.video);

@@ -17,6 +17,7 @@
 
 #include "cli/commands.hpp"
 #include "hal/config.hpp"
+#include "hal/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -131,8 +132,7 @@ std::vector<std::vector<std::string>> running() {
       if (words[1] == name) out.push_back({words.begin() + 1, words.end()});
   }
   std::ranges::sort(out);
-  const auto repeated = std::ranges::unique(out);
-  out.erase(repeated.begin(), repeated.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());  // clang 14 does not compile that of std::ranges
   return out;
 }
 
@@ -159,6 +159,7 @@ std::vector<Step> each(const std::vector<fs::path>& found, const char* command, 
 std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
   std::vector<Step> steps;
   std::vector<std::pair<std::string, std::vector<fs::path>>> worlds;  // files, by the labs that take part
+  fs::path with_peers;                                                // the first that names some
   for (const fs::path& file : labs) {
     try {
       const hal::Config config = hal::Config::from_file(file);
@@ -170,6 +171,8 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
       auto world = std::ranges::find(worlds, key, &std::pair<std::string, std::vector<fs::path>>::first);
       if (world == worlds.end()) world = worlds.insert(worlds.end(), {key, {}});
       world->second.push_back(file);
+      if (with_peers.empty() && !config.root().section("gateway").section("peers", 0).place("lab").empty())
+        with_peers = file;
     } catch (const std::exception& error) {
       steps.push_back({"arkmesh config --keys", fmt::format("cannot be read: {}", error.what())});
     }
@@ -181,11 +184,12 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
     steps.push_back({fmt::format("arkmesh run{} --open", words), "the same in a browser, in real time"});
     if (steps.size() >= 2 * most_shown) break;
   }
-  if (!worlds.empty()) {
+  if (!worlds.empty())
     steps.push_back(
         {"arkmesh doctor " + typed_as(worlds[0].second[0]), "says what would keep it from running, and what to do"});
-    steps.push_back({"arkmesh up " + typed_as(worlds[0].second[0]), "with a gateway, to be joined by labs elsewhere"});
-  }
+  if (!with_peers.empty())
+    steps.push_back(
+        {"arkmesh up " + typed_as(with_peers), "with a gateway, joined with the labs elsewhere that it names"});
   return steps;
 }
 
@@ -243,6 +247,11 @@ void guide(const fs::path& folder) {
       {{"arkmesh scenario new my_swarm", "an experiment of two labs in Python, ready to run, in the folder my_swarm"},
        {"arkmesh config --sample > lab.toml", "a lab's file with every key, commented; arkmesh run lab.toml runs it"},
        {"arkmesh doctor", "says what this machine lacks"}});
+  // The package arkmesh-doc may not be there.
+  const fs::path course = hal::own_file("../doc/arkmesh/html/docs/learn-scenario.html", "docs/learn-scenario.md");
+  std::error_code ignored;
+  if (fs::exists(course, ignored))
+    fmt::print("Ten minutes to a first result of your own: {}\n", course.lexically_normal().string());
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/counted.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/result.hpp"
 #include "lab/run_folder.hpp"
@@ -47,7 +48,7 @@ int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progr
     progress.say(fmt::format("arkmesh: lab {} ended early: {}", what.name, runner.reason()));
     return exit_code(lab::outcome_of(runner));
   }
-  fmt::print("lab {} finished: {} periods, final hash {}, results in {}\n", what.name, runner.period(),
+  fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
   std::fflush(stdout);
   return 0;

@@ -18,6 +18,7 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/counted.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/ohc_packets.hpp"
@@ -162,8 +163,8 @@ bool upload(const OhcOptions& options) {
   ProgressLine status;
   OhcSession session(options.port, from_seconds(options.settle_s), stop, status);
   status.done();
-  fmt::print("{}: {} bytes, {} pages, {:.1f} s a round{}\n", options.program.filename().string(), bytes, upload.pages(),
-             std::chrono::duration<double>(upload.round_time()).count(),
+  fmt::print("{}: {}, {}, {:.1f} s a round{}\n", options.program.filename().string(), hal::counted(bytes, "byte"),
+             hal::counted(upload.pages(), "page"), std::chrono::duration<double>(upload.round_time()).count(),
              rounds ? "" : "; press Ctrl-C when every robot runs the new program");
   std::fflush(stdout);
   const auto begun = std::chrono::steady_clock::now();
@@ -171,7 +172,8 @@ bool upload(const OhcOptions& options) {
   const std::string sent = upload.round() == 0   ? fmt::format("{}", upload.page())
                            : upload.round() == 1 ? "1 round"
                                                  : fmt::format("{} rounds", upload.round());
-  fmt::print("{} of {} pages sent{}, {:.0f} s\n", sent, upload.pages(), stop.stopped() ? ", stopped" : "",
+  fmt::print("{} of {} sent{}, {:.0f} s\n", sent, hal::counted(upload.pages(), "page"),
+             stop.stopped() ? ", stopped" : "",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
   return upload.round() > 0;
 }

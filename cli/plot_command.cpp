@@ -50,7 +50,9 @@ void add_plot_command(CLI::App* command) {
       ->allow_extra_args(false);
   command->add_option("--series", options->series, "Which curves: completed, swarms.north, ...")
       ->allow_extra_args(false);
-  command->add_option("--out", options->out, "The PNG to write; else picture.png or curves.png in the first folder");
+  command->add_option(
+      "--out", options->out,
+      "The picture to write, .png, .jpg, .pdf or .svg; else picture.png or curves.png in the first folder");
   command->footer(
       "Examples:\n  arkmesh plot runs/demo --at 600\n  arkmesh plot runs/monday runs/tuesday --out both.png\n"
       "  arkmesh plot runs/dhtf-batch --by pair --series completed\n"

@@ -15,6 +15,7 @@
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 #include "hal/robot_words.hpp"
 #include "testbed/assign_ids.hpp"
 #include "testbed/calibrate_motors.hpp"
@@ -86,7 +87,8 @@ void print(const testbed::IdentifyReport& report) {
     fmt::print("several robots have the same id: {}; give them ids of their own with `arkmesh assign-ids`\n",
                in_words(report.duplicates));
   if (!report.strangers.empty()) fmt::print("not expected, but there: {}\n", in_words(report.strangers));
-  fmt::print("{} of {} robots named in {:.1f} s\n", report.named.size(), report.looked_for, report.took_s);
+  fmt::print("{} of {} named in {:.1f} s\n", report.named.size(), hal::counted(report.looked_for, "robot"),
+             report.took_s);
 }
 
 int identify(const IdentifyOptions& options) {
@@ -129,7 +131,8 @@ int assign(const AssignOptions& options) {
   for (const tracker::IdAssigner::Robot& robot : report.robots)
     fmt::print("{:>6} {:>9.4f} {:>9.4f}  {}\n", robot.given ? std::to_string(*robot.given) : "-", robot.in_arena.x_m,
                robot.in_arena.y_m, name_of(robot.outcome));
-  fmt::print("{} of {} robots have ids of their own, after {:.1f} s\n", report.confirmed, report.robots.size(),
+  fmt::print("{} of {}, after {:.1f} s\n", report.confirmed,
+             hal::counted(report.robots.size(), "robot has an id of its own", "robots have ids of their own"),
              report.took_s);
   if (!report.finished) fmt::print(stderr, "arkmesh: stopped before the end\n");
   return report.finished && report.confirmed == report.robots.size() && report.confirmed > 0 ? 0 : 1;
@@ -158,7 +161,8 @@ void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
                robot.turn_left_rad_s * degrees, robot.turn_right_rad_s * degrees, robot.straight_m_s * 1000,
                robot.straight_turn_rad_s * degrees, result(robot));
   if (!report.missing.empty()) fmt::print("not found: {}\n", hal::in_words(report.missing));
-  fmt::print("{} of {} robots calibrated and stored, after {:.0f} s\n", report.stored, wanted, report.took_s);
+  fmt::print("{} of {} calibrated and stored, after {:.0f} s\n", report.stored, hal::counted(wanted, "robot"),
+             report.took_s);
 }
 
 int calibrate(const CalibrateMotorsOptions& options) {

@@ -58,14 +58,17 @@ std::string in_words(const nlohmann::json& status) {
   } else {
     text += fmt::format("gateway of {}, said {:.1f} s ago\n", gateway["of"].get<std::string>(),
                         gateway["age_s"].get<double>());
-    constexpr const char* row = "  {:<10}{:<6}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
-    text += fmt::format(row, "peer", "link", "round trip", "its clock", "newest", "received/s", "sent/s", "waiting",
-                        "last change");
+    constexpr const char* row = "  {:<10}{:<6}{:<9}{:<22}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
+    text += fmt::format(row, "peer", "link", "version", "since", "round trip", "its clock", "newest", "received/s",
+                        "sent/s", "waiting", "last change");
     for (const auto& [name, peer] : gateway["peers"].items()) {
-      text += fmt::format(row, name, peer["up"].get<bool>() ? "up" : "down", milliseconds(peer["round_trip_s"]),
-                          clock_of(peer["clock"]), number(peer["newest_age_s"], " s"),
-                          number(peer["per_s"]["received.messages"], ""), number(peer["per_s"]["sent.messages"], ""),
-                          peer["waiting_messages"].get<std::int64_t>(), peer["why"].get<std::string>());
+      const std::string version = peer["version"];
+      text +=
+          fmt::format(row, name, peer["up"].get<bool>() ? "up" : "down", version.empty() ? "-" : version,
+                      peer["since"].is_null() ? "-" : peer["since"].get<std::string>(),
+                      milliseconds(peer["round_trip_s"]), clock_of(peer["clock"]), number(peer["newest_age_s"], " s"),
+                      number(peer["per_s"]["received.messages"], ""), number(peer["per_s"]["sent.messages"], ""),
+                      peer["waiting_messages"].get<std::int64_t>(), peer["why"].get<std::string>());
       add_losses(losses, name, peer["counters"]);
     }
     add_losses(losses, "gateway", gateway["counters"]);

@@ -15,6 +15,7 @@
 #include "cli/operator_stop.hpp"
 #include "emulator/said_words.hpp"
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -54,9 +55,10 @@ int replay(const TestbedOptions& options) {
     fmt::print("poses: {}\n", poses.not_compared);
     return 0;
   }
-  fmt::print(
-      "poses: {} frames with {} poses of robots compared; {} frames differ; at most {:.4f} mm and {:.4f} degrees\n",
-      poses.frames, poses.poses, poses.different, 1000 * poses.most_m, poses.most_rad * 180 / std::numbers::pi);
+  fmt::print("poses: {} with {} of robots compared; {}; at most {:.4f} mm and {:.4f} degrees\n",
+             hal::counted(poses.frames, "frame"), hal::counted(poses.poses, "pose"),
+             hal::counted(poses.different, "frame differs", "frames differ"), 1000 * poses.most_m,
+             poses.most_rad * 180 / std::numbers::pi);
   if (!poses.first_difference.empty()) fmt::print("poses: first in {}\n", poses.first_difference);
   if (!poses.ended_by.empty()) fmt::print("poses: compared no further, because {}\n", poses.ended_by);
   return poses.same() ? 0 : 1;

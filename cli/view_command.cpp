@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/live/bus_view.hpp"
+#include "app/live/federation_view.hpp"
 #include "app/live/view_identity.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
@@ -32,6 +33,9 @@ struct ViewOptions {
   std::uint16_t port = view::ViewConfig().port;
   std::string address = view::ViewConfig().address;
   bool open = false;
+  std::string federation, experiment, as;
+  std::filesystem::path keys;
+  gateway::FederationOptions connection;
 };
 
 struct BusOfLab {
@@ -79,7 +83,28 @@ void view_runs(const ViewOptions& options) {
   show(page, options, stop, loop);
 }
 
+void view_federation(const ViewOptions& options) {
+  OperatorStop stop;
+  if (!options.what.empty())
+    throw hal::ConfigError("--federation shows the labs that are met there; a lab's file is shown without it");
+  if (!view::is_loopback(options.address))
+    throw hal::ConfigError(
+        "a federation is shown on this machine only; ssh -L 8800:127.0.0.1:8800 brings the page to another one");
+  hal::EventLoop loop;
+  const app::WatchedFederation federation{.servers = options.federation,
+                                          .experiment = options.experiment,
+                                          .keys = gateway::KeyFolder(options.keys),
+                                          .name = options.as,
+                                          .options = options.connection};
+  app::FederationView page(loop, federation, {.address = options.address, .port = options.port});
+  show(page, options, stop, loop);
+}
+
 void view_anything(const ViewOptions& options) {
+  if (!options.federation.empty()) return view_federation(options);
+  if (options.what.empty())
+    throw hal::ConfigError(
+        "say what to show: a lab's file, a run folder, or --federation nats://HOST --experiment NAME");
   const bool has_folder =
       std::ranges::any_of(options.what, [](const std::string& what) { return std::filesystem::is_directory(what); });
   if (has_folder) return view_runs(options);
@@ -97,8 +122,7 @@ void add_view_command(CLI::App* command) {
           "what", options->what,
           "A lab's configuration file, or the URL of its public bus; or the folder of a recorded run or batch, or "
           "of two runs to compare")
-      ->required()
-      ->expected(1, 2);
+      ->expected(0, 2);
   command->add_option("--port", options->port, "TCP port of the page; when it is taken, the next free one")
       ->capture_default_str();
   command
@@ -108,11 +132,37 @@ void add_view_command(CLI::App* command) {
   command->add_flag("--open", options->open, "Open the page in a browser");
   command->add_option("--set", options->sets, "Override a key of the file: --set bus.hear=[\"192.0.2.7\"]")
       ->allow_extra_args(false);
+  const char* const watched = "Watch a federation";
+  auto* const federation = command
+                               ->add_option("--federation", options->federation,
+                                            "Its NATS servers, as gateway.connect has them; nothing is published")
+                               ->group(watched);
+  command
+      ->add_option("--experiment", options->experiment,
+                   "What its labs take part in: shared.experiment, or the scenario")
+      ->group(watched)
+      ->needs(federation);
+  federation->needs("--experiment");
+  command
+      ->add_option("--keys", options->keys,
+                   "Folder of keys that says which labs are trusted, and with which key to watch")
+      ->group(watched)
+      ->needs(federation);
+  command->add_option("--as", options->as, "Whose key of that folder; needed when it holds several")
+      ->group(watched)
+      ->needs(federation);
+  command->add_option("--server-ca", options->connection.server_ca, "As gateway.server_ca")
+      ->group(watched)
+      ->needs(federation);
+  command->add_option("--credentials", options->connection.credentials, "As gateway.credentials")
+      ->group(watched)
+      ->needs(federation);
   command->footer(
       "Examples:\n  arkmesh view experiments/dhtf/shark.toml --open\n"
       "  arkmesh view runs/demo --open\n"
       "  arkmesh view runs/monday runs/tuesday\n"
       "  arkmesh view 'udpm://239.255.76.67:7667?ttl=0'\n"
+      "  arkmesh view --federation nats://nats.example.org --experiment dhtf --open\n"
       "The lab itself prints the address of a page at which it can also be commanded.");
   command->callback([options] { view_anything(*options); });
 }

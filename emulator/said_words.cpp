@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::emulator {
 namespace {
 
@@ -97,7 +99,7 @@ std::string in_words(const Message& message, const hal::kilobot::WordLayout& lay
   if (message.type == type_calibrate) return calibration_words(message);
   if (message.type == type_boot_page)
     return fmt::format("flash page {}, from word {}", message.data[0], message.data[1]);
-  if (message.type == type_boot_size) return fmt::format("a program of {} pages", message.data[0]);
+  if (message.type == type_boot_size) return fmt::format("a program of {}", hal::counted(message.data[0], "page"));
   if (message.type == type_read_uid) return fmt::format("show bit {} of the id", message.data[0]);
   if (message.type >= type_boot && message.type <= type_calibrate) return library[message.type - type_boot];
   if (message.type == layout.type) return composite(message, layout);

@@ -8,6 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
+#include "gateway/federation/nats_address.hpp"
 #include "gateway/frame.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/links.hpp"
@@ -71,6 +72,20 @@ void PeerConfig::check(const hal::Section& peer) const {
 void GatewayConfig::fields(const hal::Section& gateway) {
   gateway.field("listen", listen,
                 {.help = "[tls://]HOST:PORT for peers that connect to us; without tls:// on 127.0.0.1 only"});
+  gateway.field(
+      "connect", connect,
+      {.help = "[tls+]nats://HOST[:PORT],... : NATS servers where this lab meets those of shared.labs that have no "
+               "entry in gateway.peers"});
+  gateway.field("server_ca", federation.server_ca,
+                {.help = "file with the certificates that NATS servers' own are signed by. Empty: the system's"});
+  gateway.field("credentials", federation.credentials,
+                {.help = "file of this lab's credentials for NATS servers (.creds). Empty: none"});
+  gateway.field("encrypt", federation.encrypt,
+                {.help = "only trusted labs can read what goes through NATS servers; it is signed anyway"});
+  gateway.field(
+      "watched", watched,
+      {.help = "channels of which whoever watches a federation (arkmesh view --federation) gets five samples a "
+               "second; [] lets nobody watch"});
   gateway.field("keys", keys,
                 {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest,
@@ -117,6 +132,11 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
     labs.push_back(peer.lab);
     rules.limit(peer.lab, peer.limits);
   }
+  if (connect.empty()) check_rules(gateway, labs);
+}
+
+// Of rules about single peers, and names that are changed.
+void GatewayConfig::check_rules(const hal::Section& gateway, const std::vector<std::string>& labs) const {
   for (std::size_t i = 0; i < first_rules.size(); ++i) {
     const hal::Section rule = gateway.section("rules", static_cast<int>(i));
     for (const std::string& lab : first_rules[i].peers)
@@ -129,7 +149,15 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
 
 void GatewayConfig::check(const hal::Section& gateway) {
   check_address(gateway, "listen", listen, why_not_listenable);
+  check_address(gateway, "connect", connect, [](std::string_view address) {
+    return is_nats(address)
+               ? why_not_connectable(address)
+               : std::string("must begin with nats:// or tls+nats://; one lab's address belongs in gateway.peers");
+  });
   check_address(gateway, "metrics", metrics, why_not_loopback);
+  for (const std::string& channel : watched)
+    if (!is_exported_name(channel) || commands_robots(channel))
+      gateway.refuse("watched", fmt::format("'{}' is no channel that can be watched", channel));
   gather_rules(gateway);
   const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
   const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;
@@ -141,7 +169,11 @@ void GatewayConfig::check(const hal::Section& gateway) {
 }
 
 bool GatewayConfig::needs_keys() const {
-  return is_tls(listen) || std::ranges::any_of(peers, is_tls, &PeerConfig::connect);
+  return is_tls(listen) || std::ranges::any_of(peers, is_tls, &PeerConfig::connect) || is_federated();
+}
+
+bool GatewayConfig::is_federated() const {
+  return std::ranges::any_of(peers, is_nats, &PeerConfig::connect);
 }
 
 GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string& lab,
@@ -160,10 +192,19 @@ GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string
       config.ignored.push_back(peer.lab);
       continue;
     }
+    if (config.listen.empty() && peer.connect.empty()) peer.connect = config.connect;
     if (peer.connect.empty() && config.listen.empty())
       section.refuse("lab", "has no `connect`, so gateway.listen must say where its connection is accepted");
     listens |= peer.connect.empty();
     config.peers.push_back(std::move(peer));
+  }
+  if (!config.connect.empty()) {
+    for (const std::string& each : labs)
+      if (each != lab && std::ranges::find(seen, each) == seen.end()) {
+        seen.push_back(each);
+        config.peers.push_back({each, config.connect, {}});
+      }
+    config.check_rules(gateway, seen);
   }
   if (!listens) config.listen.clear();
   return config;

@@ -123,6 +123,12 @@ std::vector<std::byte> encode_message(std::string_view channel, std::span<const 
   return out;
 }
 
+bool is_message_frame(std::span<const std::byte> frame) {
+  if (frame.size() < frame_header_bytes) return false;
+  const auto kind = static_cast<FrameKind>(load(frame.data() + 4));
+  return kind == FrameKind::message || kind == FrameKind::part || kind == FrameKind::last_part;
+}
+
 std::optional<MessageView> read_message(std::span<const std::byte> payload) {
   if (payload.size() < message_overhead_bytes) return {};
   const auto size = static_cast<std::size_t>(payload[8]) & ~compressed_flag;

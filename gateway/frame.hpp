@@ -37,6 +37,9 @@ std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> p
 std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes,
                                       std::uint64_t sequence = 0, bool wants_compression = false);
 
+// Whether a message, or a part of one, begins here; of frames that we made ourselves.
+bool is_message_frame(std::span<const std::byte> frame);
+
 struct MessageView {
   std::string_view channel;
   std::uint64_t sequence;

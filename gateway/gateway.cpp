@@ -61,6 +61,7 @@ struct Gateway::State {
   bool changed = true;
   std::optional<Now> published;
   Now time{0};           // of the newest tick
+  bool heard = false;    // something came since then
   int rules_number = 0;  // grows with each change of the rules
 
   // How a channel of this bus goes to each peer.
@@ -130,7 +131,7 @@ struct Gateway::State {
     if (const char* reason = over_limit(peer, received->second, bytes.size())) return refuse(peer, reason, channel);
     ++received->second.messages;
     received->second.bytes += static_cast<std::int64_t>(bytes.size());
-    received->second.fresh = true;
+    received->second.fresh = heard = true;
     bus.publish(name, bytes);
   }
 
@@ -218,9 +219,10 @@ Gateway::~Gateway() {
 
 bool Gateway::tick(Now now, const hal::Counters& more) {
   state_->time = now;
-  for (Peer& peer : state_->peers)
-    for (auto& [name, received] : peer.channels)
-      if (std::exchange(received.fresh, false)) received.last = now;
+  if (std::exchange(state_->heard, false))
+    for (Peer& peer : state_->peers)
+      for (auto& [name, received] : peer.channels)
+        if (std::exchange(received.fresh, false)) received.last = now;
   if (!state_->changed && state_->published && now - *state_->published < publish_period) return false;
   state_->changed = false;
   state_->published = now;

@@ -25,6 +25,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/config.hpp"
+#include "gateway/federation/nats_address.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links.hpp"
 #include "gateway/metrics.hpp"
@@ -35,6 +36,7 @@
 #include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
+#include "hal/counted.hpp"
 #include "hal/experiment.hpp"
 #include "hal/handle.hpp"
 #include "hal/participants.hpp"
@@ -175,7 +177,8 @@ class GatewayProcess {
         node_->set_exports(config_.gateway.rules.announced(peer_labs()));
         gateway_->set_rules(config_.gateway.rules);
       }
-      return say(fmt::format("{} rules are in force, as {} says now", config_.gateway.rules.all().size(),
+      return say(fmt::format("{} in force, as {} says now",
+                             hal::counted(config_.gateway.rules.all().size(), "rule is", "rules are"),
                              file.file().filename().string())) +
              say_what_waits_for_a_start(fixed_keys(file));
     } catch (const std::exception& error) {
@@ -214,7 +217,8 @@ class GatewayProcess {
       begun_ = Clock::now();
       gateway_->start();
       for (const PeerConfig& peer : config_.gateway.peers)
-        if (!peer.connect.empty()) say(fmt::format("connecting to {} at {}", peer.lab, peer.connect));
+        if (!peer.connect.empty())
+          say(fmt::format("connecting to {} at {}", peer.lab, without_passwords(peer.connect)));
       tick();
     });
   }
@@ -253,6 +257,7 @@ class GatewayProcess {
     settings.boot_id = boot_id_;
     settings.exports = config_.gateway.rules.announced(peer_labs());
     settings.listen = config_.gateway.listen;
+    settings.federation = config_.gateway.federation;
     settings.outbox_bytes = config_.gateway.outbox_bytes;
     settings.max_message_bytes = config_.gateway.max_message_bytes;
     settings.flow = config_.gateway.flow;
@@ -266,6 +271,13 @@ class GatewayProcess {
     for (const PeerConfig& peer : config_.gateway.peers)
       links.push_back(make_link({io_, *node_, config_.lab, boot_id_, config_.gateway}, peer));
     gateway_ = std::make_unique<Gateway>(bus_, config_.lab, boot_id_, config_.gateway.rules, std::move(links));
+
+    if (config_.gateway.is_federated() && !config_.gateway.watched.empty()) {
+      std::string pattern;
+      for (const std::string& each : config_.gateway.watched)
+        pattern += (pattern.empty() ? "" : "|") + lcm_pattern(each);
+      watched_ = bus_.subscribe(pattern, [this](auto channel, auto bytes) { node_->watch(channel, bytes); });
+    }
 
     for (const std::string& lab : config_.gateway.ignored)
       say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
@@ -370,7 +382,8 @@ class GatewayProcess {
   ReloadDoor door_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
   std::unique_ptr<TcpNode> node_;
-  std::unique_ptr<Gateway> gateway_;        // holds the node's links
+  std::unique_ptr<Gateway> gateway_;  // holds the node's links
+  std::unique_ptr<hal::Bus::Subscription> watched_;
   std::unique_ptr<MetricsServer> metrics_;  // null: nobody asked for it
   Clock::time_point begun_;                 // to connect to peers
   std::map<std::string, Said> said_;        // by peer, "" for strangers, "bus" for the LCM port

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/endian/conversion.hpp>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/world_t.hpp"
+#include "gateway/byte_fields.hpp"
 #include "gateway/channel_name.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
@@ -19,53 +19,6 @@ namespace {
 
 constexpr std::string_view magic = "ARKMESH\n";
 
-template <class Integer>
-void put(std::vector<std::byte>& out, Integer value) {
-  const Integer big = boost::endian::native_to_big(value);
-  const auto bytes = std::as_bytes(std::span(&big, 1));
-  out.insert(out.end(), bytes.begin(), bytes.end());
-}
-
-void put_name(std::vector<std::byte>& out, std::string_view name) {
-  put(out, static_cast<std::uint8_t>(name.size()));
-  const auto bytes = std::as_bytes(std::span(name));
-  out.insert(out.end(), bytes.begin(), bytes.end());
-}
-
-// Takes values from the front; after the first that is not there all are zero and good() is false.
-class Reader {
- public:
-  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
-
-  template <class Integer>
-  Integer take() {
-    Integer value{};
-    std::ranges::copy(take_bytes(sizeof value), std::as_writable_bytes(std::span(&value, 1)).begin());
-    return boost::endian::big_to_native(value);
-  }
-  std::string_view take_text(std::size_t size) {
-    const auto bytes = take_bytes(size);
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-  }
-  std::string take_name() { return std::string(take_text(take<std::uint8_t>())); }
-  bool good() const { return good_; }
-  bool at_end() const { return good_ && rest_.empty(); }
-
- private:
-  std::span<const std::byte> take_bytes(std::size_t size) {
-    if (!good_ || rest_.size() < size) {
-      good_ = false;
-      return {};
-    }
-    const auto bytes = rest_.first(size);
-    rest_ = rest_.subspan(size);
-    return bytes;
-  }
-
-  std::span<const std::byte> rest_;
-  bool good_ = true;
-};
-
 void put_channels(std::vector<std::byte>& out, const std::vector<ExportedChannel>& channels) {
   put(out, static_cast<std::uint16_t>(channels.size()));
   for (const ExportedChannel& channel : channels) {
@@ -74,7 +27,7 @@ void put_channels(std::vector<std::byte>& out, const std::vector<ExportedChannel
   }
 }
 
-std::optional<std::vector<ExportedChannel>> take_channels(Reader& in) {
+std::optional<std::vector<ExportedChannel>> take_channels(FieldReader& in) {
   std::vector<ExportedChannel> all;
   const std::size_t channels = in.take<std::uint16_t>();
   if (channels > max_hello_channels) return {};
@@ -111,13 +64,13 @@ std::vector<std::byte> encode_channels(const std::vector<ExportedChannel>& chann
 }
 
 std::optional<std::vector<ExportedChannel>> read_channels(std::span<const std::byte> payload) {
-  Reader in(payload);
+  FieldReader in(payload);
   auto channels = take_channels(in);
   return channels && in.at_end() ? channels : std::nullopt;
 }
 
 std::optional<Hello> read_hello(std::span<const std::byte> payload) {
-  Reader in(payload);
+  FieldReader in(payload);
   if (in.take_text(magic.size()) != magic) return {};
   Hello hello;
   hello.version = in.take<std::uint16_t>();

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "gateway/address.hpp"
+#include "gateway/federation/nats_address.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -37,6 +38,14 @@ std::vector<LinkKind>& link_kinds() {
       {"tls", why_no_host,
        [](const LinkSurroundings& gateway, const std::string& peer, std::string_view address) {
          return gateway.node.tls_link(peer, address);
+       }},
+      {"nats", why_no_open_servers,
+       [](const LinkSurroundings& gateway, const std::string& peer, std::string_view address) {
+         return gateway.node.federation_link(peer, address, false);
+       }},
+      {"tls+nats", why_no_servers,
+       [](const LinkSurroundings& gateway, const std::string& peer, std::string_view address) {
+         return gateway.node.federation_link(peer, address, true);
        }},
   };
   return kinds;

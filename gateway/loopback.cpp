@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -18,10 +19,26 @@ namespace {
 
 constexpr std::size_t outbox_bytes = 4 << 20;
 
+using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+
 struct Travelling {
   std::uint64_t due = 0;  // step
   std::string channel;
-  std::vector<std::byte> bytes;
+  Bytes bytes;
+};
+
+// What a network and its ends share.
+struct Common {
+  std::uint64_t now = 0;  // steps
+  bool still = false;     // nothing is under way, and each link is as it stays until somebody does something
+  Bytes newest;           // sent: a lab sends most messages to each peer
+
+  Bytes keep(std::span<const std::byte> bytes) {
+    const bool same = newest && newest->size() == bytes.size() &&
+                      (bytes.empty() || std::memcmp(newest->data(), bytes.data(), bytes.size()) == 0);
+    if (!same) newest = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+    return newest;
+  }
 };
 
 // One direction, as its sender holds it.
@@ -41,7 +58,7 @@ struct End {
   bool started = false, stopped = false;
   Lane lane;  // towards the peer; sends only while up
   LoopbackImpairment* impairment = nullptr;
-  const std::uint64_t* now = nullptr;
+  std::shared_ptr<Common> common;
 
   End(std::string from, std::string to, std::uint64_t seed, std::uint64_t number_in_pair)
       : lab(std::move(from)),
@@ -63,10 +80,11 @@ struct End {
     }
     ++stats.sent_messages;
     stats.sent_bytes += bytes.size();
-    std::uint64_t due = *now + 1 + impairment->delay_steps;
+    common->still = false;
+    std::uint64_t due = common->now + 1 + impairment->delay_steps;
     if (impairment->jitter_steps > 0) due += lane.random.below(impairment->jitter_steps + 1ULL);
     if (!lane.under_way.empty()) due = std::max(due, lane.under_way.back().due);
-    Travelling message{due, std::string(channel), {bytes.begin(), bytes.end()}};
+    Travelling message{due, std::string(channel), common->keep(bytes)};
     if (impairment->repeat > 0 && lane.random.uniform() < impairment->repeat) {
       stats.counters.add("repeated.by_impairment");
       lane.under_way.push_back(message);
@@ -123,7 +141,7 @@ struct Pair {
 
 struct LoopbackNetwork::State {
   std::uint64_t seed = 0;
-  std::uint64_t now = 0;   // steps
+  std::shared_ptr<Common> common = std::make_shared<Common>();
   std::deque<Pair> pairs;  // in the order of their making; a deque, because ends point into it
 
   Pair& pair(const std::string& a, const std::string& b) {
@@ -139,13 +157,13 @@ struct LoopbackNetwork::State {
 
   int deliver(End& from, End& to) {
     int delivered = 0;
-    while (!to.stopped && !from.lane.under_way.empty() && from.lane.under_way.front().due <= now) {
+    while (!to.stopped && !from.lane.under_way.empty() && from.lane.under_way.front().due <= common->now) {
       const Travelling message = std::move(from.lane.under_way.front());
       from.lane.under_way.pop_front();
       ++to.stats.received_messages;
-      to.stats.received_bytes += message.bytes.size();
+      to.stats.received_bytes += message.bytes->size();
       ++delivered;
-      if (const auto tell = to.events.arrived) tell(message.channel, message.bytes);
+      if (const auto tell = to.events.arrived) tell(message.channel, *message.bytes);
     }
     return delivered;
   }
@@ -163,6 +181,7 @@ class LoopbackLink final : public Link {
   void start(Events events) override {
     end_->events = std::move(events);
     end_->started = true;
+    end_->common->still = false;
   }
 
   void offer(const Rule& rule, std::string_view channel, std::span<const std::byte> bytes) override {
@@ -186,6 +205,7 @@ class LoopbackLink final : public Link {
     end_->stats.up = false;
     end_->stats.why = "stopped";
     end_->events = {};
+    end_->common->still = false;
   }
 
  private:
@@ -206,7 +226,8 @@ std::unique_ptr<Link> LoopbackNetwork::end(const std::string& lab, const std::st
   if (pair.any_up()) pair.take_down("peer stopped");
   place = std::make_shared<End>(lab, peer, state_->seed, ++pair.ends);
   place->impairment = &pair.impairment;
-  place->now = &state_->now;
+  place->common = state_->common;
+  state_->common->still = false;
   return std::make_unique<LoopbackLink>(place);
 }
 
@@ -217,13 +238,15 @@ void LoopbackNetwork::impair(const std::string& a, const std::string& b, Loopbac
 void LoopbackNetwork::set_up(const std::string& a, const std::string& b, bool up) {
   Pair& pair = state_->pair(a, b);
   pair.cable = up;
+  state_->common->still = false;
   // Up again at the next step, together with what becomes due then.
   if (!up) pair.take_down("link down");
 }
 
 int LoopbackNetwork::step() {
   const auto state = state_;  // a handler may end the network
-  ++state->now;
+  ++state->common->now;
+  if (std::exchange(state->common->still, true)) return 0;
   int delivered = 0;
   for (Pair& pair : state->pairs) {
     if (pair.any_up() && !pair.can_be_up()) pair.take_down("peer stopped");
@@ -233,6 +256,7 @@ int LoopbackNetwork::step() {
     const auto first = pair.of_first, second = pair.of_second;
     delivered += state->deliver(*first, *second);
     delivered += state->deliver(*second, *first);
+    if (!first->lane.under_way.empty() || !second->lane.under_way.empty()) state->common->still = false;
   }
   return delivered;
 }

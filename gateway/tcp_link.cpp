@@ -20,6 +20,14 @@ namespace {
 constexpr int attempts_per_absence = 8;
 constexpr std::chrono::minutes long_absence{2};
 
+// Where a peer was expected.
+std::string place(const Target& target) {
+  if (const auto* const host = std::get_if<Host>(&target)) return "at " + to_text(*host);
+  if (const auto* const endpoint = std::get_if<boost::asio::ip::tcp::endpoint>(&target))
+    return "at " + to_text(*endpoint);
+  return "in the federation";
+}
+
 }  // namespace
 
 TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
@@ -162,8 +170,7 @@ void TcpLink::welcome(Session& session, const Hello& hello) {
 
 void TcpLink::on_hello(Session& session, const Hello& hello) {
   if (hello.lab != peer_) {
-    const std::string where = std::visit([](const auto& target) { return to_text(target); }, *connect_);
-    const std::string why = fmt::format("at {} there is lab {}, not lab {}", where, hello.lab, peer_);
+    const std::string why = fmt::format("{} there is lab {}, not lab {}", place(*connect_), hello.lab, peer_);
     stats_.counters.add("session.refused.lab_name");
     change(false, why);
     return session.refuse(why);

@@ -1,5 +1,5 @@
-// The link to one peer over TCP or TLS: keeps one session open, connecting again with growing pauses or waiting to be
-// connected to, and keeps what is to be sent meanwhile. Made by TcpNode::link().
+// The link to one peer over TCP, TLS or a NATS server: keeps one session open, connecting again with growing pauses or
+// waiting to be connected to, and keeps what is to be sent meanwhile. Made by TcpNode::link().
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -19,10 +19,11 @@
 
 namespace arkmesh::gateway {
 
+class Federation;
 class TcpNode;
 
-// Where a peer listens: on this machine without encryption, or anywhere over TLS.
-using Target = std::variant<boost::asio::ip::tcp::endpoint, Host>;
+// Where a peer is: it listens on this machine without encryption, or anywhere over TLS, or comes to a federation.
+using Target = std::variant<boost::asio::ip::tcp::endpoint, Host, Federation*>;
 
 class TcpLink final : public Link, private Session::Owner {
  public:

@@ -128,6 +128,8 @@ std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::stri
                                                std::optional<SessionTimes::Duration> answer) const {
   if (const auto* const endpoint = std::get_if<asio::ip::tcp::endpoint>(&to))
     return make_session(tcp_stream(asio::ip::tcp::socket(io_), *endpoint), answer);
+  if (auto* const* const federation = std::get_if<Federation*>(&to))
+    return make_session((*federation)->stream(peer), answer);
   return make_session(
       tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, std::move(attempts)), answer);
 }
@@ -146,6 +148,33 @@ std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) 
 std::unique_ptr<Link> TcpNode::tls_link(std::string peer, std::string_view connect) {
   assert(settings_.keys && "who connects over TLS has keys");
   return std::make_unique<TcpLink>(*this, std::move(peer), read_host(connect));
+}
+
+std::unique_ptr<Link> TcpNode::federation_link(std::string peer, std::string_view connect, bool tls) {
+  assert(settings_.keys && "who is in a federation has keys");
+  auto& federation = federations_[fmt::format("{} {}", tls, connect)];
+  if (!federation) {
+    FederationSettings settings{.options = settings_.federation};
+    settings.lab = settings_.lab;
+    settings.experiment = settings_.experiment;
+    settings.boot_id = settings_.boot_id;
+    settings.servers = read_servers(connect, tls);
+    settings.keys = settings_.keys;
+    settings.longest_retry = std::min(settings.longest_retry, settings_.longest_retry);
+    settings.notice = [this](const std::string& sentence) { notice(sentence); };
+    federation = std::make_unique<Federation>(io_, std::move(settings));
+  }
+  return std::make_unique<TcpLink>(*this, std::move(peer), federation.get());
+}
+
+void TcpNode::watch(std::string_view channel, std::span<const std::byte> bytes) {
+  for (const auto& [servers, federation] : federations_) federation->watch(channel, bytes);
+}
+
+hal::Counters TcpNode::counters() const {
+  hal::Counters all = counters_;
+  for (const auto& [servers, federation] : federations_) all.merge(federation->counters());
+  return all;
 }
 
 void TcpNode::tick() {

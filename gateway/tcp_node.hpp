@@ -1,6 +1,6 @@
 // A gateway's place in the network: listens once for all peers, from its making; accepts from the first start of a
 // link, hands each accepted connection to the link of the lab that it says hello for, and makes the links. Speaks to
-// this machine without encryption, to others over TLS.
+// this machine without encryption, to others over TLS, and to whom it meets at a NATS server.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,12 +9,14 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gateway/federation/federation.hpp"
 #include "gateway/hello.hpp"
 #include "gateway/link.hpp"
 #include "gateway/session.hpp"
@@ -33,7 +35,8 @@ struct TcpSettings {
   std::vector<ExportedChannel> exports;  // what the peers are told to expect
   std::string listen;                    // "127.0.0.1:7801", "tls://0.0.0.0:7444"; empty: does not listen
   std::shared_ptr<TlsKeys> keys;         // where nothing is TLS: null
-  std::size_t outbox_bytes = 4 << 20;    // per peer, everything included
+  FederationOptions federation;
+  std::size_t outbox_bytes = 4 << 20;  // per peer, everything included
   std::uint32_t max_message_bytes = 1 << 20;
   std::size_t max_pending = 16;             // connections that have not said hello
   std::size_t max_pending_per_address = 8;  // over TLS, of these; plain TCP knows one address
@@ -64,6 +67,12 @@ class TcpNode final : private Session::Owner {
   // The same over TLS to any host. Settings without keys are an error of the caller.
   std::unique_ptr<Link> tls_link(std::string peer, std::string_view connect);
 
+  // The same over the NATS servers `connect` (nats_address.hpp). Settings without keys are an error of the caller.
+  std::unique_ptr<Link> federation_link(std::string peer, std::string_view connect, bool tls);
+
+  // For whoever watches the federations that this lab is in.
+  void watch(std::string_view channel, std::span<const std::byte> bytes);
+
   // Calls `offering`; what links are offered by it goes out when it returns, in one write each.
   void corked(const std::function<void()>& offering);
   // What the peers are told to expect from now on: those who are connected at once.
@@ -72,7 +81,7 @@ class TcpNode final : private Session::Owner {
   // Where it listens; port 0 when it does not.
   boost::asio::ip::tcp::endpoint listening() const;
   // What happened to connections that belong to no peer.
-  const hal::Counters& counters() const { return counters_; }
+  hal::Counters counters() const;
 
  private:
   friend class TcpLink;
@@ -106,6 +115,7 @@ class TcpNode final : private Session::Owner {
   };
   std::vector<Pending> pending_;  // oldest first
   Session::Time keys_read_;
+  std::map<std::string, std::unique_ptr<Federation>> federations_;  // by their servers; outlive the links
   std::vector<TcpLink*> links_;
   hal::RandomStream chance_;  // for the retry times
   std::string last_notice_;

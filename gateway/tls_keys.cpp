@@ -80,6 +80,10 @@ void TlsKeys::read() {
   errors_ = std::move(listing.damaged);
   KeyFolder::Own own = folder_.own(lab_);
   context_ = make_context(own, *this);
+  std::vector<Certificate> let_in;
+  for (const auto& [pin, each] : trusted_)
+    if (!revoked_.contains(pin)) let_in.push_back(each);
+  seals_ = Seals(own.key_pem, own.certificate.pin, let_in);
   own_ = std::move(own.certificate);
 }
 

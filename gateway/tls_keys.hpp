@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gateway/certificate.hpp"
+#include "gateway/federation/seals.hpp"
 #include "gateway/key_folder.hpp"
 
 struct ssl_st;
@@ -31,6 +32,8 @@ class TlsKeys {
 
   // TLS 1.3, both sides with a certificate that judge() trusts. For connections that begin now; they keep it alive.
   boost::asio::ssl::context& context() const { return *context_; }
+  // The same keys for packets. What it points to is valid until the next refresh().
+  const Seals& seals() const { return seals_; }
   // Where the certificate goes that the other end of a connection shows, trusted or not.
   static void keep_shown(ssl_st* connection, X509Pointer& into);
 
@@ -51,6 +54,7 @@ class TlsKeys {
   std::string stamp_;
   std::unique_ptr<boost::asio::ssl::context> context_;
   Certificate own_;
+  Seals seals_;
   std::map<Pin, Certificate> trusted_, revoked_;
   std::map<Pin, std::chrono::system_clock::time_point> seen_;  // of trusted keys
   std::vector<std::string> errors_;

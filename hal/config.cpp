@@ -393,9 +393,14 @@ std::string Config::effective(const fs::path& folder) const {
 
 std::map<std::string, std::string, std::less<>> Config::in_force_below(std::string_view table) const {
   std::map<std::string, std::string, std::less<>> out;
-  const std::string below = table.empty() ? "" : std::string(table) + ".";
-  for_each(in_force(*state_, state_->tree, nullptr), "", [&](const std::string& key, const toml::node& node) {
-    if (key.starts_with(below) && !node.is_table() && !node.is_array_of_tables()) out.emplace(key, to_toml(node));
+  const toml::table* from = &state_->tree;
+  if (!table.empty()) {
+    const toml::node* const node = from->get(table);
+    if (!node || !node->is_table() || !state_->read.contains(node)) return out;
+    from = node->as_table();
+  }
+  for_each(in_force(*state_, *from, nullptr), std::string(table), [&](const std::string& key, const toml::node& node) {
+    if (!node.is_table() && !node.is_array_of_tables()) out.emplace(key, to_toml(node));
     return true;
   });
   return out;

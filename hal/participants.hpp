@@ -11,7 +11,7 @@
 namespace arkmesh::hal {
 
 // In one shared world.
-inline constexpr std::size_t max_labs = 16;
+inline constexpr std::size_t max_labs = 64;
 
 struct Participants {
   std::string lab;                // [a-z0-9_-]{1,15}

@@ -25,6 +25,7 @@ namespace {
 
 constexpr std::size_t buffer_bytes = 256 << 10;       // written out when this much waits
 constexpr std::uint64_t check_every_bytes = 1 << 20;  // how often the disk's free space is looked at
+constexpr std::uint64_t look_at_clock_each = 16;      // events; it costs as much as recording one
 constexpr std::uint64_t most_refused = 1000, most_refused_bytes = 4 << 20;
 
 std::span<const std::byte> bytes_of(std::string_view text) {
@@ -100,8 +101,9 @@ struct Recorder::State {
   }
 
   void watch_growth(LabTime stamp, std::string_view channel, std::size_t bytes) {
-    const auto wall = std::chrono::steady_clock::now().time_since_epoch();
-    const auto growth = growth_.add(stamp, std::chrono::duration_cast<LabTime>(wall), channel, bytes);
+    if (events % look_at_clock_each == 1) wall = std::chrono::steady_clock::now();
+    const auto growth =
+        growth_.add(stamp, std::chrono::duration_cast<LabTime>(wall.time_since_epoch()), channel, bytes);
     if (!growth) return;
     if (counters["recorder.grew_fast"] == 0)
       spdlog::warn(
@@ -113,6 +115,7 @@ struct Recorder::State {
   }
 
   int stopped_by = 0;                               // errno
+  std::chrono::steady_clock::time_point wall{};     // of one of the newest events
   std::chrono::steady_clock::time_point flushed{};  // by flush_period()
 };
 

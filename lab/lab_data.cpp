@@ -21,9 +21,10 @@ void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedSt
   data.now = data.period_length * period;
   data.drawn_before = !data.drawing.empty();
   data.drawing.clear();
+  auto place = data.states.begin();  // both ascend by lab
   for (const MergedState& each : merged) {
     if (each.initial) data.initial_states.insert_or_assign(each.lab, each.initial);
-    data.states.insert_or_assign(each.lab, each.state);
+    place = std::next(data.states.insert_or_assign(place, each.lab, each.state));
   }
 }
 

@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 constexpr Runner::Now repeat_status = 1s;
 constexpr hal::LabTime repeat_info = 60s;
-constexpr Runner::Now look_each = 10ms;  // at peers that are waited for; most are there before
+constexpr Runner::Now look_each = 10ms;  // at peers that are waited for at a boundary; most are there before
 
 // What others say is recorded by those who know whether it was accepted: worlds and statuses by the exchange, commands
 // by the operators' desk. Other channels of theirs are not for this lab.
@@ -59,6 +59,7 @@ Runner::Step Runner::step(Now now) {
     if (!arena_lost_) arena_.serve();
     if (now_ >= status_due_) publish_status();
     bus_.drain();  // also what the status brought here, so that it leaves in this step
+    if (peers_.answer()) bus_.drain();
     if (!peers_.failure().empty()) fail(peers_.failure());
     for (const auto& [peer, message] : operators_.take())
       if (const auto command = hal::from_message(message))
@@ -211,6 +212,7 @@ void Runner::close_period() {
                             config_.lab, boundary_, refused->sentence));
   recorder_.row("hash", "period,hash", fmt::format("{},{:016x}", boundary_, own.hash));
   peers_.publish(std::move(own));
+  look_due_ = now_ + look_each;
   enter(Phase::at_boundary);
 }
 

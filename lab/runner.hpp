@@ -76,6 +76,10 @@ class Runner {
 
   // It reached the last boundary and has the final hash.
   bool finished() const { return phase_ == Phase::ended && !failed_; }
+  // It lingers after the last boundary, and by what it knows no peer lacks anything. Who knows that of all labs,
+  // because they are in its process, lets them leave: nobody needs repetitions then.
+  bool complete() const { return phase_ == Phase::lingering && peers_.complete(); }
+  void leave_complete() { peers_.leave_complete(); }
   // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
   // the lab has told everybody.
   std::string_view outcome() const;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::mark {
 
 void CreServerConversation::hear(const Message& message) {
@@ -26,9 +28,8 @@ void CreClientConversation::hear(const Message& message) {
   const auto robots = read_robots(message.text, side_cm_);
   if (message.word != Word::robots || !robots) return;
   if (robots->size() != count_)
-    return conflict(
-        fmt::format("{}: mark.robots = {}, and the original server tells of {} robots: set mark.robots = {}", file_,
-                    count_, robots->size(), robots->size()));
+    return conflict(fmt::format("{}: mark.robots = {}, and the original server tells of {}: set mark.robots = {}",
+                                file_, count_, hal::counted(robots->size(), "robot"), robots->size()));
   robots_ = *robots;
 }
 

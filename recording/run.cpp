@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "hal/config.hpp"
+#include "hal/counted.hpp"
 #include "hal/event_log.hpp"
 #include "hal/layout/message.hpp"
 #include "hal/result_file.hpp"
@@ -90,8 +91,9 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
   if (folders.empty()) {
     const auto runs = runs_of_batch(folder_);
     if (!runs.empty())
-      throw hal::ConfigError(fmt::format("{} holds the {} runs of a batch; give one of them, as {}", folder.string(),
-                                         runs.size(), (folder / runs.front().lexically_relative(folder_)).string()));
+      throw hal::ConfigError(fmt::format("{} holds {} of a batch; give one, as {}", folder.string(),
+                                         hal::counted(runs.size(), "run"),
+                                         (folder / runs.front().lexically_relative(folder_)).string()));
     if (const std::string configs = configs_without_log(folder_); !configs.empty())
       throw hal::ConfigError(
           fmt::format("{} has no message log (recorder.log = false, as in batches); arkmesh run {} --set "
@@ -148,12 +150,12 @@ std::vector<std::string> Run::notes() const {
     const Log& log = *lab.log;
     if (log.entries().empty()) out.push_back(fmt::format("{} holds no whole message", log.file().string()));
     if (log.unread_bytes() > 0 && !is_written(lab))
-      out.push_back(fmt::format("{} is cut or damaged: its last {} bytes are left out, and it is used up to {:.3f} s",
-                                log.file().string(), log.unread_bytes(), static_cast<double>(log.length_us()) / 1e6));
+      out.push_back(fmt::format("{} is cut or damaged: its last {} left out, and it is used up to {:.3f} s",
+                                log.file().string(), hal::counted(log.unread_bytes(), "byte is", "bytes are"),
+                                static_cast<double>(log.length_us()) / 1e6));
     if (log.moved() > 0)
-      out.push_back(fmt::format(
-          "{} has {} messages with a time before that of the message ahead of them; they stand at that time",
-          log.file().string(), log.moved()));
+      out.push_back(fmt::format("{} has {} with a time before that of the message ahead; each stands at that time",
+                                log.file().string(), hal::counted(log.moved(), "message")));
     std::vector<std::string> strange;
     for (std::size_t i = 0; i < log.channels().size(); ++i) {
       const auto message = log.read(log.entries()[log.of_channel(i).front()]);

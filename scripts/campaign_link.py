@@ -2,7 +2,7 @@
 Runs in a network and mount namespace of its own. See scripts/campaign.
 
 shark listens, and roark connects to it, directly or through a Link of this process; shark connects to lynx. raven, a fourth lab, is expected at shark:
-the cell speaks for it."""
+the cell speaks for it. Or all meet at a NATS server, roark through a Link."""
 import contextlib
 import pathlib
 import re
@@ -23,9 +23,15 @@ from joined_networks import call
 BUSES = PORTS | {"lynx": 7703}
 LYNX_LISTENS = 7803
 DOWN_S, FLOWS_S = 3.0, 1.0  # promised: a link that is down is shown so; data flows after the path's return
+SERVER_DOWN_S, SERVER_FLOWS_S = 4.0, 8.0  # likewise, at a server
 STARTS_S = 1.0              # what a gateway that is started again takes before that
 GROWTH_MIB = 8.0            # of a gateway's resident memory, at its highest: what may wait for one peer (twice), and sessions of strangers
 LONG_AGO_S = -11 * 365 * 86400
+SERVER_TEXT = """listen: "127.0.0.1:{port}"
+max_payload: {max_payload}
+max_pending: {max_pending}
+max_connections: 64
+"""
 THROUGH_US = {"slow reader 40 s", "old session replayed", "full disk"}  # faults for which the link passes through this process
 GATEWAY_TEXT = """[lab]
 name = "{lab}"
@@ -85,12 +91,28 @@ class LinkCell(LinkFaults, Cell):
 
     def of_gateway(self, lab):
         """Overrides of the two labs' gateways."""
+        if self.kind == "nats":
+            own = ['gateway.listen=""', "gateway.peers=[]", f'gateway.connect="nats://127.0.0.1:{LISTENS if lab == "shark" else THROUGH}"',
+                   'gateway.imports=["world","status","marks"]', 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"',
+                   *(['shared.labs=["lynx","raven","roark","shark"]'] if lab == "shark" else [])]
+            return [part for each in own for part in ("--set", each)]
         through = THROUGH if self.fault in THROUGH_US else LISTENS
         own = {"shark": [f'gateway.listen="{self.tls(f"127.0.0.1:{LISTENS}")}"', 'gateway.imports=["world","status","marks"]',
                          f'gateway.peers=[{{lab="roark"}},{{lab="raven"}},{{lab="lynx",connect="{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"}}]',
                          'shared.labs=["lynx","raven","roark","shark"]'],
                "roark": ['gateway.imports=["world","status","marks"]', f'gateway.peers=[{{lab="shark",connect="{self.tls(f"127.0.0.1:{through}")}"}}]']}
         return [part for each in [*own[lab], 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"'] for part in ("--set", each)]
+
+    def start_server(self, max_payload=1 << 20, max_pending=8 << 20):
+        """The NATS server, where labs meet."""
+        file = self.out / "server.conf"
+        file.write_text(SERVER_TEXT.format(port=LISTENS, max_payload=max_payload, max_pending=max(max_pending, max_payload)))
+        with open(self.out / "server.txt", "ab") as said:
+            self.server = subprocess.Popen(["/usr/sbin/nats-server", "-c", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=end_with_parent)
+
+    def stop_server(self):
+        self.server.kill()
+        self.server.wait()
 
     def start_gateway(self, lab):
         self.labs.start("gateway", lab, more=self.of_gateway(lab))
@@ -155,23 +177,29 @@ class LinkCell(LinkFaults, Cell):
         if self.fault == "full disk":
             subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", self.out], check=True)
         self.clock.write_text("0")
-        if self.kind == "tls":
+        if self.kind != "tcp":
             self.make_keys()
         with self.prepared():
+            if self.kind == "nats":
+                self.link.loses = 0
+                self.start_server(max_payload=64 << 10 if self.fault.startswith("slow consumer") else 1 << 20, max_pending=64 << 10 if self.fault.startswith("slow consumer") else 8 << 20)
             if self.fault.startswith("clock"):
                 self.labs.enter["roark"] = ["env", *self.jumping()]
             # 20 a second would fill a link of 1 kB/s
             self.path, self.marks = Path(), Marks(BUSES, 0.5 if self.fault.startswith("slow reader") else 0.05)
             if self.fault == "old session replayed":
                 self.link.carried = []
-            lines = [f'listen = "{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"', f'keys = "{self.keys("lynx")}"', 'ordered = ["marks"]', 'imports = ["marks"]',
-                     "[[gateway.peers]]", 'lab = "shark"']
+            lines = [f'keys = "{self.keys("lynx")}"', 'ordered = ["marks"]', 'imports = ["marks"]']
+            if self.kind == "nats":
+                lines.append(f'connect = "nats://127.0.0.1:{LISTENS}"')
+            else:
+                lines += [f'listen = "{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"', "[[gateway.peers]]", 'lab = "shark"']
             try:
                 self.watch("lynx", self.start_other("lynx", self.gateway_file("lynx", BUSES["lynx"], ["lynx", "shark"], lines)))
                 yield
             finally:
                 self.path.mend()
-                for process in self.others:
+                for process in [*self.others, *([self.server] if self.kind == "nats" else [])]:
                     process.kill()
                     process.wait()
 
@@ -203,7 +231,7 @@ class LinkCell(LinkFaults, Cell):
         self.until(60, lambda: all(flows()), "data after the path's return")
         flowed = max(flows()) - returned
         self.figures["flows_s"] = round(flowed, 2)
-        if flowed > (limit := FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
+        if flowed > (limit := SERVER_FLOWS_S if self.kind == "nats" else FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
             self.problems.append(f"data flows {flowed:.2f} s after the path's return instead of {limit} s")
         downs = [shown_down(*pair) for pair in self.alive()]
         known = [down for down in downs if down is not None]
@@ -212,8 +240,8 @@ class LinkCell(LinkFaults, Cell):
             self.problems.append("an end of the link did not show it as down")
         if self.about.down is False and known:
             self.problems.append(f"the link was shown as down after {min(known):.1f} s")
-        if self.about.down and known and max(known) > DOWN_S:
-            self.problems.append(f"the link was shown as down after {max(known):.2f} s instead of {DOWN_S} s")
+        if self.about.down and known and max(known) > (down_s := SERVER_DOWN_S if self.kind == "nats" else DOWN_S):
+            self.problems.append(f"the link was shown as down after {max(known):.2f} s instead of {down_s} s")
 
     def judge_counter(self, began):
         pattern = self.about.counter(self.kind)
@@ -230,12 +258,12 @@ class LinkCell(LinkFaults, Cell):
 
     def judge_others(self, began, ended):
         """lynx notices nothing; marks are neither lost nor repeated; gateways live and have not grown."""
-        if self.fault != "listening gateway killed":
+        if self.fault != "listening gateway killed" and not self.about.of_server:
             pause = max(self.marks.longest_pause(way, began, ended) for way in (("shark", "lynx"), ("lynx", "shark")))
             self.figures["lynx_pause_s"] = round(pause, 2)
             if pause > DOWN_S or any(not view[1]["shark"] for view in self.views["lynx"] if view[0] > began):
                 self.problems.append(f"the link with lynx was disturbed: {pause:.1f} s without data")
-        if "killed" not in self.fault:
+        if "gateway killed" not in self.fault:
             for way in (("shark", "roark"), ("roark", "shark")):
                 if wrong := self.marks.out_of_order(way):
                     self.problems.append(f"{wrong} ordered messages from {way[0]} to {way[1]} are lost or repeated")

@@ -7,7 +7,7 @@ import socket
 import time
 
 import campaign_strangers as strangers
-from campaign_files import LISTENS
+from campaign_files import LISTENS, THROUGH
 from campaign_network import say
 from joined_networks import call
 
@@ -21,7 +21,8 @@ class LinkFaults:
 
     def do_fault(self):
         """Does it, and returns when the path was there again."""
-        both = (f"dport {LISTENS}", f"sport {LISTENS}")
+        port = THROUGH if self.kind == "nats" else LISTENS  # between roark and all others
+        both = (f"dport {port}", f"sport {port}")
         fault, of_kind = self.fault, self.kind
         if fault.endswith("gateway killed"):
             victim = "roark" if fault.startswith("connecting") else "shark"
@@ -44,6 +45,20 @@ class LinkFaults:
                 time.sleep(0.2)
                 self.path.mend()
                 time.sleep(0.2)
+        elif fault.startswith("server"):
+            self.harm_server()
+        elif fault.startswith("slow consumer"):
+            self.link.pace_back = 1000
+            self.link.cut()
+            self.link.mend()
+            time.sleep(self.seconds)
+            self.link.pace_back = 0
+            self.link.cut()
+            self.link.mend()
+        elif fault.startswith("one message in ten"):
+            self.link.loses = 10
+            time.sleep(self.seconds)
+            self.link.loses = 0
         elif fault.startswith("slow reader"):
             self.link.pace = 1000
             time.sleep(self.seconds)
@@ -87,6 +102,29 @@ class LinkFaults:
         elif fault == "descriptors exhausted":
             self.exhaust_descriptors()
         return time.monotonic()
+
+    def harm_server(self):
+        """Faults of the NATS server."""
+        if "frozen" in self.fault:
+            self.server.send_signal(signal.SIGSTOP)
+            time.sleep(self.seconds)
+            self.server.send_signal(signal.SIGCONT)
+        elif "is full" in self.fault:
+            with contextlib.ExitStack() as ending:
+                crowd = [ending.enter_context(strangers.connect(LISTENS)) for _ in range(80)]
+                for each in crowd:
+                    with contextlib.suppress(OSError):
+                        each.sendall(b"CONNECT {\"verbose\":false}\r\nPING\r\n")
+                self.link.cut()
+                self.link.mend()
+                time.sleep(self.seconds)
+        else:
+            self.stop_server()
+            if "takes 16 kB" in self.fault:
+                self.start_server(max_payload=16 << 10)
+            time.sleep(self.seconds)
+            self.stop_server()
+            self.start_server()
 
     def as_raven(self):
         return {"keys": self.keys("raven"), "lab": "raven"} if self.kind == "tls" else {}

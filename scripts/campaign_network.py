@@ -68,12 +68,13 @@ class BusEar:
 
 
 class Link:
-    """The TCP connection between two gateways, through this process: `cut` and `mend`; `pace` is bytes/s towards the listening gateway (0: all that
-    comes). What goes there is kept in `carried` when that is a list."""
+    """The TCP connection between two gateways, or of one to its server, through this process: `cut` and `mend`; `pace` is bytes/s towards who listens
+    (0: all that comes), `pace_back` the other way. What goes there is kept in `carried` when that is a list. `loses` is the nth of a NATS
+    server's messages that is dropped (0: none is); None: who connects here is no such server."""
 
     def __init__(self, listen, connect, carried=None):
         self.listen, self.connect, self.sockets, self.door = listen, connect, [], None
-        self.pace, self.carried = 0, carried
+        self.pace, self.pace_back, self.carried, self.loses = 0, 0, carried, None
         self.mend()
 
     def mend(self):
@@ -92,9 +93,13 @@ class Link:
         with contextlib.suppress(OSError):
             while True:
                 inner, _ = door.accept()
+                outer = socket.socket()
                 try:
-                    outer = socket.create_connection(("127.0.0.1", self.connect))
+                    if self.pace_back:  # what waits is to wait at the other end
+                        outer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                    outer.connect(("127.0.0.1", self.connect))
                 except OSError:
+                    outer.close()
                     inner.close()
                     continue
                 self.sockets += [inner, outer]
@@ -102,16 +107,38 @@ class Link:
                     threading.Thread(target=self.pass_on, args=ends, daemon=True).start()
 
     def pass_on(self, source, sink, inwards):
+        messages = NatsMessages()
         with contextlib.suppress(OSError):
-            while data := source.recv(self.pace // 20 if inwards and self.pace else 1 << 16):
-                if inwards and self.pace:
+            while data := source.recv(max(1, pace // 20) if (pace := self.pace if inwards else self.pace_back) else 1 << 16):
+                if self.pace if inwards else self.pace_back:
                     time.sleep(0.05)
                 if inwards and self.carried is not None:
                     self.carried.append(data)
-                sink.sendall(data)
+                sink.sendall(data if inwards or self.loses is None else messages.without_each(self.loses, data))
         for each in (source, sink):
             with contextlib.suppress(OSError):
                 each.shutdown(socket.SHUT_RDWR)
+
+
+class NatsMessages:
+    """What a NATS server sends, cut into lines and messages: `MSG SUBJECT ID BYTES`, the bytes, and a line's end."""
+
+    def __init__(self):
+        self.rest, self.number = b"", 0
+
+    def without_each(self, nth, data):
+        """What goes on of all that came so far: everything that is whole, but for each nth message (0: all messages)."""
+        self.rest, passed = self.rest + data, b""
+        while (end := self.rest.find(b"\r\n") + 2) > 1:
+            is_message = self.rest.startswith(b"MSG ")
+            whole = end + (int(self.rest[:end].split()[-1]) + 2 if is_message else 0)
+            if len(self.rest) < whole:
+                break
+            self.number += is_message
+            if not (nth and is_message and self.number % nth == 0):
+                passed += self.rest[:whole]
+            self.rest = self.rest[whole:]
+        return passed
 
 
 class Impostor:

@@ -36,6 +36,7 @@ FAULTS = {
 LINKS = {
     "tcp": "two gateways on one machine, over plain TCP",
     "tls": "the same over TLS",
+    "nats": "the same at a NATS server on this machine",
 }
 LINK = "link"  # the phase of faults between gateways: both labs simulate in mid-run
 
@@ -43,30 +44,35 @@ LINK = "link"  # the phase of faults between gateways: both labs simulate in mid
 @dataclasses.dataclass(frozen=True)
 class LinkFault:
     """A fault between two gateways, which both labs survive with the hash of an undisturbed run. `counters` is what grows, a regular expression for
-    LAB.COUNTER of the gateways' `peers`, by kind of link where they differ; a kind without one does not have the fault."""
+    LAB.COUNTER of the gateways' `peers`, by kind of link where they differ; a kind without one does not have the fault. `nats` is that of labs that
+    meet at a server."""
     words: str
     counters: str | dict
     down: bool | None = False  # whether both ends that live show the link as down; None: they may
     after: str = ""  # what is promised, or found, besides
+    nats: str | None = None
+    of_server: bool = False  # it is the server's, so that the third gateway notices, too
 
     def counter(self, kind):
+        if kind == "nats":
+            return self.nats
         return self.counters if isinstance(self.counters, str) else self.counters.get(kind)
 
 
 TLS, REFUSED_HELLO = "tls", r"shark\.session\.refused\.(unknown_lab|lab_name)"
 LINK_FAULTS = {
     "connecting gateway killed": LinkFault("the gateway of the side that connects is killed, and started again after 4 s",
-                                           r"shark\.session\.closed\.(by_peer|connection_lost)", True),
+                                           r"shark\.session\.closed\.(by_peer|connection_lost)", True, nats=r"shark\.session\.closed\.\w+"),
     "listening gateway killed": LinkFault("the gateway of the side that listens is killed, and started again after 4 s",
                                           r"roark\.session\.closed\.(by_peer|connection_lost)", True),
-    "gateway frozen 6 s": LinkFault("the peer's gateway stands still (SIGSTOP)", r"shark\.session\.closed\.silent", True),
+    "gateway frozen 6 s": LinkFault("the peer's gateway stands still (SIGSTOP)", r"shark\.session\.closed\.silent", True, nats=r"shark\.session\.closed\.silent"),
     "half-open 6 s": LinkFault("packets of the side that listens vanish, those of the other arrive", r"roark\.session\.closed\.silent", True),
-    "partition 1 s": LinkFault("all packets between the two vanish", "", after="the connection holds"),
-    "partition 60 s": LinkFault("all packets between the two vanish", r"(shark|roark)\.session\.closed\.silent", True),
-    "flapping 60 s": LinkFault("all packets between the two vanish for 200 ms, pass for 200 ms, and so on", "", None),
+    "partition 1 s": LinkFault("all packets between the two vanish", "", after="the connection holds", nats=""),
+    "partition 60 s": LinkFault("all packets between the two vanish", r"(shark|roark)\.session\.closed\.silent", True, nats=r"(shark|roark)\.session\.closed\.silent"),
+    "flapping 60 s": LinkFault("all packets between the two vanish for 200 ms, pass for 200 ms, and so on", "", None, nats=""),
     "slow reader 40 s": LinkFault("what goes to the side that listens passes at 1 kB/s", r"roark\.outbox\.replaced\.world", None),
-    "clock an hour ahead": LinkFault("the wall clock of the peer's machine jumps an hour ahead", "", after="the clock's offset is shown"),
-    "clock an hour back": LinkFault("the wall clock of the peer's machine jumps an hour back", "", after="the clock's offset is shown"),
+    "clock an hour ahead": LinkFault("the wall clock of the peer's machine jumps an hour ahead", "", after="the clock's offset is shown", nats=""),
+    "clock an hour back": LinkFault("the wall clock of the peer's machine jumps an hour back", "", after="the clock's offset is shown", nats=""),
     "old session replayed": LinkFault("the bytes of an earlier connection are sent again",
                                       {"tcp": r"shark\.session\.(replaced|closed\.bad_ack)", TLS: r"shark\.session\.failed\.handshake"}, None),
     "garbage": LinkFault("all kinds of bytes that are no session, before and after a hello", r"shark\.session\.closed\.bad_.*"),
@@ -85,6 +91,17 @@ LINK_FAULTS = {
                                             {TLS: r"raven\.session\.refused\.certificate_of_other_lab"}),
     "full disk": LinkFault("the disk is full on which labs record and gateways' output is kept, and the link is cut", "", None),
     "descriptors exhausted": LinkFault("strangers connect to a gateway that may open few files", r"shark\.session\.failed\.accept"),
+}
+LINK_FAULTS |= {
+    "server killed 60 s": LinkFault("the NATS server is killed, and started again", {}, True, nats=r"(shark|roark)\.server\.closed\.lost", of_server=True),
+    "server frozen 6 s": LinkFault("the NATS server stands still (SIGSTOP)", {}, True, nats=r"(shark|roark)\.server\.closed\.silent", of_server=True),
+    "server takes 16 kB 60 s": LinkFault("the NATS server is started again with a `max_payload` that is too small, and then with a larger one", {}, True,
+                                         nats=r"(shark|roark)\.server\.refused\.payload_limit", of_server=True),
+    "server is full 60 s": LinkFault("strangers take all connections that the NATS server allows, and the peer's own is lost", {}, True, nats=r"roark\.server\.failed\.connect"),
+    "slow consumer 40 s": LinkFault("what goes to the peer from the NATS server passes at 1 kB/s, and no more than 64 kB wait for it there", {}, None,
+                                    nats=r"(shark|roark)\.(server|session)\.closed\.\w+"),
+    "one message in ten lost 40 s": LinkFault("of the messages that the NATS server sends to the peer each tenth is dropped", {}, None,
+                                              nats=r"(shark|roark)\.federation\.pieces\.sent_again"),
 }
 EXIT_CODES = {"finished": 0, "failed": 1, "stopped": 3, "killed": -9}
 STRICT, FREE = ("simulated",), ("paced", "hardware")
@@ -126,7 +143,7 @@ IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
 def promise(arena, phase, fault):
     """What is promised for one cell: a Promise, or NoSense."""
     if phase == LINK:
-        return NoSense("plain TCP knows no certificates") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
+        return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
     if fault.endswith(", line away"):
@@ -195,8 +212,8 @@ SHORT = [
     ("hardware", "running", "SIGKILL, line away"),
 ]
 
-# And of faults between gateways: each once, over one kind of link or the other by turns.
-SHORT_LINKS = [next((kind, LINK, fault) for kind in (("tcp", "tls") if number % 2 else ("tls", "tcp")) if about.counter(kind) is not None)
+# And of faults between gateways: each once, over one kind of link or the other by turns, and at a server what only that has.
+SHORT_LINKS = [next((kind, LINK, fault) for kind in (("tcp", "tls", "nats") if number % 2 else ("tls", "tcp", "nats")) if about.counter(kind) is not None)
                for number, (fault, about) in enumerate(LINK_FAULTS.items())]
 
 
@@ -212,10 +229,11 @@ def in_words(promised):
 def links_page():
     """Faults between gateways, as lines of the page."""
     lines = ["## Between gateways", "",
-             "Both labs simulate in mid-run (strict), joined by their gateways over plain TCP or over TLS; a third gateway is joined with one of them. In each",
-             "cell both labs finish with the hash of an undisturbed run; no gateway ends, hangs, or grows by more than 8 MiB; the third gateway's link is up and",
-             "carries data all the time; `ordered` messages between the two are neither lost nor repeated (when a gateway was killed, a gap). A link that is down",
-             "is shown so within 3 s, and data flows within 1 s of the path's return (2 s of a killed gateway's start).", "",
+             "Both labs simulate in mid-run (strict), joined by their gateways over plain TCP, over TLS, or at a NATS server; a third gateway is joined with one",
+             "of them. In each cell both labs finish with the hash of an undisturbed run; no gateway ends, hangs, or grows by more than 8 MiB; the third gateway's",
+             "link is up and carries data all the time, unless the fault is the server's; `ordered` messages between the two are neither lost nor repeated (when a",
+             "gateway was killed, a gap). A link that is down is shown so within 3 s (at a server 4 s), and data flows within 1 s of the path's return (2 s of a",
+             "killed gateway's start; at a server 8 s, for a lost connection to it is tried each 5 s).", "",
              "| fault | what happens | link shown as down | counter that grows |", "|---|---|---|---|"]
     for fault, about in LINK_FAULTS.items():
         counters = {kind: about.counter(kind) for kind in LINKS if about.counter(kind) is not None}

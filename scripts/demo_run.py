@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-from joined_networks import join_by_tls, joined_networks
+from joined_networks import HALL, join_at_server, join_by_tls, joined_networks, nats_server, networks_behind_routers
 from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
@@ -176,9 +176,16 @@ def run(arguments, files=LABS, program=PROGRAM):
         if arguments.remote:
             names = [file.stem for file in files]
             own, enter = join_by_tls(names, out / "keys", program), ending.enter_context(joined_networks(names))
+        elif arguments.federation:
+            names = [file.stem for file in files]
+            enter, hall = ending.enter_context(networks_behind_routers(names))
+            own = join_at_server(names, out / "keys", f"nats://{HALL}", program)
+            ending.enter_context(nats_server(hall, out))
         labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter, lab_words=["--open"] if getattr(arguments, "open", False) else []))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
-        if enter:
+        if arguments.federation:
+            print("demo: each lab is in a network of its own behind a router that lets nobody in; they meet at a NATS server outside, and it cannot read what they say", flush=True)
+        elif enter:
             print("demo: each lab is in a network of its own; a cable joins them, and their gateways speak TLS over it", flush=True)
         if arguments.emulated:
             print("demo: roark's robots stand on an emulated testbed; they are asked who they are, and then play in real time", flush=True)
@@ -198,14 +205,15 @@ def main():
     parser.add_argument("--seconds", type=float, help="simulated seconds: 1800, with --emulated or --hybrid 120")
     parser.add_argument("--emulated", action="store_true", help="roark is an emulated testbed, seen by a camera, in real time")
     parser.add_argument("--remote", action="store_true", help="each lab in a network of its own, joined over TLS; needs root")
+    parser.add_argument("--federation", action="store_true", help="each lab behind a router, joined by a NATS server; needs root")
     parser.add_argument("--hybrid", nargs="?", const="dhtf", choices=list(HYBRIDS),
                         help="one swarm simulated, the other on an emulated testbed, as fast as it can be computed (default dhtf)")
     parser.add_argument("--open", action="store_true", help="open the labs' pages in a browser")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    if sum(map(bool, (arguments.remote, arguments.emulated, arguments.hybrid))) > 1:
-        parser.error("--remote, --emulated and --hybrid are different demos")
+    if sum(map(bool, (arguments.remote, arguments.federation, arguments.emulated, arguments.hybrid))) > 1:
+        parser.error("--remote, --federation, --emulated and --hybrid are different demos")
     arguments.seconds = arguments.seconds or (120 if arguments.emulated or arguments.hybrid else 1800)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("demo: ended by signal"))
     try:

@@ -13,7 +13,9 @@ from chromium import browser
 from lab_processes import PROGRAM, Failed, end_with_parent
 
 READY = "return Boolean(window.arkmesh?.world.labs.length && arkmesh.player.length_us)"
-STEP = "const done = arguments[arguments.length - 1]; {}.then(() => done(null), (error) => done(String(error)))"
+STEP = "const done = arguments[arguments.length - 1]; {}.then((value) => done([null, value]), (error) => done([String(error), null]))"
+# Moments that the page encodes before it hands them out.
+AT_ONCE = 25
 
 
 def address_of(said):
@@ -54,14 +56,25 @@ class Page:
         self.length_s = driver.execute_script("return arkmesh.player.length_us") / 1e6
 
     def call(self, expression, *arguments):
-        if error := self.driver.execute_async_script(STEP.replace("{}", expression), *arguments):
+        error, value = self.driver.execute_async_script(STEP.replace("{}", expression), *arguments)
+        if error:
             raise Failed(f"the page failed: {error}")
+        return value
 
-    def begin(self, t_s):
-        self.call("arkmesh.film.begin(arguments[0])", t_s * 1e6)
+    def begin(self, t_s, speed=0):
+        """Goes to a time; with a speed, pictures have a caption with both."""
+        self.call("arkmesh.film.begin(arguments[0], arguments[1])", t_s * 1e6, speed)
 
     def next(self, step_s):
         self.call("arkmesh.film.next(arguments[0])", step_s * 1e6)
+
+    def can_encode(self, per_s):
+        """Whether the arenas can be had as H.264."""
+        return self.call("arkmesh.film.encoder.begin(arguments[0])", per_s)
+
+    def encoded(self, step_s, count, last):
+        """The next moments of the arenas, as bytes of H.264."""
+        return base64.b64decode(self.call("arkmesh.film.encoded(arguments[0], arguments[1], arguments[2])", step_s * 1e6, count, last).partition(",")[2])
 
     def picture(self, kind="jpeg"):
         """What is to be seen now, as a file's bytes."""
@@ -75,13 +88,26 @@ def page(url, width, height, bare=False, dark=False):
         yield Page(driver, url, bare)
 
 
-def draw(shown, to, moments, step_s, kind):
-    """Writes one picture after the other to an encoder, and tells how far it is; ends early when the encoder has gone, having said why."""
+def pictures(shown, moments, step_s, kind):
+    """Each moment as a picture of the page, and how many moments there are so far."""
+    for i in range(1, moments + 1):
+        shown.next(step_s)
+        yield i, shown.picture(kind)
+
+
+def encoded(shown, moments, step_s):
+    """Moments of the arenas as H.264, some at once, and how many there are so far."""
+    for i in range(0, moments, AT_ONCE):
+        now = min(AT_ONCE, moments - i)
+        yield i + now, shown.encoded(step_s, now, i + now == moments)
+
+
+def draw(drawn, to, moments):
+    """Writes what is drawn to ffmpeg, and tells how far it is; ends early when ffmpeg has gone, having said why."""
     begun = told = time.monotonic()
     with contextlib.suppress(BrokenPipeError):
-        for i in range(1, moments + 1):
-            shown.next(step_s)
-            to.write(shown.picture(kind))
+        for i, data in drawn:
+            to.write(data)
             if (now := time.monotonic()) - told > (1 if sys.stderr.isatty() else 10):
                 told = now
                 print(f"film: {i} of {moments} pictures, {(now - begun) / i * (moments - i):.0f} s left  ", file=sys.stderr,
@@ -94,23 +120,29 @@ def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False
     first moment."""
     out = pathlib.Path(out)
     part = out.with_name(f"{out.name}.{os.getpid()}.part")
-    # Half as many colours as a GIF may have: much smaller, and nobody sees it.
+    # Half as many colours as a GIF may have: much smaller, and nobody sees it. The encoder's fastest setting that costs no bytes.
     how = (["-filter_complex", "split[a][b];[a]palettegen=max_colors=96:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
-           if out.suffix == ".gif" else ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
+           if out.suffix == ".gif" else ["-c:v", "libx264", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
     with page(url, width, height, bare, dark) as shown:
         end_s = min(end_s, shown.length_s)
         if begin_s >= end_s:
             raise Failed(f"nothing to film: the run ends at {shown.length_s:g} s, and the film would begin at {begin_s:g} s")
-        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "image2pipe", "-c:v", "mjpeg" if out.suffix != ".gif" else "png", "-framerate", str(per_s), "-i", "-", *how, "-f", out.suffix[1:], str(part)]
-        moments = max(1, round((end_s - begin_s) / speed * per_s))
+        moments, step_s = max(1, round((end_s - begin_s) / speed * per_s)), speed / per_s
+        kind = "png" if out.suffix == ".gif" else "jpeg"
+        # The page encodes its arenas itself, if this Chromium can; other pictures have to be taken and encoded one by one.
+        if bare and kind == "jpeg" and shown.can_encode(per_s):
+            drawn, data, how = encoded(shown, moments, step_s), ["h264"], ["-c", "copy", "-movflags", "+faststart"]
+        else:
+            drawn, data = pictures(shown, moments, step_s, kind), ["image2pipe", "-c:v", kind.replace("jpeg", "mjpeg")]
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", *data, "-framerate", str(per_s), "-i", "-", *how, "-f", out.suffix[1:], str(part)]
         try:
             # Ctrl-C is for us; a film that is stopped is taken away
             with tempfile.TemporaryFile("w+") as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said, start_new_session=True) as encoder:
                 try:
-                    shown.begin(max(0, begin_s))
+                    shown.begin(max(0, begin_s), speed)
                     if prepare:
                         shown.driver.execute_script(prepare)
-                    draw(shown, encoder.stdin, moments, speed / per_s, "png" if out.suffix == ".gif" else "jpeg")
+                    draw(drawn, encoder.stdin, moments)
                 except BaseException:
                     encoder.kill()
                     raise

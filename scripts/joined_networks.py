@@ -1,8 +1,8 @@
-"""Networks of their own for labs, joined by a cable, as if each lab were a machine; and keys, with which the labs trust each other."""
+"""Networks of their own for labs, joined by a cable or behind routers, as if each lab were a machine; and keys, with which the labs trust each other."""
 import contextlib
 import subprocess
 
-from lab_processes import PROGRAM, Failed, end_with_parent
+from lab_processes import PROGRAM, ROOT, Failed, end_with_parent
 
 # The first address of each lab's end of the cable: 10.77.0.1, 10.77.0.2.
 ADDRESS = "10.77.0.{}"
@@ -17,39 +17,118 @@ def call(*command):
 
 
 @contextlib.contextmanager
+def network(demo="--remote"):
+    """Words before a command that run it in a network of its own, which is there as long as the block. Needs root, or `scripts/alone` around it."""
+    # A process that does nothing keeps the network; with it, it is gone.
+    try:
+        keeper = subprocess.Popen(["unshare", "-n", "sh", "-c", "echo; exec sleep infinity"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                  preexec_fn=end_with_parent)
+    except OSError as error:
+        raise Failed(f"unshare cannot be started ({error.strerror}); scripts/setup test installs it.") from None
+    try:
+        if not keeper.stdout.readline():
+            raise Failed(f"Networks of their own can be made by root only; try: scripts/alone scripts/demo {demo}")
+        yield ["nsenter", "-t", str(keeper.pid), "-n", "--"]
+    finally:
+        keeper.stdout.close()
+        keeper.kill()
+        keeper.wait()
+
+
+def lay_cable(one, end, address, other, other_end, other_address):
+    """A cable between two networks, with the name and the address of each end."""
+    call(*one, "ip", "link", "add", end, "type", "veth", "peer", "name", other_end, "netns", other[2])
+    for words, name, own in ((one, end, address), (other, other_end, other_address)):
+        call(*words, "ip", "address", "add", own, "dev", name)
+        for each in (name, "lo"):
+            call(*words, "ip", "link", "set", each, "up")
+
+
+def keep_lcm_in(words):
+    """LCM stays in the lab."""
+    call(*words, "ip", "route", "add", "224.0.0.0/4", "dev", "lo")
+
+
+@contextlib.contextmanager
 def joined_networks(labs):
-    """{lab: words before a command that run it in the lab's network} of two labs. Needs root, or `scripts/alone` around it."""
+    """{lab: words before a command that run it in the lab's network} of two labs."""
     with contextlib.ExitStack() as ending:
-        enter = {}
-        for lab in labs:
-            # A process that does nothing keeps the network; with it, it is gone.
-            try:
-                keeper = subprocess.Popen(["unshare", "-n", "sh", "-c", "echo; exec sleep infinity"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                                          preexec_fn=end_with_parent)
-            except OSError as error:
-                raise Failed(f"unshare cannot be started ({error.strerror}); scripts/setup test installs it.") from None
-            ending.callback(keeper.wait)
-            ending.callback(keeper.kill)
-            ending.callback(keeper.stdout.close)
-            if not keeper.stdout.readline():
-                raise Failed("Networks of their own can be made by root only; try: scripts/alone scripts/demo --remote")
-            enter[lab] = ["nsenter", "-t", str(keeper.pid), "-n", "--"]
+        enter = {lab: ending.enter_context(network()) for lab in labs}
         one, other = enter.values()
-        call(*one, "ip", "link", "add", "cable", "type", "veth", "peer", "name", "cable", "netns", other[2])
-        for number, words in enumerate(enter.values(), 1):
-            call(*words, "ip", "address", "add", f"{ADDRESS.format(number)}/24", "dev", "cable")
-            call(*words, "ip", "link", "set", "cable", "up")
-            call(*words, "ip", "link", "set", "lo", "up")
-            call(*words, "ip", "route", "add", "224.0.0.0/4", "dev", "lo")  # LCM stays in the lab
+        lay_cable(one, "cable", f"{ADDRESS.format(1)}/24", other, "cable", f"{ADDRESS.format(2)}/24")
+        for words in enter.values():
+            keep_lcm_in(words)
         yield enter
+
+
+# What a lab's router does: it lends its address to who is behind it, and lets in answers alone.
+ROUTER_RULES = """table ip lab {
+  chain out { type nat hook postrouting priority srcnat; oifname "outside" masquerade; }
+  chain in { type filter hook forward priority filter; policy drop; ct state established,related accept; iifname "inside" accept; }
+}
+"""
+HALL = "10.78.0.1"  # where the server is; the labs' routers are 10.78.1.2, 10.78.2.2
+
+
+@contextlib.contextmanager
+def networks_behind_routers(labs):
+    """({lab: words before a command that run it in the lab's network}, those of the network of a server at HALL). Each lab is behind a router that
+    translates addresses, all have the same private one, and nothing leads from lab to lab."""
+    with contextlib.ExitStack() as ending:
+        hall = ending.enter_context(network("--federation"))
+        call(*hall, "ip", "address", "add", f"{HALL}/32", "dev", "lo")
+        enter = {}
+        for number, lab in enumerate(labs, 1):
+            router, enter[lab] = ending.enter_context(network("--federation")), ending.enter_context(network("--federation"))
+            lay_cable(router, "outside", f"10.78.{number}.2/24", hall, f"lab{number}", f"10.78.{number}.1/24")
+            lay_cable(router, "inside", "192.168.1.1/24", enter[lab], "cable", "192.168.1.2/24")
+            call(*router, "ip", "route", "add", "default", "via", f"10.78.{number}.1")
+            call(*enter[lab], "ip", "route", "add", "default", "via", "192.168.1.1")
+            call(*router, "sh", "-c", "echo 1 > /proc/sys/net/ipv4/ip_forward")
+            call(*router, "nft", ROUTER_RULES)
+            keep_lcm_in(enter[lab])
+        yield enter, hall
+
+
+@contextlib.contextmanager
+def nats_server(words, out):
+    """The server of experiments/federation/server.conf, at HALL in the network of these words."""
+    said = out / "nats-server.txt"
+    with open(said, "wb") as file:
+        try:
+            server = subprocess.Popen([*words, "/usr/sbin/nats-server", "-c", ROOT / "experiments/federation/server.conf", "-a", HALL], stdin=subprocess.DEVNULL,
+                                      stdout=file, stderr=file, preexec_fn=end_with_parent)
+        except OSError as error:
+            raise Failed(f"nats-server cannot be started ({error.strerror}); scripts/setup federation installs it.") from None
+    try:
+        yield
+        if server.poll() is not None:
+            raise Failed(f"The NATS server has ended: {(said.read_text(errors='replace').strip().splitlines() or ['it said nothing'])[-1]}")
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def make_keys(labs, folder, program=PROGRAM):
+    """Each lab has keys of its own in folder/LAB, and trusts all others."""
+    for lab in labs:
+        call(program, "keys", "init", lab, "--keys", folder / lab)
+    for lab in labs:
+        for other in labs:
+            if other != lab:
+                call(program, "keys", "trust", folder / other / f"{other}.crt", "--keys", folder / lab)
+
+
+def join_at_server(labs, folder, servers, program=PROGRAM):
+    """{lab: overrides of its file}: each lab has keys of its own below `folder`; all meet at the servers of gateway.connect, encrypted."""
+    make_keys(labs, folder, program)
+    return {lab: [f'gateway.keys="{(folder / lab).resolve()}"', 'gateway.listen=""', "gateway.peers=[]", f'gateway.connect="{servers}"', "gateway.encrypt=true"]
+            for lab in labs}
 
 
 def join_by_tls(labs, folder, program=PROGRAM):
     """{lab: overrides of its file}: each of two labs has keys of its own below `folder`; the first listens, the second connects over TLS."""
     first, second = labs
-    for lab in labs:
-        call(program, "keys", "init", lab, "--keys", folder / lab)
-    call(program, "keys", "trust", folder / second / f"{second}.crt", "--keys", folder / first)
-    call(program, "keys", "trust", folder / first / f"{first}.crt", "--keys", folder / second)
+    make_keys(labs, folder, program)
     return {first: [f'gateway.keys="{(folder / first).resolve()}"', f'gateway.listen="tls://0.0.0.0:{PORT}"', f'gateway.peers=[{{lab="{second}"}}]'],
             second: [f'gateway.keys="{(folder / second).resolve()}"', f'gateway.peers=[{{lab="{first}",connect="tls://{ADDRESS.format(1)}:{PORT}"}}]']}

@@ -204,12 +204,12 @@ def sim_speed(bench):
             "0.5 0.65 0.7 0.28; 0.09 0.15 0.18 0.07, growth 1.3x")
 
 
-def commit():
-    """The commit that was measured, with a word when sources were changed since."""
+def commit(*sources):
+    """The commit that was measured, with a word when sources (by default the simulator's) were changed since."""
     def git(*words):
         return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
 
-    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", changed" if git("status", "--porcelain", "--", "hal", "sim_ode", "tests/bench") else "")
+    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", changed" if git("status", "--porcelain", "--", *(sources or ("hal", "sim_ode", "tests/bench"))) else "")
 
 
 def machine():

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "hal/arena_config.hpp"
+#include "hal/counted.hpp"
 #include "hal/fixed_math.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
@@ -291,8 +292,8 @@ std::unique_ptr<OdeArena> make(
   if (!start.empty()) {
     if (static_cast<int>(start.size()) != config.robots)
       arena.section("ode").refuse(
-          "start_poses",
-          fmt::format("holds {} places for {} robots; give each robot x, y, heading", start.size(), config.robots));
+          "start_poses", fmt::format("holds {} for {}; give each robot x, y, heading",
+                                     hal::counted(start.size(), "place"), hal::counted(config.robots, "robot")));
     if (const std::string error = error_with(start, config.width_m, config.height_m, furniture); !error.empty())
       arena.section("ode").refuse("start_poses", error);
   } else {

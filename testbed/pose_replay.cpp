@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "hal/counted.hpp"
 #include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::testbed {
@@ -89,8 +90,8 @@ std::optional<PoseReplay::Seen> PoseReplay::next() {
 
 bool PoseReplay::show(const LookLine& look) {
   if (look.camera.size() != pictures_->newest.size())
-    throw RecordError(fmt::format("{} is of {} cameras, but the lab's file names {}", (folder_ / looks_file).string(),
-                                  look.camera.size(), pictures_->newest.size()));
+    throw RecordError(fmt::format("{} is of {}, but the lab's file names {}", (folder_ / looks_file).string(),
+                                  hal::counted(look.camera.size(), "camera"), pictures_->newest.size()));
   for (std::size_t i = 0; i < look.camera.size(); ++i) {
     const LookedAt& seen = look.camera[i];
     if (seen.what == LookedAt::What::nothing) continue;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "hal/counted.hpp"
 #include "hal/led_name.hpp"
 
 namespace arkmesh::testbed {
@@ -53,7 +54,7 @@ nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, dou
 }
 
 std::string robots_as_text(const std::vector<tracker::Detection>& robots, double led_offset_rad) {
-  std::string text = fmt::format("{} robot{}\n", robots.size(), robots.size() == 1 ? "" : "s");
+  std::string text = fmt::format("{}\n", hal::counted(robots.size(), "robot"));
   if (!robots.empty()) text += "     x px     y px    r px  sure  LED      heading deg\n";
   for (const tracker::Detection& robot : robots) {
     const double heading = heading_rad(robot, led_offset_rad);

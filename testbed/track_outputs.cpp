@@ -10,6 +10,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "hal/counted.hpp"
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
 #include "hal/platforms/kilobot/body.hpp"
@@ -106,8 +107,8 @@ void TrackOutputs::finish(const tracker::TableTracker& tracker) {
   }
   if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
   if (options_.json) return;
-  fmt::print("{} picture{}, {} robot{} at the end, at most {}\n", pictures_, pictures_ == 1 ? "" : "s", robots_,
-             robots_ == 1 ? "" : "s", most_);
+  fmt::print("{}, {} at the end, at most {}\n", hal::counted(pictures_, "picture"), hal::counted(robots_, "robot"),
+             most_);
   for (const auto& [name, total] : tracker.counters().all()) fmt::print("  {:<24} {}\n", name, total);
 }
 
@@ -153,7 +154,7 @@ void TrackOutputs::write_video(const cv::Mat& drawn, hal::LabTime stamp) {
 
 void TrackOutputs::show(const cv::Mat& drawn, hal::LabTime stamp) {
   cv::Mat titled = drawn;
-  tracker::draw_caption(titled, fmt::format("{:.1f} s: {} robots", seconds(stamp), robots_));
+  tracker::draw_caption(titled, fmt::format("{:.1f} s: {}", seconds(stamp), hal::counted(robots_, "robot")));
   std::vector<unsigned char> jpeg;
   if (!cv::imencode(".jpg", titled, jpeg, {cv::IMWRITE_JPEG_QUALITY, 80})) return;
   server_->show("arena", std::as_bytes(std::span(jpeg)));

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "hal/counted.hpp"
 #include "testbed/track_outputs.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/live_camera.hpp"
@@ -134,8 +135,8 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     tracker.look(picture.stamp, std::span(&picture.bgr, 1));
     outputs.add(picture, tracker);
     const double since_s = static_cast<double>(since.count()) * 1e-6;
-    progress.show(
-        fmt::format("{:.0f} s, {} robots, {} pictures; Ctrl-C ends it", since_s, outputs.robots(), outputs.pictures()));
+    progress.show(fmt::format("{:.0f} s, {}, {}; Ctrl-C ends it", since_s, hal::counted(outputs.robots(), "robot"),
+                              hal::counted(outputs.pictures(), "picture")));
   }
   progress.done();
   if (outputs.pictures() == 0) throw std::runtime_error(camera->error());

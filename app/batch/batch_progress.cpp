@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::app {
 namespace {
 
@@ -31,8 +33,8 @@ void BatchProgress::ended(const RunPool::Ended& run, const RunTask& task) {
 void BatchProgress::show(std::size_t running) {
   const std::size_t before = all_ - open_, done = before + ended_;
   const std::size_t filled = all_ == 0 ? bar_width : done * bar_width / all_;
-  std::string text =
-      fmt::format("[{}{}] {}/{} runs", std::string(filled, '#'), std::string(bar_width - filled, '.'), done, all_);
+  std::string text = fmt::format("[{}{}] {}/{}", std::string(filled, '#'), std::string(bar_width - filled, '.'), done,
+                                 hal::counted(all_, "run"));
   if (failed_ > 0) text += fmt::format(", {} failed", failed_);
   const double elapsed_s = std::chrono::duration<double>(Clock::now() - begun_).count();
   if (ended_ > 0 && ended_ < open_)

@@ -5,8 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "app/live/count_history.hpp"
-#include "app/live/status_news.hpp"
+#include "app/live/lab_feed.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
 #include "hal/event_loop.hpp"
@@ -30,13 +29,10 @@ class BusView final : public view::Desk {
 
  private:
   std::string name() const;
-  void hear(std::string_view channel, std::span<const std::byte> bytes);
 
   hal::Bus bus_;
   std::string lab_;
-  StatusNews news_;
-  CountHistory history_;  // since this program listens
-  std::int64_t newest_us_ = 0;
+  LabFeed feed_;
   view::Server server_;
   std::unique_ptr<hal::Bus::Subscription> heard_;
   hal::Readable readable_;

@@ -62,7 +62,7 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
     return false;
   }
   if (gate_.knows(origin)) tally_.heard(origin, *message, bytes.size());
-  const std::uint64_t before = gate_.run_id(origin);
+  const std::uint64_t before = strict() ? 0 : gate_.run_id(origin);  // strict labs go on with no other run
   switch (gate_.hear(origin, message)) {
     case PeriodGate::Heard::counted:
       peers_.note_counted(origin);
@@ -72,7 +72,7 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
       if (!message->can_wait) last_state_ = peers_.now();
       return true;
     case PeriodGate::Heard::taught:
-      answer(origin);
+      owe_answer(origin);
       break;
     case PeriodGate::Heard::refused:
       if (gate_.published() >= 0) peers_.note_refused(origin, gate_.newest_refusal());
@@ -90,12 +90,18 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
 
 // A peer that does not know our run id learns it without waiting for a repetition. It is answered once a period, so
 // that its few bytes cannot call up our whole state as often as it likes.
-void PeerExchange::answer(std::string_view peer) {
+void PeerExchange::owe_answer(std::string_view peer) {
   const auto answered = answered_.find(peer);
   if (answered != answered_.end() && peers_.now() - answered->second < period_length_)
     return counters_.add("world.answered_before");
   answered_.insert_or_assign(std::string(peer), peers_.now());
+  owes_answer_ = true;
+}
+
+bool PeerExchange::answer() {
+  if (!std::exchange(owes_answer_, false)) return false;
   publish_world();
+  return true;
 }
 
 void PeerExchange::publish(LabState own) {

@@ -59,6 +59,8 @@ class PeerExchange {
   bool may_merge(std::uint32_t k) const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
+  // Once after each drain of the bus: one world for all who asked for it meanwhile. Says whether anybody did.
+  bool answer();
   Now world_due() const { return world_due_; }
 
   // As in Peers.
@@ -69,6 +71,8 @@ class PeerExchange {
   void linger_after_last_period();
   void hurry() { peers_.hurry(); }
   bool may_leave(std::uint32_t last) { return peers_.may_leave(last); }
+  bool complete() const { return peers_.complete(); }
+  void leave_complete() { peers_.leave_complete(); }
 
   // Hash of each lab in its newest state, `own` the own one. A lab never heard has 0.
   std::map<std::string, std::uint64_t> hash_by_lab(std::uint64_t own) const;
@@ -82,7 +86,7 @@ class PeerExchange {
   void note_confirmed(const std::vector<MergedState>& merged);
   // False: it was not accepted.
   bool hear_world(std::string_view origin, std::span<const std::byte> bytes);
-  void answer(std::string_view peer);
+  void owe_answer(std::string_view peer);
 
   const std::string lab_, owner_;
   const Exchange exchange_;
@@ -98,6 +102,7 @@ class PeerExchange {
   bool complete_ = false;  // lingers after the last period
   std::string failure_;
   std::map<std::string, Now, std::less<>> answered_;  // peers that did not know our run id, and when
+  bool owes_answer_ = false;
   Now world_due_{0}, merged_{0}, last_state_{0};
   hal::Counters counters_;
   Recording recording_;

@@ -20,7 +20,7 @@ constexpr std::size_t longest_words = 200;  // of others that are quoted
 constexpr Peers::Now lost_after = 5s;       // without anything that counts
 constexpr Peers::Now refused_limit = 5s;    // of nothing but refused states
 constexpr Peers::Now away_after = 3s;       // without a look: the lab itself stood still
-constexpr Peers::Now linger_more = 500ms, linger_most = 60s, linger_little = 1s;
+constexpr Peers::Now linger_most = 60s, linger_little = 1s;
 
 // A state quoted in another's sentence: without its explanation, which may quote that other lab.
 std::string without_explanation(const std::string& state) {
@@ -50,8 +50,8 @@ Peers::Peers(const RunConfig& config, bool can_wait, const PeriodGate& gate)
 }
 
 Peers::Peer* Peers::find(std::string_view name) {
-  const auto it = std::ranges::find(peers_, name, &Peer::name);
-  return it == peers_.end() ? nullptr : &*it;
+  const auto it = std::ranges::lower_bound(peers_, name, {}, &Peer::name);
+  return it == peers_.end() || it->name != name ? nullptr : &*it;
 }
 
 // ---------------------------------------------------------------- what came
@@ -306,7 +306,7 @@ bool Peers::may_leave(std::uint32_t last) {
     complete_.reset();
   else if (!complete_)
     complete_ = now_;
-  return too_long || (complete_ && (peers_.empty() || now_ - *complete_ >= linger_more));
+  return too_long || (complete_ && (peers_.empty() || now_ - *complete_ >= linger_more_));
 }
 
 }  // namespace arkmesh::lab

@@ -82,6 +82,10 @@ class Peers {
   void hurry();
   // No peer needs this lab any more. `last`: the last period. Counts `gate.linger_gave_up`.
   bool may_leave(std::uint32_t last);
+  // At the last call of may_leave() nobody lacked anything.
+  bool complete() const { return complete_.has_value(); }
+  // The peers are known to be complete as well, so that they need no repetition.
+  void leave_complete() { linger_more_ = Now{0}; }
 
   const hal::Counters& counters() const { return counters_; }
 
@@ -141,6 +145,7 @@ class Peers {
   Now until_{0};                 // when a lab that lingers leaves at the latest
   bool left_by_failure_ = false;
   std::optional<Now> complete_;  // since when nobody lacks the last state
+  Now linger_more_{500'000};     // from then on
   hal::Counters counters_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "hal/counted.hpp"
 #include "lab/exchange/payload.hpp"
 
 namespace arkmesh::lab {
@@ -46,8 +47,9 @@ WorldMessage PeriodGate::message() const {
   m.can_wait = options_.can_wait;
   m.done = published_ == static_cast<std::int64_t>(last_period_);
   bool initial_known = true;
+  m.acks.reserve(peers_.size());
   for (const auto& [name, peer] : peers_) {
-    m.acks.emplace(name, Ack{peer.run_id, peer.received});
+    m.acks.emplace_hint(m.acks.end(), name, Ack{peer.run_id, peer.received});
     initial_known = initial_known && peer.acknowledged >= 0;
   }
   const std::size_t skip = own_.size() > options_.window ? own_.size() - options_.window : 0;
@@ -93,7 +95,8 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
     if (period > newest_of_peers() || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
       return because("period", fmt::format("its state {} is of the future", period));
     if ((period == 0) == state.settings.empty())
-      return because("settings", fmt::format("its state {} has {} settings", period, state.settings.size()));
+      return because("settings",
+                     fmt::format("its state {} has {}", period, hal::counted(state.settings.size(), "setting")));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
       if (known->second->hash != state.hash || (state.carried && known->second->robots.size() != state.robots.size()))
         return because("changed", fmt::format("its state {} is not what it was", period));
@@ -234,13 +237,15 @@ std::vector<MergedState> PeriodGate::merge(std::uint32_t k) {
   assert(may_merge(k));
   const std::int64_t want = wanted(k);
   std::vector<MergedState> merged;
+  merged.reserve(options_.labs.size());
+  auto next = peers_.begin();  // in the same order
   for (const std::string& lab : options_.labs) {
     if (lab == options_.lab) {
       const KeptState& own = own_.find(wanted(k))->second;
       merged.push_back({lab, own, k - want, k == 0 ? initial_ : nullptr, k - std::int64_t{payload_period(*own)}});
       continue;
     }
-    Peer& peer = peers_.find(lab)->second;
+    Peer& peer = (next++)->second;
     // The newest at or before; in strict mode exactly `want`. What is older is needed no more.
     const std::int64_t theirs = k == 0 ? 0 : std::max<std::int64_t>(want + peer.ahead, 0);
     auto newest = peer.states.upper_bound(static_cast<std::uint32_t>(theirs));

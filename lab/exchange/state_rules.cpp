@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hal/counted.hpp"
 #include "lab/behaviour_hash.hpp"
 
 namespace arkmesh::lab {
@@ -65,7 +66,7 @@ std::optional<Refusal> StateRules::field_refusal(std::string_view lab, const Lab
       return refused("not_owner", fmt::format("is published by the owner, {}, only", owner_));
     if (rule->initial_only && state.period != 0) return refused("initial_field", "belongs to state 0 only");
     if (rule->up_to ? values.size() > rule->length : values.size() != rule->length)
-      return refused("field_length", fmt::format("has {} values instead of {}{}", values.size(),
+      return refused("field_length", fmt::format("has {} instead of {}{}", hal::counted(values.size(), "value"),
                                                  rule->up_to ? "at most " : "", rule->length));
     for (const std::int64_t value : values)
       if (value < rule->low || value > rule->high)
@@ -82,7 +83,8 @@ std::optional<Refusal> StateRules::refusal(std::string_view lab, const LabState&
     return Refusal{"no_arena", "its state 0 does not tell its arena"};
   const std::vector<std::int64_t>& arena = told->second;
   if (static_cast<std::int64_t>(state.robots.size()) > arena[2])
-    return Refusal{"robots", fmt::format("it holds {} robots, of {} in its arena", state.robots.size(), arena[2])};
+    return Refusal{
+        "robots", fmt::format("it holds {}, of {} in its arena", hal::counted(state.robots.size(), "robot"), arena[2])};
   const auto projection = projections_.find(lab);
   if (projection == projections_.end())
     return Refusal{"no_projection", fmt::format("shared.projection.{} is not there", lab)};

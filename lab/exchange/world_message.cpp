@@ -115,8 +115,10 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
   out.run_id = static_cast<std::uint64_t>(m.nonce);
   out.can_wait = m.can_wait;
   out.done = m.done;
+  out.acks.reserve(m.acks.size());
   for (const ack_t& a : m.acks)
-    if (!out.acks.emplace(a.peer, Ack{static_cast<std::uint64_t>(a.nonce), a.received}).second) return "duplicate";
+    out.acks.emplace_hint(out.acks.end(), a.peer, Ack{static_cast<std::uint64_t>(a.nonce), a.received});
+  if (out.acks.size() != m.acks.size()) return "duplicate";
   for (const lab_state_t& s : m.window) {
     // What the values below cannot hold is refused here; what they mean is the gate's business.
     if (s.period < 0 || s.n_robots > 1'000'000) return "range";
@@ -141,6 +143,7 @@ world_t to_message(const WorldMessage& message) {
   m.nonce = static_cast<std::int64_t>(message.run_id);
   m.can_wait = message.can_wait;
   m.done = message.done;
+  m.acks.reserve(message.acks.size());
   for (const auto& [peer, ack] : message.acks) {
     m.acks.emplace_back();
     m.acks.back().peer = peer;

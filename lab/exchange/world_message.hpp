@@ -1,6 +1,7 @@
 // The `world` message as values, and its way to and from bytes.
 #pragma once
 
+#include <boost/container/flat_map.hpp>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -41,7 +42,7 @@ struct WorldMessage {
   std::uint64_t run_id = 0;
   bool can_wait = true;
   bool done = false;
-  std::map<std::string, Ack, std::less<>> acks;
+  boost::container::flat_map<std::string, Ack, std::less<>> acks;
   std::vector<LabState> window;  // ascending period
   std::optional<EarlyEvent> event;
 };

@@ -1,7 +1,9 @@
 #include "lab/operator/status_listener.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <ctime>
 #include <stdexcept>
 #include <string_view>
 
@@ -27,6 +29,12 @@ nlohmann::json to_json(const std::vector<counter_t>& counters) {
   nlohmann::json out = nlohmann::json::object();
   for (const counter_t& counter : counters) out[hal::printable(counter.name, longest_text)] = counter.value;
   return out;
+}
+
+// When a gateway was started, by its own clock: that is what its boot id says.
+std::string started(std::int64_t boot_id) {
+  const std::time_t at = boot_id / 1'000'000;
+  return fmt::format("{:%FT%TZ}", fmt::gmtime(at));
 }
 
 }  // namespace
@@ -98,6 +106,7 @@ nlohmann::json StatusListener::peer_json(const peer_t& peer) const {
   nlohmann::json out{{"up", peer.up != 0},
                      {"why", hal::printable(peer.why, longest_text)},
                      {"version", hal::printable(peer.version, longest_text)},
+                     {"since", peer.boot_id > 0 ? nlohmann::json(started(peer.boot_id)) : nlohmann::json()},
                      {"round_trip_s", nullptr},
                      {"clock", nullptr},
                      {"newest_age_s", newest_s ? nlohmann::json(*newest_s) : nlohmann::json()},

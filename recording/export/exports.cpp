@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "hal/counted.hpp"
 #include "hal/whole_file.hpp"
 #include "recording/export/csv.hpp"
 #include "recording/export/hdf5.hpp"
@@ -20,7 +21,7 @@ namespace {
 using namespace hal::layout;
 
 std::string rows_and_tables(std::size_t tables, std::uint64_t rows) {
-  return fmt::format("{} tables with {} rows", tables, rows);
+  return fmt::format("{} with {}", hal::counted(tables, "table"), hal::counted(rows, "row"));
 }
 
 constexpr std::uintmax_t max_file_bytes = 16 << 20;  // of a configuration, of results
@@ -144,12 +145,12 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
   for (const Stream& stream : streams)
     for (std::size_t i = 0; i < stream.channels.size(); ++i)
       if (stream.channels[i].type && stream.channels[i].refused > 0)  // else it is in the run's own notes
-        out.notes.push_back(
-            fmt::format("{}: {} messages on {} are damaged, of a type that this version does not know or of another "
-                        "version than those "
-                        "before them, and are left out",
-                        stream.lab->name, stream.channels[i].refused, stream.lab->log->channels()[i]));
-  out.summary = fmt::format("{} channels with {} messages", mcap.channels(), mcap.messages());
+        out.notes.push_back(fmt::format(
+            "{}: left out: {} on {}, damaged, of a type that this version does not know or of another version "
+            "than those before",
+            stream.lab->name, hal::counted(stream.channels[i].refused, "message"), stream.lab->log->channels()[i]));
+  out.summary =
+      fmt::format("{} with {}", hal::counted(mcap.channels(), "channel"), hal::counted(mcap.messages(), "message"));
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "hal/counted.hpp"
 #include "recording/csv_table.hpp"
 #include "recording/export/message_tables.hpp"
 #include "recording/export/names.hpp"
@@ -75,9 +76,9 @@ void write_messages(const RecordedLab& lab, const std::string& group, TableSink&
         channel.tables = std::make_unique<MessageTables>(sink, group, channel.name, *type);
     }
     const std::string_view damage = type ? check(*type, message) : std::string_view();
-    const std::string why = !type                  ? "are of a type that this version does not know"
-                            : type != channel.type ? "are of another version than those before them"
-                            : !damage.empty()      ? fmt::format("are damaged ({})", damage)
+    const std::string why = !type                  ? "of a type that this version does not know"
+                            : type != channel.type ? "of another version than those before"
+                            : !damage.empty()      ? fmt::format("damaged ({})", damage)
                                                    : "";
     if (why.empty() && channel.tables)
       channel.tables->add(entry.t_us, message);
@@ -88,8 +89,8 @@ void write_messages(const RecordedLab& lab, const std::string& group, TableSink&
   for (std::size_t i = 0; i < channels.size(); ++i)
     if (channels[i].type)
       for (const auto& [why, count] : channels[i].refused)
-        notes.push_back(
-            fmt::format("{}: {} messages on {} {}, and are left out", lab.name, count, log.channels()[i], why));
+        notes.push_back(fmt::format("{}: left out: {} on {}, {}", lab.name, hal::counted(count, "message"),
+                                    log.channels()[i], why));
 }
 
 // The tables of a folder, but for those of an export.
@@ -104,8 +105,8 @@ void write_csv_tables(const fs::path& folder, const std::string& group, TableSin
     const CsvTable table = read_csv_table(file);
     if (table.columns.empty()) continue;
     if (table.dropped > 0)
-      notes.push_back(
-          fmt::format("{}: {} rows are cut or do not fit its header, and are left out", file.string(), table.dropped));
+      notes.push_back(fmt::format("{}: left out: {} cut or not fitting its header", file.string(),
+                                  hal::counted(table.dropped, "row")));
     const std::vector<Column> columns = columns_of(table);
     const std::string name = names.of("tables/" + file.stem().string());
     if (which == Which::with_texts && std::ranges::find(columns, Kind::text, &Column::kind) == columns.end()) continue;

@@ -14,8 +14,10 @@ void LightUp::begin(lab::Lab& lab) {
 void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   if (lab.is_owner() || !merged_) return;
   std::int64_t n_lit = 0;
+  const hal::Projection& projection = lab.projection();
+  const std::vector<lab::SharedRobot>& others = lab.state(lab.owner()).robots;
   for (const hal::Observation& seen : frame.robots) {
-    const bool near = is_near(lab.projection().to_shared(seen.pose), lab.state(lab.owner()).robots);
+    const bool near = is_near(projection.to_shared(seen.pose), others);
     n_lit += near;
     const hal::ToRobot word{.robot = seen.robot, .kind = near ? lit : dark};
     if (const auto message = words_.next(frame.stamp, word, (seen.led != hal::Led::off) == near)) lab.say(*message);
@@ -34,10 +36,11 @@ void LightUp::on_period(lab::Lab& lab) {
 // For people: within these circles robots of this lab light up.
 void LightUp::draw(lab::Lab& lab) const {
   if (lab.is_owner()) return;
+  const hal::Projection& projection = lab.projection();
   for (const lab::SharedRobot& other : lab.state(lab.owner()).robots) {
-    const hal::Pose at = lab.projection().to_arena(other.in_shared);
+    const hal::Pose at = projection.to_arena(other.in_shared);
     lab.draw(hal::Circle{.at = {at.x_m, at.y_m},
-                         .radius_m = settings_.reach_m / lab.projection().scale,
+                         .radius_m = settings_.reach_m / projection.scale,
                          .colour = hal::Colour::other,
                          .dashed = true});
   }

@@ -7,7 +7,11 @@ if(ARKMESH_CAMERAS)
 endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_PACKAGE_NAME arkmesh)
-set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+# Each Debian has packages of its own, and those of a newer one take the place of an older one's.
+cmake_host_system_information(RESULT debian QUERY DISTRIB_VERSION_ID)
+cmake_host_system_information(RESULT suite QUERY DISTRIB_VERSION_CODENAME)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION}~deb${debian})
+set(CPACK_ARKMESH_SUITE ${suite})
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_SOURCE_DIR}/build/package)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/finish.cmake)
@@ -16,11 +20,12 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
   WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# Who CITATION.cff names. There is no address that somebody reads; Debian wants one, of a host that there is.
 set(CPACK_DEBIAN_PACKAGE_MAINTAINER "The arkmesh authors <arkmesh@users.noreply.github.com>")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
-set(same "(= ${PROJECT_VERSION})")
+set(same "(= ${CPACK_PACKAGE_VERSION})")
 
 # debian_package(COMPONENT NAME SECTION SUMMARY TEXT [DEPENDS ...] [RECOMMENDS ...] [CONTROL ...]):
 # TEXT is the description below the summary.
@@ -65,7 +70,8 @@ real Kilobots with cameras and drives their overhead controller. It also has
 an emulated testbed, and the program that tells robots to stand when their
 lab is gone."
   DEPENDS "arkmesh ${same}"
-  RECOMMENDS ffmpeg)
+  RECOMMENDS ffmpeg
+  CONTROL ${CMAKE_CURRENT_LIST_DIR}/testbed/postinst)
 debian_package(python python3-arkmesh python "scenarios, runs and recordings of arkmesh in Python"
   "arkmesh joins robot-swarm labs into one shared world. This package lets an
 experiment be one file in Python, runs labs from scripts and notebooks, and
@@ -84,8 +90,9 @@ new NAME --cpp` begins one."
   RECOMMENDS "arkmesh-testbed ${same}")
 debian_package(doc arkmesh-doc doc "documents of arkmesh"
   "arkmesh joins robot-swarm labs into one shared world. This package has its
-documents: guides to experiments, testbeds and batches, formats, and what
-was measured.")
+documents as pages with a search, for a browser: courses, a page for each
+task, keys, commands, messages and counters, and what was measured. They
+begin at /usr/share/doc/arkmesh/html/index.html.")
 
 # Programs and libraries need what dpkg-shlibdeps finds.
 foreach(component GATEWAY LAB TESTBED)
@@ -95,6 +102,7 @@ foreach(component PYTHON DOC)
   set(CPACK_DEBIAN_${component}_PACKAGE_ARCHITECTURE all)
 endforeach()
 
+install(PROGRAMS scripts/package/gateway/still_old DESTINATION lib/arkmesh COMPONENT gateway EXCLUDE_FROM_ALL)
 set(units lib/systemd/system)
 install(FILES scripts/package/gateway/arkmesh-gateway@.service DESTINATION ${units} COMPONENT gateway EXCLUDE_FROM_ALL)
 install(FILES scripts/package/lab/arkmesh-lab@.service DESTINATION ${units} COMPONENT lab EXCLUDE_FROM_ALL)
@@ -107,6 +115,7 @@ foreach(component gateway lab testbed)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/pages/${component}/ DESTINATION share
     COMPONENT ${component} OPTIONAL EXCLUDE_FROM_ALL)
 endforeach()
-install(FILES README.md CHANGELOG.md DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
-install(DIRECTORY docs DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
+# The documentation site, likewise.
+install(DIRECTORY ${PROJECT_BINARY_DIR}/site/ DESTINATION share/doc/arkmesh/html COMPONENT doc OPTIONAL EXCLUDE_FROM_ALL)
+install(FILES CHANGELOG.md DESTINATION share/doc/arkmesh COMPONENT doc EXCLUDE_FROM_ALL)
 include(CPack)

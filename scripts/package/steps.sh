@@ -1,5 +1,5 @@
-# The steps of scripts/package/check, inside the new system: functions, in the order in which they are run. A line
-# `says: ...` is shown.
+# The steps of scripts/package/check, inside the new system: functions, in the order in which they are run, the later ones
+# with systemd where it can be started. A line `says: ...` is shown.
 cd /root
 experiments=/usr/share/arkmesh/experiments
 
@@ -75,7 +75,7 @@ page() { # step
 }
 
 labs_as_processes() { # step
-  timeout 120 arkmesh up $experiments/dhtf/shark.toml $experiments/dhtf/roark.toml --set run.duration_s=20 --out runs/up
+  timeout 600 arkmesh up $experiments/dhtf/shark.toml $experiments/dhtf/roark.toml --set run.duration_s=20 --out runs/up
 }
 
 python_scenario() { # step
@@ -107,7 +107,7 @@ units() { # step
 }
 
 install_sudo() { # step
-  apt-get install -y --no-install-recommends sudo
+  apt-get install -y --no-install-recommends sudo passwd
   visudo -cf /etc/sudoers.d/arkmesh
 }
 
@@ -138,12 +138,12 @@ install_testbed() { # step
 
 testbed() { # step
   cd $experiments/dhtf
-  timeout 120 arkmesh run shark.toml roark_emulated.toml --seconds 20 --out /root/runs/testbed
+  timeout 600 arkmesh run shark.toml roark_emulated.toml --seconds 20 --out /root/runs/testbed
 }
 
 install_all() { # step
   packages /packages/arkmesh-doc
-  [ -f /usr/share/doc/arkmesh/docs/architecture.md ] || fail "no documents"
+  [ -f /usr/share/doc/arkmesh/html/docs/learn-scenario.html ] || fail "no documents"
 }
 
 install_dev() { # step
@@ -159,9 +159,90 @@ scenario_in_cpp() { # step
   arkmesh run my_swarm/a.toml my_swarm/b.toml --seconds 10 --set arena.ode.controller=own.c --out runs/own
 }
 
+install_systemd() { # step
+  apt-get install -y --no-install-recommends systemd-sysv dbus
+}
+
+# robots walk|stand: whether most of the emulated testbed's robots do, or all, in the last second of what its record holds.
+robots() {
+  python3 - "$1" <<'END'
+import sys
+rows = [row.split(",") for row in open("/root/truth.csv").read().rpartition("\n")[0].split("\n")[1:]]
+latest = [row for row in rows if float(row[0]) > float(rows[-1][0]) - 1]
+poses = {row[1]: {tuple(other[3:6]) for other in latest if other[1] == row[1]} for row in latest}
+walking = sum(len(each) > 1 for each in poses.values())
+sys.exit(not (walking == 0 if sys.argv[1] == "stand" else walking > len(poses) / 2))
+END
+}
+emulated() { journalctl -q -u emulator | grep commands:; }
+# standing: the robots stand, and go on standing.
+standing() {
+  later 30 robots stand
+  sleep 3
+  robots stand || fail "the robots walk again"
+}
+# A lab with an emulated testbed, whose robots walk. Once it has failed it is not started again while it is looked at.
+start_lab() {
+  systemctl start arkmesh-lab@roark
+  later 180 robots walk
+}
+
+lab_as_service() { # step of a started system
+  mkdir /run/systemd/system/arkmesh-lab@.service.d
+  printf '[Service]\nRestartSec=600\n' >/run/systemd/system/arkmesh-lab@.service.d/later.conf
+  systemctl daemon-reload
+  cat >/etc/arkmesh/roark.toml <<'END'
+include = ["/usr/share/arkmesh/experiments/dhtf/roark.toml"]
+[shared]
+labs = ["roark"]
+owner = "roark"
+[scenario.dhtf.requirements]
+roark = [1, 2]
+[arena]
+use = "kilobot"
+END
+  systemd-run -q --unit=emulator arkmesh emulator $experiments/emulator/roark.toml --truth /root/truth.csv
+  later 60 emulated
+  start_lab
+}
+
+service_stops() { # step of a started system
+  systemctl stop arkmesh-lab@roark
+  standing
+  [ "$(systemctl show -P Result arkmesh-lab@roark)" = success ] || fail "a stopped lab counts as failed"
+}
+
+service_is_killed() { # step of a started system
+  start_lab
+  systemctl kill --kill-whom=main -s KILL arkmesh-lab@roark
+  standing
+  grep -sx arkmesh-guard /proc/[0-9]*/comm || fail "the guard did not outlive its lab"
+}
+
+upgrade_in_mid_run() { # step of a started system
+  systemctl stop arkmesh-lab@roark
+  start_lab
+  local lab said
+  lab=$(systemctl show -P MainPID arkmesh-lab@roark)
+  said=$(apt-get install -y --no-install-recommends /packages/newer/*.deb 2>&1)
+  echo "$said"
+  said=$(grep 'goes on with' <<<"$said") || fail "the upgrade does not say that a lab runs"
+  echo "says: $said"
+  [[ $said == *"arkmesh-lab@roark"* ]] || fail "the lab is not named"
+  [ "$(systemctl show -P MainPID arkmesh-lab@roark)" = "$lab" ] || fail "the lab was started anew"
+  later 30 robots walk
+  runuser -u arkmesh -- env HOME=/var/lib/arkmesh arkmesh pause /etc/arkmesh/roark.toml
+  standing
+  systemctl restart arkmesh-lab@roark
+  later 180 robots walk
+  [ "$(readlink /proc/"$(systemctl show -P MainPID arkmesh-lab@roark)"/exe)" = /usr/bin/arkmesh-testbed ] ||
+    fail "a restarted lab has the program of before"
+}
+
 remove_all() { # step
   apt-get remove -y 'arkmesh*' python3-arkmesh libarkmesh-dev
   ! command -v arkmesh || fail "the command is still there"
+  ! [ -d /run/systemd/system ] || ! systemctl -q is-active arkmesh-lab@roark || fail "a lab still runs"
   local folder file
   for folder in /usr/share/arkmesh /usr/lib/arkmesh; do [ ! -e $folder ] || fail "left behind: $(find $folder)"; done
   for file in /etc/arkmesh/shark.toml runs/dhtf/shark/result.json .config/arkmesh/keys/door.crt; do

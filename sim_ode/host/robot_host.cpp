@@ -7,10 +7,15 @@
 #include <csignal>
 #include <utility>
 
+#include "hal/counted.hpp"
 #include "sim_ode/host/turns/eeprom.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
+
+// Lab time without anything to be seen of a program that waits, after which it is told, and how often that is looked
+// for.
+constexpr std::int64_t idle_told_us = 30'000'000, idle_check_ticks = 61;
 
 std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
                                     std::uint64_t seed) {
@@ -75,6 +80,22 @@ void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
        fault = turns_.walk_on_without_robot())
     leave_or_report(fault);
   for (int robot : turns_.resets()) power_up(robot);
+  if (number % idle_check_ticks == 0) tell_of_idle_waits();
+}
+
+// No fault: a callback, or the time, may still end the wait.
+void RobotHost::tell_of_idle_waits() {
+  if (told_of_idle_) return;
+  const std::vector<Turns::Wait> waits = turns_.idle_waits(idle_told_us);
+  if (waits.empty()) return;
+  told_of_idle_ = true;
+  const Turns::Wait& first = waits.front();
+  const std::string others = waits.size() == 1 ? "" : ", and so do " + hal::counted(waits.size() - 1, "more robot");
+  spdlog::warn(
+      "the program of robot {} has not returned from loop, and set neither motors nor LED, since {:.3f} s: it waits{} "
+      "({}){}",
+      first.robot, static_cast<double>(first.since_us) * 1e-6, first.from ? program_->place_of(first.from) : "",
+      program_->source().string(), others);
 }
 
 Reply RobotHost::send_turn(const Outcome& outcome) {

@@ -70,6 +70,7 @@ class RobotHost {
   void power_up(int robot);
   [[noreturn]] void report(const Fault& fault) const;
   void leave_or_report(const Fault& fault);
+  void tell_of_idle_waits();
   std::string sentence_for(const Fault& fault) const;
   std::string words_for(const Fault& fault, const std::string& place) const;
 
@@ -78,7 +79,7 @@ class RobotHost {
   RobotBodies bodies_;
   RobotMemory memory_;
   Turns turns_;
-  bool leave_failed_ = false;
+  bool leave_failed_ = false, told_of_idle_ = false;
   std::uint64_t failed_robots_ = 0;
 };
 

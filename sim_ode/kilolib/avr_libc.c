@@ -156,6 +156,7 @@ ENDS("signal", void* signal(int number, void* handler))
 ENDS("signal", void* __sysv_signal(int number, void* handler)) /* as the PC's headers have it */
 ENDS("sigaction", int sigaction(int number, const void* action, void* before))
 /* Out of an interrupt nobody jumps: it may have come while loop waits on another stack. */
+__attribute__((noreturn)) void siglongjmp(struct __jmp_buf_tag* place, int value); /* hidden by __STRICT_ANSI__ */
 STAND_IN __attribute__((noreturn)) void longjmp(struct __jmp_buf_tag* place, int value) {
   arkmesh_calls.jumps(CALLER);
   siglongjmp(place, value);
@@ -182,7 +183,7 @@ static int say(const char* format, va_list values, const char* from) {
   if (size <= 0) return size;
   if (arkmesh_calls.text) arkmesh_calls.text(line, size < (int)sizeof line ? (uint32_t)size : sizeof line - 1);
   if (serial_line)
-    arkmesh_calls.wait_us((uint32_t)size * 260);
+    arkmesh_calls.wait_us((uint32_t)size * 260, 0);
   else if ((arkmesh_work += 50 * (uint32_t)size) >= work_per_tick)
     arkmesh_give_time(from);
   return size;

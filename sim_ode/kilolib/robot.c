@@ -37,8 +37,8 @@ ROBOT uint16_t kilo_irhigh[14] = {0};
 ROBOT uint16_t kilo_irlow[14] = {0};
 
 /* Outside the robot's memory. Until the simulator fills it in, for constructors, nothing happens. */
-static void no_wait(uint32_t us) {
-  (void)us;
+static void no_wait(uint32_t us, const void* from) {
+  (void)us, (void)from;
 }
 static void no_tick(const void* from) {
   (void)from;
@@ -85,10 +85,10 @@ void arkmesh_give_time(const void* from) {
                         kilo_message_rx != no_rx || kilo_message_tx != no_tx || kilo_message_tx_success != no_success);
 }
 void arkmesh_wait_us(uint32_t us) {
-  arkmesh_calls.wait_us(us);
+  arkmesh_calls.wait_us(us, CALLER);
 }
 void delay(uint16_t ms) {
-  arkmesh_calls.wait_us((uint32_t)ms * 1000);
+  arkmesh_calls.wait_us((uint32_t)ms * 1000, CALLER);
 }
 void arkmesh_busy(void) {
   arkmesh_reads = 0;

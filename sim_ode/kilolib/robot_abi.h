@@ -28,8 +28,8 @@
 
 // What the simulator does for the robot whose turn it is. Filled in once after loading; not part of a robot's memory.
 struct arkmesh_host {
-  void (*wait_us)(uint32_t us);             // lets the robot's time pass
-  void (*wait_for_tick)(const void* from);  // until the next tick; `from` has asked for the time often
+  void (*wait_us)(uint32_t us, const void* from);  // lets the robot's time pass; `from` asked for it, perhaps null
+  void (*wait_for_tick)(const void* from);         // until the next tick; `from` has asked for the time often
   void (*motors)(uint8_t left, uint8_t right);
   void (*colour)(uint8_t colour);
   int16_t (*light)(void);

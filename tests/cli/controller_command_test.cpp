@@ -192,6 +192,32 @@ TEST_CASE("controller run ends cleanly with programs that would harm the process
   }
 }
 
+TEST_CASE("controller run names who waits in loop for ever, and where") {
+  // Robots 3 to 9 wait, for the clock or a message; the run goes on, for it may be what they should do. Nobody is told
+  // of who shows that it works, or returns.
+  const TemporaryFolder folder;
+  const auto program = folder.path() / "waits.c";
+  const auto run = [&](const std::string& loop) {
+    std::ofstream(program)
+        << "#include <kilolib.h>\nvolatile int flag = 0;\nvoid rx(message_t* m, "
+           "distance_measurement_t* d) {}\nvoid setup() {}\nvoid loop() {\n"
+        << loop << "\n}\nint main() { kilo_init(); kilo_message_rx = rx; kilo_start(setup, loop); return 0; }\n";
+    return controller({"run", program.string(), "--robots", "10", "--seconds", "40"}, folder.path());
+  };
+  for (const char* wait : {"delay(100);", "while (!flag) {}", "while (kilo_ticks > 0) {}"}) {
+    const Ended ended = run("  if (kilo_uid > 2)\n    for (;;) " + std::string(wait));
+    CHECK(ended.code == 0);
+    CHECK_MESSAGE(says(ended, "the program of robot 3 has not returned from loop"), ended.output);
+    CHECK_MESSAGE(says(ended, "it waits in loop (waits.c:7)"), ended.output);
+    CHECK_MESSAGE(says(ended, "so do 6 more robots"), ended.output);
+  }
+  for (const char* works : {"  for (;;) {\n    set_color(kilo_ticks & 1);\n    delay(100);\n  }", "  delay(1000);"}) {
+    const Ended ended = run(works);
+    CHECK(ended.code == 0);
+    CHECK_FALSE(says(ended, "has not returned"));
+  }
+}
+
 TEST_CASE("controller refuses wrong use with exit code 2") {
   // A missing file, no file, nonsense for sizes and places, and more robots than fit.
   const TemporaryFolder folder;
@@ -272,6 +298,15 @@ TEST_CASE("pictures and videos of a run, or a sentence that says what is missing
   }
   CHECK(picture.code == 0);
   CHECK(read_file(png).starts_with("\x89PNG"));
+  const auto jpg = folder.path() / "end.jpg", odd = folder.path() / "end.txt";
+  CHECK(controller({"run", file("labs_move"), "--seconds", "5", "--png", jpg.string()}, folder.path()).code == 0);
+  CHECK(read_file(jpg).starts_with("\xFF\xD8\xFF"));
+  for (const char* option : {"--png", "--video"}) {
+    const Ended refused = controller({"run", file("labs_move"), "--seconds", "5", option, odd.string()}, folder.path());
+    CHECK(refused.code == 1);
+    CHECK_MESSAGE(says(refused, "give a name with one of these"), refused.output);
+    CHECK_FALSE(std::filesystem::exists(odd));
+  }
   const Ended video = controller({"run", file("labs_move"), "--seconds", "5", "--video", mp4.string()}, folder.path());
   INFO(video.output);
   if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) {

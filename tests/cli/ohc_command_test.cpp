@@ -164,8 +164,8 @@ TEST_CASE("ohc: upload") {
   std::array<std::uint8_t, page_bytes> page{1, 2, 3, 4};
   const std::vector<Packet> round{forward(type_boot_size, {1}), boot_page_packet(0, page)};
   CHECK(meant(outcome) == std::vector{forward(type_boot), round[0], round[1], round[0], round[1]});
-  CHECK(outcome.output.find("robot.hex: 4 bytes, 1 pages") != std::string::npos);
-  CHECK(outcome.output.find("2 rounds of 1 pages sent") != std::string::npos);
+  CHECK(outcome.output.find("robot.hex: 4 bytes, 1 page") != std::string::npos);
+  CHECK(outcome.output.find("2 rounds of 1 page sent") != std::string::npos);
 }
 
 TEST_CASE("ohc: stopping an upload") {

@@ -11,6 +11,7 @@
 #include "tests/conformance/link_conformance.hpp"
 #include "tests/examples/folder_link.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
+#include "tests/support/network/nats_server.hpp"
 #include "tests/support/network/tcp_bench.hpp"
 #include "tests/support/network/test_keys.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
@@ -73,6 +74,39 @@ class TcpWorld final : public LinkWorld {
   std::unique_ptr<ImpairmentProxy> proxy_;
 };
 
+// Both meet at a server, "right" through a proxy.
+class NatsWorld final : public LinkWorld {
+ public:
+  explicit NatsWorld(const Impairment& impairment = {}, bool encrypt = false) : encrypt_(encrypt) {
+    keys_.join("left", "right");
+    proxy_ = std::make_unique<ImpairmentProxy>(server_.port());
+    proxy_->set(impairment);
+  }
+  std::unique_ptr<Link> end(const std::string& lab) override {
+    TcpSettings settings = tcp_settings(lab, ++boot_id_);
+    settings.keys = keys_.tls(lab);
+    settings.federation.encrypt = encrypt_;
+    nodes_[lab] = std::make_unique<TcpNode>(io_, std::move(settings));
+    const std::uint16_t port = lab == "left" ? server_.port() : proxy_->port();
+    return nodes_.at(lab)->federation_link(other(lab), "127.0.0.1:" + std::to_string(port), false);
+  }
+  void cut(bool is_cut) override { proxy_->refuse(is_cut); }
+  void step() override {
+    io_.restart();
+    io_.run_one_for(std::chrono::milliseconds(5));
+    io_.poll();
+  }
+
+ private:
+  const bool encrypt_;
+  TestKeys keys_;
+  NatsServerProcess server_;
+  std::uint64_t boot_id_ = 0;
+  boost::asio::io_context io_;
+  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
+  std::unique_ptr<ImpairmentProxy> proxy_;
+};
+
 // Both look into one folder, which is gone while the line is cut.
 class FolderWorld final : public LinkWorld {
  public:
@@ -118,6 +152,13 @@ const std::vector<LinkRow>& link_rows() {
       {"tcp, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}); }},
       {"tls", [] { return std::make_unique<TcpWorld>(Impairment{}, true); }},
       {"tls, in slices", [] { return std::make_unique<TcpWorld>(Impairment{.slice_bytes = 7}, true); }},
+      {"nats", [] { return std::make_unique<NatsWorld>(); }},
+      {"nats, late",
+       [] {
+         return std::make_unique<NatsWorld>(Impairment{.delay = microseconds(20'000), .jitter = microseconds(10'000)});
+       }},
+      {"nats, in slices", [] { return std::make_unique<NatsWorld>(Impairment{.slice_bytes = 70}); }},
+      {"nats, encrypted", [] { return std::make_unique<NatsWorld>(Impairment{}, true); }},
       {"folder", [] { return std::make_unique<FolderWorld>(); }},
   };
   return table;

@@ -244,8 +244,8 @@ TEST_CASE("cameras that cannot be are refused with a sentence") {
     change(settings);
     try {
       const Camera camera(settings, plain_scene());
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
+    } catch (const std::invalid_argument& why) {
+      return std::string(why.what());
     }
     return std::string();
   };

@@ -133,9 +133,24 @@ TEST_CASE("what a file may not say") {
        "shark.toml:3: gateway.peers[0].connect = \"10.0.0.2:7801\": is not on this machine"},
       {peer + "lab = \"roark\"\nconnect = \"tcp://10.0.0.2:7801\"",
        "gateway.peers[0].connect = \"tcp://10.0.0.2:7801\": is not on this machine"},
-      {peer + "lab = \"roark\"\nconnect = \"nats://127.0.0.1:4222\"",
-       "shark.toml:3: gateway.peers[0].connect = \"nats://127.0.0.1:4222\": begins with 'nats://', which is no kind of "
-       "link; there is: tcp://, tls://"},
+      {peer + "lab = \"roark\"\nconnect = \"stomp://127.0.0.1:4222\"",
+       "shark.toml:3: gateway.peers[0].connect = \"stomp://127.0.0.1:4222\": begins with 'stomp://', which is no kind "
+       "of "
+       "link; there is: tcp://, tls://, nats://, tls+nats://"},
+      {peer + "lab = \"roark\"\nconnect = \"nats://user@nats.example.org\"",
+       "shark.toml:3: gateway.peers[0].connect = \"nats://user@nats.example.org\": must be one or more of"},
+      {"gateway.connect = \"nats://\"", "shark.toml:1: gateway.connect = \"nats://\": must be one or more of"},
+      {"gateway.connect = \"nats://a,,b\"", "gateway.connect = \"nats://a,,b\": must be one or more of"},
+      {"gateway.connect = \"nats.example.org\"",
+       "must begin with nats:// or tls+nats://; one lab's address belongs in"},
+      {"gateway.connect = \"tls://nats.example.org:4222\"", "must begin with nats:// or tls+nats://"},
+      {"gateway.connect = \"nats://lab:secret@nats.example.org\"",
+       "would send a password to nats.example.org:4222 for anybody to read; use tls+nats://"},
+      {"gateway.connect = [\"nats://a\"]", "gateway.connect = [ \"nats://a\" ]: must be a text"},
+      {"gateway.encrypt = \"yes\"", "shark.toml:1: gateway.encrypt = \"yes\": must be true or false"},
+      {"gateway.server_ca = 1", "shark.toml:1: gateway.server_ca = 1: must be a path"},
+      {"gateway.credentials = true", "shark.toml:1: gateway.credentials = true: must be a path"},
+      {"gateway.credential = \"a.creds\"", "unknown key 'gateway.credential'; did you mean 'gateway.credentials'?"},
       {"gateway.listen = \"tcp://127.0.0.1:7801\"", "is not on this machine"},
       {"gateway.listen = \"tls://roark.example.org:7444\"", "must be tls://ADDRESS:PORT"},
       {peer + "lab = \"roark\"\nconnect = \"tls://roark.example.org\"",
@@ -182,6 +197,35 @@ TEST_CASE("what a file may not say") {
     CHECK(said.starts_with("shark.toml:"));
     CHECK(said.find(sentence) != std::string::npos);
   }
+}
+
+TEST_CASE("a federation is where labs without an entry are met") {
+  // All of shared.labs but this one; an entry without an address is met there, too, unless its lab connects to us.
+  const std::string federation = "gateway.connect = \"tls+nats://a.example.org,b.example.org\"\n";
+  const std::string roark = "[[gateway.peers]]\nlab = \"roark\"\nimport_rate_hz = 5\n";
+  const std::vector<std::string> labs{"lynx", "roark", "shark"};
+  const auto places = [](const GatewayConfig& config) {
+    std::string text;
+    for (const PeerConfig& peer : config.peers) text += peer.lab + " " + peer.connect + "; ";
+    return text;
+  };
+  const std::string there = "tls+nats://a.example.org,b.example.org; ";
+  CHECK(places(read(federation, labs)) == "lynx " + there + "roark " + there);
+  CHECK(places(read(federation + roark, labs)) == "roark " + there + "lynx " + there);
+  CHECK(places(read(federation + "gateway.listen = \"127.0.0.1:7801\"\n" + roark, labs)) == "roark ; lynx " + there);
+  CHECK(places(read(federation + roark + "connect = \"127.0.0.1:7801\"", labs)) ==
+        "roark 127.0.0.1:7801; lynx " + there);
+  CHECK(places(read(federation, {"shark"})).empty());
+
+  const GatewayConfig config = read(federation +
+                                    "gateway.encrypt = true\ngateway.server_ca = \"ca.pem\"\n"
+                                    "gateway.credentials = \"shark.creds\"");
+  CHECK(config.needs_keys());
+  CHECK(config.federation.encrypt);
+  CHECK(config.federation.server_ca.filename() == "ca.pem");
+  CHECK(config.federation.credentials.filename() == "shark.creds");
+  CHECK_FALSE(read(federation).federation.encrypt);
+  CHECK_FALSE(read("").needs_keys());
 }
 
 TEST_CASE("addresses of this machine and all others") {

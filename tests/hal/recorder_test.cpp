@@ -363,8 +363,8 @@ TEST_CASE("what is no log is refused in one sentence") {
   const auto error = [](const std::filesystem::path& file) {
     try {
       EventLogReader reader(file);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
+    } catch (const std::runtime_error& why) {
+      return std::string(why.what());
     }
     return std::string();
   };

@@ -231,6 +231,8 @@ TEST_CASE("exchange: who does not know our run is answered once a period, whatev
     m.acks["a"] = {run_id, -1};  // not ours
     a.bus.publish(std::string(peer) + "/world", lab::to_message(m));
     a.bus.drain();
+    a.exchange.answer();
+    a.bus.drain();
   };
   for (std::uint64_t i = 0; i < 100; ++i) ask("b", 1000 + i);
   for (std::uint64_t i = 0; i < 100; ++i) ask("stranger", 1000 + i);
@@ -242,6 +244,25 @@ TEST_CASE("exchange: who does not know our run is answered once a period, whatev
   a.exchange.set_now(a.config.period);
   ask("b", 1000);
   CHECK(told == 2);
+}
+
+TEST_CASE("exchange: all who do not know our run and ask at once get one answer") {
+  LabA a({"a", "b", "c", "d"});
+  a.own(0);
+  int told = 0;
+  const auto worlds = a.bus.subscribe("world", [&](auto, auto) { ++told; });
+  for (const char* peer : {"b", "c", "d"}) {
+    lab::WorldMessage m{.lab = peer, .run_id = 2, .can_wait = true};
+    m.acks["a"] = {7, -1};  // not ours
+    a.bus.publish(std::string(peer) + "/world", lab::to_message(m));
+  }
+  a.bus.drain();
+  CHECK(told == 0);
+  CHECK(a.exchange.answer());
+  CHECK_FALSE(a.exchange.answer());
+  a.bus.drain();
+  CHECK(told == 1);
+  CHECK(a.exchange.gate().message().acks.at("d").run_id == 2);
 }
 
 TEST_CASE("exchange: a lab that itself stood still has lost nobody") {

@@ -170,28 +170,28 @@ TEST_CASE("an operator's command reaches the robots") {
 }
 
 TEST_CASE("what an operator says before the experiment begins stands when it begins, and never begins it") {
-  using Kind = hal::FleetCommand::Kind;
+  using FleetKind = hal::FleetCommand::Kind;
   for (const std::uint8_t said : {fleet_command_t::pause, fleet_command_t::run}) {
     Bench bench;
     bench.arena.late = 3;
     bench.step();
     bench.tell(said);
     while (bench.arena.late > 0) bench.step();
-    const std::vector<Kind> early = bench.arena.robots().commands;
-    CHECK(std::ranges::count(early, Kind::run) == 0);
+    const std::vector<FleetKind> early = bench.arena.robots().commands;
+    CHECK(std::ranges::count(early, FleetKind::run) == 0);
     while (bench.runner.period() == 0) bench.step();
     bench.step();
     const bool runs = said == fleet_command_t::run;
-    CHECK(std::ranges::count(bench.arena.robots().commands, Kind::run) == (runs ? 1 : 0));
+    CHECK(std::ranges::count(bench.arena.robots().commands, FleetKind::run) == (runs ? 1 : 0));
     if (runs) continue;
     bench.tell(fleet_command_t::run);
     bench.step();
-    CHECK(bench.arena.robots().commands.back() == Kind::run);
+    CHECK(bench.arena.robots().commands.back() == FleetKind::run);
   }
 }
 
 TEST_CASE("quick words of an operator leave the last one, and the end outlasts them all") {
-  using Kind = hal::FleetCommand::Kind;
+  using FleetKind = hal::FleetCommand::Kind;
   Bench bench;
   while (bench.runner.period() == 0) bench.step();
   bench.step();
@@ -200,10 +200,10 @@ TEST_CASE("quick words of an operator leave the last one, and the end outlasts t
     CHECK(bench.runner.perform(fleet_command_t::run).empty());
   }
   bench.step();
-  CHECK(bench.runner.run_register().wanted() == Kind::run);
+  CHECK(bench.runner.run_register().wanted() == FleetKind::run);
   CHECK(bench.runner.perform(operator_command_t::stop).empty());
   bench.run();
-  CHECK(bench.arena.robots().commands.back() == Kind::pause);
+  CHECK(bench.arena.robots().commands.back() == FleetKind::pause);
   CHECK(bench.runner.run_register().kept_still_by() == "end");
 }
 

@@ -150,7 +150,7 @@ TEST_CASE("a lab whose arena is late tells its peers each second that it counts"
 
 TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   // Lab time goes on; what the run would be worth without the peer is not called finished.
-  using Kind = hal::FleetCommand::Kind;
+  using FleetKind = hal::FleetCommand::Kind;
   lab::RunConfig two = config_of_two_labs();
   two.last_period = 100;
   Bench bench(two, false);
@@ -169,26 +169,26 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   const auto pass = [&](std::uint32_t period) {
     while (runner.period() < period && runner.step(now += 1s) != Runner::Step::ended) REQUIRE(now < 1h);
   };
-  const auto operator_says = [&](Kind kind) {
+  const auto operator_says = [&](FleetKind kind) {
     bench.tell(static_cast<std::uint8_t>(kind));
     runner.step(now += 1s);
   };
-  std::vector<Kind> said{Kind::run};
+  std::vector<FleetKind> said{FleetKind::run};
   runner.step(now);
   hear_b(2);
   pass(2);
-  said.push_back(Kind::pause);
+  said.push_back(FleetKind::pause);
   CHECK(arena.robots().commands == said);
   CHECK(runner.state_text().starts_with("paused without b: "));
   hear_b(3);
   runner.step(now += 1s);
-  said.push_back(Kind::run);
+  said.push_back(FleetKind::run);
   CHECK(arena.robots().commands == said);
   CHECK(runner.state_text() == "running");
 
   // The peer's return does not undo what an operator said, and no operator makes robots run without the peer.
-  operator_says(Kind::pause);
-  said.push_back(Kind::pause);
+  operator_says(FleetKind::pause);
+  said.push_back(FleetKind::pause);
   pass(5);
   CHECK(runner.state_text().starts_with("paused without b: "));
   hear_b(4);
@@ -196,11 +196,11 @@ TEST_CASE("robots of a real-time arena stand still while a peer is lost") {
   CHECK(runner.state_text() == "running, with its robots paused by the operator");
   pass(8);
   CHECK(runner.state_text().starts_with("paused without b: "));
-  operator_says(Kind::run);
+  operator_says(FleetKind::run);
   CHECK(arena.robots().commands == said);
   hear_b(5);
   runner.step(now += 1s);
-  said.push_back(Kind::run);
+  said.push_back(FleetKind::run);
   CHECK(arena.robots().commands == said);
 
   pass(100);
@@ -297,26 +297,26 @@ TEST_CASE("a free lab that has finished stays until it has its peers' last state
 
 TEST_CASE("robots of a real-time arena stand still when no new state of any peer was applied for 10 s") {
   // The peer is there all the time, and nothing of it is lost.
-  using Kind = hal::FleetCommand::Kind;
+  using FleetKind = hal::FleetCommand::Kind;
   for (const auto on_peer_lost : {lab::RunConfig::OnPeerLost::pause, lab::RunConfig::OnPeerLost::go_on}) {
     NewsBench b([&](lab::RunConfig& run) { run.on_peer_lost = on_peer_lost; });
     Runner& runner = b.bench.runner;
     const auto& said = b.bench.arena.robots().commands;
     b.pass(9s, 0);
-    CHECK(said == std::vector{Kind::run});
+    CHECK(said == std::vector{FleetKind::run});
     b.pass(3s, 0);
-    CHECK(said == std::vector{Kind::run, Kind::pause});
+    CHECK(said == std::vector{FleetKind::run, FleetKind::pause});
     CHECK(runner.state_text().starts_with("paused: no new state of any peer for 1"));
     CHECK(runner.drops()["safety.paused"] == 1);
     CHECK(runner.drops()["gate.lost.b"] == 0);
     b.pass(1s, 1);
-    CHECK(said == std::vector{Kind::run, Kind::pause, Kind::run});
+    CHECK(said == std::vector{FleetKind::run, FleetKind::pause, FleetKind::run});
     CHECK(runner.state_text() == "running");
     // A pause of the operator stays one.
-    b.bench.tell(static_cast<std::uint8_t>(Kind::pause));
+    b.bench.tell(static_cast<std::uint8_t>(FleetKind::pause));
     b.pass(12s, 2);
     b.pass(1s, 3);
-    CHECK(said.back() == Kind::pause);
+    CHECK(said.back() == FleetKind::pause);
     CHECK(runner.state_text() == "running, with its robots paused by the operator");
     CHECK(runner.drops()["safety.paused"] == 2);
   }

@@ -52,9 +52,9 @@ std::string refusal(const std::filesystem::path& file, const std::vector<std::st
 
 }  // namespace
 
-TEST_CASE("docs/formats.md holds the table of keys as it is") {
+TEST_CASE("docs/keys.md holds the table of keys as it is") {
   // Whoever adds a key runs scripts/document_keys.
-  const std::string page = text_of(tests::experiments().parent_path() / "docs" / "formats.md");
+  const std::string page = text_of(tests::experiments().parent_path() / "docs" / "keys.md");
   CHECK(page.find(hal::print_keys(app::all_keys())) != std::string::npos);
 }
 

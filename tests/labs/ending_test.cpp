@@ -66,6 +66,22 @@ TEST_CASE("a lab that has finished stays so when the operator stops it, and goes
   CHECK(labs.outcome() == "finished");
 }
 
+TEST_CASE("labs of one process end when all have what the others told last") {
+  // Messages take three steps: one brings the last state, one that it came. Elsewhere each lab stays for 500 steps
+  // more.
+  app::LabFiles files = two_labs();
+  files.sets.pop_back();
+  tests::TemporaryFolder folder;
+  app::JointRun run{app::read_labs(files, 1), folder.path()};
+  const auto finished = [&](const char* lab) { return run.lab(lab).runner().outcome() == "finished"; };
+  while (!finished("shark") || !finished("roark")) REQUIRE(run.step());
+  run.network().impair("shark", "roark", {.delay_steps = 3});
+  const std::uint64_t since = run.steps();
+  while (run.step()) REQUIRE(run.steps() < since + 500);
+  CHECK(run.steps() - since < 20);
+  CHECK(run.finished());
+}
+
 TEST_CASE("a lab outlives its public bus") {
   // A process that an exception ends destroys the bus first; the lab then ends its run, and counts what was lost.
   app::LabFiles alone = two_labs();

@@ -155,7 +155,7 @@ TEST_CASE("an original with other numbers of robots or resources is a conflict t
     StandInRun run(mark::Role::client, "cre_flying", "meadow", network, {"run.duration_s=60"});
     run_out(run);
     CHECK(run.stand_in().conflict().find("mark.robots = 20") != std::string::npos);
-    CHECK(run.stand_in().conflict().find("1 robots") != std::string::npos);
+    CHECK(run.stand_in().conflict().find("tells of 1 robot:") != std::string::npos);
   }
   CreOriginalGround original(3, 35, 35);
   ScriptedNetwork network{.options = {}, .original = &original};

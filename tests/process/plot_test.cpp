@@ -29,9 +29,9 @@ struct PlotBench : tests::BatchBench {
   void draws(std::vector<std::string> words, const std::string& picture) {
     words.insert(words.begin(), "plot");
     const auto done = run(words);
-    const std::string& said = done.second;
-    CHECK_MESSAGE(done.first == 0, said);
-    CHECK_MESSAGE(said.find("wrote " + path(picture)) != std::string::npos, said);
+    const std::string& output = done.second;
+    CHECK_MESSAGE(done.first == 0, output);
+    CHECK_MESSAGE(output.find("wrote " + path(picture)) != std::string::npos, output);
     CHECK(tests::read_file(path(picture)).starts_with("\x89PNG"));
     fs::remove(path(picture));
   }
@@ -39,10 +39,10 @@ struct PlotBench : tests::BatchBench {
   void refuses(std::vector<std::string> words, const std::string& why) {
     words.insert(words.begin(), "plot");
     const auto done = run(words);
-    const std::string& said = done.second;
-    CHECK_MESSAGE(done.first != 0, said);
-    CHECK_MESSAGE(said.find(why) != std::string::npos, said);
-    CHECK_MESSAGE(said.find("Traceback") == std::string::npos, said);
+    const std::string& output = done.second;
+    CHECK_MESSAGE(done.first != 0, output);
+    CHECK_MESSAGE(output.find(why) != std::string::npos, output);
+    CHECK_MESSAGE(output.find("Traceback") == std::string::npos, output);
   }
 };
 

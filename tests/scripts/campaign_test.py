@@ -2,6 +2,7 @@
 import unittest
 
 import run_folder  # noqa: F401  (makes the scripts importable)
+import campaign_network
 import campaign_promises
 from lab_processes import ROOT
 
@@ -27,6 +28,15 @@ class Campaign(unittest.TestCase):
         self.assertEqual({kind for kind, _, _ in cells}, set(campaign_promises.LINKS))
         for cell in cells:
             self.assertIsInstance(campaign_promises.promise(*cell), campaign_promises.Promise)
+
+    def test_lost_messages_of_a_server(self):
+        """Each nth message is dropped and everything else passes, however the bytes come; a message may hold line ends."""
+        sent = b"INFO {}\r\n" + b"".join(b"MSG a.b 1 %d\r\n%s\r\n" % (len(text), text) for text in (b"one", b"t\r\nwo", b"", b"MSG x 1 3")) + b"PONG\r\n"
+        for size in (1, 7, len(sent)):
+            every, third = campaign_network.NatsMessages(), campaign_network.NatsMessages()
+            parts = [sent[at:at + size] for at in range(0, len(sent), size)]
+            self.assertEqual(b"".join(every.without_each(0, part) for part in parts), sent)
+            self.assertEqual(b"".join(third.without_each(3, part) for part in parts), sent.replace(b"MSG a.b 1 0\r\n\r\n", b""))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import unittest
 
 import run_folder  # noqa: F401  (makes the scripts importable)
 import demo_run
+import joined_networks
 from lab_processes import PROGRAM, ROOT, Failed
 
 # Behaves as `arkmesh lab FILE --out DIR` and `arkmesh gateway FILE` do; `run.seed` says which misfortune happens.
@@ -63,7 +64,7 @@ class Demo(unittest.TestCase):
 
     def demo(self, seed):
         with contextlib.redirect_stdout(io.StringIO()) as self.said, contextlib.redirect_stderr(io.StringIO()):
-            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False, remote=False), program=self.program)
+            demo_run.run(argparse.Namespace(seconds=8, seed=seed, out=self.folder / f"run{seed}", emulated=False, remote=False, federation=False), program=self.program)
         return self.folder / f"run{seed}"
 
     def left(self):
@@ -112,7 +113,7 @@ class Demo(unittest.TestCase):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             with self.subTest(signal=number):
                 code = (f"import sys; sys.path.insert(0, {str(ROOT / 'scripts')!r}); import demo_run, argparse, pathlib; demo_run.run(argparse.Namespace("
-                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False, remote=False), program=pathlib.Path({str(self.program)!r}))")
+                        f"seconds=8, seed=5, out=pathlib.Path({str(self.folder / str(int(number)))!r}), emulated=False, remote=False, federation=False), program=pathlib.Path({str(self.program)!r}))")
                 for flag in self.folder.glob("*-*"):
                     flag.unlink()
                 # A shell's background job, as tests may be, ignores SIGINT; the demo under test shall not.
@@ -127,13 +128,42 @@ class Demo(unittest.TestCase):
     def test_remote_labs_have_the_hash_of_local_ones(self):
         """Two labs in networks of their own, joined over TLS, play strict DHTF as in one process; neither network is left."""
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            demo_run.run(argparse.Namespace(seconds=40, seed=1, out=self.folder / "remote", emulated=False, remote=True))
+            demo_run.run(argparse.Namespace(seconds=40, seed=1, out=self.folder / "remote", emulated=False, remote=True, federation=False))
         joint = json.loads((self.folder / "remote/result.json").read_text())
-        subprocess.run([PROGRAM, "run", *demo_run.LABS, "--out", self.folder / "local", "--set", "run.duration_s=40"], check=True, capture_output=True)
-        local = json.loads((self.folder / "local/result.json").read_text())
-        self.assertEqual(joint["final_hash"], local["final_hash"])
+        self.assertEqual(joint["final_hash"], self.local_hash())
         self.assertIn("gateway of shark: listening on tls://", (self.folder / "remote/shark-gateway.txt").read_text())
         self.assertGreater(joint["by_lab"]["shark"]["between_labs"]["roark"]["received_messages"], 15)
+
+    def test_labs_behind_routers_have_the_hash_of_local_ones(self):
+        """Two labs behind routers, which meet at a server outside, play strict DHTF as in one process; neither listens, and nothing leads from one to the other."""
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            demo_run.run(argparse.Namespace(seconds=40, seed=1, out=self.folder / "away", emulated=False, remote=False, federation=True))
+        joint = json.loads((self.folder / "away/result.json").read_text())
+        self.assertEqual(joint["final_hash"], self.local_hash())
+        self.assertNotIn("listening", (self.folder / "away/shark-gateway.txt").read_text())
+        self.assertGreater(joint["by_lab"]["shark"]["between_labs"]["roark"]["received_messages"], 15)
+
+    def test_routers_let_nobody_in(self):
+        """Of two labs behind routers each reaches the server, and nobody reaches a lab, though it listens."""
+        door = "import socket; door = socket.create_server(('0.0.0.0', 9)); print(flush=True); import time; time.sleep(60)"
+        knock = "import socket; socket.create_connection(('{}', 9), 1.5)"
+        with joined_networks.networks_behind_routers(["a", "b"]) as (enter, hall), contextlib.ExitStack() as ending:
+            for words in (hall, *enter.values()):
+                listener = ending.enter_context(subprocess.Popen([*words, sys.executable, "-c", door], stdout=subprocess.PIPE))
+                ending.callback(listener.kill)
+                listener.stdout.readline()
+
+            def reaches(words, address):
+                return subprocess.run([*words, sys.executable, "-c", knock.format(address)], stderr=subprocess.DEVNULL).returncode == 0
+            for number, lab in enumerate("ab", 1):
+                self.assertTrue(reaches(enter[lab], "192.168.1.2"), lab)  # itself
+                self.assertTrue(reaches(enter[lab], joined_networks.HALL), lab)
+                subprocess.run([*hall, "ip", "route", "replace", "192.168.1.0/24", "via", f"10.78.{number}.2"], check=True)
+                self.assertFalse(reaches(hall, "192.168.1.2"), lab)
+
+    def local_hash(self):
+        subprocess.run([PROGRAM, "run", *demo_run.LABS, "--out", self.folder / "local", "--set", "run.duration_s=40"], check=True, capture_output=True)
+        return json.loads((self.folder / "local/result.json").read_text())["final_hash"]
 
     def until(self, condition):
         end = time.monotonic() + 20

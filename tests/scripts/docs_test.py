@@ -1,5 +1,6 @@
 """What the documents promise is there: tests that decisions.md names, and files that documents link to."""
 import functools
+import json
 import pathlib
 import re
 import shlex
@@ -42,7 +43,7 @@ def wrong_in(command):
 # Where the fragments of C++ in docs stand: for each document its blocks in order, as (before, behind) the block.
 FRAGMENTS = {
     "docs/architecture.md": [("template <class Section> void fields_of(const Section& s, double& duration_s) {", "}")],
-    "docs/writing-a-scenario.md": [
+    "docs/writing-a-scenario-in-cpp.md": [
         ("}", "namespace {"),
         ("void draw(lab::Lab& lab, const std::vector<std::uint8_t>& trace) {", "}"),
         ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
@@ -50,6 +51,17 @@ FRAGMENTS = {
 }
 INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"scenarios/light_up/light_up.hpp\"\n"
             "using namespace arkmesh;\n")
+
+
+class Paper(unittest.TestCase):
+    def test_its_figures_are_those_of_the_pages(self):
+        done = subprocess.run([ROOT / "scripts/figures/paper", "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_it_cites_what_its_list_has_and_lists_what_it_cites(self):
+        cited = set(re.findall(r"@([a-z_]+\d*)", (ROOT / "docs/paper/paper.md").read_text()))
+        listed = re.findall(r"^@\w+\{([^,]+),$", (ROOT / "docs/paper/paper.bib").read_text(), re.M)
+        self.assertEqual(sorted(cited), sorted(listed))
 
 
 class Documents(unittest.TestCase):
@@ -88,7 +100,7 @@ class Documents(unittest.TestCase):
         """Every command line on the page of the first day exists as written, with each of its options."""
         for document in ("docs/first-hardware-day.md", "docs/your-first-testbed.md"):
             text = (ROOT / document).read_text()
-            blocks = "".join(re.findall(r"^```\n(.*?)^```", text, re.M | re.S))
+            blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S))
             commands = re.findall(r"^(arkmesh .*)$", blocks, re.M) + re.findall(r"`(arkmesh [^`]+)`", text)
             self.assertGreater(len(commands), 10, document)
             for command in commands:
@@ -98,8 +110,8 @@ class Documents(unittest.TestCase):
         self.assertIn("ohc, which wants", wrong_in("arkmesh ohc /dev/ttyUSB0 lampe"))
 
     def test_every_key_is_documented(self):
-        """Every key of a run's effective configuration stands in docs/formats.md or in the README of the simulated arena."""
-        documents = (ROOT / "docs/formats.md").read_text() + (ROOT / "sim_ode/README.md").read_text()
+        """Every key of a run's effective configuration stands in docs/keys.md or in the README of the simulated arena."""
+        documents = (ROOT / "docs/keys.md").read_text() + (ROOT / "sim_ode/README.md").read_text()
         labs = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([ROOT / "build/release/arkmesh", "run", *labs, "--out", folder, "--set", "run.duration_s=2"], check=True,
@@ -111,11 +123,34 @@ class Documents(unittest.TestCase):
                 if isinstance(value, dict):
                     # Tables by lab are documented with a stand-in for the lab.
                     check(value, path + [key if path[-1:] not in (["projection"],) else "<lab>"])
+                elif isinstance(value, list) and value and isinstance(value[0], dict):
+                    check(value[0], path + [key + "[0]"])
                 else:
                     names = [".".join(path + [key]), "." + key, key, ".".join(path + ["<lab>"])]
                     self.assertTrue(any(f"`{name}`" in documents for name in names), f"{'.'.join(path + [key])} is not documented")
 
         check(config, [])
+
+    def test_every_counter_is_documented(self):
+        """Every counter of a simulated lab and of one on an emulated testbed stands in a README's section on counters."""
+        documented = set()
+        for readme in subprocess.run(["git", "ls-files", "*/README.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split():
+            section = re.search(r"^## Counters\n(.*?)(?=^## |\Z)", (ROOT / readme).read_text(), re.M | re.S)
+            for cell in re.findall(r"^\| ([^|]*) \|", section[1] if section else "", re.M):
+                first = ""
+                for name in re.findall(r"`([^`]+)`", cell):  # `poses.lost`, `.late` stands for poses.lost and poses.late
+                    first = first if name.startswith(".") else name
+                    documented.add(first.rpartition(".")[0] + name if name.startswith(".") else name)
+        with tempfile.TemporaryDirectory() as folder:
+            alone = ["--set", 'shared.labs=["roark"]', "--set", "shared.owner=roark"]
+            for name, labs, options in (("simulated", ("light_up/a", "light_up/b"), []), ("emulated", ("dhtf/roark_emulated",), alone)):
+                files = [ROOT / f"experiments/{lab}.toml" for lab in labs]
+                subprocess.run([ROOT / "build/release/arkmesh", "run", *files, "--out", f"{folder}/{name}", "--seconds", "4", *options],
+                               check=True, capture_output=True, timeout=300)
+            counted = {name for file in pathlib.Path(folder).glob("*/*/result.json") for name in json.loads(file.read_text())["counters"]}
+        self.assertGreater(len(counted), 30)
+        missing = [name for name in sorted(counted) if name.removeprefix("arena.") not in documented and name not in documented]
+        self.assertEqual(missing, [])
 
 
 if __name__ == "__main__":

@@ -28,6 +28,8 @@ class Guide(unittest.TestCase):
 
     def test_an_empty_folder_begins_with_a_scenario(self):
         self.assertIn("scenario new my_swarm", self.commands())
+        course = re.search(r"a first result of your own: (.*)", self.run_it("guide"))[1]
+        self.assertIn("# Your own scenario in Python", pathlib.Path(course).read_text())
         self.run_it("scenario", "new", "my_swarm")
         self.folder /= "my_swarm"
         self.assertIn("run a.toml b.toml", self.commands())
@@ -56,6 +58,18 @@ class Guide(unittest.TestCase):
         self.assertEqual(len(named), 3)
         for command in named:
             self.run_it(*shlex.split(command))
+
+    def test_only_a_lab_with_peers_is_to_be_joined(self):
+        """`up` is named for the first file that has peers, however they are written, and for none when no file has any."""
+        alone = '[lab]\nname = "{}"\n[run]\nscenario = "light_up"\n[arena]\nuse = "null"\n'
+        (self.folder / "a.toml").write_text(alone.format("a"))
+        (self.folder / "b.toml").write_text(alone.format("b") + "[gateway]\npeers = []\n")
+        ups = lambda: [command for command in self.commands() if command.startswith("up")]
+        self.assertEqual(ups(), [])
+        (self.folder / "c.toml").write_text(alone.format("c") + '[gateway]\npeers = [{lab = "a", connect = "127.0.0.1:7999"}]\n')
+        self.assertEqual(ups(), ["up c.toml"])
+        (self.folder / "b.toml").write_text(alone.format("b") + '[[gateway.peers]]\nlab = "a"\n')
+        self.assertEqual(ups(), ["up b.toml"])
 
     def test_no_folder_is_one_sentence(self):
         self.assertEqual(self.run_it("guide", "nowhere", code=2), "arkmesh: nowhere: is no folder\n")

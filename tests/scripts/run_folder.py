@@ -36,10 +36,10 @@ def robots(lab, period):
     return out
 
 
-def view(lab, period):
-    """The shared view of a two-lab run of DHTF at one boundary."""
+def view(lab, period, of=LABS):
+    """The shared view of a run of DHTF of these labs at one boundary."""
     labs = []
-    for name in LABS:
+    for name in of:
         own = [field("team", [(period + i) % (5 if name == "shark" else 3) for i in range(8)])]
         if name == "shark":
             own += [field("active", [1, 1, 0, 1, 1, 1, 0, 1])]
@@ -50,7 +50,9 @@ def view(lab, period):
     return new("shared_view_t", stamp_us=period * 2000000, period=period, scale=LABS[lab][2], labs=labs)
 
 
-CONFIG = """[shared.projection.roark]
+CONFIG = """[run]
+seed = 7
+[shared.projection.roark]
 scale = 2.0
 [scenario.dhtf]
 site_radius_m = 0.08
@@ -61,7 +63,7 @@ roark = [1, 2]
 COMPLETED = "period,time_s,site,cell,active_since_s,hard.roark,hard.shark,team.roark,team.shark\n"
 
 
-def make_lab(path, lab, periods=5):
+def make_lab(path, lab, periods=5, labs=LABS):
     """Writes path/{log.lcm, config.toml, completed.csv} of one lab."""
     path = pathlib.Path(path)
     path.mkdir(parents=True, exist_ok=True)
@@ -69,7 +71,7 @@ def make_lab(path, lab, periods=5):
     arena = new("arena_info_t", lab=lab, platform="ode", width_m=side, height_m=side, robots=count, body_radius_m=0.0165)
     log = event(0, 1e9, "arena", arena.encode())
     for period in range(periods):
-        log += event(2 * period + 1, 1e9 + 2 * period, "shared", view(lab, period).encode())
+        log += event(2 * period + 1, 1e9 + 2 * period, "shared", view(lab, period, labs).encode())
         log += event(2 * period + 2, 1e9 + 2 * period, "foreign", b"not one of ours")
     (path / "log.lcm").write_bytes(log)
     (path / "config.toml").write_text(CONFIG)
@@ -77,7 +79,7 @@ def make_lab(path, lab, periods=5):
     (path / "completed.csv").write_text(COMPLETED + "".join(rows))
 
 
-def make(folder, periods=5):
-    """A run folder of labs shark and roark."""
-    for lab in LABS:
-        make_lab(pathlib.Path(folder) / lab, lab, periods)
+def make(folder, periods=5, labs=LABS):
+    """A run folder of labs shark and roark, or of one of them."""
+    for lab in labs:
+        make_lab(pathlib.Path(folder) / lab, lab, periods, labs)

@@ -1,5 +1,6 @@
 """The scripts that read run folders: on whole folders, and on folders of runs that were killed or whose disk ran full."""
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -87,6 +88,46 @@ class Scripts(unittest.TestCase):
         self.assertFalse((self.run_dir / "picture.png").exists())
         refused = script("plot_curves", self.run_dir, self.run_dir / "../run")
         self.assertEqual((refused.returncode, refused.stderr), (1, f"plot_curves: {self.run_dir}/../run is named twice; each run counts once\n"))
+
+    def test_pictures_are_of_the_kind_that_their_names_say(self):
+        """A JPEG is a JPEG, whatever draws it; an ending that nobody writes is refused in one sentence, and so is a folder that is not there."""
+        poses = self.run_dir / "poses.csv"
+        poses.write_text("time_s,robot,x_m,y_m,heading_rad,led\n0,0,0.1,0.2,1,red\n1,0,0.12,0.2,1,off\n")
+        (self.run_dir / "runs.csv").write_text("run,setting,pair,seed,state,completed\n0,0,a,1,finished,3\n1,0,a,2,finished,5\n")
+        drawers = [["plot", self.run_dir, "--out"], ["plot_curves", self.run_dir / "shark", "--out"], ["draw_swarm", poses, "--diameter", 0.033, "--png"],
+                   ["plot_batch", self.run_dir, "--column", "completed", "--over", "pair", "--out"]]
+        begins = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "JPEG": b"\xff\xd8\xff", "pdf": b"%PDF", "svg": b"<?xml"}
+        for name, *words in drawers:
+            for ending, begin in begins.items():
+                out = self.run_dir / f"{name}.{ending}"
+                drawn = script(name, *words, out)
+                self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+                self.assertEqual(out.read_bytes()[:len(begin)], begin, f"{name} {ending}")
+            for out in ("picture.xyz", "picture", "/nowhere/a.jpg"):
+                refused = script(name, *words, out)
+                why = "cannot be written: No such file or directory; choose" if out[0] == "/" else "pictures end in .png, .jpg, .jpeg, .pdf or .svg; give a name with one of these"
+                self.assertEqual((refused.returncode, refused.stderr.count("\n"), refused.stderr.startswith(f"{name}: {out}") and why in refused.stderr), (1, 1, True), refused.stderr)
+
+    def test_pictures_say_what_is_to_be_seen(self):
+        """Scale, seed, time and a legend, which names robots of other labs only where there are some."""
+        def words(name, *arguments):
+            out = self.run_dir / "words.svg"
+            drawn = script(name, *arguments, out)
+            self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+            return re.findall("<!-- (.*) -->", out.read_text())  # matplotlib's note of each text
+
+        both = words("plot", self.run_dir, "--out")
+        for said in ("lab time 8 s, period 4, seed 7", "x, metres", "y, metres", "robot of another lab", "walking", "dwelling"):
+            self.assertIn(said, both)
+        alone = self.run_dir.parent / "alone"
+        run_folder.make(alone, labs=["shark"])
+        self.assertNotIn("robot of another lab", words("plot", alone, "--out"))
+        (alone / "shark/config.toml").unlink()
+        self.assertIn("LED blue", words("plot", alone, "--out"))
+        self.assertIn(f"{self.run_dir / 'shark'}, seed 7", words("plot_curves", self.run_dir / "shark", "--out"))
+        poses = self.run_dir / "poses.csv"
+        poses.write_text("time_s,robot,x_m,y_m,heading_rad,led\n0,0,0.1,0.2,1,red\n1,0,0.12,0.2,1,off\n")
+        self.assertEqual(set(words("draw_swarm", poses, "--diameter", 0.033, "--arena", "0.9x0.5", "--caption", "walk.c, seed 7", "--png")), {"walk.c, seed 7, 1 s", "0.2 m", "off"})
 
     def test_plot_of_a_killed_run(self):
         """Logs and tables cut in mid-record are drawn up to the last whole period; a log without one gives a sentence."""

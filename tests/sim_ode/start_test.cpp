@@ -29,7 +29,7 @@ TEST_CASE("impossible places") {
     return std::string("accepted");
   };
   CHECK(refusal("[0, 0, 0, 0.2, 0, 0]") == "accepted");
-  CHECK(refusal("[0, 0, 0]").find("holds 1 places for 2 robots") != std::string::npos);
+  CHECK(refusal("[0, 0, 0]").find("holds 1 place for 2 robots") != std::string::npos);
   CHECK(refusal("[0, 0, 0, 0.2]").find("three numbers for each robot") != std::string::npos);
   CHECK(refusal("[0, 0, 0, 0.2, 0.49, 0]").find("robot 1 at 0.2, 0.49, not wholly inside the walls") !=
         std::string::npos);

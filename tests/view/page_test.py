@@ -1,12 +1,14 @@
 """The page in a real browser before a stand-in for a lab's server: what it shows, what its controls send, and how it plays a recorded run."""
 import io
 import json
+import pathlib
 import re
+import subprocess
 import tempfile
 import time
 import unittest
 
-from PIL import Image
+from PIL import Image, ImageChops, ImageStat
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -15,6 +17,7 @@ from selenium.webdriver.support.ui import Select
 from double_server import Double, packed, types_json  # also finds scripts/
 from made_run import encode, pose, rows
 from chromium import browser
+import film_frames
 
 LABS = ["shark", "roark"]
 
@@ -94,7 +97,7 @@ class PageTest(unittest.TestCase):
         self.until("return /runs, waits for nobody/.test(document.getElementById('side').innerText)")
         self.until("return /shark waits for roark: link down/.test(document.getElementById('side').innerText)")
         self.until("return /to_robots.replaced/.test(document.getElementById('side').textContent) && /round trip\\s+850 µs/.test(document.getElementById('side').innerText)")
-        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons of drops/.test(s.textContent)).click()")
+        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons? of drops/.test(s.textContent)).click()")
         self.until("return document.querySelector('#side dl').innerText !== arguments[0]", self.js("return document.querySelector('#side dl').innerText"))  # panels are written anew
         self.until("return /to_robots.replaced/.test(document.getElementById('side').innerText)")  # what was unfolded stays so
         self.assertEqual(self.js("return [...arkmesh.world.not_understood]"), [])
@@ -110,8 +113,13 @@ class PageTest(unittest.TestCase):
             return /world_t, \d+ B\nlab = roark\nnonce = 6\n/.test(words) && /window\[0\]\n  period = \d+\n  behaviour = 1\d\d\d/.test(words)""")
 
     def test_tables_break_no_word(self):
-        """In the side column numbers and the parts of names stand whole on a line, of long names and large numbers, and nothing is cut off."""
-        server = self.serve()
+        """In the side column numbers and the parts of names stand whole on a line, of long names and large numbers; nothing is cut off, or lies on its neighbour."""
+        for width, height in ((1280, 800), (1920, 1080), (390, 844)):
+            with self.subTest(width=width), browser(width, height, phone=width < 400) as self.driver:
+                self.check_tables()
+
+    def check_tables(self):
+        server = self.serve(speed=0.01)  # it tells of peers once, before we do
         self.open(server)
         channels = [{"channel": f"roark/{name}", "age_us": 72_345_000, "messages": 154_369, "bytes": 468_000_000} for name in ("operator_command", "world")]
         server.tell(packed(0, 3_000_000, "peers", encode(self.of, "peers_t", {"lab": "shark", "peers": [{
@@ -131,11 +139,14 @@ class PageTest(unittest.TestCase):
                     range.setStart(node, word.index);
                     range.setEnd(node, word.index + word[0].length);
                     const boxes = [...range.getClientRects()];
-                    if (new Set(boxes.map((b) => Math.round(b.top))).size > 1 || boxes.some((b) => b.right > side.right)) broken.push(word[0]);
+                    const own = cell.getBoundingClientRect();
+                    if (new Set(boxes.map((b) => Math.round(b.top))).size > 1 || boxes.some((b) => b.right > side.right || b.right > own.right + 1 || b.left < own.left - 1)) broken.push(word[0]);
                 }
             }
             return broken""")
         self.assertEqual(broken, [])
+        wide = self.js("return [...document.querySelectorAll('#side, #side .body, #side table')].filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => [e.id, e.className, e.scrollWidth, e.clientWidth])")
+        self.assertEqual((wide, self.js("return document.documentElement.scrollWidth <= innerWidth")), ([], True))
 
     def test_pick_follow_and_measure(self):
         """A click picks the robot under it, its panel tells its messages, the view follows it, and a drag measures metres."""
@@ -386,6 +397,56 @@ class PageTest(unittest.TestCase):
             self.assertGreater(pixels, 300_000)
             seen.append(hashed)
         self.assertEqual(seen[0], seen[1])
+
+    def test_a_film_shows_what_pictures_show(self):
+        """What the page encodes itself has the moments, pixels and caption that pictures of it have."""
+        server = self.serve(mode="recorded")
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "film.mp4"
+            self.assertEqual(film_frames.film(server.url, out, 10, 20, 5, 30, 801, 450, bare=True), 60)
+            said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width,height,duration", "-of", "csv=p=0", out], capture_output=True, text=True)
+            *size, length_s, moments = map(float, said.stdout.split(","))
+            self.assertEqual((size, moments), ([800, 450], 60))
+            self.assertAlmostEqual(length_s, 2, 2)
+            last = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", out, "-vf", "select=eq(n\\,59)", "-f", "image2pipe", "-c:v", "png", "-"], capture_output=True)
+        with film_frames.page(server.url, 801, 450, bare=True) as shown:
+            self.assertTrue(shown.can_encode(30), "this Chromium encodes no H.264, and films take several times longer")
+            shown.begin(10, 5)
+            for _ in range(60):
+                shown.next(1 / 6)
+            self.assertEqual(shown.driver.execute_script("return arkmesh.stage.caption"), "0:20.0 of 1:00.0, 5×, grid 0.1 m")
+            picture = shown.picture("png")
+        film, pictures = (Image.open(io.BytesIO(data)).convert("RGB").crop((0, 0, 800, 450)) for data in (last.stdout, picture))
+        apart = ImageChops.difference(film, pictures)
+        self.assertLess(ImageStat.Stat(apart).mean[1], 3)
+        # the caption is there, and in its strip nothing else
+        below = pictures.crop((0, 424, 800, 450)).convert("L")
+        self.assertGreater(sum(below.histogram()[:100]), 300)
+        self.assertEqual(below.crop((0, 0, 250, 26)).getextrema(), below.crop((550, 0, 800, 26)).getextrema())
+
+    def test_ids_cover_nothing(self):
+        """Ids of 50 robots, and of ghosts, lie on no robot, no other id and no word that the scenario draws; nearly every robot has its own."""
+        self.open(self.serve())
+        own, ghosts, on = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
+            const {names_of} = await import('/page/scene.js'), {overlay_words} = await import('/page/draw_overlay.js'), {stage, world} = arkmesh;
+            const [pane] = stage.panes.list, [{lab, placement: p}] = pane.labs;
+            // a spiral: close together in the middle
+            lab.robots = Array.from({length: 50}, (_, id) => ({id, x: 0.064 * Math.sqrt(id) * Math.cos(2.4 * id), y: 0.064 * Math.sqrt(id) * Math.sin(2.4 * id), heading: id, led: 1, confidence: 1, age_us: 0}));
+            const scene = stage.scene(pane, true), names = names_of(scene), radius = lab.body_radius_m() * p.scale, on = [];
+            const apart = (a, b) => Math.abs(a.x - b.x) >= (a.width + b.width) / 2 - 0.5 || Math.abs(a.y - b.y) >= (a.height + b.height) / 2 - 0.5;
+            const words = lab.overlay ? overlay_words(lab.overlay, p, stage.sprites.colours, stage.px) : [];
+            names.forEach((name, i) => {
+                for (const other of names.slice(i + 1)) if (!apart(name.box, other.box)) on.push(`${name.words} on ${other.words}`);
+                for (const {words: text, place} of words) if (!apart(name.box, place)) on.push(`${name.words} on ${text}`);
+                for (const r of lab.robots) {
+                    const dx = Math.abs(name.box.x - p.x(r.x, r.y)) - name.box.width / 2, dy = Math.abs(name.box.y - p.y(r.x, r.y)) - name.box.height / 2;
+                    if (Math.hypot(Math.max(0, dx), Math.max(0, dy)) < radius - 0.5) on.push(`${name.words} on robot ${r.id}`);
+                }
+            });
+            done([names.filter((n) => !n.ghost).length, names.filter((n) => n.ghost).length, on]); })()""")
+        self.assertEqual(on, [])
+        self.assertGreaterEqual(own, 45)
+        self.assertGreater(ghosts, 0)
 
     def test_labs_together(self):
         """In the shared frame a robot lies at the same pixel as its ghost would: projections are right."""

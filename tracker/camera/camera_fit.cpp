@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
 
 namespace arkmesh::tracker {
 namespace {
@@ -47,6 +48,32 @@ std::vector<cv::Point2f> find_chessboard(const cv::Mat& grey, cv::Size size) {
   }
   if (!cv::findChessboardCornersSB(grey, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE)) corners.clear();
   return corners;
+}
+
+// Refines the corners within `half` pixels. OpenCV 4.10 finds some beside a board's dark rim many pixels off, from
+// where the refinement wanders out of its window and changes nothing: those begin again where two in line with them
+// say.
+void refine(const cv::Mat& grey, cv::Size size, int half, std::vector<cv::Point2f>& corners) {
+  const auto refined = [&](std::vector<cv::Point2f> at) {
+    cv::cornerSubPix(grey, at, cv::Size(half, half), cv::Size(-1, -1),
+                     cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3));
+    return at;
+  };
+  const std::vector<cv::Point2f> found = std::exchange(corners, refined(corners));
+  const auto settled = [&](int column, int row) {
+    return column >= 0 && row >= 0 && column < size.width && row < size.height &&
+           corners[row * size.width + column] != found[row * size.width + column];
+  };
+  for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
+    const int column = i % size.width, row = i / size.width;
+    if (settled(column, row)) continue;
+    for (const cv::Point& step : {cv::Point(0, -1), cv::Point(0, 1), cv::Point(-1, 0), cv::Point(1, 0)}) {
+      if (!settled(column + step.x, row + step.y) || !settled(column + 2 * step.x, row + 2 * step.y)) continue;
+      const int next = i + step.y * size.width + step.x, after = next + step.y * size.width + step.x;
+      corners[i] = refined({2 * corners[next] - corners[after]}).front();
+      break;
+    }
+  }
 }
 
 // Whether every side of the picture is within the lens's reach: beyond it a strong distortion folds over.
@@ -162,8 +189,7 @@ bool LensFit::add(const cv::Mat& picture) {
   for (std::size_t i = 1; i < corners.size(); ++i)
     if (i % size.width) least = std::min(least, cv::norm(corners[i] - corners[i - 1]));
   const int half = std::clamp(static_cast<int>(least / 3), 2, 8);
-  cv::cornerSubPix(grey, corners, cv::Size(half, half), cv::Size(-1, -1),
-                   cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3));
+  refine(grey, size, half, corners);
   boards_->size = picture.size();
   boards_->corners.push_back(std::move(corners));
   return true;

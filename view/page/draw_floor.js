@@ -8,7 +8,7 @@
  */
 
 /** Lines of the grid are this far apart, metres. */
-const grid_m = 0.1;
+export const grid_m = 0.1;
 
 /**
  * The path of an arena's sides.

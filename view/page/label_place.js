@@ -1,19 +1,82 @@
-// Where labels go, so that none lies on another.
+// Where labels go, so that none lies on another or on a robot. Pixels throughout.
 
-/** @typedef {{x: number, y: number, width: number, height: number}} Place of a label: its middle and its sides, pixels */
+/** @typedef {{x: number, y: number, width: number, height: number}} Box its middle and its sides */
+/** @typedef {Box & {radius?: number}} Taken of a disc with its radius, else of a label */
 
+/** What is taken is kept by squares of this side. */
+const cell_px = 48;
+/** Labels may touch by so much. */
+const touch_px = 0.5;
 /** A label that would lie on others goes up by so many lines at most. */
 const lines_most = 4;
+/** Where a robot's label may lie: above, below, at its sides, at its corners. */
+const sides = [[0, -1], [0, 1], [1, 0], [-1, 0], [0.7, -0.7], [-0.7, -0.7], [0.7, 0.7], [-0.7, 0.7]];
+
+/** What is taken already. */
+export class Places {
+  constructor() {
+    /** @type {Map<number, Taken[]>} by square */
+    this.cells = new Map();
+  }
+
+  /** @param {Taken} taken */
+  add(taken) {
+    for (const key of squares(taken)) {
+      const there = this.cells.get(key);
+      if (there) there.push(taken);
+      else this.cells.set(key, [taken]);
+    }
+  }
+
+  /** @param {number} x @param {number} y @param {number} radius */
+  add_disc(x, y, radius) {
+    this.add({ x, y, width: 2 * radius, height: 2 * radius, radius });
+  }
+
+  /** @param {Box} box */
+  is_free(box) {
+    return squares(box).every((key) => (this.cells.get(key) ?? []).every((taken) => !meet(box, taken)));
+  }
+}
+
+/** @param {Box} box @returns {number[]} */
+function squares({ x, y, width, height }) {
+  const keys = [];
+  const [left, right, top, low] = [x - width / 2, x + width / 2, y - height / 2, y + height / 2].map((at) => Math.floor(at / cell_px));
+  for (let i = left; i <= right; ++i) for (let j = top; j <= low; ++j) keys.push(i * 65_536 + j);
+  return keys;
+}
+
+/** @param {Box} a @param {Taken} b */
+function meet(a, b) {
+  const dx = Math.abs(a.x - b.x), dy = Math.abs(a.y - b.y);
+  if (b.radius === undefined) return dx < (a.width + b.width) / 2 && dy < (a.height + b.height) / 2 - touch_px;
+  return Math.hypot(Math.max(0, dx - a.width / 2), Math.max(0, dy - a.height / 2)) < b.radius;
+}
 
 /**
- * Where a label goes that should be at x, y: there, or so many lines higher that it lies on none of those placed; there, too, when it finds no room.
- * @param {Place[]} placed gets it, too @param {Place} wanted
- * @returns {Place}
+ * Where a label goes that should be at x, y: there, or so many lines higher that it lies on nothing; there, too, when it finds no room.
+ * @param {Places} places gets it, too @param {Box} wanted
+ * @returns {Box}
  */
-export function place_label(placed, wanted) {
-  const is_free = (/** @type {Place} */ a) => placed.every((b) => Math.abs(a.x - b.x) >= (a.width + b.width) / 2 || Math.abs(a.y - b.y) >= (a.height + b.height) / 2 - 0.5);
+export function place_label(places, wanted) {
   const lines = Array.from({ length: lines_most }, (_, line) => ({ ...wanted, y: wanted.y - line * wanted.height }));
-  const place = lines.find(is_free) ?? wanted;
-  placed.push(place);
+  const place = lines.find((box) => places.is_free(box)) ?? wanted;
+  places.add(place);
   return place;
+}
+
+/**
+ * Where a label of that size goes beside a robot, or null where there is no room at any side of it.
+ * @param {Places} places gets it, too @param {Places | null} more what it may not lie on either @param {number} x @param {number} y @param {number} radius of the robot @param {number} width @param {number} height
+ * @returns {Box | null}
+ */
+export function place_beside(places, more, x, y, radius, width, height) {
+  for (const [across, down] of sides) {
+    const box = { x: x + across * (radius + width / 2 + 1), y: y + down * (radius + height / 2 + 1), width, height };
+    if (!places.is_free(box) || (more && !more.is_free(box))) continue;
+    places.add(box);
+    return box;
+  }
+  return null;
 }

@@ -1,5 +1,6 @@
 // Decodes LCM messages with the types that the server tells (types.json). Big-endian; 8 bytes of fingerprint come first.
 // Every count is checked against the bytes that are left, so that bytes from outside cannot make it allocate or loop without end.
+import { counted } from "./words.js";
 
 /**
  * @typedef {{name: string, type: string, dims?: (string|number)[], comment?: string}} Field
@@ -31,7 +32,7 @@ class Reader {
    */
   take(count) {
     const begin = this.at;
-    if (count > this.bytes.length - begin) throw new DecodeError(`ends after ${this.bytes.length} bytes, in the middle of a value`);
+    if (count > this.bytes.length - begin) throw new DecodeError(`ends after ${counted(this.bytes.length, "byte")}, in the middle of a value`);
     this.at = begin + count;
     return begin;
   }
@@ -95,7 +96,7 @@ export class Types {
     const reader = new Reader(bytes);
     reader.take(8);
     const value = this.decoder(type)(reader);
-    if (reader.at !== bytes.length) throw new DecodeError(`has ${bytes.length - reader.at} bytes too many`);
+    if (reader.at !== bytes.length) throw new DecodeError(`has ${counted(bytes.length - reader.at, "byte")} too many`);
     return { type, value };
   }
 

@@ -23,12 +23,15 @@ import { Types } from "./lcm.js";
 import { ViewBar } from "./view_bar.js";
 import { World } from "./world.js";
 import { find } from "./draw_robots.js";
+import { counted } from "./words.js";
 import { redeem_token } from "./token.js";
 
 /** Panels are written so often, milliseconds. */
 const panels_ms = 250;
 /** A press of an arrow key moves the view so far, CSS pixels. */
 const pan_px = 60;
+/** The arenas alone, for films. */
+const bare = new URLSearchParams(location.search).has("bare");
 /** Points of the picked robot's path that are kept. */
 const path_most = 5000;
 
@@ -186,7 +189,7 @@ async function greeted(value) {
 function hello(value) {
   world.introduce(value.about ?? value);
   document.title = `arkmesh: ${world.about.labs.join(", ")}`;
-  if (new URLSearchParams(location.search).has("bare")) document.body.classList.add("bare");
+  document.body.classList.toggle("bare", bare);
   place("title").textContent = [world.about.run || world.about.labs.join(" + "), world.about.version].filter(Boolean).join(" · ");
   document.body.classList.remove("waiting");
   panels_due = 0;
@@ -218,13 +221,13 @@ function write_panels() {
   view_bar.update(world.labs.length > 1, control.may && Boolean(world.about.emulator?.some(Boolean)));
   if (recorded()) scrub.update();
   const unread = [...world.not_understood.values()].reduce((a, b) => a + b, 0) + connection.refused;
-  place("unread").textContent = (unread ? `${unread} messages not understood. ` : "") + (world.replaced ? `${world.replaced} skipped for this viewer.` : "");
+  place("unread").textContent = (unread ? `${counted(unread, "message")} not understood. ` : "") + (world.replaced ? `${world.replaced} skipped for this viewer.` : "");
   place("unread").title = [...world.not_understood].map(([why, n]) => `${n}: ${why}`).join("\n");
 }
 
-const film = new Film(player, (now_ms) => {
+const film = new Film(player, stage, (now_ms) => {
   stage.draw(now_ms);
-  write_panels();
+  if (!bare) write_panels();
 });
 let panels_due = 0;
 /** @param {number} now_ms */

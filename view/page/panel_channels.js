@@ -1,7 +1,7 @@
 // All channels with their rates, and the newest message of the one that was opened, decoded.
 import { DecodeError } from "./lcm.js";
 import { breakable, h, section } from "./dom.js";
-import { bytes_words, number_words, rate_words, time_words } from "./words.js";
+import { bytes_words, counted, number_words, rate_words, time_words } from "./words.js";
 
 /** Lines of a decoded message that are shown; more only cost time. */
 const lines_most = 400;
@@ -74,10 +74,10 @@ export function describe(types, bytes) {
     /** @type {string[]} */
     const lines = [`${type}, ${bytes_words(bytes.length)}`];
     write(lines, value, "");
-    return lines.length > lines_most ? lines.slice(0, lines_most).join("\n") + `\n… ${lines.length - lines_most} more lines` : lines.join("\n");
+    return lines.length > lines_most ? lines.slice(0, lines_most).join("\n") + `\n… ${counted(lines.length - lines_most, "more line")}` : lines.join("\n");
   } catch (error) {
     if (!(error instanceof DecodeError)) throw error;
-    return `${bytes.length} bytes: the message ${error.message}`;
+    return `${counted(bytes.length, "byte")}: the message ${error.message}`;
   }
 }
 

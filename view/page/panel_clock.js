@@ -1,7 +1,7 @@
 // Each lab's clock, period, speed and gate, in words; of a recorded run what is known of the moment that is shown.
 import { facts, h, section } from "./dom.js";
 import { keeper, keeper_words, not_standing_words, own_words, standing_words, word } from "./status.js";
-import { rate_words, time_words } from "./words.js";
+import { counted, rate_words, time_words } from "./words.js";
 
 export class ClockPanel {
   constructor() {
@@ -34,13 +34,13 @@ export function clock_rows(lab, recorded) {
   const said_at = s ? time_words(s.stamp_us) : "";
   return [
     ["clock", time_words(lab.t_us)],
-    ["period", period === undefined ? "–" : `${period}${s ? ` of ${s.last_period}` : ""}${lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : ""}`],
+    .../** @type {[string, string][]} */ (s && s.last_period === 0 ? [] : [["period", period === undefined ? "–" : `${period}${s ? ` of ${s.last_period}` : ""}${lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : ""}`]]),
     ...(recorded ? /** @type {[string, string][]} */ (s ? [["said", `at ${said_at}: ${own_words(s)}`], ["speed", `${speed} up to ${said_at}`]] : []) : /** @type {[string, string][]} */ ([
       ["speed", s ? speed + (s.can_wait ? ", can wait" : ", real time") : speed],
       ["gate", s ? gate_words(s) : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet"],
       ["in its words", s ? own_words(s) : "–"],
     ])),
-    ["arena", lab.arena ? `${lab.arena.width_m} × ${lab.arena.height_m} m, ${lab.arena.platform}, ${lab.robots.length} of ${lab.arena.robots} robots` : "–"],
+    ["arena", lab.arena ? `${lab.arena.width_m} × ${lab.arena.height_m} m, ${lab.arena.platform}, ${lab.robots.length} of ${counted(lab.arena.robots, "robot")}` : "–"],
   ];
 }
 

@@ -80,7 +80,8 @@ export class CountsPanel {
     this.note(world);
     const counts = world.about.mode === "recorded" ? values_at([...this.series.values()], world.t_us / 1e6, world.labs.map((lab) => lab.name))
       : world.labs.flatMap((lab) => lab.counts().map(([name, n]) => ({ lab: lab.name, name, n })));
-    this.now.replaceChildren(counts.length ? counts_table(counts) : "The scenario has counted nothing yet.");
+    this.element.hidden = !counts.length && !this.series.size; // of robots' programs alone, and before a scenario has counted
+    this.now.replaceChildren(counts_table(counts));
     if (!(/** @type {HTMLDetailsElement} */ (this.element).open)) return;
     const list = [...this.series.values()].filter((s) => s.t_s.length > 0).slice(0, 12).map(drawn);
     const names = list.map((s) => s.name).join();

@@ -1,6 +1,6 @@
 // Links to other labs: state, round trip, clocks, what was dropped and why.
 import { facts, h, section, table } from "./dom.js";
-import { bytes_words, duration_words, number_words, rate_words } from "./words.js";
+import { bytes_words, counted, duration_words, number_words, rate_words } from "./words.js";
 
 /** Names of counters that count something lost. */
 const lost = /dropped|expired|gap|ignored|late|lost|missing|refused|not_sent|not_recorded|replaced|skipped|withheld/;
@@ -16,13 +16,17 @@ export class LinksPanel {
 
   /** @param {import("./world.js").World} world */
   update(world) {
-    this.body.replaceChildren(...world.labs.map((lab) => {
-      const peers = lab.peers?.peers ?? [];
-      const drops = [...(lab.status?.counters ?? []), ...(lab.peers?.counters ?? [])].filter((c) => lost.test(c.name) && Number(c.value) > 0);
-      return h("div", { class: "lab" }, h("h3", {}, lab.name),
-        ...(peers.length ? peers.map((/** @type {import("./lcm.js").Message} */ p) => peer(p, world.rates[lab.index] ?? {})) : [h("p", {}, lab.peers ? "no peers" : "no gateway heard")]),
-        drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, `${drops.length} reasons of drops`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"));
-    }));
+    const shown = world.labs.map((lab) => ({ lab, drops: drops_of(lab) })).filter(({ lab, drops }) => is_joined(lab) || drops.length);
+    this.element.hidden = !shown.length;
+    this.body.replaceChildren(...shown.map(({ lab, drops }) => h("div", { class: "lab" }, h("h3", {}, lab.name),
+      ...(is_joined(lab) ? this.peers(lab, world) : []),
+      drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, counted(drops.length, "reason of drops", "reasons of drops")), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
+  }
+
+  /** @param {import("./lab.js").Lab} lab @param {import("./world.js").World} world */
+  peers(lab, world) {
+    const peers = lab.peers?.peers ?? [];
+    return peers.length ? peers.map((/** @type {import("./lcm.js").Message} */ p) => peer(p, world.rates[lab.index] ?? {})) : [h("p", {}, lab.peers ? "no peers" : "no gateway heard")];
   }
 
   /** @param {string} lab @param {Event} event of its drops */
@@ -30,6 +34,19 @@ export class LinksPanel {
     if (/** @type {HTMLDetailsElement} */ (event.target).open) this.unfolded.add(lab);
     else this.unfolded.delete(lab);
   }
+}
+
+/** @param {import("./lab.js").Lab} lab */
+function drops_of(lab) {
+  return [...(lab.status?.counters ?? []), ...(lab.peers?.counters ?? [])].filter((c) => lost.test(c.name) && Number(c.value) > 0);
+}
+
+/**
+ * Whether a lab has, or waits for, links: a swarm without periods has none, and a lab without others neither.
+ * @param {import("./lab.js").Lab} lab
+ */
+export function is_joined(lab) {
+  return Boolean(lab.peers?.peers.length) || (lab.status?.last_period > 0 && lab.shared?.labs.length !== 1);
 }
 
 /** @param {import("./lcm.js").Message} p peer_t @param {Record<string, import("./world.js").Rate>} rates of the channels of the lab that hears it */

@@ -1,6 +1,6 @@
 // Which recorded runs are shown: one of a batch, or two that are compared, with the first period in which they differ.
 import { h, section } from "./dom.js";
-import { distance_words, time_words } from "./words.js";
+import { counted, distance_words, time_words } from "./words.js";
 
 /** Differences of places that are told, the largest. */
 const places_most = 6;
@@ -80,5 +80,5 @@ export function differences(a, b) {
     return other ? [{ id: r.id, d: Math.hypot(r.x - other.x, r.y - other.y) }] : [];
   }).filter(({ d }) => d > 0).sort((x, y) => y.d - x.d);
   if (!apart.length) return "all robots at the same places; what else is shared differs";
-  return `${apart.length} robots lie apart; most: ${apart.slice(0, places_most).map(({ id, d }) => `${id} by ${distance_words(d)}`).join(", ")}`;
+  return `${counted(apart.length, "robot lies", "robots lie")} apart; most: ${apart.slice(0, places_most).map(({ id, d }) => `${id} by ${distance_words(d)}`).join(", ")}`;
 }

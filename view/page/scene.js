@@ -1,10 +1,11 @@
 // What is drawn in a pane, in three layers from below: what lies still, trails, what moves. Every function depends on its arguments only, so that
 // page, pictures and films are drawn by the same ones.
 import { draw_floor } from "./draw_floor.js";
-import { draw_overlay } from "./draw_overlay.js";
+import { draw_overlay, overlay_words } from "./draw_overlay.js";
 import { draw_trails } from "./draw_trails.js";
-import { draw_ghosts, draw_objects, draw_pick, draw_robots } from "./draw_robots.js";
+import { draw_ghosts, draw_names, draw_objects, draw_pick, draw_robots, place_names } from "./draw_robots.js";
 import { draw_label } from "./label.js";
+import { Places } from "./label_place.js";
 
 /**
  * @typedef {import("./lab.js").Lab} Lab
@@ -49,16 +50,32 @@ export function trail_layer(c, { pane, sprites, px, shown }) {
   for (const { lab, placement } of pane.labs) draw_trails(c, lab.trails.values(), placement, sprites.colours.inks.trail, px);
 }
 
+/**
+ * The ids that are written, and where.
+ * @param {Scene} scene
+ */
+export function names_of({ pane, sprites, px, shown, scales }) {
+  const places = new Places();
+  if (shown.overlay) {
+    for (const { lab, placement } of pane.labs) {
+      for (const { place } of lab.overlay ? overlay_words(lab.overlay, placement, sprites.colours, px) : []) places.add(place);
+    }
+  }
+  return place_names(pane.labs, sprites, px, scales, shown.ghosts && pane.labs.length === 1, places);
+}
+
 /** @param {Context} c @param {Scene} scene */
-export function robot_layer(c, { pane, sprites, px, shown, scales, pick, path, ruler }) {
+export function robot_layer(c, scene) {
+  const { pane, sprites, px, shown, scales, pick, path, ruler } = scene;
   const { inks } = sprites.colours;
   for (const { lab, placement } of pane.labs) {
     draw_objects(c, lab, placement, sprites, px);
     // In a shared frame the robots themselves are there.
-    if (shown.ghosts && pane.labs.length === 1) draw_ghosts(c, lab, placement, sprites, px, shown.labels, scales);
-    draw_robots(c, lab, placement, sprites, px, shown.labels);
+    if (shown.ghosts && pane.labs.length === 1) draw_ghosts(c, lab, placement, sprites, px, scales);
+    draw_robots(c, lab, placement, sprites, px);
     if (pick && (pane.labs.length === 1 || pick.lab === lab.own)) draw_pick(c, lab, placement, inks.pick, px, pick, path);
   }
+  if (shown.labels) draw_names(c, names_of(scene), sprites, px);
   const r = pane.rectangle;
   draw_label(c, pane.title, r.x + r.width / 2, r.y + 12 * px, inks.ink, inks.page, 13 * px);
   if (ruler) {
@@ -70,6 +87,18 @@ export function robot_layer(c, { pane, sprites, px, shown, scales, pick, path, r
     c.stroke();
     draw_label(c, ruler.words, (ruler.a.x + ruler.b.x) / 2, (ruler.a.y + ruler.b.y) / 2 - 10 * px, inks.ink, inks.halo, 12 * px);
   }
+}
+
+/**
+ * A line at the bottom of the canvas, drawn anew each time: a clock never says the same twice.
+ * @param {Context} c @param {string} words @param {import("./colours.js").Colours} colours @param {number} height_px
+ */
+export function draw_caption(c, words, colours, height_px) {
+  c.font = `${0.6 * height_px}px system-ui, "DejaVu Sans", sans-serif`;
+  c.textAlign = "center";
+  c.textBaseline = "middle";
+  c.fillStyle = colours.inks.ink;
+  c.fillText(words, c.canvas.width / 2, c.canvas.height - height_px / 2);
 }
 
 /**

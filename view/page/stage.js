@@ -3,7 +3,7 @@ import { Panes } from "./panes.js";
 import { Sprites } from "./sprites.js";
 import { add_to_trails } from "./draw_trails.js";
 import { find } from "./draw_robots.js";
-import { floor_layer, robot_layer, trail_layer, within } from "./scene.js";
+import { draw_caption, floor_layer, robot_layer, trail_layer, within } from "./scene.js";
 
 /**
  * @typedef {import("./lab.js").Lab} Lab
@@ -14,6 +14,8 @@ import { floor_layer, robot_layer, trail_layer, within } from "./scene.js";
 
 /** Trails are drawn whole so often, so that their ends fade; in between only what is new, milliseconds. */
 const whole_trails_ms = 2000;
+/** Height of a caption, CSS pixels. */
+const caption_px = 26;
 
 export class Stage {
   /** @param {HTMLElement} root @param {World} world @param {Options} options @param {import("./colours.js").Colours} colours */
@@ -32,6 +34,8 @@ export class Stage {
      * @type {{x: number, y: number}[]}
      */
     this.path = [];
+    /** A line below the arenas; none when empty. */
+    this.caption = "";
     this.contexts = ["floor", "trails", "robots"].map((name) => {
       const canvas = document.createElement("canvas");
       canvas.className = "layer";
@@ -66,7 +70,7 @@ export class Stage {
     const { labs } = this.world;
     const [floor, trails, robots] = this.contexts;
     const { width, height } = floor.canvas;
-    this.panes.arrange(labs, options.mode, width, height, this.px);
+    this.panes.arrange(labs, options.mode, width, height - (this.caption ? caption_px * this.px : 0), this.px);
     if (options.follow && options.pick) this.follow(options.pick);
     const places = `${this.panes.key} ${options.version}`;
     const versions = (/** @type {(lab: Lab) => any} */ of) => labs.map(of).join();
@@ -85,10 +89,11 @@ export class Stage {
       this.layer(trails, (scene) => trail_layer(trails, scene));
       this.trails_done = new Map(labs.map((lab) => [lab, new Map([...lab.trails].map(([robot, trail]) => [robot, trail.count]))]));
     }
-    const robots_key = `${places} ${robots_now}`;
+    const robots_key = `${places} ${robots_now} ${this.caption}`;
     if (robots_key === this.drawn.robots) return;
     this.drawn.robots = robots_key;
     this.layer(robots, (scene) => robot_layer(robots, scene));
+    if (this.caption) draw_caption(robots, this.caption, this.sprites.colours, caption_px * this.px);
     if (options.shown.trails) this.continue_trails(trails);
   }
 

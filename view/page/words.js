@@ -32,6 +32,14 @@ export function number_words(n) {
 }
 
 /**
+ * How many of something: "1 robot", "2 robots".
+ * @param {number} n @param {string} one its name; for several it gets an s, or is `many` @param {string} [many]
+ */
+export function counted(n, one, many = `${one}s`) {
+  return `${number_words(n)} ${n === 1 ? one : many}`;
+}
+
+/**
  * Units that a count's name may end with, as in app/count_words.cpp: what is shown, and how many of the count's own make one.
  * @type {Record<string, {unit: string, per: number}>}
  */

@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::hal::kilobot {
 namespace {
 
@@ -59,9 +61,10 @@ class Reader {
       if (high < 0 || low < 0) refuse(fmt::format("column {}: two hexadecimal digits are missing here", i + 2));
       record.push_back(static_cast<std::uint8_t>(high << 4 | low));
     }
-    if (record.size() < 5) refuse(fmt::format("the record has {} bytes, but at least 5 are needed", record.size()));
+    if (record.size() < 5)
+      refuse(fmt::format("the record has {}, but at least 5 are needed", counted(record.size(), "byte")));
     if (record.size() != record[0] + std::size_t{5})
-      refuse(fmt::format("the record announces {} data bytes but holds {}", record[0], record.size() - 5));
+      refuse(fmt::format("the record announces {} but holds {}", counted(record[0], "data byte"), record.size() - 5));
     std::uint8_t sum = 0;
     for (const std::uint8_t byte : record) sum = static_cast<std::uint8_t>(sum + byte);
     if (sum != 0)

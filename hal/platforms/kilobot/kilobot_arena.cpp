@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hal/counted.hpp"
 #include "hal/newest_frame.hpp"
 #include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
@@ -194,8 +195,8 @@ class KilobotArena final : public Arena {
   // The eyes go on looking for the others.
   void begin_without(const std::vector<RobotId>& robots) {
     own_counters_.add("robots.missing_at_start", robots.size());
-    spdlog::warn("the lab begins without {} of {} robots ({}): nothing is said to them until they are found",
-                 robots.size(), info_.robots.size(), in_words(robots));
+    spdlog::warn("the lab begins without {} of {} ({}): nothing is said to them until they are found", robots.size(),
+                 counted(info_.robots.size(), "robot"), in_words(robots));
   }
 
   // What the wait at the beginning waits for.

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "hal/arena_config.hpp"
+#include "hal/counted.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::hal::kilobot {
@@ -47,7 +48,8 @@ std::vector<RobotId> read_robot_ids(const Section& arena, const WordLayout& layo
                    fmt::format("must be at most {}: the layout {} can name so many", most + 1, name_of(layout)));
     for (RobotId id = 0; id < robots; ++id) out.push_back(id);
   } else if (out.size() != robots) {
-    kilobot.refuse("ids", fmt::format("lists {} robots, but arena.robots is {}; make them agree", out.size(), robots));
+    kilobot.refuse(
+        "ids", fmt::format("lists {}, but arena.robots is {}; make them agree", counted(out.size(), "robot"), robots));
   }
   return out;
 }

@@ -37,6 +37,9 @@ bool is_ours(std::string_view path) {
 std::string first_error(std::string output, const fs::path& folder) {
   const std::string ours = folder.string() + "/";
   for (std::size_t at; (at = output.find(ours)) != std::string::npos;) output.erase(at, ours.size());
+  // "a.c:3:(.text+0xc): undefined reference": binutils 2.44 tells the place in the object, too
+  for (std::size_t at; (at = output.find(":(.")) != std::string::npos && output.find("):", at) != std::string::npos;)
+    output.erase(at, output.find("):", at) + 1 - at);
   // what the compiler says before the words of our headers' own refusals
   constexpr std::string_view preface = "declared with attribute error: ";
   for (std::size_t at; (at = output.find(preface)) != std::string::npos;) {
@@ -98,7 +101,8 @@ std::vector<std::string> files_in(const std::string& preprocessed) {
 // What a robot's compiler is told, as far as a PC can follow, and one exchangeable section (robot.ld). Hidden symbols
 // keep a program's `send` or `time` from being taken for the C library's; __STRICT_ANSI__ keeps that library's
 // headers to the standard, so that they leave names like `y0` or `index` to programs. No sibling calls, so that a
-// fault's line is the one that called. `source`: the file of the program that is compiled.
+// fault's line is the one that called. From gcc 14 on only -fpermissive lets old C pass; before, gcc ignores it.
+// `source`: the file of the program that is compiled.
 std::vector<std::string> language(const ReadProgram& program, const fs::path& source, const fs::path& kilolib,
                                   const fs::path& firmware) {
   std::vector<std::string> words = {"cc",
@@ -107,6 +111,7 @@ std::vector<std::string> language(const ReadProgram& program, const fs::path& so
                                     "-O2",
                                     "-g",
                                     "-w",
+                                    "-fpermissive",
                                     "-fPIC",
                                     "-fvisibility=hidden",
                                     "-fcommon",

@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::sim_ode {
 namespace {
 
@@ -56,9 +58,9 @@ std::string RobotText::unfinished() {
 
 std::string RobotText::left_out(std::uint64_t lost) const {
   if (left_out_ == 0 && lost == 0) return {};
-  std::string out = fmt::format("text       {} more lines not shown; --text {} shows more", left_out_,
+  std::string out = fmt::format("text       {} not shown; --text {} shows more", hal::counted(left_out_, "more line"),
                                 std::max<std::uint64_t>(10, max_lines_ * 10));
-  if (lost > 0) out += fmt::format("; {} characters came too fast to be kept", lost);
+  if (lost > 0) out += fmt::format("; {} came too fast to be kept", hal::counted(lost, "character"));
   return out + "\n";
 }
 

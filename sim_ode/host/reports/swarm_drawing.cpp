@@ -32,6 +32,7 @@ void draw_swarm(const SwarmDrawing& drawing, const std::optional<std::filesystem
     words.push_back("--solid=:" + described(obstacle.shape, obstacle.pose));
   for (const hal::MovableObject& object : drawing.objects)
     words.push_back("--solid=" + object.name + ":" + described(object.shape, object.start));
+  if (!drawing.caption.empty()) words.push_back("--caption=" + drawing.caption);
   if (!drawing.png.empty()) words.insert(words.end(), {"--png", drawing.png});
   if (!drawing.video.empty()) words.insert(words.end(), {"--video", drawing.video});
   hal::run_script("draw_swarm", std::move(words));

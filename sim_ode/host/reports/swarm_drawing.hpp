@@ -11,7 +11,8 @@
 namespace arkmesh::sim_ode {
 
 struct SwarmDrawing {
-  std::string png, video;  // what to make; nothing when both are empty
+  std::string png, video;  // what to make, of the kinds that their endings say; nothing when both are empty
+  std::string caption;     // words before the time
   double width_m = 1, height_m = 1;
   std::optional<hal::Pose> light;
   std::vector<hal::Obstacle> obstacles;

@@ -32,16 +32,18 @@ Turns& RobotServices::turns() {
 bool RobotServices::receives() {
   return !turns().booting_ && turns().bodies_.receives(turns().robot_, turns().now_us());
 }
-void RobotServices::wait_us(std::uint32_t us) {
-  turns().wait(us + us * turns().clocks_[Turns::index(turns().robot_)].late_us / tick_us);
+void RobotServices::wait_us(std::uint32_t us, const void* from) {
+  turns().wait(us + us * turns().clocks_[Turns::index(turns().robot_)].late_us / tick_us, from);
 }
 void RobotServices::wait_for_tick(const void* from) {
   turns().wait_for_tick(from);
 }
 void RobotServices::motors(std::uint8_t left, std::uint8_t right) {
+  turns().acts();
   turns().bodies_.drive(turns().robot_, left, right, turns().cursor_us_);
 }
 void RobotServices::colour(std::uint8_t colour) {
+  turns().acts();
   turns().bodies_.show(turns().robot_, colour, turns().cursor_us_);
 }
 std::int16_t RobotServices::light() {

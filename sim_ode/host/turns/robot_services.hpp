@@ -17,7 +17,7 @@ struct RobotServices {
  private:
   static Turns& turns();
   static bool receives();
-  static void wait_us(std::uint32_t us);
+  static void wait_us(std::uint32_t us, const void* from);
   static void wait_for_tick(const void* from);
   static void motors(std::uint8_t left, std::uint8_t right);
   static void colour(std::uint8_t colour);

@@ -21,7 +21,7 @@ void Turns::busy_at(const void* from, bool wakeable) {
   Cell& cell = cells_[index(robot_)];
   if (wakeable || *abi_.reads > 0) cell.busy_ticks = 0;
   if (++cell.busy_ticks > max_busy_ticks) FaultGuard::leave(Fault::Kind::hang, nullptr, from);
-  wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
+  wait(std::max<std::int64_t>(1, tick_us - cursor_us_), from);
 }
 
 void Turns::busy_in_callback(const void* from) {
@@ -36,11 +36,24 @@ void Turns::wait_for_tick(const void* from) {
     return;
   }
   if (in_callback_) return busy_in_callback(from);
-  wait(std::max<std::int64_t>(1, tick_us - cursor_us_));
+  wait(std::max<std::int64_t>(1, tick_us - cursor_us_), from);
+}
+
+// The program whose turn it is has set motors or LED.
+void Turns::acts() {
+  if (!booting_ && cells_[index(robot_)].waited) waits_[index(robot_)].since_us = now_us();
+}
+
+std::vector<Turns::Wait> Turns::idle_waits(std::int64_t least_us) const {
+  std::vector<Wait> out;
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    if (cells_[i].context && cells_[i].firmware.has_setup() && tick_ * tick_us - waits_[i].since_us >= least_us)
+      out.push_back(waits_[i]);
+  return out;
 }
 
 // The program whose turn it is lets `us` pass. Returns when they have.
-void Turns::wait(std::int64_t us) {
+void Turns::wait(std::int64_t us, const void* from) {
   if (us == 0 || booting_) return;
   if (in_callback_) {
     // interrupts are off: the robot stands still as a whole
@@ -56,6 +69,9 @@ void Turns::wait(std::int64_t us) {
   Cell& cell = cells_[index(robot_)];
   cell.wake_us = tick_ * tick_us + cursor_us_;
   cell.stack = stack_;
+  if (!std::exchange(cell.waited, true))
+    waits_[index(robot_)] = {.robot = robot_, .since_us = now_us() - us, .from = nullptr};
+  waits_[index(robot_)].from = from;
   cursor_us_ = tick_us;
   ++waiting_;
   FaultGuard::leave_program();
@@ -67,8 +83,8 @@ void Turns::wait(std::int64_t us) {
                       "waits in delay(), but the system has no memory for one more waiting program");
   }
   save_to_ = &cell.context;
-  void* const from = switch_to(fresh, stack_->bounds(), this);
-  *save_to_ = from;
+  void* const left = switch_to(fresh, stack_->bounds(), this);
+  *save_to_ = left;
   *abi_.reads = 0;
   FaultGuard::enter_program();
 }

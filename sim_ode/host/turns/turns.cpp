@@ -31,6 +31,7 @@ Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& b
       text_(text),
       count_(static_cast<int>(clocks.size())),
       cells_(clocks.size()),
+      waits_(clocks.size()),
       loaders_(clocks.size()),
       clocks_(std::move(clocks)),
       clocks_differ_(clocks_differ) {
@@ -166,6 +167,7 @@ void Turns::worker() {
   ran_ = true;
   delayed_ = false;
   cells_[index(robot_)].busy_ticks = 0;
+  cells_[index(robot_)].waited = false;
   *abi_.reads = *abi_.blocks = 0;
   if (cells_[index(robot_)].firmware.has_setup()) {
     cells_[index(robot_)].firmware.calls_loop();

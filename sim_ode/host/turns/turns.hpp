@@ -60,6 +60,15 @@ class Turns {
   // repeated until everybody has heard it.
   void nothing_is_repeated() { repeats_ = false; }
 
+  // A program that waits in a call of `loop` that has lasted for long.
+  struct Wait {
+    int robot = 0;
+    std::int64_t since_us = 0;   // lab time since when it has done nothing: neither returned nor set motors or LED
+    const void* from = nullptr;  // where it waits; null: not known
+  };
+  // Those that have done nothing for so long, ascending by robot. Between walks.
+  std::vector<Wait> idle_waits(std::int64_t least_us) const;
+
   int robot() const { return robot_; }
   // Lab time of the robot whose turn it is.
   std::int64_t now_us() const { return tick_ * tick_us + (booting_ ? 0 : cursor_us_); }
@@ -78,6 +87,7 @@ class Turns {
     std::int64_t frozen_us = 0;                  // time that a callback spent waiting: interrupts are off
     Firmware firmware;
     std::uint16_t busy_ticks = 0;  // in a row that its program only computed
+    bool waited = false;           // past a tick, in this call of setup or loop
   };
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
 
@@ -103,7 +113,8 @@ class Turns {
   void write_values(const RobotValues& values);
 
   // What programs ask for.
-  void wait(std::int64_t us);
+  void wait(std::int64_t us, const void* from);
+  void acts();
   void busy_at(const void* from, bool wakeable);
   void wait_for_tick(const void* from);
   void busy_in_callback(const void* from);
@@ -117,6 +128,7 @@ class Turns {
   ProgramText* text_;
   int count_;
   std::vector<Cell> cells_;
+  std::vector<Wait> waits_;
   std::vector<BootLoader> loaders_;
   std::vector<RobotClock> clocks_;
   bool clocks_differ_, repeats_ = true;

@@ -39,7 +39,7 @@ int run_main() {
   now.setup = [] { ++now.setups; };
   now.loop = [] {
     ++now.loops;
-    if (now.wait_us > 0) simulator.wait_us(now.wait_us);
+    if (now.wait_us > 0) simulator.wait_us(now.wait_us, nullptr);
   };
   now.rx = [](void*, void*) { ++now.received; };
   now.tx = talk;
@@ -133,6 +133,20 @@ TEST_CASE("turns: setup, loop and messages") {
   CHECK(two.of(1, now.received) == 2);
 }
 
+TEST_CASE("turns: who waits for long in one call is told, who comes back or acts is not") {
+  // Robot 0 waits for 20 s, robot 1 returns each tenth of a second.
+  Robots two(2);
+  two.memory.write(0, &now.wait_us, std::uint32_t{20'000'000});
+  two.memory.write(1, &now.wait_us, std::uint32_t{100'000});
+  two.command(type_run);
+  while (two.tick * tick_us < 15'000'000) two.walk();
+  const auto waits = two.turns.idle_waits(10'000'000);
+  REQUIRE(waits.size() == 1);
+  CHECK(waits[0].robot == 0);
+  CHECK(waits[0].since_us < 1'000'000);
+  CHECK(two.turns.idle_waits(16'000'000).empty());
+}
+
 TEST_CASE("turns: programs that wait") {
   // A wait past the tick keeps a stack, others' turns go on; waits take exactly their time.
   Robots two(2);
@@ -191,7 +205,7 @@ TEST_CASE("turns: nothing is sent before setup has returned") {
   // As on a robot, which sends only once loop has its turns: also when setup waits for long.
   Robots one(1);
   one.memory.write<void (*)()>(0, &now.setup, [] {
-    simulator.wait_us(5'000'000);
+    simulator.wait_us(5'000'000, nullptr);
     ++now.setups;
   });
   one.command(type_run);

@@ -68,8 +68,8 @@ TEST_CASE("kilobot arena: configuration") {
       const ArenaSettings settings = read_arena_settings(section(keys), "roark");
       make_kilobot_arena(settings, std::make_unique<FakeMonitor>(std::make_shared<FakeTestbed>()),
                          open_byte_stream(settings.port, "lab"));
-    } catch (const std::runtime_error& error) {
-      return error.what();
+    } catch (const std::runtime_error& why) {
+      return why.what();
     }
     return "";
   };

@@ -1,0 +1,93 @@
+#include "app/live/federation_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/links.hpp"
+#include "hal/config.hpp"
+
+namespace arkmesh::app {
+namespace {
+
+gateway::NatsServers servers_of(const std::string& connect) {
+  if (!gateway::is_nats(connect))
+    throw hal::ConfigError(fmt::format("--federation {}: must begin with nats:// or tls+nats://", connect));
+  if (const std::string why = gateway::why_not_connectable(connect); !why.empty())
+    throw hal::ConfigError(fmt::format("--federation {}: {}", connect, why));
+  const bool tls = connect.starts_with("tls+");
+  return gateway::read_servers(std::string_view(connect).substr(connect.find("://") + 3), tls);
+}
+
+// Whose key it is.
+std::string name_of(const WatchedFederation& federation, const gateway::KeyFolder::Listing& listing) {
+  if (!federation.name.empty()) return federation.name;
+  if (listing.own.size() == 1) return listing.own.front().lab;
+  if (listing.own.empty())
+    throw hal::ConfigError(
+        fmt::format("{} holds no key to watch with; make one: arkmesh keys init NAME; the labs then say: arkmesh keys "
+                    "trust NAME.crt",
+                    federation.keys.path().string()));
+  throw hal::ConfigError(fmt::format("{} holds {} keys; say whose is to be used: --as {}",
+                                     federation.keys.path().string(), listing.own.size(), listing.own.front().lab));
+}
+
+std::vector<std::string> trusted_labs(const WatchedFederation& federation, const gateway::KeyFolder::Listing& listing) {
+  std::vector<std::string> labs;
+  for (const gateway::Certificate& each : listing.trusted) labs.push_back(each.lab);
+  std::ranges::sort(labs);
+  if (labs.empty())
+    throw hal::ConfigError(
+        fmt::format("{} trusts no lab, so nothing can be shown; get the labs' certificates and say: "
+                    "arkmesh keys trust LAB.crt",
+                    federation.keys.path().string()));
+  return labs;
+}
+
+}  // namespace
+
+FederationView::FederationView(hal::EventLoop& loop, const WatchedFederation& federation, view::ServerOptions options)
+    : run_(federation.servers),
+      labs_(trusted_labs(federation, federation.keys.list())),
+      server_(loop, std::move(options), *this) {
+  const std::string name = name_of(federation, federation.keys.list());
+  for (const std::string& lab : labs_) feeds_[lab];
+  watcher_ = std::make_unique<gateway::Watcher>(
+      loop, servers_of(federation.servers), federation.options, name, federation.experiment,
+      std::make_shared<gateway::TlsKeys>(federation.keys, name),
+      [this](const std::string& lab, std::string_view channel, std::span<const std::byte> bytes) {
+        const auto feed = feeds_.find(lab);
+        if (feed == feeds_.end()) return;  // trusted since
+        const auto number = static_cast<int>(std::ranges::find(labs_, lab) - labs_.begin());
+        feed->second.hear(server_, number, channel, bytes);
+      });
+}
+
+nlohmann::json FederationView::about() {
+  const std::vector<bool> emulator(labs_.size(), false);
+  return {{"mode", "live"}, {"labs", labs_}, {"control", false}, {"run", run_}, {"emulator", emulator}};
+}
+
+void FederationView::command(const nlohmann::json&, view::Answer& answer) {
+  answer.refuse("This page only watches; commands are given where the labs run.");
+}
+
+void FederationView::request(const nlohmann::json& what, view::Answer& answer) {
+  if (!what.contains("series"))
+    return answer.refuse("These labs run now; what they did before is in their run folders.");
+  nlohmann::json all = nlohmann::json::array();
+  for (const std::string& lab : labs_)
+    for (auto& row : feeds_.at(lab).history().series(lab)) all.push_back(std::move(row));
+  if (!answer.done({{"series", all}})) answer.refuse("there is no room for the curves now; ask again later");
+}
+
+void FederationView::refresh() {
+  if (said_ != watcher_->why()) server_.tell(-1, 0, said_ = watcher_->why());
+  const hal::Counters counters = watcher_->counters();
+  for (const auto& [name, n] : counters.all())
+    if (name.find(".refused.") != std::string::npos && refused_.insert(name).second)
+      server_.tell(-1, 0, fmt::format("not shown: {}", name));
+}
+
+}  // namespace arkmesh::app

@@ -1,0 +1,94 @@
+#include "gateway/federation/nats_address.hpp"
+
+#include <fmt/format.h>
+
+#include "hal/config.hpp"
+
+namespace arkmesh::gateway {
+namespace {
+
+constexpr std::string_view default_port = ":4222";
+constexpr std::string_view wrong_form =
+    "must be one or more of [USER:PASSWORD@]HOST[:PORT] with commas between, for example "
+    "nats.example.org:4222,nats2.example.org";
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  return text;
+}
+
+// Empty when it went well.
+std::string parse_server(std::string_view text, NatsServer& server) {
+  for (const std::string_view scheme : {"tls+nats://", "nats://"})
+    if (text.starts_with(scheme)) text.remove_prefix(scheme.size());
+  if (const std::size_t at = text.rfind('@'); at != std::string_view::npos) {
+    const std::string_view who = text.substr(0, at);
+    const std::size_t colon = who.find(':');
+    if (colon == std::string_view::npos || colon == 0 || colon + 1 == who.size()) return std::string(wrong_form);
+    server.user = who.substr(0, colon);
+    server.password = who.substr(colon + 1);
+    text.remove_prefix(at + 1);
+  }
+  std::string address(text);
+  const std::size_t bracket = text.rfind(']');
+  if (text.find(':', bracket == std::string_view::npos ? 0 : bracket) == std::string_view::npos)
+    address += default_port;
+  if (!why_no_host(address).empty()) return std::string(wrong_form);
+  server.host = read_host(address);
+  return {};
+}
+
+std::string parse(std::string_view text, NatsServers& servers) {
+  for (bool more = true; more;) {
+    const std::size_t comma = text.find(',');
+    more = comma != std::string_view::npos;
+    if (const std::string why = parse_server(trimmed(text.substr(0, comma)), servers.all.emplace_back()); !why.empty())
+      return why;
+    if (more) text.remove_prefix(comma + 1);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string why_no_servers(std::string_view text) {
+  NatsServers servers;
+  return parse(text, servers);
+}
+
+std::string why_no_open_servers(std::string_view text) {
+  NatsServers servers;
+  if (const std::string why = parse(text, servers); !why.empty()) return why;
+  for (const NatsServer& each : servers.all)
+    if (!each.password.empty() && !why_not_loopback(to_text(each.host)).empty())
+      return fmt::format("would send a password to {} for anybody to read; use tls+nats://", to_text(each.host));
+  return {};
+}
+
+NatsServers read_servers(std::string_view text, bool tls) {
+  NatsServers servers{.tls = tls};
+  if (const std::string why = parse(text, servers); !why.empty())
+    throw hal::ConfigError(fmt::format("address '{}' {}", text, why));
+  return servers;
+}
+
+std::string without_passwords(std::string_view connect) {
+  std::string out;
+  for (bool more = true; more;) {
+    const std::size_t comma = connect.find(',');
+    more = comma != std::string_view::npos;
+    const std::string_view server = connect.substr(0, comma);
+    const std::size_t scheme = server.find("://"), at = server.rfind('@');
+    const std::size_t who = scheme == std::string_view::npos ? 0 : scheme + 3;
+    out += at == std::string_view::npos || at < who ? std::string(server)
+                                                    : fmt::format("{}{}", server.substr(0, who), server.substr(at + 1));
+    if (more) {
+      out += ',';
+      connect.remove_prefix(comma + 1);
+    }
+  }
+  return out;
+}
+
+}  // namespace arkmesh::gateway

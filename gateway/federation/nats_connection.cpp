@@ -1,0 +1,398 @@
+#include "gateway/federation/nats_connection.hpp"
+
+#include <fmt/format.h>
+#include <nats/nats.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "hal/label.hpp"
+
+namespace arkmesh::gateway {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr std::chrono::milliseconds connect_time{2000}, echo_period{1000};
+// A server that takes less cannot be used: a frame of a gateway has to fit.
+constexpr std::size_t least_payload = 32 << 10;
+constexpr std::size_t longest_error = 200;
+
+template <class T, void (*destroy)(T*)>
+struct Destroy {
+  void operator()(T* object) const { destroy(object); }
+};
+using Connection = std::unique_ptr<natsConnection, Destroy<natsConnection, natsConnection_Destroy>>;
+using Options = std::unique_ptr<natsOptions, Destroy<natsOptions, natsOptions_Destroy>>;
+using Subscription = std::unique_ptr<natsSubscription, Destroy<natsSubscription, natsSubscription_Destroy>>;
+using MessagePointer = std::unique_ptr<natsMsg, Destroy<natsMsg, natsMsg_Destroy>>;
+
+// The socket as libnats wants it polled. It says so from within our calls only, once it is connected.
+struct Polling {
+  int socket = -1;
+  std::function<void(bool wanted)> reading, writing;
+
+  static natsStatus attach(void** user_data, void* loop, natsConnection*, natsSock socket) {
+    *user_data = loop;
+    static_cast<Polling*>(loop)->socket = socket;
+    return NATS_OK;
+  }
+  static natsStatus read(void* user_data, bool wanted) {
+    if (const auto& tell = static_cast<Polling*>(user_data)->reading) tell(wanted);
+    return NATS_OK;
+  }
+  static natsStatus write(void* user_data, bool wanted) {
+    if (const auto& tell = static_cast<Polling*>(user_data)->writing) tell(wanted);
+    return NATS_OK;
+  }
+  static natsStatus detach(void*) { return NATS_OK; }
+};
+
+// What a thread that connects brings back.
+struct Attempt {
+  std::unique_ptr<Polling> polling = std::make_unique<Polling>();
+  Connection connection;  // null: failed
+  std::string error;
+};
+
+std::string words(natsStatus status, const char* more) {
+  std::string text = more && *more ? more : natsStatus_GetText(status);
+  return hal::printable(text, longest_error);
+}
+
+// Waits: for the name server, the server, its TLS.
+void connect(const NatsSettings& settings, const NatsServer& server, Attempt& attempt) {
+  natsOptions* made = nullptr;
+  if (natsOptions_Create(&made) != NATS_OK) {
+    attempt.error = "libnats cannot start";
+    return;
+  }
+  const Options options(made);
+  const std::string url = fmt::format("{}://{}", settings.servers.tls ? "tls" : "nats", to_text(server.host));
+  natsStatus status = natsOptions_SetURL(made, url.c_str());
+  const auto then = [&status](natsStatus next) {
+    if (status == NATS_OK) status = next;
+  };
+  then(natsOptions_SetName(made, settings.name.c_str()));
+  then(natsOptions_SetTimeout(made, connect_time.count()));
+  then(natsOptions_SetAllowReconnect(made, false));  // the next server is ours to choose
+  then(natsOptions_SetIgnoreDiscoveredServers(made, true));
+  then(natsOptions_SetPingInterval(made, 0));  // would close the connection from a thread
+  then(natsOptions_SetSendAsap(made, true));
+  then(natsOptions_SetEventLoop(made, attempt.polling.get(), Polling::attach, Polling::read, Polling::write,
+                                Polling::detach));
+  if (!server.user.empty()) then(natsOptions_SetUserInfo(made, server.user.c_str(), server.password.c_str()));
+  if (!settings.credentials.empty())
+    then(natsOptions_SetUserCredentialsFromFiles(made, settings.credentials.c_str(), nullptr));
+  if (settings.servers.tls) {
+    then(natsOptions_SetSecure(made, true));
+    if (!settings.server_ca.empty()) then(natsOptions_LoadCATrustedCertificates(made, settings.server_ca.c_str()));
+    then(natsOptions_SetExpectedHostname(made, server.host.name.c_str()));
+  }
+  natsConnection* connection = nullptr;
+  if (status == NATS_OK) status = natsConnection_Connect(&connection, made);
+  if (status == NATS_OK)
+    attempt.connection.reset(connection);
+  else
+    attempt.error = words(status, nats_GetLastError(nullptr));
+}
+
+}  // namespace
+
+struct NatsConnection::State : std::enable_shared_from_this<State> {
+  // Between the loop and a thread that connects.
+  struct Door {
+    std::mutex guard;
+    std::weak_ptr<State> state;      // guarded
+    asio::any_io_executor executor;  // guarded; empty once the loop may be gone
+    void bring(std::shared_ptr<Attempt> attempt) {
+      const std::lock_guard lock(guard);
+      if (executor)
+        asio::post(executor, [state = state, attempt = std::move(attempt)] {
+          if (const auto there = state.lock()) there->adopt(*attempt);
+        });
+    }
+  };
+
+  State(asio::io_context& loop, NatsSettings of, Events told)
+      : settings(std::move(of)),
+        events(std::move(told)),
+        io(loop),
+        socket(loop),
+        timer(loop),
+        door(std::make_shared<Door>()) {}
+
+  void begin() {
+    door->state = weak_from_this();
+    door->executor = io.get_executor();
+    try_next();
+    tick();
+  }
+
+  void stop() {
+    stopped = true;
+    events = {};
+    {
+      const std::lock_guard lock(door->guard);
+      door->executor = {};
+    }
+    timer.cancel();
+    drop();
+  }
+
+  void try_next() {
+    const NatsServer& server = settings.servers.all[tried++ % settings.servers.all.size()];
+    there = to_text(server.host);
+    trying = true;
+    if (why.empty()) why = fmt::format("connecting to the NATS server at {}", there);
+    auto attempt = std::make_shared<Attempt>();
+    try {
+      std::thread([door = door, settings = settings, server, attempt]() mutable {
+        connect(settings, server, *attempt);
+        door->bring(std::move(attempt));
+        attempt.reset();
+        nats_ReleaseThreadMemory();
+      }).detach();
+    } catch (const std::system_error& error) {
+      attempt->error = error.what();
+      asio::post(io, [self = shared_from_this(), attempt] { self->adopt(*attempt); });
+    }
+  }
+
+  void adopt(Attempt& attempt) {
+    if (stopped) return;
+    trying = false;
+    if (!attempt.connection) return failed("server.failed.connect", attempt.error);
+    polling = std::move(attempt.polling);
+    connection = std::move(attempt.connection);
+    polling->reading = [this](bool wanted) { poll(wanted); };
+    polling->writing = [this](bool wanted) { want_write(wanted); };
+    error_code error;
+    socket.assign(polling->socket, error);
+    payload = static_cast<std::size_t>(std::max<std::int64_t>(0, natsConnection_GetMaxPayload(connection.get())));
+    if (payload < least_payload) {
+      counters.add("server.refused.payload_limit");
+      return failed(
+          "", fmt::format("it takes {} bytes in a message; give it max_payload = {} or more", payload, least_payload));
+    }
+    for (const std::string& subject : settings.subjects) subscribe(subject);
+    if (!settings.own_subject.empty()) subscribe(settings.own_subject);
+    if (natsConnection_IsClosed(connection.get())) return failed("server.closed.lost", last_error());
+    is_up = true;
+    pause = settings.first_retry;
+    why = fmt::format("connected to the NATS server at {}", there);
+    heard = echoed = Clock::now();
+    counters.add("server.connected");
+    read();
+    echo();
+    if (const auto tell = events.up) tell();
+  }
+
+  void subscribe(const std::string& subject) {
+    natsSubscription* made = nullptr;
+    if (natsConnection_SubscribeSync(&made, connection.get(), subject.c_str()) == NATS_OK)
+      subscriptions.emplace_back(made);
+  }
+
+  // libnats stops or goes on reading. It closes the socket itself, once it is told not to be polled.
+  void poll(bool wanted) {
+    if (!wanted && socket.is_open()) socket.release();
+  }
+
+  void read() {
+    socket.async_wait(asio::posix::stream_descriptor::wait_read,
+                      [self = shared_from_this(), of = generation](error_code error) {
+                        if (error || self->generation != of || !self->connection) return;
+                        natsConnection_ProcessReadEvent(self->connection.get());
+                        self->collect();
+                        if (self->generation != of || !self->connection) return;
+                        if (natsConnection_IsClosed(self->connection.get()))
+                          return self->failed("server.closed.lost", self->last_error());
+                        self->read();
+                      });
+  }
+
+  void want_write(bool wanted) {
+    wants_write = wanted;
+    if (wanted && !in_publish) wait_to_write();
+  }
+
+  void wait_to_write() {
+    if (waits_to_write || !socket.is_open()) return;
+    waits_to_write = true;
+    socket.async_wait(asio::posix::stream_descriptor::wait_write,
+                      [self = shared_from_this(), of = generation](error_code error) {
+                        if (self->generation != of) return;
+                        self->waits_to_write = false;
+                        if (error || !self->connection) return;
+                        self->write();
+                        if (self->generation == of && self->connection && !self->wants_write && self->events.writable)
+                          self->events.writable();
+                      });
+  }
+
+  void write() {
+    natsConnection_ProcessWriteEvent(connection.get());
+    if (natsConnection_IsClosed(connection.get())) return failed_soon();
+    if (wants_write) wait_to_write();
+  }
+
+  // Who is in the midst of a call of ours is not told at once.
+  void failed_soon() {
+    asio::post(io, [self = shared_from_this(), of = generation] {
+      if (self->generation == of && self->connection) self->failed("server.closed.lost", self->last_error());
+    });
+  }
+
+  void collect() {
+    std::vector<Message> messages;
+    bool is_error = false;
+    for (const Subscription& each : subscriptions) {
+      natsMsg* taken = nullptr;
+      while (natsSubscription_NextMsg(&taken, each.get(), 0) == NATS_OK) {
+        const MessagePointer message(taken);
+        const std::string_view subject = natsMsg_GetSubject(taken);
+        if (subject == settings.own_subject) {
+          heard = Clock::now();
+          continue;
+        }
+        const auto* const data = reinterpret_cast<const std::byte*>(natsMsg_GetData(taken));
+        messages.push_back({std::string(subject), {data, data + natsMsg_GetDataLength(taken)}});
+      }
+    }
+    if (const char* text = nullptr; natsConnection_GetLastError(connection.get(), &text) != NATS_OK && text)
+      is_error = std::exchange(said, text) != text;
+    if (is_error) counters.add("server.error");
+    if (messages.empty()) return;
+    if (const auto tell = events.arrived) tell(std::move(messages));
+  }
+
+  std::string last_error() const {
+    const char* text = nullptr;
+    const natsStatus status = natsConnection_GetLastError(connection.get(), &text);
+    return status == NATS_OK ? "the connection was closed" : words(status, text);
+  }
+
+  void failed(std::string_view counter, const std::string& reason) {
+    if (!counter.empty()) counters.add(counter);
+    const bool was_up = std::exchange(is_up, false);
+    if (was_up) since_down = Clock::now();
+    why = fmt::format("NATS server at {}: {}", there, reason);
+    drop();
+    next_attempt = Clock::now() + (was_up ? settings.first_retry : pause);
+    pause = std::min(2 * pause, settings.longest_retry);
+    if (const auto tell = events.down; tell && was_up) tell();
+  }
+
+  void drop() {
+    ++generation;
+    is_up = waits_to_write = wants_write = false;
+    // A close that would wait for the server to take the rest waits for nothing once the socket is shut.
+    if (connection && socket.is_open()) {
+      ::shutdown(socket.native_handle(), SHUT_RDWR);
+      natsConnection_ProcessReadEvent(connection.get());
+    }
+    if (socket.is_open()) socket.release();
+    subscriptions.clear();
+    connection.reset();
+    polling.reset();
+  }
+
+  void echo() {
+    if (settings.own_subject.empty()) return;
+    natsConnection_Publish(connection.get(), settings.own_subject.c_str(), "", 0);
+    echoed = Clock::now();
+  }
+
+  void tick() {
+    const auto now = Clock::now();
+    if (now - ticked > settings.patience / 2) heard = now;  // it was we who were away
+    ticked = now;
+    if (is_up && !settings.own_subject.empty() && now - heard > settings.patience) {
+      failed("server.closed.silent",
+             fmt::format("forwards nothing for {:g} s", static_cast<double>(settings.patience.count()) / 1000));
+    } else if (is_up && now - echoed >= std::min<Clock::duration>(echo_period, settings.patience / 3)) {
+      echo();
+    } else if (!is_up && !trying && now >= next_attempt) {
+      try_next();
+    }
+    timer.expires_after(std::chrono::milliseconds(50));
+    timer.async_wait([self = shared_from_this()](error_code error) {
+      if (!error && !self->stopped) self->tick();
+    });
+  }
+
+  NatsSettings settings;
+  Events events;
+  asio::io_context& io;
+  std::unique_ptr<Polling> polling;  // libnats points at it
+  Connection connection;
+  std::vector<Subscription> subscriptions;
+  asio::posix::stream_descriptor socket;  // libnats owns the descriptor
+  asio::steady_timer timer;
+  std::shared_ptr<Door> door;
+  std::size_t tried = 0, payload = 0;
+  int generation = 0;  // of the connection
+  bool is_up = false, trying = false, stopped = false;
+  bool wants_write = false, waits_to_write = false, in_publish = false;
+  std::string there, why, said;
+  std::chrono::milliseconds pause{settings.first_retry};
+  Clock::time_point heard{}, echoed{}, ticked = Clock::now(), next_attempt{}, since_down{};
+  hal::Counters counters;
+};
+
+NatsConnection::NatsConnection(asio::io_context& io, NatsSettings settings, Events events)
+    : state_(std::make_shared<State>(io, std::move(settings), std::move(events))) {
+  state_->begin();
+}
+
+NatsConnection::~NatsConnection() {
+  state_->stop();
+}
+
+bool NatsConnection::up() const {
+  return state_->is_up;
+}
+
+const std::string& NatsConnection::why() const {
+  return state_->why;
+}
+
+Clock::time_point NatsConnection::down_since() const {
+  return state_->since_down;
+}
+
+std::size_t NatsConnection::max_payload() const {
+  return state_->payload;
+}
+
+std::size_t NatsConnection::waiting_bytes() const {
+  return state_->is_up ? static_cast<std::size_t>(std::max(0, natsConnection_Buffered(state_->connection.get()))) : 0;
+}
+
+bool NatsConnection::publish(const std::string& subject, std::span<const std::byte> bytes) {
+  State& state = *state_;
+  if (!state.is_up || bytes.size() > state.payload) return false;
+  state.in_publish = true;
+  const natsStatus status =
+      natsConnection_Publish(state.connection.get(), subject.c_str(), bytes.data(), static_cast<int>(bytes.size()));
+  state.in_publish = false;
+  if (status != NATS_OK) return false;
+  // What fits into the socket goes now.
+  if (!state.waits_to_write) state.write();
+  return true;
+}
+
+const hal::Counters& NatsConnection::counters() const {
+  return state_->counters;
+}
+
+}  // namespace arkmesh::gateway
