@@ -27,7 +27,7 @@ lab_status_t status_of(const std::string& lab) {
   return message;
 }
 
-struct Watched {
+struct WatchedPort {
   hal::Bus bus{"memq://"};
   PortMonitor watch{bus, "shark", 100};
   template <class Message>
@@ -39,7 +39,7 @@ struct Watched {
 
 TEST_CASE("our own messages are no neighbour") {
   // Our lab, our own gateway and what comes from peers do not disturb.
-  Watched shark;
+  WatchedPort shark;
   shark.watch.ask();
   shark.hear("peers", peers_of("shark", 100));
   shark.hear("status", status_of("shark"));
@@ -51,7 +51,7 @@ TEST_CASE("our own messages are no neighbour") {
 TEST_CASE("another lab on the port is named") {
   // Its status or its gateway's older `peers` is reason enough, with what to do.
   for (const bool by_status : {true, false}) {
-    Watched shark;
+    WatchedPort shark;
     if (by_status)
       shark.hear("status", status_of("roark"));
     else
@@ -64,10 +64,10 @@ TEST_CASE("another lab on the port is named") {
 
 TEST_CASE("of two gateways the older stays") {
   // The newer one learns of the older; the older one only knows that it has to make itself heard.
-  Watched newer;
+  WatchedPort newer;
   newer.hear("peers", peers_of("shark", 99));
   CHECK(newer.watch.earlier() == "bus memq://: another gateway of lab shark runs already; stop it first");
-  Watched older;
+  WatchedPort older;
   older.hear("peers", peers_of("shark", 101));
   older.hear("peers", peers_of("roark", 101));
   CHECK(older.watch.earlier().empty());
@@ -79,7 +79,7 @@ TEST_CASE("of two gateways the older stays") {
 
 TEST_CASE("what is no such message is ignored and counted") {
   // Every truncation before the sender's end, another fingerprint, forged lengths and illegal names.
-  Watched shark;
+  WatchedPort shark;
   std::vector<std::byte> bytes;
   {
     const auto copy =
