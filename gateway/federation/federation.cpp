@@ -341,7 +341,7 @@ void Federation::send_keys() {
   connection_->publish(fmt::format("{}.{}.{}", root_, settings_.lab, to_watchers), packet);
 }
 
-// What several peers get is in the packet once; so is, signed, what one gets: others may watch.
+// One packet for all, in which what several get is once.
 void Federation::send_fresh_messages(Time now) {
   std::vector<Stream*> to;
   for (const auto& [peer, stream] : streams_)
@@ -368,7 +368,7 @@ void Federation::send_fresh_messages(Time now) {
           held.push_back(relay.share_next());
           body.chunks.emplace_back(next->bytes);
         }
-        relay.sent(now);
+        piece.is_urgent |= relay.sent(now);
       }
       body.pieces.push_back(std::move(piece));
     }
@@ -392,7 +392,7 @@ void Federation::send_to(Stream& stream, Time now, std::vector<Greeting> greetin
         held.push_back(relay.share_next());
         body.chunks.emplace_back(next->bytes);
         bytes += size;
-        relay.sent(now);
+        piece.is_urgent |= relay.sent(now);
       }
       body.pieces.push_back(std::move(piece));
     }

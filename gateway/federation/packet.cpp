@@ -13,6 +13,7 @@ namespace arkmesh::gateway {
 namespace {
 
 constexpr std::string_view magic = "ARKN\1";
+constexpr std::uint8_t asks_again_flag = 1, urgent_flag = 2;
 
 // How many entries follow; nothing when there are too many.
 std::optional<std::size_t> take_count(FieldReader& in) {
@@ -41,7 +42,9 @@ bool take_pieces(FieldReader& in, PacketBody& body) {
     each.mine = in.take<StreamId>();
     each.offset = in.take<std::uint64_t>();
     each.acknowledged = in.take<std::uint64_t>();
-    each.asks_again = in.take<std::uint8_t>() != 0;
+    const auto flags = in.take<std::uint8_t>();
+    each.asks_again = (flags & asks_again_flag) != 0;
+    each.is_urgent = (flags & urgent_flag) != 0;
     const auto chunks = take_count(in);
     if (!chunks || each.mine == 0 || each.yours == 0) return false;
     for (std::size_t k = 0; k < *chunks && in.good(); ++k) each.chunks.push_back(in.take<std::uint16_t>());
@@ -92,7 +95,7 @@ std::vector<std::byte> encode_body(const PacketBody& body) {
   put(out, static_cast<std::uint16_t>(body.pieces.size()));
   for (const Piece& each : body.pieces) {
     for (const std::uint64_t word : {each.yours, each.mine, each.offset, each.acknowledged}) put(out, word);
-    put(out, static_cast<std::uint8_t>(each.asks_again));
+    put(out, static_cast<std::uint8_t>((each.asks_again ? asks_again_flag : 0) | (each.is_urgent ? urgent_flag : 0)));
     put(out, static_cast<std::uint16_t>(each.chunks.size()));
     for (const std::uint16_t chunk : each.chunks) put(out, chunk);
   }

@@ -57,6 +57,7 @@ struct Piece {
   std::uint64_t offset = 0;                // of the first byte, since the stream's beginning
   std::uint64_t acknowledged = 0;          // what has come of the stream in the other direction
   bool asks_again = false;                 // something is missing behind that
+  bool is_urgent = false;                  // wants to be acknowledged soon
   std::vector<std::uint16_t> chunks = {};  // numbers of PacketBody::chunks, in order
 };
 

@@ -55,7 +55,7 @@ bool Relay::take(const Piece& piece, const PacketBody& body, PacketOrder at, Tim
       return true;
     }
     next += bytes.size();
-    if (!owes_since_) owes_since_ = now;
+    if (piece.is_urgent && !owes_since_) owes_since_ = now;
   }
   return true;
 }
@@ -85,7 +85,8 @@ bool Relay::acknowledged(std::uint64_t total, Time now) {
 
 void Relay::put(ChunkPointer chunk) {
   put_ += chunk->bytes.size();
-  chunks_.push_back({std::move(chunk), put_});
+  const bool is_urgent = chunk->is_message || acknowledged_ == 0;
+  chunks_.push_back({std::move(chunk), put_, is_urgent});
 }
 
 bool Relay::has_fresh_message() const {
@@ -101,22 +102,28 @@ Piece Relay::piece(Time) {
   return piece;
 }
 
-void Relay::sent(Time now) {
+bool Relay::sent(Time now) {
   const Entry& entry = chunks_[next_++];
   if (next_ == 1) progress_ = now;
-  if (sends_again() || next_ <= once_sent_) {
+  if (next_ <= once_sent_) {
     counters_.add("pieces.sent_again");
-  } else if (!sample_) {
+  } else if (!sample_ && entry.is_urgent) {
     sample_ = Sample{entry.end, now};
   }
   once_sent_ = std::max(once_sent_, next_);
   highest_sent_ = std::max(highest_sent_, entry.end);
+  return entry.is_urgent;
 }
 
 void Relay::check(Time now) {
-  if (!met_ || next_ == 0 || now - progress_ < patience_) return;
+  if (!met_ || next_ == 0 || now - progress_ < (awaits_urgently() ? patience_ : longest_patience)) return;
   patience_ = std::min(2 * patience_, longest_patience);
   rewind(now);
+}
+
+bool Relay::awaits_urgently() const {
+  return std::any_of(chunks_.begin(), chunks_.begin() + static_cast<std::ptrdiff_t>(next_),
+                     [](const Entry& each) { return each.is_urgent; });
 }
 
 void Relay::rewind(Time now) {

@@ -27,7 +27,8 @@ class Relay {
  public:
   using Time = std::chrono::steady_clock::time_point;
   using Duration = std::chrono::milliseconds;
-  // What came is acknowledged after so long at the latest.
+  // A message that came is acknowledged after so long at the latest; what is about the session itself with whatever
+  // goes next, heartbeats at the latest, for else each acknowledgement would ask for another.
   static constexpr Duration ack_time{20};
   // What was sent and not acknowledged is sent again after so long: before the path is known, and within these.
   static constexpr Duration first_patience{300}, least_patience{80}, longest_patience{1000};
@@ -62,8 +63,8 @@ class Relay {
   bool has_fresh_message() const;
   // Without chunks, as from what goes next.
   Piece piece(Time now);
-  // next() is in a packet now.
-  void sent(Time now);
+  // next() is in a packet now. Whether it is to be acknowledged soon.
+  bool sent(Time now);
   // Sends again what the peer had time to acknowledge.
   void check(Time now);
   // All that is not acknowledged is to be sent again: the path was gone.
@@ -78,11 +79,13 @@ class Relay {
   struct Entry {
     ChunkPointer chunk;
     std::uint64_t end;  // offset behind it
+    bool is_urgent;     // a message, or at the beginning of the stream
   };
   struct Sample {
     std::uint64_t end;
     Time sent;
   };
+  bool awaits_urgently() const;
   bool has_exchanged() const { return came_ > 0 || acknowledged_ > 0; }
   bool is_of_the_past(StreamId theirs, PacketOrder at) const { return met_ && theirs != yours_ && at < met_at_; }
   void meet(StreamId theirs, PacketOrder at);

@@ -67,7 +67,7 @@ struct RelayEnd {
       while (relay.next() && letter.chunks.size() < most) {
         letter.piece->chunks.push_back(static_cast<std::uint16_t>(letter.chunks.size()));
         letter.chunks.push_back(relay.share_next());
-        relay.sent(now);
+        letter.piece->is_urgent |= relay.sent(now);
       }
       out.push_back(std::move(letter));
     }
@@ -340,4 +340,56 @@ TEST_CASE("an ending counts for its own stream only") {
 }
 
 }  // namespace
+
+TEST_CASE("what is about the session asks for no acknowledgement of its own") {
+  // A message is acknowledged within 20 ms; what answers it, a session's own acknowledgement, is not, or the two ends
+  // would answer each other without end. It is acknowledged with whatever goes next.
+  RelayEnd left("left", 1), right("right", 2);
+  Time now{1s};
+  const auto pass = [&now](RelayEnd& from, RelayEnd& to, std::uint64_t number) {
+    std::vector<Letter> letters, answers;
+    from.speak(now, 10, letters);
+    for (Letter& each : letters) {
+      each.at = {1, number};
+      to.hear(each, now, answers);
+    }
+    for (Letter& each : answers) {
+      each.at = {1, number};
+      from.hear(each, now, letters);
+    }
+    return letters.size();
+  };
+  std::uint64_t number = 0;
+  while (!left.relay.met() || !right.relay.met()) {
+    pass(left, right, ++number);
+    pass(right, left, ++number);
+    now += 200ms;
+  }
+  const auto put = [](RelayEnd& end, bool is_message) {
+    end.relay.put(std::make_shared<const Chunk>(Chunk{std::vector<std::byte>(10), is_message}));
+  };
+  // The beginnings of both streams are acknowledged soon.
+  put(left, false);
+  put(right, false);
+  for (int i = 0; i < 4; ++i, now += 20ms) pass(left, right, ++number), pass(right, left, ++number);
+  REQUIRE_FALSE(left.relay.owes_answer(now));
+  REQUIRE_FALSE(right.relay.owes_answer(now));
+  put(left, true);
+  CHECK(pass(left, right, ++number) == 1);
+  now += 20ms;
+  CHECK(right.relay.owes_answer(now));
+  put(right, false);
+  CHECK(pass(right, left, ++number) == 1);
+  now += 60ms;
+  CHECK_FALSE(left.relay.owes_answer(now));
+  // Nothing is said again before the longest patience.
+  now += 500ms;
+  CHECK(pass(right, left, ++number) == 0);
+  put(left, true);
+  CHECK(pass(left, right, ++number) == 1);  // carries the acknowledgement
+  now += 2s;
+  CHECK(pass(right, left, ++number) == 1);  // its own, and nothing again
+  CHECK(right.relay.counters()["pieces.sent_again"] == 0);
+}
+
 }  // namespace arkmesh::gateway
