@@ -48,7 +48,8 @@ void PeerConfig::fields(const hal::Section& peer) {
       "connect", connect,
       {.help =
            "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
-           "on this machine. Empty: it connects to us"});
+           "on this machine. Empty: it connects to us",
+       .written = without_passwords});
   peer.field("import_rate_hz", limits.rate_hz,
              {.range = {1e-3, 1e6},
               .unit = "Hz",
@@ -75,7 +76,8 @@ void GatewayConfig::fields(const hal::Section& gateway) {
   gateway.field(
       "connect", connect,
       {.help = "[tls+]nats://HOST[:PORT],... : NATS servers where this lab meets those of shared.labs that have no "
-               "entry in gateway.peers"});
+               "entry in gateway.peers",
+       .written = without_passwords});
   gateway.field("server_ca", federation.server_ca,
                 {.help = "file with the certificates that NATS servers' own are signed by. Empty: the system's"});
   gateway.field("credentials", federation.credentials,

@@ -126,6 +126,8 @@ toml::table in_force(const Section::State& state, const toml::table& table, cons
       for (const toml::node& element : *node.as_array())
         list.push_back(portable(element.value_or(std::string()), folder));
       out.insert(key, std::move(list));
+    } else if (read->second.written && node.is_string()) {
+      out.insert(key, read->second.written(node.value_or(std::string())));
     } else {
       out.insert(key, node);
     }
@@ -267,7 +269,7 @@ void Section::value(std::string_view key, Member member, const Field& about) con
   state.read.erase(said);
   put(table, key, member);
   if (const toml::node* now = table.get(key))
-    state.read[now] = {place, path || paths};
+    state.read[now] = {place, path || paths, about.written};
   else
     state.left_alone.insert(join(path_, key));  // not given, but known
 }

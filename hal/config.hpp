@@ -46,6 +46,8 @@ struct Field {
   std::string sample = {};               // TOML: a value with which a sample runs, for what has no default
   std::string default_is = {};           // the default in words, when other keys give it
   bool required = false;
+  // Of a text that not everybody may read: what a run's config.toml holds instead.
+  std::string (*written)(std::string_view text) = nullptr;
 };
 
 // A line of the table of keys.

@@ -50,6 +50,7 @@ struct Section::State {
   struct Read {
     toml::source_region place;  // of a default: its table's
     bool is_path = false;
+    std::string (*written)(std::string_view text) = nullptr;  // as Field
   };
   std::map<const toml::node*, Read> read = {};  // what was, tables too
   std::set<std::string, std::less<>> left_alone = {};

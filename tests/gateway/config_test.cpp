@@ -78,6 +78,19 @@ TEST_CASE("a peer's address may say that it is TCP's") {
   }
 }
 
+TEST_CASE("a run's config.toml holds no password") {
+  // It is published with the run. What the gateway uses has it.
+  const hal::Config config = hal::Config::from_text(
+      "[gateway]\nconnect = \"nats://shark:secret@127.0.0.1\"\n[[gateway.peers]]\nlab = \"roark\"\n"
+      "connect = \"tls+nats://shark:secret@nats.example.org\"",
+      "shark.toml");
+  const GatewayConfig read = read_gateway_config(config.root().section("gateway"), "shark", {"shark", "roark"});
+  CHECK(read.connect == "nats://shark:secret@127.0.0.1");
+  const std::string written = config.effective();
+  CHECK(written.find("secret") == std::string::npos);
+  CHECK(written.find("tls+nats://nats.example.org") != std::string::npos);
+}
+
 TEST_CASE("rules come before the short forms") {
   // Their order is that of the file; each knows where it is written, and a default that it is written nowhere.
   const GatewayConfig config = read(R"([gateway]
