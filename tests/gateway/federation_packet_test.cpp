@@ -252,13 +252,14 @@ TEST_CASE("what is sealed for a lab opens for that lab only") {
   const auto said = spelled("for roark alone"), beside = spelled("dhtf, roark, packet 7");
   const auto sealed = seal(of_shark.of("roark")->shared, said, beside);
   CHECK(sealed.size() == said.size() + seal_bytes);
-  CHECK(std::ranges::search(sealed, said).empty());
+  CHECK(std::search(sealed.begin(), sealed.end(), said.begin(), said.end()) == sealed.end());
   CHECK(unseal(of_roark.of("shark")->shared, sealed, beside) == said);
   for (const Seals* seals : {&of_lynx, &of_roark, &of_shark})
-    for (const auto& [lab, other] : seals->others()) {
+    for (const auto& each : seals->others()) {
+      const std::string& lab = each.first;
       const bool is_theirs = (seals == &of_roark && lab == "shark") || (seals == &of_shark && lab == "roark");
       CAPTURE(lab);
-      CHECK(unseal(other.shared, sealed, beside).has_value() == is_theirs);
+      CHECK(unseal(each.second.shared, sealed, beside).has_value() == is_theirs);
     }
   const SecretKey& key = of_roark.of("shark")->shared;
   for (const char* wrong : {"cre, roark, packet 7", "dhtf, lynx, packet 7", "dhtf, roark, packet 8", ""})

@@ -117,10 +117,11 @@ struct Meeting {
   }
   // What was said is acknowledged in the end, and the books balance.
   void check_settled() {
-    for (const auto& [name, lab] : labs)
-      for (const auto& [peer, link] : lab.links) {
-        CAPTURE(name);
-        CAPTURE(peer);
+    for (const auto& lab : labs)
+      for (const auto& to : lab.second.links) {
+        CAPTURE(lab.first);
+        CAPTURE(to.first);
+        const gateway::Link* const link = to.second.get();
         CHECK(until([&] {
           const auto counters = link->stats().counters;
           return counters["outbox.acknowledged.events"] == counters["outbox.accepted.events"];
