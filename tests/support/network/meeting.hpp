@@ -64,6 +64,7 @@ struct Meeting {
     for (const std::string& peer : peers)
       if (!trusts(name, peer)) keys.trust(name, peer);
     MeetingLab& lab = labs[name];
+    lab.links.clear();  // before their node
     lab = {};
     lab.name = name;
     gateway::TcpSettings settings = tcp_settings(name, ++boots);
