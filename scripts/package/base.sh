@@ -6,7 +6,7 @@ make_base() {
   [ ! -f "$base" ] || return 0
   mkdir -p build
   echo "making a Debian $1"
-  mmdebstrap --variant=apt "$1" "$base.new" >"$base.log" 2>&1 ||
+  mmdebstrap --format=tar --variant=apt "$1" "$base.new" >"$base.log" 2>&1 ||
     { tail -n 5 "$base.log" >&2; echo "no Debian $1 could be made" >&2; return 1; }
   mv "$base.new" "$base"
 }
