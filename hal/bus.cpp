@@ -1,6 +1,7 @@
-// In memory messages wait in a row of bytes here: LCM makes two system calls and a copy for each. On a network LCM
-// sends, and opens no socket that hears, because it is never asked to receive. A subscription that dies inside a
-// handler is taken out only after its message.
+// Owns an LCM handle. In memory LCM carries messages in bundles, all that wait for a drain() in one, because it makes
+// two system calls for each of its own. On a network it only sends, and opens no socket that hears, because it is never
+// asked to receive. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and thrown again by drain(), and a
+// subscription that dies inside a handler is taken out only after its message.
 #include "hal/bus.hpp"
 
 #include <arpa/inet.h>
@@ -32,34 +33,12 @@ namespace {
 constexpr std::string_view memory_scheme = "memq://";
 constexpr std::string_view self_test_channel = "LCM_SELF_TEST";  // LCM's own
 constexpr std::size_t max_routes = 10'000;                       // others choose the names that come in
-constexpr std::size_t kept_bytes = 1 << 20;                      // of a queue in memory that has become empty
+constexpr const char* bundle_channel = "bundle";                 // in memory; nobody else is on that LCM
+constexpr std::size_t bundle_bytes = 1 << 20;                    // more go in another one
 
-// Bytes in a row, without the zeros that a vector writes first.
-class Bytes {
- public:
-  // Room for so many more, uninitialized; good until the next call.
-  std::byte* append(std::size_t more) {
-    if (size_ + more > capacity_) {
-      capacity_ = std::max(2 * capacity_, size_ + more);
-      auto larger = std::make_unique_for_overwrite<std::byte[]>(capacity_);
-      if (size_ > 0) std::memcpy(larger.get(), bytes_.get(), size_);
-      bytes_ = std::move(larger);
-    }
-    return bytes_.get() + std::exchange(size_, size_ + more);
-  }
-  void clear() {
-    size_ = 0;
-    if (capacity_ > kept_bytes) {
-      bytes_.reset();
-      capacity_ = 0;
-    }
-  }
-  const std::byte* data() const { return bytes_.get(); }
-  std::size_t size() const { return size_; }
-
- private:
-  std::unique_ptr<std::byte[]> bytes_;
-  std::size_t size_ = 0, capacity_ = 0;
+// Before a message in a bundle, in this machine's own format.
+struct BundledHeader {
+  std::uint32_t channel_bytes = 0, data_bytes = 0;
 };
 
 // Whether this machine can send to that multicast group.
@@ -98,24 +77,15 @@ struct Bus::State {
     std::shared_ptr<Node> node_;  // shared with the bus: either may die first
   };
 
-  using Routes = TextMap<std::shared_ptr<const Route>>;
-
-  // Before channel and bytes of a message that waits in memory.
-  struct Header {
-    const Routes::value_type* way = nullptr;  // good while `subscribed` is what it was
-    std::uint64_t subscribed = 0;
-    std::uint32_t channel_bytes = 0, data_bytes = 0;
-  };
-
+  lcm_t* lcm = nullptr;
   bool in_memory = false;
-  lcm_t* lcm = nullptr;                         // network only
-  std::vector<std::uint32_t> hear;              // network only: hosts, in network order
-  std::unique_ptr<MulticastReceiver> receiver;  // network only, once somebody listens
-  Routes routes;                                // of the names heard or published so far
-  std::uint64_t subscribed = 0;                 // changes with what routes hold
-  const Routes::value_type* way = nullptr;      // memq only: of the message to be sent
-  Bytes waiting, in_hand;                       // memq only: what was published, and what drain() took of that
-  std::size_t read = 0;                         // memq only: of what is in hand
+  std::vector<std::uint32_t> hear;               // network only: hosts, in network order
+  std::unique_ptr<MulticastReceiver> receiver;   // network only, once somebody listens
+  TextMap<std::shared_ptr<const Route>> routes;  // of the names heard or published so far
+  std::vector<std::byte> bundle;                 // memq only: published and not yet given to LCM
+  std::size_t bundles = 0;                       // memq only: that LCM has
+  std::vector<std::byte> unheard;                // memq only: what stood behind a message whose handler failed
+  int heard = 0;                                 // memq only: messages of the bundle in hand that a handler ran for
   bool dispatching = false;
   bool delivered = false;  // a handler ran for the message in hand
   std::exception_ptr failure;
@@ -145,32 +115,27 @@ struct Bus::State {
       take_out(node);
   }
 
-  void forget_routes() {
-    routes.clear();
-    ++subscribed;
-  }
-
   void take_out(const std::shared_ptr<Node>& node) {
-    forget_routes();
+    routes.clear();
     node->bus = nullptr;
     std::erase(nodes, node);
   }
 
   // Good until somebody subscribes or a subscription dies.
-  const Routes::value_type& way_of(std::string_view channel) {
-    if (const auto it = routes.find(channel); it != routes.end()) return *it;
-    if (routes.size() >= max_routes) forget_routes();
+  const std::shared_ptr<const Route>& route_of(std::string_view channel) {
+    if (const auto it = routes.find(channel); it != routes.end()) return it->second;
+    if (routes.size() >= max_routes) routes.clear();
     Route route;
     for (const auto& node : nodes)
       if (g_regex_match_full(node->pattern.get(), channel.data(), static_cast<gssize>(channel.size()), 0,
                              GRegexMatchFlags{}, nullptr, nullptr))
         route.push_back(node);
-    return *routes.emplace(channel, std::make_shared<const Route>(std::move(route))).first;
+    return routes.emplace(channel, std::make_shared<const Route>(std::move(route))).first->second;
   }
 
-  // Hands one message to all on its route, of which this is a copy: a handler may change the routes. True when a
-  // handler of ours ran.
-  bool handle(const std::shared_ptr<const Route> route, std::string_view channel, std::span<const std::byte> bytes) {
+  // Hands one message to all who hear it. True when a handler of ours ran.
+  bool handle(std::string_view channel, std::span<const std::byte> bytes) {
+    const auto route = route_of(channel);  // a copy: a handler may change the routes
     if (route->empty()) return false;
     assert(!dispatching && "a handler may not drain its own bus");
     dispatching = true;
@@ -186,36 +151,54 @@ struct Bus::State {
     if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
   }
 
-  // Room for the bytes of a message in memory, behind its header and its channel.
-  std::byte* append(std::string_view channel, std::size_t bytes) {
-    const Header header{way, subscribed, static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes)};
-    std::byte* to = waiting.append(sizeof header + channel.size() + bytes);
+  void append_to_bundle(std::string_view channel, std::span<const std::byte> bytes) {
+    const BundledHeader header{static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())};
+    const std::size_t begin = bundle.size();
+    bundle.resize(begin + sizeof header + channel.size() + bytes.size());
+    std::byte* to = bundle.data() + begin;
     std::memcpy(to, &header, sizeof header);
     std::memcpy(to + sizeof header, channel.data(), channel.size());
-    return to + sizeof header + channel.size();
+    if (!bytes.empty()) std::memcpy(to + sizeof header + channel.size(), bytes.data(), bytes.size());
   }
 
-  // The next message in memory. What handlers publish meanwhile waits elsewhere, so that these bytes stay.
-  bool handle_next() {
-    Header header;
-    const std::byte* from = in_hand.data() + read;
-    std::memcpy(&header, from, sizeof header);
-    const std::string_view channel(reinterpret_cast<const char*>(from + sizeof header), header.channel_bytes);
-    read += sizeof header + header.channel_bytes + header.data_bytes;
-    return handle(header.subscribed == subscribed ? header.way->second : way_of(channel).second, channel,
-                  {from + sizeof header + header.channel_bytes, header.data_bytes});
+  // False: LCM has not taken it.
+  bool give_bundle() {
+    if (lcm_publish(lcm, bundle_channel, bundle.data(), static_cast<unsigned>(bundle.size())) != 0) return false;
+    bundle.clear();
+    ++bundles;
+    return true;
   }
 
-  // All that waits in memory. A failure leaves the rest for the next time.
+  static void on_bundle(const lcm_recv_buf_t* buffer, const char*, void* user) {
+    static_cast<State*>(user)->handle_bundle({static_cast<const std::byte*>(buffer->data), buffer->data_size});
+  }
+
+  // A failure leaves the rest for the next time.
+  void handle_bundle(std::span<const std::byte> rest) {
+    while (!rest.empty() && !failure) {
+      BundledHeader header;
+      std::memcpy(&header, rest.data(), sizeof header);
+      const auto channel = rest.subspan(sizeof header, header.channel_bytes);
+      const auto bytes = rest.subspan(sizeof header + header.channel_bytes, header.data_bytes);
+      rest = rest.subspan(sizeof header + channel.size() + bytes.size());
+      heard += handle({reinterpret_cast<const char*>(channel.data()), channel.size()}, bytes);
+    }
+    unheard.assign(rest.begin(), rest.end());
+  }
+
+  // All that waits in memory.
   int drain_memory() {
-    int heard = 0;
-    while (read < in_hand.size() || waiting.size() > 0) {
-      if (read == in_hand.size()) {
-        read = 0;
-        in_hand.clear();
-        std::swap(in_hand, waiting);
+    heard = 0;
+    while (!unheard.empty() || bundles > 0 || !bundle.empty()) {
+      if (!unheard.empty()) {
+        const std::vector<std::byte> left = std::exchange(unheard, {});
+        handle_bundle(left);
+      } else if (bundles > 0 || give_bundle()) {
+        --bundles;
+        lcm_handle(lcm);
+      } else {
+        throw std::runtime_error("LCM takes no message in memory; is there memory left?");
       }
-      heard += handle_next();
       throw_failure();
     }
     return heard;
@@ -260,11 +243,13 @@ Bus::Bus(const std::string& url, const std::vector<std::string>& hear) : state_(
   }
   for (const std::string& host : hear)
     if (in_addr address{}; inet_pton(AF_INET, host.c_str(), &address) == 1) state_->hear.push_back(address.s_addr);
-  if (state_->in_memory) return;
   state_->lcm = lcm_create(url.c_str());
   if (!state_->lcm)
     throw std::runtime_error(fmt::format(
         "bus {}: LCM cannot open it; check address and port, for example udpm://239.255.76.67:7701?ttl=0", url));
+  if (state_->in_memory)
+    lcm_subscription_set_queue_capacity(lcm_subscribe(state_->lcm, bundle_channel, &State::on_bundle, state_.get()),
+                                        0);  // 0: no limit
 }
 
 Bus::~Bus() {
@@ -283,7 +268,7 @@ std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pat
   node->bus = state_.get();
   node->handler = std::move(handler);
   node->pattern = regex;
-  state_->forget_routes();
+  state_->routes.clear();
   if (!state_->in_memory && !state_->listen(url_)) throw_no_route(url_);
   state_->nodes.push_back(node);
   return std::make_unique<State::Handle>(std::move(node));
@@ -294,28 +279,19 @@ bool Bus::takes(const std::string& channel) {
     counters_.add("refused.channel_name");
     return false;
   }
-  if (!state_->in_memory) return true;
-  state_->way = &state_->way_of(channel);
-  return !state_->way->second->empty();
-}
-
-std::span<std::byte> Bus::room(const std::string& channel, std::size_t bytes) {
-  if (state_->in_memory) return {state_->append(channel, bytes), bytes};
-  scratch_.resize(bytes);
-  return scratch_;
-}
-
-void Bus::publish(const std::string& channel, std::span<const std::byte> bytes) {
-  if (!takes(channel)) return;
-  if (state_->in_memory)
-    std::ranges::copy(bytes, room(channel, bytes.size()).begin());
-  else
-    send(channel, bytes);
+  return !state_->in_memory || !state_->route_of(channel)->empty();
 }
 
 void Bus::send(const std::string& channel, std::span<const std::byte> bytes) {
-  if (lcm_publish(state_->lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
-    counters_.add("refused.send_failed");
+  State& state = *state_;
+  if (!state.in_memory) {
+    if (lcm_publish(state.lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
+      counters_.add("refused.send_failed");
+    return;
+  }
+  if (!state.bundle.empty() && state.bundle.size() + bytes.size() > bundle_bytes && !state.give_bundle())
+    return counters_.add("refused.send_failed");
+  state.append_to_bundle(channel, bytes);
 }
 
 int Bus::drain(std::chrono::milliseconds wait, int most) {
@@ -329,8 +305,7 @@ int Bus::drain(std::chrono::milliseconds wait, int most) {
   for (int taken = 0; taken < most || state.receiver->has_fetched();) {
     if (state.receiver->take(message)) {
       ++taken;
-      if (message && message->channel != self_test_channel)
-        delivered += state.handle(state.way_of(message->channel).second, message->channel, message->bytes);
+      if (message && message->channel != self_test_channel) delivered += state.handle(message->channel, message->bytes);
       state.throw_failure();
       continue;
     }

@@ -1,6 +1,6 @@
-// A lab's message bus. The LCM URL picks the transport: "memq://" in one process, where messages wait here, or
-// "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab, by LCM. Adds raw handlers that die with their
-// handle, queues that do not lose messages, counters, and on a network a receiver that hears only who may speak. Not
+// A lab's message bus: a thin owner of an LCM handle. The LCM URL picks the transport ("memq://" in one process,
+// "udpm://239.255.76.67:7701?ttl=0" between the processes of a lab). Adds raw handlers that die with their handle,
+// queue sizes that do not lose messages, counters, and on a network a receiver that hears only who may speak. Not
 // thread-safe.
 #pragma once
 
@@ -39,15 +39,17 @@ class Bus {
   [[nodiscard]] std::unique_ptr<Subscription> subscribe(const std::string& channel_pattern, Handler handler);
 
   // In memory only those who have subscribed before get it.
-  void publish(const std::string& channel, std::span<const std::byte> bytes);
+  void publish(const std::string& channel, std::span<const std::byte> bytes) {
+    if (takes(channel)) send(channel, bytes);
+  }
 
   template <class Message>
   requires requires(const Message& message) { message.getEncodedSize(); }
   void publish(const std::string& channel, const Message& message) {
     if (!takes(channel)) return;
-    const std::span<std::byte> to = room(channel, static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(to.data(), 0, static_cast<int>(to.size()));
-    if (to.data() == scratch_.data()) send(channel, to);
+    scratch_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(scratch_.data(), 0, static_cast<int>(scratch_.size()));
+    send(channel, scratch_);
   }
 
   // Delivers everything that has arrived; on a network waits up to `wait` for the first message when there is none.
@@ -65,9 +67,6 @@ class Bus {
  private:
   // False where nobody can hear it, so that it need not be made, or the name is refused.
   bool takes(const std::string& channel);
-  // Where a message that the bus takes is to be put: in memory into the queue, so that it is published; on a network
-  // into scratch_, to be sent.
-  std::span<std::byte> room(const std::string& channel, std::size_t bytes);
   void send(const std::string& channel, std::span<const std::byte> bytes);
   struct State;
   std::unique_ptr<State> state_;

@@ -8,7 +8,7 @@ namespace arkmesh::hal {
 struct Tap::State {
   Bus& private_bus;
   Bus& public_bus;
-  // Asks a bus itself which channel names the inputs match: a name matches when a message on it is delivered here.
+  // Asks LCM itself which channel names the inputs match: a name matches when a message on it is delivered here.
   Bus matcher{"memq://"};
   std::map<std::string, bool, std::less<>> is_input = {};  // answers so far
   std::string channel_name = {};                           // reused: no allocation per message
