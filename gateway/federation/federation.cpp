@@ -355,7 +355,7 @@ void Federation::send_fresh_messages(Time now) {
     for (Stream* const stream : to) {
       Relay& relay = stream->relay;
       if (!relay.next()) continue;
-      Piece piece = relay.piece(now);
+      Piece piece = relay.piece();
       while (const Chunk* const next = relay.next()) {
         const auto known = numbers.find(next);
         const bool is_new = known == numbers.end();
@@ -384,7 +384,7 @@ void Federation::send_to(Stream& stream, Time now, std::vector<Greeting> greetin
     std::vector<ChunkPointer> held;
     std::size_t bytes = 0;
     if (relay.met()) {
-      Piece piece = relay.piece(now);
+      Piece piece = relay.piece();
       while (const Chunk* const next = relay.next()) {
         const std::size_t size = next->bytes.size() + sizeof(std::uint32_t) + sizeof(std::uint16_t);
         if (!held.empty() && (bytes + size > room() || held.size() == max_packet_entries)) break;

@@ -51,8 +51,6 @@ class Federation {
 
   // Of the server's connection, and federation.refused.*, of which those of a lab that is known end with its name.
   hal::Counters counters() const;
-  // What the connection to the server is, in words.
-  const std::string& why() const { return connection_->why(); }
 
  private:
   class Stream;

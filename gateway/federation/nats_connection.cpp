@@ -22,6 +22,7 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 constexpr std::chrono::milliseconds connect_time{2000}, echo_period{1000};
+constexpr std::chrono::milliseconds patience{3000};  // for a server that forwards nothing
 // A server that takes less cannot be used: a frame of a gateway has to fit.
 constexpr std::size_t least_payload = 32 << 10;
 constexpr std::size_t longest_error = 200;
@@ -284,7 +285,6 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
   void failed(std::string_view counter, const std::string& reason) {
     if (!counter.empty()) counters.add(counter);
     const bool was_up = std::exchange(is_up, false);
-    if (was_up) since_down = Clock::now();
     why = fmt::format("NATS server at {}: {}", there, reason);
     drop();
     next_attempt = Clock::now() + (was_up ? settings.first_retry : pause);
@@ -314,12 +314,12 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
 
   void tick() {
     const auto now = Clock::now();
-    if (now - ticked > settings.patience / 2) heard = now;  // it was we who were away
+    if (now - ticked > patience / 2) heard = now;  // it was we who were away
     ticked = now;
-    if (is_up && !settings.own_subject.empty() && now - heard > settings.patience) {
+    if (is_up && !settings.own_subject.empty() && now - heard > patience) {
       failed("server.closed.silent",
-             fmt::format("forwards nothing for {:g} s", static_cast<double>(settings.patience.count()) / 1000));
-    } else if (is_up && now - echoed >= std::min<Clock::duration>(echo_period, settings.patience / 3)) {
+             fmt::format("forwards nothing for {:g} s", std::chrono::duration<double>(patience).count()));
+    } else if (is_up && now - echoed >= echo_period) {
       echo();
     } else if (!is_up && !trying && now >= next_attempt) {
       try_next();
@@ -345,7 +345,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
   bool wants_write = false, waits_to_write = false, in_publish = false;
   std::string there, why, said;
   std::chrono::milliseconds pause{settings.first_retry};
-  Clock::time_point heard{}, echoed{}, ticked = Clock::now(), next_attempt{}, since_down{};
+  Clock::time_point heard{}, echoed{}, ticked = Clock::now(), next_attempt{};
   hal::Counters counters;
 };
 
@@ -364,10 +364,6 @@ bool NatsConnection::up() const {
 
 const std::string& NatsConnection::why() const {
   return state_->why;
-}
-
-Clock::time_point NatsConnection::down_since() const {
-  return state_->since_down;
 }
 
 std::size_t NatsConnection::max_payload() const {

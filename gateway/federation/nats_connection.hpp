@@ -28,7 +28,6 @@ struct NatsSettings {
   std::vector<std::string> subjects;  // to hear
   // For nobody but this client to publish on: shows that the server still forwards. Empty: it publishes nothing.
   std::string own_subject;
-  std::chrono::milliseconds patience{3000};  // for a server that forwards nothing
   std::chrono::milliseconds first_retry{100}, longest_retry{5000};
 };
 
@@ -52,8 +51,6 @@ class NatsConnection {
   bool up() const;
   // In words, what the state of the connection is, or why there is none.
   const std::string& why() const;
-  // Since when there is none; the beginning of time before the first.
-  std::chrono::steady_clock::time_point down_since() const;
   // What the server takes in one message.
   std::size_t max_payload() const;
   // Bytes that wait for the server.

@@ -95,7 +95,7 @@ bool Relay::has_fresh_message() const {
   return false;
 }
 
-Piece Relay::piece(Time) {
+Piece Relay::piece() {
   owes_since_.reset();
   Piece piece{.yours = yours_, .mine = mine_, .acknowledged = came_, .asks_again = std::exchange(asks_again_, false)};
   piece.offset = next_ == 0 ? acknowledged_ : chunks_[next_ - 1].end;

@@ -62,7 +62,7 @@ class Relay {
   // A message waits that was not sent before.
   bool has_fresh_message() const;
   // Without chunks, as from what goes next.
-  Piece piece(Time now);
+  Piece piece();
   // next() is in a packet now. Whether it is to be acknowledged soon.
   bool sent(Time now);
   // Sends again what the peer had time to acknowledge.

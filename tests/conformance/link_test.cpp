@@ -36,26 +36,49 @@ class LoopbackWorld final : public LinkWorld {
   LoopbackNetwork network_{1};
 };
 
-// "left" listens, "right" connects through a proxy.
-class TcpWorld final : public LinkWorld {
+// Both ends in one loop.
+class LoopWorld : public LinkWorld {
+ public:
+  void step() override {
+    io_.restart();
+    io_.run_one_for(std::chrono::milliseconds(5));
+    io_.poll();
+  }
+
+ protected:
+  boost::asio::io_context io_;
+  std::uint64_t boot_id_ = 0;
+};
+
+// Each lab has a node, and "right" goes through a proxy.
+class ProxiedWorld : public LoopWorld {
+ public:
+  void cut(bool is_cut) override { proxy_->refuse(is_cut); }
+
+ protected:
+  void put_proxy_before(std::uint16_t port, const Impairment& impairment) {
+    proxy_ = std::make_unique<ImpairmentProxy>(port);
+    proxy_->set(impairment);
+  }
+
+  TestKeys keys_;
+  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
+  std::unique_ptr<ImpairmentProxy> proxy_;
+};
+
+// "left" listens, "right" connects.
+class TcpWorld final : public ProxiedWorld {
  public:
   explicit TcpWorld(const Impairment& impairment = {}, bool tls = false) : tls_(tls) {
     if (tls_) keys_.join("left", "right");
     make_node("left", tls_ ? "tls://127.0.0.1:0" : "127.0.0.1:0");
-    proxy_ = std::make_unique<ImpairmentProxy>(nodes_.at("left")->listening().port());
-    proxy_->set(impairment);
+    put_proxy_before(nodes_.at("left")->listening().port(), impairment);
   }
   std::unique_ptr<Link> end(const std::string& lab) override {
     if (lab == "left") return nodes_.at("left")->link("right");
     make_node("right", "");
     const std::string there = "127.0.0.1:" + std::to_string(proxy_->port());
     return tls_ ? nodes_.at("right")->tls_link("left", there) : nodes_.at("right")->link("left", there);
-  }
-  void cut(bool is_cut) override { proxy_->refuse(is_cut); }
-  void step() override {
-    io_.restart();
-    io_.run_one_for(std::chrono::milliseconds(5));
-    io_.poll();
   }
 
  private:
@@ -67,20 +90,14 @@ class TcpWorld final : public LinkWorld {
   }
 
   const bool tls_;
-  TestKeys keys_;
-  std::uint64_t boot_id_ = 0;
-  boost::asio::io_context io_;
-  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
-  std::unique_ptr<ImpairmentProxy> proxy_;
 };
 
-// Both meet at a server, "right" through a proxy.
-class NatsWorld final : public LinkWorld {
+// Both meet at a server.
+class NatsWorld final : public ProxiedWorld {
  public:
   explicit NatsWorld(const Impairment& impairment = {}, bool encrypt = false) : encrypt_(encrypt) {
     keys_.join("left", "right");
-    proxy_ = std::make_unique<ImpairmentProxy>(server_.port());
-    proxy_->set(impairment);
+    put_proxy_before(server_.port(), impairment);
   }
   std::unique_ptr<Link> end(const std::string& lab) override {
     TcpSettings settings = tcp_settings(lab, ++boot_id_);
@@ -90,25 +107,14 @@ class NatsWorld final : public LinkWorld {
     const std::uint16_t port = lab == "left" ? server_.port() : proxy_->port();
     return nodes_.at(lab)->federation_link(other(lab), "127.0.0.1:" + std::to_string(port), false);
   }
-  void cut(bool is_cut) override { proxy_->refuse(is_cut); }
-  void step() override {
-    io_.restart();
-    io_.run_one_for(std::chrono::milliseconds(5));
-    io_.poll();
-  }
 
  private:
   const bool encrypt_;
-  TestKeys keys_;
   NatsServerProcess server_;
-  std::uint64_t boot_id_ = 0;
-  boost::asio::io_context io_;
-  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
-  std::unique_ptr<ImpairmentProxy> proxy_;
 };
 
 // Both look into one folder, which is gone while the line is cut.
-class FolderWorld final : public LinkWorld {
+class FolderWorld final : public LoopWorld {
  public:
   FolderWorld() { std::filesystem::create_directory(folder_); }
   std::unique_ptr<Link> end(const std::string& lab) override {
@@ -125,17 +131,10 @@ class FolderWorld final : public LinkWorld {
     const std::filesystem::path away = parent_.path() / "away";
     std::filesystem::rename(is_cut ? folder_ : away, is_cut ? away : folder_);
   }
-  void step() override {
-    io_.restart();
-    io_.run_one_for(std::chrono::milliseconds(5));
-    io_.poll();
-  }
 
  private:
   TemporaryDirectory parent_;
   std::filesystem::path folder_ = parent_.path() / "shared";
-  std::uint64_t boot_id_ = 0;
-  boost::asio::io_context io_;
 };
 
 const std::vector<LinkRow>& link_rows() {

@@ -92,7 +92,7 @@ void speak_to_relay(std::span<const std::byte> bytes) {
       default:
         relay.check(now);
         if (relay.owes_answer(now) || relay.next()) {
-          const Piece piece = relay.piece(now);
+          const Piece piece = relay.piece();
           require(piece.mine == 1 && piece.acknowledged == read + relay.unread().size() && piece.offset <= put);
           if (relay.next()) relay.sent(now);
           require(!relay.owes_answer(now));

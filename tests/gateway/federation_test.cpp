@@ -38,6 +38,14 @@ struct TwoLabs : Meeting {
   void meet() {
     REQUIRE(until([&] { return all_up(); }));
   }
+  // So much each way arrives, each once and in order, and the books balance.
+  void exchange(int count) {
+    meet();
+    const auto by_shark = say(*this, shark, count), by_roark = say(*this, roark, count);
+    CHECK(heard("roark", "shark", by_shark));
+    CHECK(heard("shark", "roark", by_roark));
+    check_settled();
+  }
   // Something each way arrives, once.
   void check_passage(const std::string& text = "through") {
     meet();
@@ -78,11 +86,7 @@ TEST_CASE("a server that loses, repeats and reorders costs nothing") {
       }
       return out;
     };
-    labs.meet();
-    const auto by_shark = say(labs, labs.shark, 300), by_roark = say(labs, labs.roark, 300);
-    CHECK(labs.heard("roark", "shark", by_shark));
-    CHECK(labs.heard("shark", "roark", by_roark));
-    labs.check_settled();
+    labs.exchange(300);
     const std::string counter = row.lost > 0 ? "federation.pieces.sent_again" : "federation.pieces.repeated";
     CHECK(labs.shark.count(counter) + labs.roark.count(counter) > 0);
   }
@@ -107,11 +111,7 @@ TEST_CASE("what a server changes is not heard") {
       out.push_back(message);
       return out;
     };
-    labs.meet();
-    const auto by_shark = say(labs, labs.shark, 100), by_roark = say(labs, labs.roark, 100);
-    CHECK(labs.heard("roark", "shark", by_shark));
-    CHECK(labs.heard("shark", "roark", by_roark));
-    labs.check_settled();
+    labs.exchange(100);
     for (const MeetingLab* lab : {&labs.shark, &labs.roark}) {
       const std::string other = lab == &labs.shark ? "roark" : "shark";
       CHECK(lab->count("federation.refused.seal." + other) > 0);
@@ -466,7 +466,7 @@ TEST_CASE("a member who claims what is not so loses its own stream only") {
   const std::vector<Row> table{
       {"federation.refused.acknowledgement.mole",
        [](RogueMember& mole) {
-         Piece piece = mole.relay.piece({});
+         Piece piece = mole.relay.piece();
          piece.acknowledged = 1'000'000'000;
          mole.say_sealed({.pieces = {piece}}, "shark");
        }},

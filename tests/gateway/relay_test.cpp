@@ -63,7 +63,7 @@ struct RelayEnd {
       return out.push_back({relay.greeting("", relay.yours()), {}, {}});
     }
     while (relay.next() || relay.owes_answer(now)) {
-      Letter letter{{}, relay.piece(now), {}};
+      Letter letter{{}, relay.piece(), {}};
       while (relay.next() && letter.chunks.size() < most) {
         letter.piece->chunks.push_back(static_cast<std::uint16_t>(letter.chunks.size()));
         letter.chunks.push_back(relay.share_next());

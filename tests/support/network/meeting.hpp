@@ -184,7 +184,7 @@ class RogueMember {
   void say(std::vector<std::vector<std::byte>> chunks) {
     for (auto& each : chunks) relay.put(std::make_shared<gateway::Chunk>(gateway::Chunk{std::move(each), false}));
     gateway::PacketBody body;
-    gateway::Piece piece = relay.piece({});
+    gateway::Piece piece = relay.piece();
     while (relay.next()) {
       piece.chunks.push_back(static_cast<std::uint16_t>(body.chunks.size()));
       held_.push_back(relay.share_next());
