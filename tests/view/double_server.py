@@ -53,6 +53,7 @@ class Double:
         self.full = False  # it lets nobody more watch
         self.mute = False  # viewers get nothing any more
         self.labs_mute = False  # nothing of the labs, only what the server says by itself
+        self.channels = None  # what it counts of each lab's channels; None: what it sent
         self.hold = hold  # viewers get nothing as long as it is true
         self.heard, self.viewers, self.port = [], set(), port
         self.about = {"version": "1.0.0", "mode": mode, "labs": labs, "control": mode == "live", "run": "demo", "emulator": [mode == "live"] * len(labs)} | (about or {})
@@ -116,7 +117,7 @@ class Double:
                 self.send(fresh.values())
                 second += 1
                 if second % self.hz == 0:
-                    labs = [{"channels": {c: {"per_s": n / (second / self.hz), "bytes_per_s": 100.0 * n, "count": n} for (i, c), n in counts.items() if i == lab}} for lab in range(len(self.labs))]
+                    labs = [{"channels": self.channels if self.channels is not None else {c: {"per_s": n / (second / self.hz), "bytes_per_s": 100.0 * n, "count": n} for (i, c), n in counts.items() if i == lab}} for lab in range(len(self.labs))]
                     # A lab tells its status at least once a second of wall time.
                     self.send(frame for (_, channel), frame in self.newest.items() if channel == "status")
                     self.send([json.dumps({"rates": {"t_us": t_us, "labs": labs, "viewer": {"replaced": 0}}})])

@@ -122,11 +122,10 @@ class PageTest(unittest.TestCase):
         server = self.serve(speed=0.01)  # it tells of peers once, before we do
         self.open(server)
         channels = [{"channel": f"roark/{name}", "age_us": 72_345_000, "messages": 154_369, "bytes": 468_000_000} for name in ("operator_command", "world")]
-        server.tell(packed(0, 3_000_000, "peers", encode(self.of, "peers_t", {"lab": "shark", "peers": [{
+        server.tell(packed(0, 0, "peers", encode(self.of, "peers_t", {"lab": "shark", "peers": [{
             "lab": "roark", "up": True, "why": "connected", "version": "1", "round_trip_us": 850, "channels": channels,
             "counters": [{"name": "link.dropped.no_room_in_the_outbox_of_this_channel", "value": 1_154_369}]}]})))
-        server.loop.call_soon_threadsafe(server.send, [json.dumps({"rates": {"t_us": 0, "labs": [
-            {"channels": {c: {"per_s": 13_612.5, "bytes_per_s": 468_000, "count": 1_154_369} for c in ("roark/operator_command", "roark/world", "poses")}}] * 2, "viewer": {"replaced": 0}}})])
+        server.channels = {c: {"per_s": 13_612.5, "bytes_per_s": 468_000, "count": 1_154_369} for c in ("roark/operator_command", "roark/world", "poses")}
         self.js("document.querySelectorAll('#side details').forEach((d) => (d.open = true))")
         self.until("return /154.369/.test(document.getElementById('side').innerText) && /13.613/.test(document.getElementById('side').innerText)")
         broken = self.js(r"""const broken = [], nodes = document.createTreeWalker(document.getElementById('side'), NodeFilter.SHOW_TEXT), side = document.getElementById('side').getBoundingClientRect();

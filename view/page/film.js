@@ -62,6 +62,8 @@ export class Film {
     const { frames } = await this.player.ask(what);
     for (const frame of frames) this.player.out.show(frame);
     this.player.t_us = t_us;
+    // What the page drew while we waited would tell when trails are drawn whole.
+    if (this.moments === 0) this.stage.draw_anew();
     this.moments += 1;
     this.stage.caption = this.speed ? `${time_words(t_us)} of ${time_words(this.player.length_us)}, ${this.speed}×, grid ${grid_m} m` : "";
     this.draw(this.moments * moment_ms);

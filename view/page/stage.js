@@ -57,6 +57,11 @@ export class Stage {
   /** @param {import("./colours.js").Colours} colours */
   recolour(colours) {
     this.sprites = new Sprites(colours);
+    this.draw_anew();
+  }
+
+  /** Draws every layer whole the next time. */
+  draw_anew() {
     this.drawn = { size: this.drawn.size, floor: "", trails: "", robots: "" };
   }
 
