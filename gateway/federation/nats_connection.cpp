@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <nats/nats.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -26,6 +27,10 @@ constexpr std::chrono::milliseconds patience{3000};  // for a server that forwar
 // A server that takes less cannot be used: a frame of a gateway has to fit.
 constexpr std::size_t least_payload = 32 << 10;
 constexpr std::size_t longest_error = 200;
+// What libnats reads at once, and what it may read before a message is whole: gateways send no packet so long, and
+// libnats would hold gigabytes for a server that says so. Nor does it give back what it holds when the connection ends
+// in the midst of a message (3.4.1, and later ones), so that a server that always does that is not met often.
+constexpr std::size_t read_bytes = 32 << 10, most_unfinished_bytes = 1 << 20;
 
 template <class T, void (*destroy)(T*)>
 struct Destroy {
@@ -64,6 +69,11 @@ struct Attempt {
   std::string error;
 };
 
+std::size_t unread_bytes(int socket) {
+  int bytes = 0;
+  return ::ioctl(socket, FIONREAD, &bytes) == 0 ? static_cast<std::size_t>(bytes) : 0;
+}
+
 std::string words(natsStatus status, const char* more) {
   std::string text = more && *more ? more : natsStatus_GetText(status);
   return hal::printable(text, longest_error);
@@ -84,6 +94,7 @@ void connect(const NatsSettings& settings, const NatsServer& server, Attempt& at
   };
   then(natsOptions_SetName(made, settings.name.c_str()));
   then(natsOptions_SetTimeout(made, connect_time.count()));
+  then(natsOptions_SetIOBufSize(made, read_bytes));
   then(natsOptions_SetAllowReconnect(made, false));  // the next server is ours to choose
   then(natsOptions_SetIgnoreDiscoveredServers(made, true));
   then(natsOptions_SetPingInterval(made, 0));  // would close the connection from a thread
@@ -188,9 +199,9 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
     if (!settings.own_subject.empty()) subscribe(settings.own_subject);
     if (natsConnection_IsClosed(connection.get())) return failed("server.closed.lost", last_error());
     is_up = true;
-    pause = settings.first_retry;
     why = fmt::format("connected to the NATS server at {}", there);
-    heard = echoed = Clock::now();
+    heard = echoed = up_since = Clock::now();
+    unfinished_bytes = 0;
     counters.add("server.connected");
     read();
     echo();
@@ -209,16 +220,20 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
   }
 
   void read() {
-    socket.async_wait(asio::posix::stream_descriptor::wait_read,
-                      [self = shared_from_this(), of = generation](error_code error) {
-                        if (error || self->generation != of || !self->connection) return;
-                        natsConnection_ProcessReadEvent(self->connection.get());
-                        self->collect();
-                        if (self->generation != of || !self->connection) return;
-                        if (natsConnection_IsClosed(self->connection.get()))
-                          return self->failed("server.closed.lost", self->last_error());
-                        self->read();
-                      });
+    socket.async_wait(
+        asio::posix::stream_descriptor::wait_read, [self = shared_from_this(), of = generation](error_code error) {
+          if (error || self->generation != of || !self->connection) return;
+          self->unfinished_bytes += std::min(unread_bytes(self->socket.native_handle()), read_bytes);
+          natsConnection_ProcessReadEvent(self->connection.get());
+          self->collect();
+          if (self->generation != of || !self->connection) return;
+          if (natsConnection_IsClosed(self->connection.get()))
+            return self->failed("server.closed.lost", self->last_error());
+          if (self->unfinished_bytes > most_unfinished_bytes)
+            return self->failed("server.closed.endless",
+                                fmt::format("sends a message of more than {} bytes", most_unfinished_bytes));
+          self->read();
+        });
   }
 
   void want_write(bool wanted) {
@@ -260,6 +275,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
       natsMsg* taken = nullptr;
       while (natsSubscription_NextMsg(&taken, each.get(), 0) == NATS_OK) {
         const MessagePointer message(taken);
+        unfinished_bytes = 0;
         const std::string_view subject = natsMsg_GetSubject(taken);
         if (subject == settings.own_subject) {
           heard = Clock::now();
@@ -287,7 +303,8 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
     const bool was_up = std::exchange(is_up, false);
     why = fmt::format("NATS server at {}: {}", there, reason);
     drop();
-    next_attempt = Clock::now() + (was_up ? settings.first_retry : pause);
+    if (was_up && Clock::now() - up_since >= settings.longest_retry) pause = settings.first_retry;
+    next_attempt = Clock::now() + pause;
     pause = std::min(2 * pause, settings.longest_retry);
     if (const auto tell = events.down; tell && was_up) tell();
   }
@@ -339,13 +356,13 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
   asio::posix::stream_descriptor socket;  // libnats owns the descriptor
   asio::steady_timer timer;
   std::shared_ptr<Door> door;
-  std::size_t tried = 0, payload = 0;
+  std::size_t tried = 0, payload = 0, unfinished_bytes = 0;
   int generation = 0;  // of the connection
   bool is_up = false, trying = false, stopped = false;
   bool wants_write = false, waits_to_write = false, in_publish = false;
   std::string there, why, said;
   std::chrono::milliseconds pause{settings.first_retry};
-  Clock::time_point heard{}, echoed{}, ticked = Clock::now(), next_attempt{};
+  Clock::time_point up_since{}, heard{}, echoed{}, ticked = Clock::now(), next_attempt{};
   hal::Counters counters;
 };
 

@@ -58,8 +58,8 @@ class NatsConnection {
   // False when there is no connection, or the message is too long. Goes at once.
   bool publish(const std::string& subject, std::span<const std::byte> bytes);
 
-  // server.connected, server.failed.connect, server.closed.lost, server.closed.silent, server.refused.payload_limit,
-  // server.error
+  // server.connected, server.failed.connect, server.closed.lost, server.closed.silent, server.closed.endless,
+  // server.refused.payload_limit, server.error
   const hal::Counters& counters() const;
 
  private:

@@ -175,6 +175,23 @@ TEST_CASE("a server that ends connections does not end sessions") {
   labs.check_settled();
 }
 
+TEST_CASE("a server whose message never ends is left") {
+  // After a megabyte of it, and tried again later each time.
+  TwoLabs labs;
+  labs.meet();
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    const auto before = labs.roark.heard["shark"].size();
+    labs.server.begin_endless(2 << 20);
+    REQUIRE(labs.until([&] {
+      return labs.shark.count("server.closed.endless") == i && labs.shark.count("server.connected") == i + 1;
+    }));
+    REQUIRE(labs.until([&] { return labs.roark.count("server.connected") == i + 1; }));
+    labs.shark.say("behind it");
+    CHECK(labs.until([&] { return labs.roark.heard["shark"].size() == before + 1; }));
+  }
+  labs.check_settled();
+}
+
 TEST_CASE("a server that takes little at once is served in small packets") {
   // Thousands of messages of a few bytes that wait together, and one of 1 MiB: no packet is longer than it takes.
   TwoLabs labs(32 << 10);

@@ -161,6 +161,13 @@ void HostileNats::cut(bool in_mid_message) {
   }
 }
 
+void HostileNats::begin_endless(std::size_t bytes) {
+  for (const auto& client : clients_)
+    if (!client->subscriptions.empty())
+      client->say("MSG " + client->subscriptions[0].second + " " + client->subscriptions[0].first + " 2000000000\r\n" +
+                  std::string(bytes, 'x'));
+}
+
 void HostileNats::stall(bool stalls) {
   stalls_ = stalls;
   for (const auto& client : std::vector(clients_)) {

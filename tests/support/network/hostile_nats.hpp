@@ -37,6 +37,8 @@ class HostileNats {
   void forward(const Message& message);
   // Ends all connections; `in_mid_message`: after the beginning of one.
   void cut(bool in_mid_message = false);
+  // To all that are there a part of a message of 2 GB.
+  void begin_endless(std::size_t bytes);
   // Reads nothing and says nothing, also to newcomers, until stall(false).
   void stall(bool stalls);
 
