@@ -233,7 +233,7 @@ void Session::acknowledge(bool at_once) {
     return flush();
   }
   if (std::exchange(ack_timed_, true)) return;
-  ack_timer_.expires_after(times_.ack);
+  ack_timer_.expires_after(std::max(times_.ack, stream_->ack_time()));
   ack_timer_.async_wait([self = shared_from_this()](error_code error) {
     self->ack_timed_ = false;
     if (!error && self->state_ == State::up) self->acknowledge(true);
@@ -318,8 +318,12 @@ void Session::write_rest() {
 void Session::collect_control() {
   if (!outbox_) return;
   std::vector<std::byte> frame;
-  if (std::exchange(heartbeat_wanted_, false)) {
-    const Time at = now();
+  const Time at = now();
+  // One that is nearly due goes with messages.
+  const bool goes_along =
+      state_ == State::up && outbox_->waiting_messages() > 0 && at - beat_ >= times_.heartbeat * 3 / 4;
+  if (std::exchange(heartbeat_wanted_, false) || goes_along) {
+    beat_ = at;
     Heartbeat heartbeat{.received = received_,
                         .ordered_accepted = outbox_->ordered_accepted(),
                         .ordered_pending = outbox_->ordered_pending(),
@@ -379,7 +383,6 @@ void Session::check(Time at) {
       if (const auto since = window_.waits_since(); since && at - *since > times_.stall)
         return end("session.closed.does_not_read", "the peer reads nothing for " + seconds(times_.stall));
       if (at - beat_ < times_.heartbeat) return;
-      beat_ = at;
       heartbeat_wanted_ = true;
       return flush_soon();
     case State::closed:

@@ -7,6 +7,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
+#include <chrono>
 #include <functional>
 #include <span>
 #include <string>
@@ -57,6 +58,8 @@ class SocketStream {
   }
   // The counter of an open() that takes too long.
   virtual std::string too_slow() const { return "session.failed.connect"; }
+  // Acknowledgements of what is little wait for so long, so that several go at once.
+  virtual std::chrono::milliseconds ack_time() const { return std::chrono::milliseconds(0); }
   // During open(): what was sent waits for the first answer of the other machine.
   virtual bool awaits_first_answer() const { return false; }
 };

@@ -217,6 +217,9 @@ def crowd(bench, number, kind, seconds, speakers=None, rate_hz=1):
         talkers.until_joined()
         talkers.talk(2)
         watched = running | ({"server": server} if server else {})
+        used_idle, begin = cpu_s(running[names[0]]), time.monotonic()
+        talkers.hear(5 if speakers == 1 else 0)
+        idle = 100 * (cpu_s(running[names[0]]) - used_idle) / (time.monotonic() - begin)
         before, bytes_before, begin = {name: cpu_s(process) for name, process in watched.items()}, server_bytes() if server else (0, 0), time.monotonic()
         numbers = talkers.talk(seconds)
         took = time.monotonic() - begin
@@ -229,7 +232,7 @@ def crowd(bench, number, kind, seconds, speakers=None, rate_hz=1):
         counters = [gateway_counters(labs[lab]) for lab in (names[0], names[-1])]
     others = [lab for lab in names if lab != names[0]] if speakers == 1 else names
     return {"labs": number, "kind": kind, "lost": lost, "sent": numbers[1] - numbers[0] + 1, "p50_ms": part(latencies, 0.5), "p99_ms": part(latencies, 0.99),
-            "gateway_cpu": sum(used[lab] for lab in others) / len(others), "sender_cpu": used[names[0]], "gateway_mb": sum(memory[lab] for lab in names) / number,
+            "gateway_cpu": sum(used[lab] for lab in others) / len(others), "sender_cpu": used[names[0]], "sender_idle_cpu": idle, "gateway_mb": sum(memory[lab] for lab in names) / number,
             "server_cpu": used.get("server", 0), "server_mb": memory.get("server", 0), "passed": passed, "refused": sum(value for each in counters for name, value in each.items() if "refused" in name),
             "sent_again": sum(each.get("federation.pieces.sent_again", 0) for each in counters)}
 
@@ -278,10 +281,10 @@ def federation_fan_out(bench):
     rows = {kind: [crowd(bench, number, kind, seconds, 1, 20) for number in sizes] for kind in ("nats", "tcp")}
     for kind, all_ in rows.items():
         for row in all_:
-            print(f"  {row['labs'] - 1:>2} peers by {kind}: the sender {row['sender_cpu']:.2f} % of a core, a receiver {row['gateway_cpu']:.2f} %; lost {row['lost']}")
+            print(f"  {row['labs'] - 1:>2} peers by {kind}: the sender {row['sender_cpu']:.2f} % of a core ({row['sender_idle_cpu']:.2f} when it is silent), a receiver {row['gateway_cpu']:.2f} %; lost {row['lost']}")
     ratio = {kind: all_[-1]["sender_cpu"] / all_[0]["sender_cpu"] if all_[0]["sender_cpu"] else float("nan") for kind, all_ in rows.items()}
     lost = sum(row["lost"] for all_ in rows.values() for row in all_)
-    each = ", ".join(f"{row['sender_cpu']:.1f}" for row in rows["nats"])
+    each = ", ".join(f"{row['sender_cpu']:.1f} ({row['sender_idle_cpu']:.1f} silent)" for row in rows["nats"])
     value = f"{each} % of a core; {ratio['nats']:.1f} x for {sizes[-1] - 1} peers (tcp {ratio['tcp']:.1f} x), lost {lost}"
     return lost == 0 and (bench.short or ratio["nats"] <= 1.5), value, "lost 0" + ("" if bench.short else ", at most 1.5 x")
 

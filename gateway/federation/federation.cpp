@@ -15,13 +15,18 @@ namespace arkmesh::gateway {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
+using namespace std::chrono_literals;
 
 namespace {
 
 constexpr std::chrono::milliseconds tick_period{20}, keys_period{2000};
 // Who is not met is asked for so often, and by more labs, which all hear it and answer, less often.
 constexpr std::chrono::milliseconds least_ask_period{200}, ask_period_per_peer{20};
-constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
+// Of a message to all a lab hears an acknowledgement from each: the more there are, the more messages each is for, so
+// that a lab hears no more than so many a second.
+constexpr int most_acks_per_s = 100;
+constexpr std::chrono::milliseconds longest_ack_time{600};  // heartbeats come sooner, and have one, too
+constexpr std::chrono::milliseconds watched_period{200};    // of each channel a message
 // A packet is no longer, and more does not wait for the server.
 constexpr std::size_t most_packet_bytes = 256 << 10, most_waiting_bytes = 1 << 20;
 
@@ -97,6 +102,7 @@ class Federation::Stream final : public SocketStream {
     return {};
   }
   std::string too_slow() const override { return "session.failed.connect"; }
+  std::chrono::milliseconds ack_time() const override { return is_there() ? federation_->ack_time() : 0ms; }
 
   // The relay has heard something.
   void look() {
@@ -316,6 +322,11 @@ Relay::Duration Federation::ask_period() const {
   return std::max(least_ask_period, static_cast<int>(streams_.size()) * ask_period_per_peer);
 }
 
+Relay::Duration Federation::ack_time() const {
+  const Relay::Duration wanted = Relay::Duration(1000) * static_cast<int>(streams_.size()) / most_acks_per_s;
+  return std::clamp(wanted, Relay::least_ack_time, longest_ack_time);
+}
+
 // Who has not been met is asked for.
 void Federation::ask() {
   PacketBody body;
@@ -454,6 +465,7 @@ void Federation::tick() {
   wanted |= !watched_.empty() && now - watched_sent_ >= watched_period;
   for (const auto& [peer, stream] : streams_) {
     Relay& relay = stream->relay;
+    relay.acknowledge_within(ack_time());
     relay.check(now);
     wanted |= relay.met() ? relay.next() || relay.owes_answer(now) : now - asked_ >= ask_period();
   }

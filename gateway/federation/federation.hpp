@@ -71,6 +71,7 @@ class Federation {
   void send_fresh_messages(Time now);
   void send_to(Stream& stream, Time now, std::vector<Greeting> greetings = {}, bool ends = false);
   Relay::Duration ask_period() const;
+  Relay::Duration ack_time() const;
   void ask();
   bool are_keys_due(Time now) const;
   void send_keys();

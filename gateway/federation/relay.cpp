@@ -78,7 +78,7 @@ bool Relay::acknowledged(std::uint64_t total, Time now) {
     path_ = path_ ? *path_ * 0.875 + took * 0.125 : took;
     sample_.reset();
   }
-  const auto wanted = path_ ? std::chrono::duration_cast<Duration>(*path_ * 2) + 2 * ack_time : first_patience;
+  const auto wanted = path_ ? std::chrono::duration_cast<Duration>(*path_ * 2) + 2 * ack_time_ : first_patience;
   patience_ = std::clamp(wanted, least_patience, longest_patience);
   return true;
 }
@@ -116,7 +116,8 @@ bool Relay::sent(Time now) {
 }
 
 void Relay::check(Time now) {
-  if (!met_ || next_ == 0 || now - progress_ < (awaits_urgently() ? patience_ : longest_patience)) return;
+  const Duration patience = awaits_urgently() ? std::max(patience_, 2 * ack_time_) : longest_patience;
+  if (!met_ || next_ == 0 || now - progress_ < patience) return;
   patience_ = std::min(2 * patience_, longest_patience);
   rewind(now);
 }

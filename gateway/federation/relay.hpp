@@ -27,11 +27,12 @@ class Relay {
  public:
   using Time = std::chrono::steady_clock::time_point;
   using Duration = std::chrono::milliseconds;
-  // A message that came is acknowledged after so long at the latest; what is about the session itself with whatever
-  // goes next, heartbeats at the latest, for else each acknowledgement would ask for another.
-  static constexpr Duration ack_time{20};
+  // A message that came is acknowledged after so long at the latest, unless acknowledge_within() says otherwise; what
+  // is about the session itself with whatever goes next, heartbeats at the latest, for else each acknowledgement would
+  // ask for another.
+  static constexpr Duration least_ack_time{20};
   // What was sent and not acknowledged is sent again after so long: before the path is known, and within these.
-  static constexpr Duration first_patience{300}, least_patience{80}, longest_patience{1000};
+  static constexpr Duration first_patience{300}, least_patience{80}, longest_patience{1500};
   // What has come and nobody has read; more is not taken, and not acknowledged.
   static constexpr std::size_t max_unread_bytes = 1 << 20;
 
@@ -69,8 +70,9 @@ class Relay {
   void check(Time now);
   // All that is not acknowledged is to be sent again: the path was gone.
   void send_all_again();
+  void acknowledge_within(Duration time) { ack_time_ = time; }
   // An acknowledgement is due that nothing else has carried.
-  bool owes_answer(Time now) const { return asks_again_ || (owes_since_ && now - *owes_since_ >= ack_time); }
+  bool owes_answer(Time now) const { return asks_again_ || (owes_since_ && now - *owes_since_ >= ack_time_); }
 
   // pieces.repeated, pieces.missing, pieces.sent_again, pieces.full
   const hal::Counters& counters() const { return counters_; }
@@ -107,6 +109,7 @@ class Relay {
   // The peer's.
   std::uint64_t came_ = 0;
   std::vector<std::byte> unread_;
+  Duration ack_time_ = least_ack_time;
   std::optional<Time> owes_since_;
   bool asks_again_ = false;
   hal::Counters counters_;
