@@ -42,15 +42,22 @@ void add_losses(std::string& text, const std::string& whose, const nlohmann::jso
     if (hal::is_loss(name) && n != 0) text += fmt::format("  {:<10}{:<44}{}\n", whose, name, n.get<std::int64_t>());
 }
 
+// Whether a peer has what all labs must have alike as this lab has it, or its fingerprint.
+std::string settings_of(const nlohmann::json& peer, const nlohmann::json& lab) {
+  if (peer["settings"].is_null()) return "-";
+  if (lab.is_null()) return peer["settings"];
+  return peer["settings"] == lab["settings"] ? "alike" : "other";
+}
+
 std::string in_words(const nlohmann::json& status) {
   std::string text, losses;
   if (const nlohmann::json& lab = status["lab"]; lab.is_null()) {
     text += "no lab speaks; start it with: arkmesh lab FILE\n";
   } else {
     const std::string name = lab["name"];
-    text += fmt::format("lab {}: {}, period {} of {}, {:.1f}x real time, said {:.1f} s ago\n", name,
+    text += fmt::format("lab {}: {}, period {} of {}, {:.1f}x real time, settings {}, said {:.1f} s ago\n", name,
                         lab["state"].get<std::string>(), lab["period"].get<int>(), lab["last_period"].get<int>(),
-                        lab["speed"].get<double>(), lab["age_s"].get<double>());
+                        lab["speed"].get<double>(), lab["settings"].get<std::string>(), lab["age_s"].get<double>());
     add_losses(losses, name, lab["counters"]);
   }
   if (const nlohmann::json& gateway = status["gateway"]; gateway.is_null()) {
@@ -58,17 +65,17 @@ std::string in_words(const nlohmann::json& status) {
   } else {
     text += fmt::format("gateway of {}, said {:.1f} s ago\n", gateway["of"].get<std::string>(),
                         gateway["age_s"].get<double>());
-    constexpr const char* row = "  {:<10}{:<6}{:<9}{:<22}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
-    text += fmt::format(row, "peer", "link", "version", "since", "round trip", "its clock", "newest", "received/s",
-                        "sent/s", "waiting", "last change");
+    constexpr const char* row = "  {:<10}{:<6}{:<9}{:<10}{:<22}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
+    text += fmt::format(row, "peer", "link", "version", "settings", "since", "round trip", "its clock", "newest",
+                        "received/s", "sent/s", "waiting", "last change");
     for (const auto& [name, peer] : gateway["peers"].items()) {
       const std::string version = peer["version"];
-      text +=
-          fmt::format(row, name, peer["up"].get<bool>() ? "up" : "down", version.empty() ? "-" : version,
-                      peer["since"].is_null() ? "-" : peer["since"].get<std::string>(),
-                      milliseconds(peer["round_trip_s"]), clock_of(peer["clock"]), number(peer["newest_age_s"], " s"),
-                      number(peer["per_s"]["received.messages"], ""), number(peer["per_s"]["sent.messages"], ""),
-                      peer["waiting_messages"].get<std::int64_t>(), peer["why"].get<std::string>());
+      text += fmt::format(
+          row, name, peer["up"].get<bool>() ? "up" : "down", version.empty() ? "-" : version,
+          settings_of(peer, status["lab"]), peer["since"].is_null() ? "-" : peer["since"].get<std::string>(),
+          milliseconds(peer["round_trip_s"]), clock_of(peer["clock"]), number(peer["newest_age_s"], " s"),
+          number(peer["per_s"]["received.messages"], ""), number(peer["per_s"]["sent.messages"], ""),
+          peer["waiting_messages"].get<std::int64_t>(), peer["why"].get<std::string>());
       add_losses(losses, name, peer["counters"]);
     }
     add_losses(losses, "gateway", gateway["counters"]);

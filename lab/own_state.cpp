@@ -1,8 +1,25 @@
 #include "lab/own_state.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace arkmesh::lab {
+namespace {
+
+std::uint64_t hash_of(const std::map<std::string, std::string, std::less<>>& settings) {
+  BehaviourHash hash;
+  for (const auto& [key, value] : settings)
+    for (const std::string* text : {&key, &value}) {
+      hash.add(text->size());
+      for (const char byte : *text) hash.add(static_cast<unsigned char>(byte));
+    }
+  return hash.value();
+}
+
+}  // namespace
+
+OwnState::OwnState(std::map<std::string, std::string, std::less<>> settings, const Exchange& exchange, bool is_owner)
+    : settings_(std::move(settings)), settings_hash_(hash_of(settings_)), payload_(exchange, is_owner) {}
 
 void OwnState::add(const hal::PoseFrame& frame) {
   frame_ = frame;

@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "hal/types.hpp"
 #include "lab/behaviour_hash.hpp"
@@ -20,8 +19,7 @@ class OwnState {
   // `settings`: what all labs must have alike; part of state 0.
   // `exchange`: when robots and fields are told anew; `is_owner`: of the shared things.
   explicit OwnState(std::map<std::string, std::string, std::less<>> settings, const Exchange& exchange = {},
-                    bool is_owner = true)
-      : settings_(std::move(settings)), payload_(exchange, is_owner) {}
+                    bool is_owner = true);
 
   // The newest frame: its robots are those of the next state.
   void add(const hal::PoseFrame& frame);
@@ -33,6 +31,8 @@ class OwnState {
   // Exchange by events, between boundaries: what is so now, as of the next one, when that is an event after what peers
   // were told last; none when it is not. Touches no hash.
   std::optional<LabState> event(const LabData& lab);
+  // Equal where all settings are.
+  std::uint64_t settings_hash() const { return settings_hash_; }
   // Of all frames and boundaries so far.
   std::uint64_t hash() const { return hash_.value(); }
 
@@ -40,6 +40,7 @@ class OwnState {
   LabState payload_now(std::uint32_t period, const LabData& lab) const;
 
   std::map<std::string, std::string, std::less<>> settings_;
+  std::uint64_t settings_hash_;
   OwnPayload payload_;
   std::uint32_t next_ = 0;  // period
   hal::PoseFrame frame_;

@@ -97,6 +97,7 @@ class Runner {
   const Lab& lab() const { return lab_; }
   const hal::Arena& arena() const { return arena_; }
   std::uint64_t run_id() const { return run_id_; }
+  std::uint64_t settings_hash() const { return own_.settings_hash(); }
   Now moving() const { return moved_ ? now_ - *moved_ : Now{0}; }  // for how long its robots have moved; 0 not yet
   bool strict() const { return peers_.strict(); }
   // Hash of each lab at the last boundary, and all of them in name order as one. A lab never heard has 0.

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "hal/messages.hpp"
+#include "lab/result.hpp"
 #include "lab/runner.hpp"
 
 namespace arkmesh::lab {
@@ -48,6 +49,7 @@ lab_status_t status_of(const Runner& run) {
   const double wall_s = static_cast<double>(run.moving().count()) * 1e-6;
   m.speed = wall_s > 0 ? static_cast<double>(m.stamp_us) * 1e-6 / wall_s : 0;
   m.can_wait = run.arena().info().can_wait;
+  m.settings = hash_text(run.settings_hash());
   m.counters = hal::to_message(run.drops());
   for (counter_t& c : hal::to_message(run.lab().counts())) {
     c.name.insert(0, "counts.");

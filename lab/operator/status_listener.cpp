@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <stdexcept>
 #include <string_view>
@@ -47,10 +48,23 @@ StatusListener::StatusListener(const hal::BusConfig& config)
                                  lab_status_t status;
                                  if (hal::decode(bytes, status)) lab_.hear(std::move(status));
                                })),
-      links_(bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) {
-        peers_t peers;
-        if (hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
-      })) {}
+      links_(bus_.subscribe(hal::channel::peers,
+                            [this](std::string_view, auto bytes) {
+                              peers_t peers;
+                              if (hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
+                            })),
+      peers_(bus_.subscribe(fmt::format("[^/]+/{}", hal::channel::status),
+                            [this](std::string_view channel, auto bytes) { hear_peer(channel, bytes); })) {}
+
+// Of peers that the gateway has alone: whoever else claims to be a lab is not kept.
+void StatusListener::hear_peer(std::string_view channel, std::span<const std::byte> bytes) {
+  const std::string_view from = channel.substr(0, channel.find('/'));
+  lab_status_t status;
+  if (!gateway_.newest || std::ranges::find(gateway_.newest->peers, from, &peer_t::lab) == gateway_.newest->peers.end())
+    return;
+  if (hal::decode(bytes, status) && status.lab == from)
+    settings_[status.lab] = hal::printable(status.settings, longest_text);
+}
 
 void StatusListener::listen(std::chrono::milliseconds time, hal::StopRequest& stop) {
   for (const auto until = Clock::now() + time; !stop.stopped() && Clock::now() < until;) bus_.drain(20ms);
@@ -80,6 +94,7 @@ nlohmann::json StatusListener::lab_json() const {
           {"last_period", lab.last_period},
           {"lab_time_s", static_cast<double>(lab.stamp_us) * 1e-6},
           {"speed", lab.speed},
+          {"settings", hal::printable(lab.settings, longest_text)},
           {"age_s", lab_.age_s()},
           {"counters", to_json(lab.counters)}};
 }
@@ -103,10 +118,12 @@ nlohmann::json StatusListener::peer_json(const peer_t& peer) const {
     channels[hal::printable(channel.channel, longest_text)] = {
         {"age_s", age_s}, {"messages", channel.messages}, {"bytes", channel.bytes}};
   }
+  const auto settings = settings_.find(peer.lab);
   nlohmann::json out{{"up", peer.up != 0},
                      {"why", hal::printable(peer.why, longest_text)},
                      {"version", hal::printable(peer.version, longest_text)},
                      {"since", peer.boot_id > 0 ? nlohmann::json(started(peer.boot_id)) : nlohmann::json()},
+                     {"settings", settings == settings_.end() ? nlohmann::json() : nlohmann::json(settings->second)},
                      {"round_trip_s", nullptr},
                      {"clock", nullptr},
                      {"newest_age_s", newest_s ? nlohmann::json(*newest_s) : nlohmann::json()},

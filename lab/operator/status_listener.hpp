@@ -2,9 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,13 +49,15 @@ class StatusListener {
   nlohmann::json lab_json() const;
   nlohmann::json gateway_json() const;
   nlohmann::json peer_json(const peer_t& peer) const;
+  void hear_peer(std::string_view channel, std::span<const std::byte> bytes);
   nlohmann::json rate(const peer_t& peer, std::string_view counter) const;
 
   std::string url_;
   Heard<lab_status_t> lab_;
   Heard<peers_t> gateway_;
   hal::Bus bus_;
-  std::unique_ptr<hal::Bus::Subscription> statuses_, links_;
+  std::map<std::string, std::string, std::less<>> settings_;  // fingerprints of peers that were heard
+  std::unique_ptr<hal::Bus::Subscription> statuses_, links_, peers_;
 };
 
 }  // namespace arkmesh::lab

@@ -67,3 +67,15 @@ TEST_CASE("the hash is over what robots and sites did, not over settings and the
   moved.robots[0].pose.x_m += 1e-6;
   CHECK(hash(moved, data()) != reference);
 }
+
+TEST_CASE("the fingerprint of settings tells every difference") {
+  // Also one that moves a letter from a key to its value.
+  const auto hash = [](std::map<std::string, std::string, std::less<>> all) {
+    return lab::OwnState(std::move(all)).settings_hash();
+  };
+  CHECK(hash({{"a", "1"}, {"b", "2"}}) == hash({{"b", "2"}, {"a", "1"}}));
+  const std::map<std::string, std::string, std::less<>> others[] = {
+      {}, {{"a", "1"}}, {{"a", "2"}}, {{"a1", ""}}, {{"a", "1"}, {"", ""}}, {{"b", "1"}}};
+  for (const auto& each : others)
+    for (const auto& other : others) CHECK((hash(each) == hash(other)) == (each == other));
+}

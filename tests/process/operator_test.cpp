@@ -218,9 +218,12 @@ TEST_CASE("status tells how a lab and its links are") {
     json = nlohmann::json::parse(status({bench.file("a"), "--json"}, 0));
     return json["gateway"].is_object() && json["gateway"]["peers"]["b"]["up"] == true &&
            json["gateway"]["peers"]["b"]["per_s"]["received.messages"].is_number() && json["lab"].is_object() &&
-           json["lab"]["counters"].contains("world.counted") && json["gateway"]["peers"]["b"]["clock"].is_object();
+           json["gateway"]["peers"]["b"]["settings"].is_string() && json["lab"]["counters"].contains("world.counted") &&
+           json["gateway"]["peers"]["b"]["clock"].is_object();
   }));
   CHECK(json["lab"]["name"] == "a");
+  CHECK(json["lab"]["settings"].get<std::string>().size() == 16);
+  CHECK(json["gateway"]["peers"]["b"]["settings"] == json["lab"]["settings"]);
   // Both on one machine.
   CHECK(std::abs(json["gateway"]["peers"]["b"]["clock"]["offset_s"].get<double>()) <
         json["gateway"]["peers"]["b"]["clock"]["uncertainty_s"].get<double>() + 1e-3);
