@@ -64,6 +64,7 @@ class PacketKeys {
     SecretKey key{};
   };
   std::map<std::string, GroupKey> group_keys_;  // of others
+  std::map<std::string, Budget> spoken_;        // how many more packets a lab may make
   std::map<std::string, Budget> forgeries_;     // how many more are looked at, by the lab that they say they are from
   hal::Counters counters_;
   std::string notice_;

@@ -451,6 +451,23 @@ TEST_CASE("a member who says too much is heard no better") {
   CHECK(labs.server.publications().at("arkmesh.dhtf.shark.ALL") < 300);
 }
 
+TEST_CASE("a member who floods is looked at so often and no more") {
+  // Thousands of packets that it has signed and sealed itself: counted under its name, and the others lose nothing.
+  WithMole labs;
+  labs.mole->meet("shark");
+  const PacketBody body{.greetings = {{"shark", 5, 6, false}}};
+  const auto signed_packet = labs.mole->signed_packet(body, "mole");
+  const auto sealed_packet = labs.mole->sealed_packet(body, "shark", "mole");
+  labs.check_others([&] {
+    for (int i = 0; i < 150; ++i) {
+      labs.server.forward(signed_packet);
+      labs.server.forward(sealed_packet);
+    }
+  });
+  CHECK(labs.shark->count("federation.refused.too_many.mole") > 0);
+  CHECK(labs.shark->count("federation.refused.too_many.roark") == 0);
+}
+
 TEST_CASE("a member who repeats another's greetings makes nobody talk") {
   // What roark said when it met shark, thousands of times, with encrypt: shark answers, and does not say its keys more
   // often for it.

@@ -74,8 +74,8 @@ TEST_CASE("the fingerprint of settings tells every difference") {
     return lab::OwnState(std::move(all)).settings_hash();
   };
   CHECK(hash({{"a", "1"}, {"b", "2"}}) == hash({{"b", "2"}, {"a", "1"}}));
-  const std::map<std::string, std::string, std::less<>> others[] = {
-      {}, {{"a", "1"}}, {{"a", "2"}}, {{"a1", ""}}, {{"a", "1"}, {"", ""}}, {{"b", "1"}}};
+  const std::map<std::string, std::string, std::less<>> others[] = {{},           {{"a", "1"}},           {{"a", "2"}},
+                                                                    {{"a1", ""}}, {{"a", "1"}, {"", ""}}, {{"b", "1"}}};
   for (const auto& each : others)
     for (const auto& other : others) CHECK((hash(each) == hash(other)) == (each == other));
 }
