@@ -174,6 +174,12 @@ class PageTest(unittest.TestCase):
             self.until("return /was not sent/.test(document.querySelector('.said').textContent)")
         self.assertEqual([m for m in server.heard if "series" not in m], [])
 
+    def test_who_watches_is_told_of_no_token(self):
+        """Where nobody can control, as at a page of a federation, there is no button, and no word of an address that would have one."""
+        self.open(self.serve(about={"control": False}))
+        self.assertEqual(self.until("return document.querySelector('.said').textContent"), "to look only")
+        self.assertFalse(self.driver.find_element(By.ID, "stop").is_displayed())
+
     def test_nothing_to_press_before_the_page_is_ready(self):
         """Until the server has said what there is, no button, list or bar is to be seen or reached; then only those that are of use."""
         seen = """return [...document.querySelectorAll('button, select, input, summary')].filter((e) => e.checkVisibility({visibilityProperty: true})).map((e) => e.id || e.textContent)"""

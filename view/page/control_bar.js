@@ -63,16 +63,17 @@ export class ControlBar {
     const live = about.mode === "live";
     this.element.hidden = !live;
     const own = about.commands ?? commands;
-    const key = `${may} ${live} ${about.labs} ${own}`;
+    const key = `${may} ${live} ${about.control} ${about.labs} ${own}`;
     if (key === this.key) return;
     this.key = key;
     this.stop_button.disabled = !may;
-    this.stop_button.hidden = Boolean(about.commands);
+    this.stop_button.hidden = Boolean(about.commands) || !about.control;
     this.choice.replaceChildren(h("option", { value: -1 }, "all labs"), ...labs.map((lab) => h("option", { value: lab.index }, lab.name)));
     this.choice.hidden = !may || labs.length < 2;
     this.buttons.replaceChildren(...(may ? own.map(([name, words, title]) => (
       h("button", { id: `command-${name}`, title, onclick: () => this.command(name) }, words))) : []));
-    this.say(may || !live ? "" : "to look only: open the address that the lab printed, with its token, to control it");
+    const how = about.control ? ": open the address that the lab printed, with its token, to control it" : "";
+    this.say(may || !live ? "" : `to look only${how}`);
   }
 
   /** STOP is for all labs, whatever was chosen. */
