@@ -207,6 +207,27 @@ TEST_CASE("on a perfect path nothing is sent twice") {
       CHECK(end->relay.counters()[counter] == 0);
 }
 
+TEST_CASE("acknowledgements that may wait are few") {
+  // One for what came in 600 ms, and nobody says anything again for want of them; but what is lost is said again.
+  for (const double lost : {0.0, 0.1}) {
+    CAPTURE(lost);
+    RelayPair pair({.lost = lost, .delay = 5ms});
+    pair.meet();
+    for (RelayEnd* end : {&pair.left, &pair.right}) end->relay.acknowledge_within(600ms);
+    std::string said;
+    const std::size_t before = pair.to_left.carried();
+    for (int i = 0; i < 200; ++i) {
+      said += std::to_string(i);
+      pair.left.relay.put(made_chunk(std::to_string(i)));
+      for (int turns = 0; turns < 10; ++turns) pair.turn();
+    }
+    REQUIRE(pair.until([&] { return pair.right.read == said; }));
+    if (lost > 0) continue;
+    CHECK(pair.to_left.carried() - before <= 1 + 10'000 / 600);
+    CHECK(pair.left.relay.counters()["pieces.sent_again"] == 0);
+  }
+}
+
 TEST_CASE("a relay learns that the other end was started again") {
   // It ends; a new one of either side meets the new one, and gets its stream from the beginning.
   RelayPair pair({.lost = 0.2, .delay = 5ms});
