@@ -165,7 +165,6 @@ double ContactSolver::relax(Contact& contact) {
   const ContactBody &a = bodies_[index(contact.a)], &b = bodies_[index(contact.b)];
   const double x = a.dx - b.dx, y = a.dy - b.dy;
   const double closing = x * contact.normal_x + y * contact.normal_y, allowed = allowed_m(contact.gap_m);
-  if (closing <= allowed && contact.push_m == 0) return 0;
   const double push = std::max(0.0, contact.push_m + (closing - allowed) * contact.share);
   // sliding at the touching point; a disc's tangential compliance is 1 + r^2 / I = 3
   const double sliding = y * contact.normal_x - x * contact.normal_y + a.roll + b.roll;
@@ -198,9 +197,11 @@ void ContactSolver::solve_here(std::span<Contact> cluster) {
       ContactBody &a = bodies_[index(contact.a)], &b = bodies_[index(contact.b)];
       if (a.moved_at <= contact.seen_at && b.moved_at <= contact.seen_at) continue;
       contact.seen_at = ++now_;
-      if (relax(contact) < solved_m) continue;
-      moved = true;
-      a.moved_at = b.moved_at = now_;
+      // Without a branch, for none can be foretold.
+      const bool moves = relax(contact) >= solved_m;
+      moved |= moves;
+      a.moved_at = moves ? now_ : a.moved_at;
+      b.moved_at = moves ? now_ : b.moved_at;
     }
     if (!moved) return;
   }
