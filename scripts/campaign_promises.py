@@ -247,7 +247,7 @@ def links_page():
 
 def plain_counters(pattern):
     """The names of counters in a pattern for LAB.COUNTER, for people."""
-    name = pattern.replace("\\", "").partition(".")[2].replace(".*", "*")
+    name = pattern.replace(".*", "*").replace(r"\w+", "*").replace("\\", "").partition(".")[2]
     if found := re.search(r"\((.*?)\)", name):
         return [name.replace(found[0], each) for each in found[1].split("|")]
     return [name]
