@@ -10,8 +10,11 @@ import campaign_strangers as strangers
 from campaign_files import LISTENS, THROUGH
 from campaign_network import say
 from joined_networks import call
+from lab_processes import Failed
 
 RAVEN_BUS = 7704
+SECOND_LISTENS = 7802                            # the second NATS server of a cluster
+ROUTES = {LISTENS: 7821, SECOND_LISTENS: 7822}  # where each listens for the other
 TLS_BEGINS = bytes.fromhex("1603010200010001fc0303")  # a client's first bytes
 
 
@@ -47,6 +50,15 @@ class LinkFaults:
                 time.sleep(0.2)
         elif fault.startswith("server"):
             self.harm_server()
+        elif fault.startswith("cluster partition"):
+            self.path.lose(*(f"{end} {port}" for end in ("dport", "sport") for port in ROUTES.values()))
+            time.sleep(self.seconds)
+            self.path.mend()
+        elif fault.startswith("cluster's server killed"):
+            self.stop_server(SECOND_LISTENS)
+            killed = time.monotonic()
+            time.sleep(self.seconds)
+            return killed  # the other server is the path
         elif fault.startswith("slow consumer"):
             self.link.pace_back = 1000
             self.link.cut()
@@ -106,9 +118,9 @@ class LinkFaults:
     def harm_server(self):
         """Faults of the NATS server."""
         if "frozen" in self.fault:
-            self.server.send_signal(signal.SIGSTOP)
+            self.servers[LISTENS].send_signal(signal.SIGSTOP)
             time.sleep(self.seconds)
-            self.server.send_signal(signal.SIGCONT)
+            self.servers[LISTENS].send_signal(signal.SIGCONT)
         elif "is full" in self.fault:
             with contextlib.ExitStack() as ending:
                 crowd = [ending.enter_context(strangers.connect(LISTENS)) for _ in range(80)]
@@ -118,6 +130,11 @@ class LinkFaults:
                 self.link.cut()
                 self.link.mend()
                 time.sleep(self.seconds)
+        elif "out of memory" in self.fault:
+            self.exhaust_memory()
+            self.began = time.monotonic()
+            time.sleep(self.seconds)
+            self.start_server()
         else:
             self.stop_server()
             if "takes 16 kB" in self.fault:
@@ -125,6 +142,19 @@ class LinkFaults:
             time.sleep(self.seconds)
             self.stop_server()
             self.start_server()
+
+    def exhaust_memory(self):
+        """The NATS server keeps what one client says for another that reads nothing, until it has no memory for it."""
+        with contextlib.ExitStack() as ending, contextlib.suppress(OSError):  # the server's end
+            reader, speaker = (ending.enter_context(strangers.connect(LISTENS)) for _ in range(2))
+            for each in (reader, speaker):
+                each.sendall(b"CONNECT {\"verbose\":false}\r\n")
+            reader.sendall(b"SUB flood 1\r\n")
+            for _ in range(512):
+                speaker.sendall(b"PUB flood %d\r\n%s\r\n" % (1 << 20, bytes(1 << 20)))
+        self.until(20, lambda: self.servers[LISTENS].poll() is not None, "the NATS server's end")
+        if "out of memory" not in self.server_said().read_text(errors="replace"):
+            raise Failed(f"the NATS server ended with code {self.servers[LISTENS].returncode} and was not out of memory")
 
     def as_raven(self):
         return {"keys": self.keys("raven"), "lab": "raven"} if self.kind == "tls" else {}

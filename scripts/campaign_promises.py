@@ -95,6 +95,8 @@ LINK_FAULTS = {
 LINK_FAULTS |= {
     "server killed 60 s": LinkFault("the NATS server is killed, and started again", {}, True, nats=r"(shark|roark)\.server\.closed\.lost", of_server=True),
     "server frozen 6 s": LinkFault("the NATS server stands still (SIGSTOP)", {}, True, nats=r"(shark|roark)\.server\.closed\.silent", of_server=True),
+    "server out of memory 6 s": LinkFault("the NATS server holds more for a client that reads nothing than it has memory for, ends, and is started again", {}, True,
+                                          nats=r"(shark|roark)\.server\.closed\.lost", of_server=True),
     "server takes 16 kB 60 s": LinkFault("the NATS server is started again with a `max_payload` that is too small, and then with a larger one", {}, True,
                                          nats=r"(shark|roark)\.server\.refused\.payload_limit", of_server=True),
     "server is full 60 s": LinkFault("strangers take all connections that the NATS server allows, and the peer's own is lost", {}, True, nats=r"roark\.server\.failed\.connect"),
@@ -102,6 +104,10 @@ LINK_FAULTS |= {
                                     nats=r"(shark|roark)\.(server|session)\.closed\.\w+"),
     "one message in ten lost 40 s": LinkFault("of the messages that the NATS server sends to the peer each tenth is dropped", {}, None,
                                               nats=r"(shark|roark)\.federation\.pieces\.sent_again"),
+    "cluster partition 60 s": LinkFault("the labs are at two NATS servers of one cluster, and all packets between these vanish", {}, True,
+                                        after="their machines have `net.ipv4.tcp_retries2 = 5`", nats=r"(shark|roark)\.session\.closed\.silent"),
+    "cluster's server killed 60 s": LinkFault("the labs are at two NATS servers of one cluster, and the peer's is killed", {}, None,
+                                              after="its gateway goes to the other", nats=r"roark\.server\.closed\.lost"),
 }
 EXIT_CODES = {"finished": 0, "failed": 1, "stopped": 3, "killed": -9}
 STRICT, FREE = ("simulated",), ("paced", "hardware")
@@ -247,7 +253,7 @@ def links_page():
 
 def plain_counters(pattern):
     """The names of counters in a pattern for LAB.COUNTER, for people."""
-    name = pattern.replace("\\", "").partition(".")[2].replace(".*", "*")
+    name = pattern.replace(".*", "*").replace(r"\w+", "*").replace("\\", "").partition(".")[2]
     if found := re.search(r"\((.*?)\)", name):
         return [name.replace(found[0], each) for each in found[1].split("|")]
     return [name]

@@ -1,5 +1,5 @@
 """Figures of labs that meet at a NATS server: fifty at once beside direct TCP, what a sender pays by the number of its peers, how long a message takes, what
-signatures cost, and sixteen labs of DHTF. See scripts/measure."""
+signatures cost, sixteen labs of DHTF, and what watchers cost the labs. See scripts/measure."""
 import contextlib
 import functools
 import json
@@ -8,8 +8,10 @@ import resource
 import selectors
 import shutil
 import socket
+import statistics
 import struct
 import subprocess
+import threading
 import time
 import urllib.request
 
@@ -17,12 +19,14 @@ import read_log
 from campaign_network import say
 from joined_networks import make_keys
 from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_with_parent, join_results
+from mean_interval import interval
 from measure_links import FILE_TEXT, FIRST_BUS, FIRST_PORT, NUMBER_AT, SO_RCVBUFFORCE, cpu_s, gateways, memory_mb, pose_frame
 from measure_simulator import commit, machine, write_between
 
 SERVER, NATS_PORT, MONITOR_PORT, ROBOTS = "/usr/sbin/nats-server", 7970, 7971, 100
 PAGE, SIZING_PLACE = ROOT / "docs/federation.md", "sizing: written by scripts/measure federation_crowd"
 SIZING_HEADER = ["labs", "joined", "a gateway: % of a core", "MB", "the server: % of a core", "MB", "MB/s in, out", "p50, p99 ms", "states, lost"]
+WATCHERS_PLACE, VIEW_PORT = "watchers: written by scripts/measure federation_watchers", 7972
 SO_TIMESTAMPNS, TIMESTAMP_BYTES = 35, 64
 GROUP = "239.255.76.67"
 
@@ -314,12 +318,10 @@ def federation_seals(bench):
     return us["sign"] <= 200 and us["verify"] <= 400, value, "sign 200 us, verify 400 us"
 
 
-def dhtf_sixteen(bench, number, seconds):
-    """Labs of DHTF, each a lab and a gateway process, at one server: the joint result; fails when their hashes differ."""
-    folder = bench.folder()
-    folder.mkdir(parents=True)
+def dhtf_files(folder, number, seconds, others=()):
+    """Files of labs of DHTF that meet at the server; keys also of `others`, who are trusted."""
     names = ["shark", *(f"lab{index:02}" for index in range(1, number))]
-    quick_keys(names, folder / "keys")
+    quick_keys([*names, *others], folder / "keys")
     files = []
     for index, lab in enumerate(names):
         lines = [f'include = ["{ROOT}/experiments/dhtf/{"shark" if lab == "shark" else "roark"}.toml"]', "[lab]", f'name = "{lab}"', "[bus]",
@@ -328,6 +330,14 @@ def dhtf_sixteen(bench, number, seconds):
                  "[view]", "use = false", "[gateway]", 'listen = ""', "peers = []", f'connect = "nats://127.0.0.1:{NATS_PORT}"', f'keys = "{folder / "keys" / lab}"']
         files.append(folder / f"{lab}.toml")
         files[-1].write_text("\n".join(lines) + "\n")
+    return files
+
+
+def dhtf_sixteen(bench, number, seconds):
+    """Labs of DHTF, each a lab and a gateway process, at one server: the joint result; fails when their hashes differ."""
+    folder = bench.folder()
+    folder.mkdir(parents=True)
+    files = dhtf_files(folder, number, seconds)
     with nats_server(folder), LabProcesses(files, folder / "out") as running:
         running.wait(patience_s=900)
     together = join_results(running.results())
@@ -345,10 +355,100 @@ def federation_sixteen(bench):
     return (together["final_hash"] == alone["final_hash"], f"{together['final_hash']} and {alone['final_hash']}, {together['wall']['speed']:.0f} simulated s per wall s", "equal")
 
 
+class Watchers:
+    """Clients of the server that hear what labs of DHTF let be watched, on a thread of its own."""
+
+    def __init__(self, number):
+        self.heard, self.ended, self.selector = {}, False, selectors.DefaultSelector()
+        for _ in range(number):
+            client = socket.create_connection(("127.0.0.1", NATS_PORT), timeout=10)
+            client.sendall(b'CONNECT {"verbose":false}\r\nSUB arkmesh.dhtf.*.WATCH 1\r\n')
+            client.setblocking(False)
+            self.heard[client] = 0
+            self.selector.register(client, selectors.EVENT_READ)
+        self.thread = threading.Thread(target=self.hear)
+        self.thread.start()
+
+    def hear(self):
+        while not self.ended:
+            for key, _ in self.selector.select(0.2):
+                data = key.fileobj.recv(1 << 18)
+                self.heard[key.fileobj] += len(data)
+                if data.endswith(b"PING\r\n"):
+                    key.fileobj.sendall(b"PONG\r\n")
+                if not data:
+                    self.selector.unregister(key.fileobj)
+
+    def end(self):
+        self.ended = True
+        self.thread.join()
+        for client in self.heard:
+            client.close()
+
+
+def cpu_of_ended():
+    """Of this process's children that have ended; those that run do not count yet."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def watched_pair(bench, watchers, seconds):
+    """Two labs of DHTF, a page and so many watchers: the labs' and gateways' processor time per simulated second, and the server's in % of a core."""
+    folder = bench.folder()
+    folder.mkdir(parents=True)
+    files = dhtf_files(folder, 2, seconds, ["watcher"])
+    page = [PROGRAM, "view", "--federation", f"nats://127.0.0.1:{NATS_PORT}", "--experiment", "dhtf", "--keys", folder / "keys/watcher", "--port", str(VIEW_PORT)]
+    with contextlib.ExitStack() as ending:
+        server, said = ending.enter_context(nats_server(folder)), ending.enter_context(open(folder / "view.txt", "wb"))
+        view = subprocess.Popen(page, stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=end_with_parent)
+        ending.callback(view.wait)
+        ending.callback(view.kill)
+        clients = Watchers(watchers)
+        ending.callback(clients.end)
+        used, begin = (cpu_of_ended(), cpu_s(server)), time.monotonic()
+        with LabProcesses(files, folder / "out") as running:
+            running.wait(patience_s=900)
+            took, of_server = time.monotonic() - begin, cpu_s(server) - used[1]
+        of_labs, result = cpu_of_ended() - used[0], join_results(running.results())
+        if view.poll() is not None:
+            raise Failed(f"the page has ended: {(folder / 'view.txt').read_text().strip()[-200:]}")
+        heard = sorted(clients.heard.values())
+    return {"ms": 1000 * of_labs / seconds, "server": 100 * of_server / took, "hash": result["final_hash"], "speed": seconds / took, "heard": heard}
+
+
+def federation_watchers(bench):
+    """A hundred watchers, and none, by turns, of two labs of DHTF at one server: the labs' and gateways' processor time, and their hashes; writes the sentence of
+    docs/federation.md (full form)."""
+    number, pairs, seconds = (10, 1, 600) if bench.short else (100, 12, 6000)
+    raise_open_files()
+    rows = {0: [], number: []}
+    for pair in range(pairs):
+        for watchers in sorted(rows, reverse=pair % 2 == 1):
+            row = watched_pair(bench, watchers, seconds)
+            rows[watchers].append(row)
+            heard = f", each heard {row['heard'][0] / 1e6:.2f} to {row['heard'][-1] / 1e6:.2f} MB" if watchers else ""
+            print(f"  {watchers} watchers: {row['ms']:.3f} ms of processor time per simulated s, server {row['server']:.1f} %; "
+                  f"{row['speed']:.0f} simulated s per wall s{heard}", flush=True)
+    ms, server = ({watchers: statistics.fmean(row[what] for row in all_) for watchers, all_ in rows.items()} for what in ("ms", "server"))
+    ratios = [row["ms"] / without["ms"] for row, without in zip(rows[number], rows[0])]
+    ratio, half = statistics.fmean(ratios), interval(ratios)
+    hashes = {row["hash"] for all_ in rows.values() for row in all_}
+    all_heard = all(row["heard"][0] > 0.9 * row["heard"][-1] > 0 for row in rows[number])
+    met = len(hashes) == 1 and all_heard and (bench.short or ratio <= 1.05)
+    if met and not bench.short:
+        write_between(PAGE, WATCHERS_PLACE, (
+            f"{number} watchers change no result. With them, all on one machine, two labs of DHTF and their gateways need {ratio:.2f} times (95 % interval {ratio - half:.2f} to\n"
+            f"{ratio + half:.2f}, {pairs} pairs of runs) the {ms[0]:.2f} ms of processor time that a simulated second takes without, and the server {server[number]:.0f} % of a core instead of\n"
+            f"{server[0]:.0f} %. Commit {commit('gateway', 'scripts/measure_federation.py')}, {machine()}, {time.strftime('%Y-%m-%d')}.\n"))
+    value = (f"{ratio:.3f} x{'' if bench.short else f' +- {half:.3f}'}; server {server[0]:.1f} and {server[number]:.1f} %; {len(hashes)} hash of {2 * pairs} runs"
+             f"{'' if all_heard else '; some did not hear all'}")
+    return met, value, "equal hashes" + ("" if bench.short else ", at most 1.05 x")
+
+
 def raise_open_files():
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 65536), hard))
 
 
-FEDERATION = [federation_crowd, federation_fan_out, federation_latency, federation_seals, federation_sixteen]
+FEDERATION = [federation_crowd, federation_fan_out, federation_latency, federation_seals, federation_sixteen, federation_watchers]
 NOT_JUDGED_SHORT = {federation_latency, federation_seals}
