@@ -34,6 +34,8 @@ class FlowWindow {
   bool acknowledged(std::uint64_t total, Time now);
   // Something small went there and back in so long: the path is not slower than that.
   void path_takes(std::chrono::duration<double> there_and_back) { path_ = std::clamp(there_and_back, {}, path_); }
+  // The peer may wait so long with an acknowledgement: nobody is late for that.
+  void peer_waits(std::chrono::milliseconds time) { peer_waits_ = time; }
   std::size_t under_way() const { return static_cast<std::size_t>(sent_ - acknowledged_); }
   // Since when the peer has acknowledged nothing although something is under way.
   std::optional<Time> waits_since() const { return under_way() > 0 ? std::optional(progress_) : std::nullopt; }
@@ -46,11 +48,12 @@ class FlowWindow {
     Time sent;
     bool filled;  // the window was in the way
   };
-  std::chrono::duration<double> aim() const { return path_ + limits_.delay; }
+  std::chrono::duration<double> aim() const { return path_ + limits_.delay + peer_waits_; }
   bool late(Time now) const { return sample_ && now - sample_->sent > 2 * aim(); }
   void adapt(const Sample& sample, std::chrono::duration<double> delay);
 
   FlowLimits limits_;
+  std::chrono::milliseconds peer_waits_{0};
   std::size_t window_;
   std::uint64_t sent_ = 0, acknowledged_ = 0;
   Time progress_{};

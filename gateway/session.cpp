@@ -380,6 +380,7 @@ void Session::check(Time at) {
       if (const StreamFailure objection = stream_->objection(); !objection.counter.empty()) return end(objection);
       if (at - heard_ > times_.silence)
         return end("session.closed.silent", "nothing heard for " + seconds(times_.silence));
+      window_.peer_waits(stream_->ack_time());  // what holds here holds there
       if (const auto since = window_.waits_since(); since && at - *since > times_.stall)
         return end("session.closed.does_not_read", "the peer reads nothing for " + seconds(times_.stall));
       if (at - beat_ < times_.heartbeat) return;

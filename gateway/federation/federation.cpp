@@ -25,8 +25,8 @@ constexpr std::chrono::milliseconds least_ask_period{200}, ask_period_per_peer{2
 // Of a message to all a lab hears an acknowledgement from each: the more there are, the more messages each is for, so
 // that a lab hears no more than so many a second.
 constexpr int most_acks_per_s = 100;
-constexpr std::chrono::milliseconds longest_ack_time{600};  // heartbeats come sooner, and have one, too
-constexpr std::chrono::milliseconds watched_period{200};    // of each channel a message
+constexpr std::chrono::milliseconds longest_ack_time{200};
+constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
 // A packet is no longer, and more does not wait for the server.
 constexpr std::size_t most_packet_bytes = 256 << 10, most_waiting_bytes = 1 << 20;
 

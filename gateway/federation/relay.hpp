@@ -32,7 +32,7 @@ class Relay {
   // ask for another.
   static constexpr Duration least_ack_time{20};
   // What was sent and not acknowledged is sent again after so long: before the path is known, and within these.
-  static constexpr Duration first_patience{300}, least_patience{80}, longest_patience{1500};
+  static constexpr Duration first_patience{300}, least_patience{80}, longest_patience{1000};
   // What has come and nobody has read; more is not taken, and not acknowledged.
   static constexpr std::size_t max_unread_bytes = 1 << 20;
 

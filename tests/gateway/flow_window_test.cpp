@@ -57,6 +57,24 @@ TEST_CASE("on a fast path the window opens, and stays shut for who does not need
   CHECK(quiet.window.room(quiet.now) == FlowWindow::first_bytes);
 }
 
+TEST_CASE("a peer that may wait with its acknowledgements is not taken for a slow path") {
+  // 60 kB a second, each three messages acknowledged 150 ms later: the window stays as it was. Without a word of that
+  // it shuts, and what goes next waits.
+  for (const auto waits : {0ms, 200ms}) {
+    FlowWindow window{FlowLimits{}};
+    FlowWindow::Time now{};
+    window.path_takes(1ms);
+    window.peer_waits(waits);
+    std::uint64_t sent = 0;
+    for (int i = 0; i < 300; ++i, now += 50ms) {
+      window.sent(3000, now);
+      sent += 3000;
+      if (i % 3 == 2) CHECK(window.acknowledged(sent, now + 50ms));
+    }
+    CHECK((window.room(now) >= 9000) == (waits > 0ms));
+  }
+}
+
 TEST_CASE("on a slow path little is under way") {
   // What goes out arrives in hardly more than the path's own time and the allowed delay, at any rate, and the path is
   // used.

@@ -208,12 +208,12 @@ TEST_CASE("on a perfect path nothing is sent twice") {
 }
 
 TEST_CASE("acknowledgements that may wait are few") {
-  // One for what came in 600 ms, and nobody says anything again for want of them; but what is lost is said again.
+  // One for what came in 200 ms, and nobody says anything again for want of them; but what is lost is said again.
   for (const double lost : {0.0, 0.1}) {
     CAPTURE(lost);
     RelayPair pair({.lost = lost, .delay = 5ms});
     pair.meet();
-    for (RelayEnd* end : {&pair.left, &pair.right}) end->relay.acknowledge_within(600ms);
+    for (RelayEnd* end : {&pair.left, &pair.right}) end->relay.acknowledge_within(200ms);
     std::string said;
     const std::size_t before = pair.to_left.carried();
     for (int i = 0; i < 200; ++i) {
@@ -223,7 +223,7 @@ TEST_CASE("acknowledgements that may wait are few") {
     }
     REQUIRE(pair.until([&] { return pair.right.read == said; }));
     if (lost > 0) continue;
-    CHECK(pair.to_left.carried() - before <= 1 + 10'000 / 600);
+    CHECK(pair.to_left.carried() - before <= 1 + 10'000 / 200);
     CHECK(pair.left.relay.counters()["pieces.sent_again"] == 0);
   }
 }
