@@ -1,5 +1,5 @@
-// A chained hash over what a lab's robots and sites did. Settings never enter, so two runs differ only through
-// behaviour.
+// A chained hash over what a lab's robots and sites did. Settings never enter that one, so two runs differ only through
+// behaviour; they have one of their own (OwnState::settings_hash).
 #pragma once
 
 #include <cstdint>

@@ -22,8 +22,8 @@ namespace {
 constexpr std::chrono::milliseconds tick_period{20}, keys_period{2000};
 // Who is not met is asked for so often, and by more labs, which all hear it and answer, less often.
 constexpr std::chrono::milliseconds least_ask_period{200}, ask_period_per_peer{20};
-// Of a message to all a lab hears an acknowledgement from each: the more there are, the longer they wait for further
-// messages, so that a lab hears no more than so many a second, or for so long.
+// Of a message to all a lab hears an acknowledgement from each. The more there are, the longer they wait for further
+// messages, until twenty labs: so many a second are heard then, and more only of more labs.
 constexpr int most_acks_per_s = 100;
 constexpr std::chrono::milliseconds longest_ack_time{200};
 constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
