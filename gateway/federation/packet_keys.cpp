@@ -19,8 +19,8 @@ constexpr double forgeries_per_s = 20;
 constexpr double packets_per_s = 5000;
 constexpr std::chrono::minutes notice_period{1};
 
-std::chrono::microseconds now_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now().time_since_epoch());
+bool has_one(Budget& budget, PacketKeys::Time now) {
+  return budget.has(1, std::chrono::floor<Budget::Time>(now.time_since_epoch()));
 }
 
 bool is_secret(PacketKind kind) {
@@ -84,7 +84,7 @@ std::optional<std::vector<std::byte>> PacketKeys::for_one(const std::string& to,
   return packet;
 }
 
-std::optional<std::vector<std::byte>> PacketKeys::open(const PacketView& packet) {
+std::optional<std::vector<std::byte>> PacketKeys::open(const PacketView& packet, Time now) {
   const std::string& from = packet.head.from;
   const OtherSeal* const other = keys_->seals().of(from);
   if (!other) {
@@ -92,7 +92,7 @@ std::optional<std::vector<std::byte>> PacketKeys::open(const PacketView& packet)
     return {};
   }
   Budget& spoken = spoken_.try_emplace(from, packets_per_s).first->second;
-  if (!spoken.has(1, now_us())) {
+  if (!has_one(spoken, now)) {
     refuse("too_many", from);
     return {};
   }
@@ -116,11 +116,11 @@ std::optional<std::vector<std::byte>> PacketKeys::open(const PacketView& packet)
   return plain;
 }
 
-bool PacketKeys::is_signed(const PacketView& packet) {
+bool PacketKeys::is_signed(const PacketView& packet, Time now) {
   const std::string& from = packet.head.from;
   const OtherSeal* const other = keys_->seals().of(from);
   Budget& budget = forgeries_.try_emplace(from, forgeries_per_s).first->second;
-  if (!budget.has(1, now_us())) {
+  if (!has_one(budget, now)) {
     refuse("too_many_forged", from);
     return false;
   }

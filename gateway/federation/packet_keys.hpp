@@ -21,6 +21,7 @@ namespace arkmesh::gateway {
 
 class PacketKeys {
  public:
+  using Time = std::chrono::steady_clock::time_point;
   // `boot_id`: of the gateway; of somebody who only reads, anything.
   // Throws hal::ConfigError when the lab's key is of a kind that cannot sign packets.
   PacketKeys(std::string lab, std::string experiment, std::uint64_t boot_id, std::shared_ptr<TlsKeys> keys);
@@ -38,9 +39,9 @@ class PacketKeys {
   std::optional<std::vector<std::byte>> for_one(const std::string& to, const std::vector<std::byte>& body);
 
   // The body of a packet of a lab that is trusted: nothing when it is to be refused, which was counted then. Of a
-  // signed one nobody has looked at the signature yet: is_signed() does, and costs most.
-  std::optional<std::vector<std::byte>> open(const PacketView& packet);
-  bool is_signed(const PacketView& packet);
+  // signed one nobody has looked at the signature yet: is_signed() does, and costs most. `now`: for the rates.
+  std::optional<std::vector<std::byte>> open(const PacketView& packet, Time now = std::chrono::steady_clock::now());
+  bool is_signed(const PacketView& packet, Time now = std::chrono::steady_clock::now());
   // Of a packet of kind `keys` that is signed.
   void take_group_key(const PacketView& packet);
 
@@ -68,7 +69,7 @@ class PacketKeys {
   std::map<std::string, Budget> forgeries_;     // how many more are looked at, by the lab that they say they are from
   hal::Counters counters_;
   std::string notice_;
-  std::map<std::string, std::chrono::steady_clock::time_point> named_;  // when a notice was about that lab's name
+  std::map<std::string, Time> named_;  // when a notice was about that lab's name
 };
 
 }  // namespace arkmesh::gateway

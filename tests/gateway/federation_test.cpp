@@ -354,7 +354,7 @@ TEST_CASE("a lab that is revoked is out") {
   CHECK(opened == secret_packets);
 
   meeting.keys.of("shark").revoke("lynx");
-  CHECK(meeting.until([&] { return !shark.up("lynx"); }, 20s));
+  CHECK(meeting.until([&] { return !shark.up("lynx"); }));
   CHECK(shark.links["lynx"]->stats().why.find("was revoked") != std::string::npos);
   CHECK(shark.up("roark"));
   secret_packets = opened = 0;
@@ -411,11 +411,14 @@ TEST_CASE("a member who speaks in another's name is not heard") {
         labs.server.forward(labs.mole->sealed_packet(body, victim, other));
       }
   };
+  const auto began = std::chrono::steady_clock::now();
   labs.check_others([&] { flood(10); });
-  CHECK(labs.shark->count("federation.refused.signature.roark") > 0);
-  CHECK(labs.shark->count("federation.refused.too_many_forged.roark") > 100);
-  CHECK(labs.shark->count("federation.refused.seal.roark") == 400);
-  CHECK(labs.shark->count("federation.refused.seal.lynx") == 400);
+  const auto refused = [&](const char* what) { return labs.shark->count(std::string("federation.refused.") + what); };
+  CHECK(labs.until([&] { return refused("seal.roark") == 400 && refused("seal.lynx") == 400; }));
+  CHECK(labs.until([&] { return refused("signature.roark") + refused("too_many_forged.roark") == 400; }));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  CHECK(refused("signature.roark") > 0);
+  CHECK(static_cast<double>(refused("signature.roark")) <= 20 * (1 + took_s));
   std::size_t named = 0;
   for (const std::string& each : labs.shark->notices)
     named += each == "somebody else speaks in the name of lab roark on the NATS server, and is not heard";
@@ -434,6 +437,7 @@ TEST_CASE("a member who says too much is heard no better") {
   // up, and for each greeting there is at most one answer.
   WithMole labs;
   labs.mole->meet("shark");
+  const auto began = std::chrono::steady_clock::now();
   const std::vector<std::byte> much(30'000, std::byte{'!'});
   StreamId stream = 1000;
   std::uint64_t said = 0;
@@ -447,8 +451,9 @@ TEST_CASE("a member who says too much is heard no better") {
       said += 2;
     }
   });
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   CHECK(labs.server.publications().at("arkmesh.dhtf.shark.mole") < said);
-  CHECK(labs.server.publications().at("arkmesh.dhtf.shark.ALL") < 300);
+  CHECK(static_cast<double>(labs.server.publications().at("arkmesh.dhtf.shark.ALL")) < 200 + 100 * took_s);
 }
 
 TEST_CASE("a member who floods is looked at so often and no more") {
@@ -458,13 +463,23 @@ TEST_CASE("a member who floods is looked at so often and no more") {
   const PacketBody body{.greetings = {{"shark", 5, 6, false}}};
   const auto signed_packet = labs.mole->signed_packet(body, "mole");
   const auto sealed_packet = labs.mole->sealed_packet(body, "shark", "mole");
+  const auto began = std::chrono::steady_clock::now();
   labs.check_others([&] {
     for (int i = 0; i < 150; ++i) {
       labs.server.forward(signed_packet);
       labs.server.forward(sealed_packet);
     }
   });
-  CHECK(labs.shark->count("federation.refused.too_many.mole") > 0);
+  // All of them have come when one that is damaged after them has.
+  auto damaged = sealed_packet;
+  damaged.bytes.back() ^= 1;
+  CHECK(labs.until([&] {
+    labs.server.forward(damaged);
+    return labs.shark->count("federation.refused.seal.mole") > 0;
+  }));
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const auto refused = static_cast<double>(labs.shark->count("federation.refused.too_many.mole"));
+  CHECK(12'000 - refused <= 5000 * (1 + took_s));
   CHECK(labs.shark->count("federation.refused.too_many.roark") == 0);
 }
 
@@ -513,8 +528,7 @@ TEST_CASE("a member who claims what is not so loses its own stream only") {
     WithMole labs;
     labs.mole->meet("shark");
     row.lie(*labs.mole);
-    CHECK(
-        labs.until([&] { return labs.shark->count(row.counter) + labs.shark->count("mole", row.counter) >= 1; }, 10s));
+    CHECK(labs.until([&] { return labs.shark->count(row.counter) + labs.shark->count("mole", row.counter) >= 1; }));
     labs.check_others([] {});
   }
 }

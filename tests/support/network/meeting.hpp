@@ -93,7 +93,7 @@ struct Meeting {
   }
 
   template <class Condition>
-  [[nodiscard]] bool until(Condition condition, std::chrono::seconds deadline = std::chrono::seconds(60)) {
+  [[nodiscard]] bool until(Condition condition, std::chrono::seconds deadline = std::chrono::seconds(300)) {
     return run_until(io, condition, deadline);
   }
   void pass(std::chrono::milliseconds time) {
