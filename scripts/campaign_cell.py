@@ -19,12 +19,12 @@ import read_log
 from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_network import BusEar, Impostor, Link
 from demo_run import emulated_testbed
-from lab_processes import Failed, LabProcesses
+from lab_processes import Failed, LabProcesses, run_delay_s
 
 CONTROL = 8092                          # of the emulator
 PATIENCE_S = 8                          # gate.patience_s
 LONG_PATIENCE_S = 40                    # where a lab stands still for 20 s, or its link is mended again
-NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that, on a busy machine
+NOTICES_S = 8                           # what noticing, lingering and the end of an arena may take beyond that
 STANDS_STILL_S = 20
 LINE_AWAY_S = 8
 SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
@@ -223,14 +223,14 @@ class Cell:
         wanted = {"roark": self.promise.end, "shark": self.promise.peer}
         if self.impostor or wanted["shark"] is None or ("lab", "shark") not in self.labs.processes:
             del wanted["shark"]
-        still = None
+        still, before = None, {lab: run_delay_s(self.process(lab).pid) for lab in wanted}
         while open_ := [lab for lab in wanted if lab not in self.ended]:
             for lab in open_:
                 if not self.lives(lab):
                     self.ended[lab] = time.monotonic() - since
                     if lab == "roark" and self.arena == "hardware":
                         still = max(self.emulator_time_s(), self.line_back_s)
-                elif time.monotonic() - since > self.limit_s(wanted[lab]):
+                elif time.monotonic() - since > self.limit_s(wanted[lab]) + run_delay_s(self.process(lab).pid) - before[lab]:
                     self.ended[lab] = None
                     self.problems.append(f"{lab} has not ended {self.limit_s(wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
             time.sleep(0.02)

@@ -4,6 +4,7 @@ Runs in a network and mount namespace of its own. See scripts/campaign.
 shark listens, and roark connects to it, directly or through a Link of this process; shark connects to lynx. raven, a fourth lab, is expected at shark:
 the cell speaks for it. Or all meet at a NATS server, roark through a Link; or roark at a second server of a cluster."""
 import contextlib
+import os
 import pathlib
 import re
 import resource
@@ -18,7 +19,7 @@ from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_link_faults import RAVEN_BUS, ROUTES, SECOND_LISTENS, LinkFaults
 from campaign_network import BusEar, Marks, Path
 from campaign_promises import LINK_FAULTS
-from lab_processes import ROOT, Failed, end_with_parent
+from lab_processes import ROOT, Failed, end_with_parent, run_delay_s
 from joined_networks import call
 
 BUSES = PORTS | {"lynx": 7703}
@@ -258,6 +259,13 @@ class LinkCell(LinkFaults, Cell):
         stood = {"connecting gateway killed": "roark", "listening gateway killed": "shark"}.get(self.fault) or ("roark" if "frozen" in self.fault else None)
         return [pair for pair in (("shark", "roark"), ("roark", "shark")) if pair[0] != stood]
 
+    def run_delays(self):
+        return {process: run_delay_s(process) for process in (os.getpid(), *(self.gateway(lab).pid for lab in PORTS))}
+
+    def late_s(self):
+        """For how long this process and the gateways wanted a processor and had none since the fault: no deadline of theirs includes that."""
+        return sum(delay - self.delays.get(process, 0) for process, delay in self.run_delays().items())
+
     def judge_link(self, began, returned):
         """How soon it was shown as down, how soon data flowed again, what was counted."""
         def shown_down(lab, peer):
@@ -266,9 +274,9 @@ class LinkCell(LinkFaults, Cell):
         def flows():
             return [self.marks.first_after(way, returned) for way in (("shark", "roark"), ("roark", "shark"))]
         self.until(60, lambda: all(flows()), "data after the path's return")
-        flowed = max(flows()) - returned
+        flowed, late_s = max(flows()) - returned, self.late_s()
         self.figures["flows_s"] = round(flowed, 2)
-        if flowed > (limit := SERVER_FLOWS_S if self.kind == "nats" else FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
+        if flowed - late_s > (limit := SERVER_FLOWS_S if self.kind == "nats" else FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
             self.problems.append(f"data flows {flowed:.2f} s after the path's return instead of {limit} s")
         downs = [shown_down(*pair) for pair in self.alive()]
         known = [down for down in downs if down is not None]
@@ -277,7 +285,7 @@ class LinkCell(LinkFaults, Cell):
             self.problems.append("an end of the link did not show it as down")
         if self.about.down is False and known:
             self.problems.append(f"the link was shown as down after {min(known):.1f} s")
-        if self.about.down and known and max(known) > (down_s := SERVER_DOWN_S if self.kind == "nats" else DOWN_S):
+        if self.about.down and known and max(known) - late_s > (down_s := SERVER_DOWN_S if self.kind == "nats" else DOWN_S):
             self.problems.append(f"the link was shown as down after {max(known):.2f} s instead of {down_s} s")
 
     def judge_counter(self, began):
@@ -298,7 +306,7 @@ class LinkCell(LinkFaults, Cell):
         if self.fault != "listening gateway killed" and not self.about.of_server:
             pause = max(self.marks.longest_pause(way, began, ended) for way in (("shark", "lynx"), ("lynx", "shark")))
             self.figures["lynx_pause_s"] = round(pause, 2)
-            if pause > DOWN_S or any(not view[1]["shark"] for view in self.views["lynx"] if view[0] > began):
+            if pause > DOWN_S + self.late_s() or any(not view[1]["shark"] for view in self.views["lynx"] if view[0] > began):
                 self.problems.append(f"the link with lynx was disturbed: {pause:.1f} s without data")
         if "gateway killed" not in self.fault:
             for way in (("shark", "roark"), ("roark", "shark")):
@@ -327,7 +335,7 @@ class LinkCell(LinkFaults, Cell):
                 self.until(60, lambda: all(self.is_up(*pair) for pair in (("shark", "roark"), ("roark", "shark"), ("lynx", "shark"))), "the links")
                 self.until(60, lambda: len(self.marks.came) >= 4, "data on each way")
                 time.sleep(1)
-                self.began = time.monotonic()
+                self.began, self.delays = time.monotonic(), self.run_delays()
                 returned = self.do_fault()
                 if not self.lives():
                     self.problems.append("the run had ended before the fault was over")

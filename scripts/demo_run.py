@@ -12,7 +12,7 @@ import sys
 import time
 
 from joined_networks import HALL, join_at_server, join_by_tls, joined_networks, nats_server, networks_behind_routers
-from lab_processes import PROGRAM, ROOT, Failed, end_with_parent, LabProcesses, join_hashes, join_results, link_losses
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_all, end_with_parent, join_hashes, join_results, link_losses
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
 # With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
@@ -118,12 +118,7 @@ def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
             time.sleep(0.05)
         yield
     finally:
-        process.terminate()
-        try:
-            process.wait(5)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        end_all([process])
 
 
 def show(joint, out):

@@ -10,7 +10,7 @@ import tempfile
 import time
 
 from chromium import browser
-from lab_processes import PROGRAM, Failed, end_with_parent
+from lab_processes import PROGRAM, Failed, end_all, end_with_parent
 
 READY = "return Boolean(window.arkmesh?.world.labs.length && arkmesh.player.length_us)"
 STEP = "const done = arguments[arguments.length - 1]; {}.then((value) => done([null, value]), (error) => done([String(error), null]))"
@@ -35,8 +35,7 @@ def served(runs, program=PROGRAM):
     try:
         yield address_of(process.stdout)
     finally:
-        process.terminate()
-        process.wait(10)
+        end_all([process])
         process.stdout.close()
 
 
@@ -46,9 +45,9 @@ class Page:
     def __init__(self, driver, url, bare):
         self.driver = driver
         address, _, fragment = url.partition("#")
-        driver.set_script_timeout(60)
+        driver.set_script_timeout(300)
         driver.get(address + ("?bare" if bare else "") + (f"#{fragment}" if fragment else ""))
-        end = time.monotonic() + 30
+        end = time.monotonic() + 300
         while not driver.execute_script(READY):
             if time.monotonic() > end:
                 raise Failed(f"the page at {address} shows no recorded run")

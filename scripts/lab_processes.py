@@ -2,6 +2,7 @@
 
 Used by the demo and the measurements. Nothing is left running: whatever ends the caller ends the processes too.
 """
+import contextlib
 import csv
 import ctypes
 import json
@@ -24,6 +25,26 @@ class Failed(Exception):
 
 def end_with_parent():
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+def run_delay_s(process):
+    """For how long the first thread of a process (by id) wanted a processor and had none; 0 when it has ended. Who judges its pace leaves that out."""
+    with contextlib.suppress(OSError, IndexError):
+        return int(pathlib.Path(f"/proc/{process}/schedstat").read_text().split()[1]) / 1e9
+    return 0.0
+
+
+def end_all(processes):
+    """Asks what still runs to end, and ends what does not listen."""
+    for process in processes:
+        process.terminate()
+    end = time.monotonic() + 5
+    for process in processes:
+        try:
+            process.wait(max(0.1, end - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 class LabProcesses:
@@ -109,17 +130,7 @@ class LabProcesses:
             time.sleep(0.1)
 
     def stop(self):
-        """Asks what still runs to end, and ends what does not listen."""
-        left = [process for process in self.processes.values() if process.poll() is None]
-        for process in left:
-            process.terminate()
-        end = time.monotonic() + 5
-        for process in left:
-            try:
-                process.wait(max(0.1, end - time.monotonic()))
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        end_all(self.processes.values())
 
     def results(self):
         """{lab: result.json}"""

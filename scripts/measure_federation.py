@@ -18,7 +18,7 @@ import urllib.request
 import read_log
 from campaign_network import say
 from joined_networks import make_keys
-from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_with_parent, join_results
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_all, end_with_parent, join_results
 from mean_interval import interval
 from measure_links import FILE_TEXT, FIRST_BUS, FIRST_PORT, NUMBER_AT, SO_RCVBUFFORCE, cpu_s, gateways, memory_mb, pose_frame
 from measure_simulator import commit, machine, write_between
@@ -46,8 +46,7 @@ def nats_server(folder):
             time.sleep(0.05)
         yield server
     finally:
-        server.kill()
-        server.wait()
+        end_all([server])
 
 
 class Speakers:

@@ -15,7 +15,7 @@ import time
 import read_log
 from campaign_network import GROUP, say
 from joined_networks import call, join_by_tls, joined_networks
-from lab_processes import PROGRAM, Failed, end_with_parent
+from lab_processes import PROGRAM, Failed, end_all, end_with_parent
 
 FIRST_BUS, FIRST_PORT, RATE_HZ, NUMBER_AT = 7720, 7840, 10, 16
 CLONE_NEWNET, SO_RCVBUFFORCE = 0x40000000, 33
@@ -150,10 +150,7 @@ def gateways(files, folder, enter=None, sets=None):
             if process.poll() is not None:
                 raise Failed(f"the gateway of {lab} has ended: {(folder / f'{lab}.txt').read_text().strip()[-200:]}")
     finally:
-        for process in running.values():
-            process.terminate()
-        for process in running.values():
-            process.wait()
+        end_all(running.values())
 
 
 def mesh(folder, number, tls, seconds):

@@ -11,7 +11,7 @@ import struct
 import subprocess
 import time
 
-from lab_processes import PROGRAM, ROOT, Failed
+from lab_processes import PROGRAM, ROOT, Failed, end_all
 
 FILES = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
 
@@ -92,8 +92,7 @@ def recording_open(bench):
         index.unlink()
     for _ in range(2):
         seconds, process, _ = opened(run)
-        process.terminate()
-        process.wait()
+        end_all([process])
         took.append(seconds)
     return max(took) < 1, f"{took[0]:.2f} s without an index, {took[1]:.2f} s with one", "below 1 s"
 
@@ -110,8 +109,7 @@ def recording_seek(bench):
             if len(messages) < 10:
                 raise Failed(f"a jump gave {len(messages)} messages")
     finally:
-        process.terminate()
-        process.wait()
+        end_all([process])
     return slowest < 0.1, f"{slowest * 1e3:.1f} ms", "below 100 ms"
 
 
