@@ -27,7 +27,7 @@ Ended controller(std::vector<std::string> arguments, const std::filesystem::path
   static int number = 0;
   arguments.insert(arguments.begin(), "controller");
   Process process(arkmesh, arguments, folder / fmt::format("output-{}.txt", ++number));
-  const auto code = process.wait(std::chrono::seconds(60));
+  const auto code = process.wait(std::chrono::seconds(300));
   return {code.value_or(-1), process.output()};
 }
 

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::chrono::milliseconds deadline = 60s;
+constexpr std::chrono::milliseconds deadline = 300s;
 
 struct Outcome {
   int code = -1;

@@ -29,7 +29,7 @@ Ran track(const std::vector<std::string>& arguments) {
   std::vector<std::string> all = {"track"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   Process process(ARKMESH_PROGRAM, all, folder.path() / "out.txt");
-  const auto code = process.wait(60s);
+  const auto code = process.wait(300s);
   return {code.value_or(-1), process.output()};
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("who opens the page of track --serve sees the robots") {
   Process process(ARKMESH_PROGRAM, {"track", (folder.path() / "clip").string(), "--serve", "0"},
                   folder.path() / "out.txt");
   const std::string says = "/arena shows the robots";
-  REQUIRE(eventually(20s, [&] { return process.output().find(says) != std::string::npos; }));
+  REQUIRE(eventually(300s, [&] { return process.output().find(says) != std::string::npos; }));
   const std::string output = process.output();
   const std::size_t begin = output.find("http://");
   cv::VideoCapture capture(output.substr(begin, output.find(" shows", begin) - begin), cv::CAP_FFMPEG);
@@ -131,7 +131,7 @@ TEST_CASE("who opens the page of track --serve sees the robots") {
   REQUIRE(seen.size() == original.size());
   CHECK(cv::norm(original, seen, cv::NORM_INF) > 80);
   process.signal(SIGINT);
-  CHECK(process.wait(20s) == 0);
+  CHECK(process.wait(300s) == 0);
 }
 
 TEST_CASE("track says what is wrong with its source") {

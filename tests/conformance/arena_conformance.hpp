@@ -18,6 +18,7 @@
 
 #include "hal/arena.hpp"
 #include "hal/random.hpp"
+#include "tests/support/processes/run_delay.hpp"
 
 namespace arkmesh::tests {
 
@@ -335,10 +336,10 @@ inline void check_waits_for_nobody(const ArenaRow& row) {
   const auto arena = row.make();
   int calls = 0, slow = 0;
   const auto timed = [&](const auto& call) {
-    const auto begun = steady_clock::now();
+    const OwnTime own;
     const auto result = call();
     ++calls;
-    slow += steady_clock::now() - begun > milliseconds{20};
+    slow += own.passed() > milliseconds{20};
     return result;
   };
   const auto served = [&] {
@@ -351,7 +352,7 @@ inline void check_waits_for_nobody(const ArenaRow& row) {
   LabTime now{0};
   for (int n = 0; n <= 5; ++n) {
     const LabTime t = n * arena->info().frame_period;
-    const auto deadline = steady_clock::now() + seconds{60};
+    const auto deadline = steady_clock::now() + seconds{300};
     while (!timed([&] { return arena->advance_to(t); })) {
       CHECK_FALSE(arena->info().can_wait);
       CHECK(arena->clock().now() == now);
@@ -368,12 +369,11 @@ inline void check_waits_for_nobody(const ArenaRow& row) {
   }
   const auto begun = steady_clock::now();
   while (!timed([&] { return arena->end(); })) {
-    REQUIRE(steady_clock::now() < begun + seconds{10});
+    REQUIRE(steady_clock::now() < begun + seconds{300});
     hal::wait_for_service(*arena);
   }
   CHECK(arena->end());
   CHECK(arena->clock().now() == now);
-  // somebody else may have the processor now and then
   if (!row.is_simulator) CHECK(10 * slow <= calls);
 }
 
@@ -390,7 +390,7 @@ inline void check_pace(const ArenaRow& row) {
     CHECK(row.wall(*arena) - start >= t);
   }
   // only a bound against hanging: the machine may be busy
-  CHECK(row.wall(*arena) - start < std::chrono::seconds{10});
+  CHECK(row.wall(*arena) - start < std::chrono::seconds{300});
 }
 
 }  // namespace arkmesh::tests

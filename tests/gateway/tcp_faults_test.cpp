@@ -11,6 +11,7 @@
 #include "tests/support/network/accounts.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/network/two_tcp_labs.hpp"
+#include "tests/support/processes/run_delay.hpp"
 #include "tests/support/processes/sanitized.hpp"
 
 namespace arkmesh::gateway {
@@ -39,7 +40,7 @@ TEST_CASE("a black hole is noticed by both sides") {
   labs.check_passage();
   labs.proxy->set({.swallow_to_target = true, .swallow_to_client = true});
   REQUIRE(labs.both(false));
-  CHECK(labs.shark.link().stats().why == "nothing heard for 0.7 s");
+  CHECK(labs.shark.link().stats().why == "nothing heard for 2 s");
   CHECK(labs.shark.count("session.closed.silent") == 1);
   CHECK(labs.proxy->counts().swallowed > 0);
   labs.shark.publish("world", "meanwhile 1");
@@ -121,6 +122,7 @@ TEST_CASE("on a slow link the newest goes first") {
   // going down.
   TwoTcpLabs labs({.bytes_per_s = 50'000});
   REQUIRE(labs.both(true));
+  const auto begun = Clock::now();
   for (int i = 0; i < 1000; ++i) {
     labs.shark.publish("world", std::to_string(i) + std::string(5000, 'x'));
     labs.shark.bus.drain();
@@ -128,7 +130,9 @@ TEST_CASE("on a slow link the newest goes first") {
   }
   labs.shark.publish("world", "the last");
   REQUIRE(labs.until([&] { return labs.roark.heard_last("shark/world", "the last"); }));
-  CHECK(labs.roark.heard.size() < 200);
+  // Ten a second, and what was under way.
+  CHECK(static_cast<double>(labs.roark.heard.size()) <
+        100 + 10 * std::chrono::duration<double>(Clock::now() - begun).count());
   CHECK(labs.shark.count("outbox.replaced.world") + labs.roark.heard.size() == 1001);
   check_accounts(labs.shark.link().stats());
   CHECK(labs.shark.count("session.opened") == 1);
@@ -239,14 +243,14 @@ TEST_CASE("a stalled peer costs no more than its outbox") {
       }
       return !stalled->stats().up;
     }));
-    CHECK(stalled->stats().why == "the peer reads nothing for 1.5 s");
+    CHECK(stalled->stats().why == "the peer reads nothing for 5 s");
     CHECK(stalled->stats().counters["session.closed.does_not_read"] == 1);
     CHECK(healthy->stats().up);
-    const auto begun = Clock::now();
+    const tests::OwnTime stopping;
     stalled.reset();
     healthy.reset();
     node.reset();
-    CHECK(Clock::now() - begun < 500ms);
+    CHECK(stopping.passed() < 500ms);
   }
 }
 

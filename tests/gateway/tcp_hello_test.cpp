@@ -358,7 +358,7 @@ TEST_CASE("who says nothing is closed in time") {
   }));
   const auto took = std::chrono::steady_clock::now() - begun;
   CHECK(took >= short_times().hello);
-  CHECK(said > 5);
+  CHECK(said > 1);
   CHECK(shark.node->counters()["session.closed.no_hello"] == 2);
 }
 

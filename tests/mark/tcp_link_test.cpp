@@ -109,7 +109,7 @@ class LinkBench {
   }
   template <class Condition>
   bool until(Condition condition) {
-    return tests::eventually(60s, [&] {
+    return tests::eventually(300s, [&] {
       time_.wait_for_anything(time_.now() + 2ms);
       link->serve();
       return condition();

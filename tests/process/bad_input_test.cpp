@@ -25,7 +25,7 @@ struct Said {
 Said say(const std::vector<std::string>& arguments) {
   const tests::TemporaryFolder folder;
   tests::Process process(ARKMESH_PROGRAM, arguments, folder.path() / "said.txt");
-  const auto code = process.wait(60s);
+  const auto code = process.wait(300s);
   return {code.value_or(-1), process.output()};
 }
 

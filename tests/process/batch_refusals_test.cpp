@@ -73,7 +73,7 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
       "/bin/sh",
       {"-c", fmt::format("cd {} && {} batch small.toml --out out", bench.folder.path().string(), ARKMESH_PROGRAM)},
       bench.folder.path() / "elsewhere.txt");
-  CHECK(elsewhere.wait(60s) == 0);
+  CHECK(elsewhere.wait(300s) == 0);
   const fs::path manifest = bench.folder.path() / "out/manifest.json";
   nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
   other["arkmesh"] = "0.0.1";
@@ -125,13 +125,13 @@ TEST_CASE("one run is done by one process at a time") {
   const std::string out = (bench.folder.path() / "out").string();
   const std::vector<std::string> words = {"batch", file.string(), "--out", out, "--index", "1"};
   tests::Process first = bench.start(words);
-  REQUIRE(tests::eventually(60s, [&] { return fs::exists(fs::path(out) / "runs/00001/result.json"); }));
+  REQUIRE(tests::eventually(300s, [&] { return fs::exists(fs::path(out) / "runs/00001/result.json"); }));
   first.signal(SIGSTOP);
   const auto [code, said] = bench.run(words);
   CHECK(code == 2);
   CHECK(said.find("run 1 is under way in another process") != std::string::npos);
   first.signal(SIGCONT);
-  CHECK(first.wait(120s) == 0);
+  CHECK(first.wait(300s) == 0);
 }
 
 TEST_CASE("a run is repeated from its folder alone, also from a copy, and a difference is told") {

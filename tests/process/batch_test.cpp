@@ -121,9 +121,9 @@ TEST_CASE("a batch that is killed at any moment goes on to the same tables, and 
     tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "2"});
     // at least until there is one more, so that this ends; then at once while a run is in the midst, or some
     // milliseconds later
-    tests::eventually(20s, [&] { return results(out).size() > seen.size() || !batch.running(); });
+    tests::eventually(300s, [&] { return results(out).size() > seen.size() || !batch.running(); });
     if (kills++ % 2 == 0)
-      tests::eventually(20s, [&] { return in_the_midst(out) || !batch.running(); });
+      tests::eventually(300s, [&] { return in_the_midst(out) || !batch.running(); });
     else
       std::this_thread::sleep_for(std::chrono::milliseconds(random() % 50));
     batch.kill();
@@ -151,9 +151,9 @@ TEST_CASE("a batch that the operator stops ends with exit code 3, says what is l
       bench.file(small_labs + "seeds = \"1..4\"\n[set]\nrun.duration_s = 4000\narena.robots = 8\n", "slow.toml");
   tests::Process batch =
       bench.start({"batch", slow.string(), "--out", (bench.folder.path() / "slow").string(), "--jobs", "1"});
-  REQUIRE(tests::eventually(60s, [&] { return fs::exists(bench.folder.path() / "slow/runs/00000/result.json"); }));
+  REQUIRE(tests::eventually(300s, [&] { return fs::exists(bench.folder.path() / "slow/runs/00000/result.json"); }));
   batch.signal(SIGTERM);
-  CHECK(batch.wait(60s) == 3);
+  CHECK(batch.wait(300s) == 3);
   const std::string said = batch.output();
   CAPTURE(said);
   CHECK(said.find("the same command goes on with them") != std::string::npos);
@@ -196,13 +196,13 @@ TEST_CASE("a run whose process is killed is still to be done, the others go on, 
   const fs::path out = bench.folder.path() / "out";
   tests::Process batch = bench.start({"batch", file.string(), "--out", out.string(), "--jobs", "1"});
   int victim = 0;
-  REQUIRE(tests::eventually(60s, [&] {
+  REQUIRE(tests::eventually(300s, [&] {
     const auto result = nlohmann::json::parse(tests::read_file(out / "runs/00001/result.json"), nullptr, false);
     if (result.is_object() && result.value("state", "") == "running") victim = result.at("process").at("pid");
     return victim > 0;
   }));
   ::kill(victim, SIGKILL);
-  CHECK(batch.wait(120s) == 1);
+  CHECK(batch.wait(300s) == 1);
   const std::string said = batch.output();
   CAPTURE(said);
   CHECK(said.find("run 1 (seed 2) did not finish: its process was killed from outside") != std::string::npos);
@@ -236,7 +236,7 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
   const fs::path commands = bench.folder.write(
       "commands.sh", fmt::format(fmt::runtime(script), disk, ARKMESH_PROGRAM, file.string(), kept.string()));
   tests::Process shell("/bin/sh", {"-c", "exec unshare -m sh " + commands.string()}, bench.folder.path() / "shell.txt");
-  REQUIRE(shell.wait(120s) == 0);
+  REQUIRE(shell.wait(300s) == 0);
   const std::string said = shell.output();
   CAPTURE(said);
   const std::size_t half = said.find("half way"), room = said.find("room\n");

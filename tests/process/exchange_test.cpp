@@ -64,15 +64,15 @@ TEST_CASE("by events and mixed, faults of the network in mid-run change nothing"
   for (const auto& overrides : {exchange("event"), exchange("mixed"), exchange("mixed", "gate.down_period_s=6")}) {
     CAPTURE(overrides.front() + " " + overrides.back());
     Exchanging p(overrides);
-    REQUIRE(p.labs.reached("shark", 20, 120s));
+    REQUIRE(p.labs.reached("shark", 20, 300s));
     p.impair({.delay = 10ms, .jitter = 10ms});
-    REQUIRE(p.labs.reached("shark", 40, 120s));
+    REQUIRE(p.labs.reached("shark", 40, 300s));
     p.impair({.corrupt_every = 5000});
-    REQUIRE(p.labs.reached("shark", 60, 120s));
+    REQUIRE(p.labs.reached("shark", 60, 300s));
     p.impair({});
     REQUIRE(p.proxy.counts().corrupted > 0);
     p.proxy.reset();
-    REQUIRE(p.labs.reached("shark", 70, 120s));
+    REQUIRE(p.labs.reached("shark", 70, 300s));
     p.proxy.refuse(true);
     const std::int64_t at = p.labs.period("shark", 100ms);
     REQUIRE(at < 280);  // in mid-run
@@ -89,7 +89,7 @@ TEST_CASE("by events, a gateway killed in mid-run and started again changes noth
   // Proves that no event is lost with the gateway that held it.
   Exchanging p(exchange("event"));
   for (const char* killed : {"roark", "shark"}) {
-    REQUIRE(p.labs.reached("shark", std::string(killed) == "roark" ? 30 : 60, 120s));
+    REQUIRE(p.labs.reached("shark", std::string(killed) == "roark" ? 30 : 60, 300s));
     p.labs.gateway(killed).kill();
     REQUIRE(p.labs.period("shark", 200ms) < 280);
     p.watch(1s);

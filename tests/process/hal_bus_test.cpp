@@ -34,7 +34,7 @@ TEST_CASE("a burst over the network arrives whole and in order") {
   for (std::size_t i = 0; i < 500; ++i) expected.push_back(1000 + i);
   expected.push_back(1'000'000);
   for (std::size_t size : expected) from.publish("test/x", std::vector<std::byte>(size));
-  CHECK(tests::eventually(20s, [&] {
+  CHECK(tests::eventually(300s, [&] {
     to.drain(10ms);
     return sizes.size() >= expected.size();
   }));
@@ -118,7 +118,7 @@ TEST_CASE("a bus that nobody listens to opens no port") {
   CHECK(sockets_on_port() == 0);
   const auto subscription = bus.subscribe("x", [](auto, auto) {});
   bus.publish("x", {});
-  CHECK(bus.drain(60s) == 1);
+  CHECK(bus.drain(300s) == 1);
   CHECK(sockets_on_port() == 1);
 }
 
@@ -144,7 +144,7 @@ TEST_CASE("a handler's exception loses no message of the network") {
     if (++heard == 1) throw std::runtime_error("no good");
   });
   for (int i = 0; i < 3; ++i) bus.publish("x", {});
-  CHECK_THROWS_WITH(bus.drain(60s), "no good");
+  CHECK_THROWS_WITH(bus.drain(300s), "no good");
   CHECK(bus.drain() == 2);
 }
 
@@ -157,8 +157,8 @@ TEST_CASE("drain waits no longer than asked") {
   CHECK(std::chrono::steady_clock::now() - before >= 29ms);
   bus.publish("x", {});
   const auto published = std::chrono::steady_clock::now();
-  CHECK(bus.drain(50s) == 1);
-  CHECK(std::chrono::steady_clock::now() - published < 40s);
+  CHECK(bus.drain(300s) == 1);
+  CHECK(std::chrono::steady_clock::now() - published < 250s);
 }
 
 TEST_CASE("a tap does not take in what it sent out") {
@@ -173,7 +173,7 @@ TEST_CASE("a tap does not take in what it sent out") {
   for (int i = 0; i < 10; ++i) inside.publish("world", {});
   inside.drain();
   other.publish("roark/world", {});
-  CHECK(tests::eventually(20s, [&] {
+  CHECK(tests::eventually(300s, [&] {
     outside.drain(5ms), inside.drain(), other.drain(5ms);
     return foreign == 1 && seen_outside == 11;
   }));

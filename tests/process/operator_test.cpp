@@ -51,7 +51,7 @@ struct UpBench {
     return json.is_object() ? json.value("state", "") : "";
   }
   bool says(const std::string& words) {
-    return tests::eventually(30s, [&] { return up->output().find(words) != std::string::npos || !up->running(); }) &&
+    return tests::eventually(300s, [&] { return up->output().find(words) != std::string::npos || !up->running(); }) &&
            up->output().find(words) != std::string::npos;
   }
   tests::TemporaryFolder folder;
@@ -83,7 +83,7 @@ TEST_CASE("a lab that ends because another one of its group was killed says so")
   const pid_t a = lab_process(bench.file("a"));
   REQUIRE(a > 0);
   ::kill(a, SIGKILL);
-  CHECK(bench.up->wait(60s) == 1);
+  CHECK(bench.up->wait(300s) == 1);
   CHECK(bench.state("b") == "failed");
   const auto result = nlohmann::json::parse(tests::read_file(bench.folder.path() / "out/b/result.json"));
   CHECK(result.at("ended") == "another process of the same arkmesh up has ended");
@@ -92,12 +92,12 @@ TEST_CASE("a lab that ends because another one of its group was killed says so")
 TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
   tests::LabProcesses labs({.labs = {"shark"}, .overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5"}});
   labs.start();
-  REQUIRE(labs.reached("shark", 1, 20s));
+  REQUIRE(labs.reached("shark", 1, 300s));
   const tests::TemporaryFolder folder;
   auto tell = [&, told = 0](const std::string& word, int code) mutable {
     tests::Process process(ARKMESH_PROGRAM, {word, shark_lab, "--set", "bus.url=\"" + labs.bus_url("shark") + "\""},
                            folder.path() / fmt::format("said-{}.txt", ++told));
-    CHECK(process.wait(20s) == code);
+    CHECK(process.wait(300s) == code);
     return process.output();
   };
   CHECK(tell("pause", 0).starts_with("shark paused its robots at period"));
@@ -111,7 +111,7 @@ TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
   before ? ::setenv("XDG_CONFIG_HOME", home.c_str(), 1) : ::unsetenv("XDG_CONFIG_HOME");
   CHECK(labs.lab_output("shark").find("does not prove that this user gave it") != std::string::npos);
   CHECK(tell("stop", 0).starts_with("shark ended at period"));
-  CHECK(labs.lab("shark").wait(10s) == 3);
+  CHECK(labs.lab("shark").wait(300s) == 3);
   CHECK(labs.result("shark", "state") == "stopped");
   CHECK(tell("stop", 1).find("no lab speaks on") != std::string::npos);
 }
@@ -198,7 +198,7 @@ TEST_CASE("up runs labs and gateways as one, and Ctrl-C ends them all with their
   REQUIRE(bench.says("a: a  period"));
   REQUIRE(bench.says("b: b  period"));
   bench.up->signal(SIGINT);
-  CHECK(bench.up->wait(20s) == 3);
+  CHECK(bench.up->wait(300s) == 3);
   CHECK(bench.state("a") == "stopped");
   CHECK_FALSE(somebody_has(bench.folder.path().string()));
 }
@@ -242,8 +242,8 @@ TEST_CASE("up ends with the labs, also with those that another terminal stopped"
   UpBench bench;
   REQUIRE(bench.says("a: a  period"));
   tests::Process stop(ARKMESH_PROGRAM, {"stop", bench.file("b")}, bench.folder.path() / "stop.txt");
-  CHECK(stop.wait(20s) == 0);
-  CHECK(bench.up->wait(30s).value_or(-1) > 0);
+  CHECK(stop.wait(300s) == 0);
+  CHECK(bench.up->wait(300s).value_or(-1) > 0);
   CHECK(bench.up->output().find("lab b has ended with code 3") != std::string::npos);
   CHECK(bench.state("b") == "stopped");
   CHECK(bench.state("a") != "running");
@@ -254,13 +254,13 @@ TEST_CASE("up leaves nobody behind when it is killed") {
   UpBench bench;
   REQUIRE(bench.says("a: a  period"));
   bench.up->kill();
-  CHECK(tests::eventually(20s, [&] { return !somebody_has(bench.file("a")) && !somebody_has(bench.file("b")); }));
+  CHECK(tests::eventually(300s, [&] { return !somebody_has(bench.file("a")) && !somebody_has(bench.file("b")); }));
   CHECK(bench.state("a") == "stopped");
 }
 
 TEST_CASE("up ends the others when a lab is refused") {
   UpBench bench("arena.nonsense=1");
-  CHECK(bench.up->wait(30s) == 2);
+  CHECK(bench.up->wait(300s) == 2);
   CHECK(bench.up->output().find("a: arkmesh: --set arena.nonsense") != std::string::npos);
   CHECK_FALSE(somebody_has(bench.folder.path().string()));
 }

@@ -37,7 +37,7 @@ struct Lab {
   std::string said(int code, const std::vector<std::string>& arguments,
                    const std::string& program = ARKMESH_PROGRAM) const {
     Process process = start(arguments, program);
-    CHECK(process.wait(20s) == code);
+    CHECK(process.wait(300s) == code);
     return process.output();
   }
 };
@@ -52,7 +52,7 @@ bool maps(const Process& process, const std::string& library) {
 }
 
 bool becomes(const Process& process, const std::string& program) {
-  return eventually(20s, [&] { return program_of(process) == program; });
+  return eventually(300s, [&] { return program_of(process) == program; });
 }
 
 TEST_CASE("arkmesh becomes the program that runs the command") {
@@ -62,10 +62,10 @@ TEST_CASE("arkmesh becomes the program that runs the command") {
     const auto& [signal, code] = row;
     CAPTURE(row.first);
     Process gateway = lab.start({"gateway", lab.file.string()});
-    REQUIRE(eventually(20s, [&] { return gateway.output().find("listening") != std::string::npos; }));
+    REQUIRE(eventually(300s, [&] { return gateway.output().find("listening") != std::string::npos; }));
     CHECK(program_of(gateway) == "arkmesh-gateway");
     gateway.signal(signal);
-    CHECK(gateway.wait(10s) == code);
+    CHECK(gateway.wait(300s) == code);
   }
   CHECK(lab.said(2, {"gateway", lab.file.string(), "--set", "gateway.lisen=1"}).find("unknown key") !=
         std::string::npos);
@@ -121,7 +121,7 @@ TEST_CASE("a command's old name answers with the new one") {
 TEST_CASE("an idle gateway is small") {
   const Lab lab;
   Process gateway = lab.start({"gateway", lab.file.string()});
-  REQUIRE(eventually(20s, [&] { return gateway.output().find("listening") != std::string::npos; }));
+  REQUIRE(eventually(300s, [&] { return gateway.output().find("listening") != std::string::npos; }));
   CHECK(maps(gateway, "liblcm"));
   CHECK_FALSE(maps(gateway, "opencv"));
   CHECK_FALSE(maps(gateway, "libode"));
@@ -140,7 +140,7 @@ TEST_CASE("a simulated lab loads no OpenCV") {
                                           "--set", "bus.url=\"udpm://239.255.76.67:7862?ttl=0\""};
   Process simulated = lab.start(words);
   REQUIRE(becomes(simulated, "arkmesh-lab"));
-  REQUIRE(eventually(20s, [&] { return fs::exists(lab.folder.path() / "out" / "config.toml"); }));
+  REQUIRE(eventually(300s, [&] { return fs::exists(lab.folder.path() / "out" / "config.toml"); }));
   CHECK(maps(simulated, "libode"));
   CHECK_FALSE(maps(simulated, "opencv"));
 }
@@ -151,7 +151,7 @@ TEST_CASE("a lab with cameras is run by the program that has them") {
       lab.start({"lab", std::string(ARKMESH_SOURCE_DIR) + "/experiments/dhtf/roark_emulated.toml", "--out",
                  lab.folder.path() / "out", "--set", "bus.url=\"udpm://239.255.76.67:7863?ttl=0\""});
   REQUIRE(becomes(emulators, "arkmesh-testbed"));
-  CHECK(eventually(20s, [&] { return maps(emulators, "opencv"); }));
+  CHECK(eventually(300s, [&] { return maps(emulators, "opencv"); }));
 }
 
 }  // namespace

@@ -32,14 +32,14 @@ tests::Process in_shell(const std::string& command, const fs::path& said) {
 TEST_CASE("a start that is refused leaves no folder, and a run that is there as it is") {
   tests::LabProcesses labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.patience_s=60"}});
   labs.start_lab("shark");
-  REQUIRE(labs.reached("shark", 0, 20s));
+  REQUIRE(labs.reached("shark", 0, 300s));
   CHECK(labs.result("shark", "state") == "running");
   const tests::TemporaryFolder folder;
   auto start = [&, started = 0](const fs::path& out, const std::vector<std::string>& more) mutable {
     std::vector<std::string> words = {"lab", shark_file, "--out", out.string(), "--set", "shared.labs=[\"shark\"]"};
     words.insert(words.end(), more.begin(), more.end());
     tests::Process lab(ARKMESH_PROGRAM, words, folder.path() / fmt::format("said-{}.txt", ++started));
-    CHECK(lab.wait(20s) == 2);
+    CHECK(lab.wait(300s) == 2);
     return lab.output();
   };
   const std::string same_port = "bus.url=\"" + labs.bus_url("shark") + "\"",
@@ -69,7 +69,7 @@ TEST_CASE("a full disk has room for the result") {
                   "{3}; exit $code'",
                   disk, ARKMESH_PROGRAM, shark_file, kept),
       folder.path() / "said.txt");
-  CHECK(run.wait(120s) == 0);
+  CHECK(run.wait(300s) == 0);
   const std::string said = run.output();
   CAPTURE(said);
   CHECK(said.find("recording in") != std::string::npos);  // stopped
@@ -81,11 +81,11 @@ TEST_CASE("a full disk has room for the result") {
 TEST_CASE("a run folder that is removed is said once, and the result is printed") {
   tests::LabProcesses labs({.overrides = {"arena.pace=1.0", "gate.period_s=0.5"}});
   labs.start();
-  REQUIRE(labs.reached("shark", 3, 60s));
+  REQUIRE(labs.reached("shark", 3, 300s));
   fs::remove_all(labs.directory("shark"));
-  REQUIRE(labs.reached("shark", 6, 60s));
+  REQUIRE(labs.reached("shark", 6, 300s));
   labs.lab("shark").signal(SIGTERM);
-  CHECK(labs.lab("shark").wait(10s) == 3);
+  CHECK(labs.lab("shark").wait(300s) == 3);
   const std::string said = labs.lab_output("shark");
   CAPTURE(said);
   const std::size_t first = said.find("the folder was removed");
@@ -100,7 +100,7 @@ TEST_CASE("a result says what it was made with") {
     tests::Process process(ARKMESH_PROGRAM,
                            {"run", shark_file, "--out", (folder.path() / name).string(), "--set", "run.duration_s=2"},
                            folder.path() / "said.txt");
-    CHECK(process.wait(60s) == 0);
+    CHECK(process.wait(300s) == 0);
     return result_of(folder.path() / name / "shark");
   };
   const nlohmann::json first = run("first"), second = run("second");

@@ -74,7 +74,7 @@ TEST_CASE("a gateway killed in mid-run and started again changes nothing") {
   for (const char* killed : {"roark", "shark"}) {
     Held held;
     LabProcesses& labs = held.labs;
-    REQUIRE(labs.reached("shark", 30, 120s));
+    REQUIRE(labs.reached("shark", 30, 300s));
     labs.gateway(killed).kill();
     const std::int64_t at = labs.period("shark", 200ms);
     REQUIRE(at < 300);  // in mid-run
@@ -94,7 +94,7 @@ TEST_CASE("both gateways killed stop all labs; started again they finish the run
   // Proves that the labs share nothing but what goes through their gateways.
   Held held;
   LabProcesses& labs = held.labs;
-  REQUIRE(labs.reached("roark", 30, 120s));
+  REQUIRE(labs.reached("roark", 30, 300s));
   labs.gateway("roark").kill();
   labs.gateway("shark").kill();
   for (const auto until = std::chrono::steady_clock::now() + 2s; std::chrono::steady_clock::now() < until;)

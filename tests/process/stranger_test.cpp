@@ -33,13 +33,13 @@ struct Listening {
         all(bus.subscribe(".*", [this](std::string_view channel, auto) { heard.emplace_back(channel); })) {}
   std::uint64_t refused() { return bus.counters()["refused.stranger"]; }
   bool hears(const std::string& channel) {
-    return eventually(60s, [&] {
+    return eventually(300s, [&] {
       bus.drain(10ms);
       return std::ranges::find(heard, channel) != heard.end();
     });
   }
   bool refuses(std::uint64_t number) {
-    return eventually(60s, [&] { return refused() >= number; });
+    return eventually(300s, [&] { return refused() >= number; });
   }
 };
 

@@ -83,7 +83,7 @@ class FormerRun(unittest.TestCase):
 
     @classmethod
     def arkmesh(cls, *words):
-        done = subprocess.run([ARKMESH, *map(str, words)], capture_output=True, text=True, timeout=300)
+        done = subprocess.run([ARKMESH, *map(str, words)], capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done
         assert "left out" not in done.stderr + done.stdout, done
         return done.stdout

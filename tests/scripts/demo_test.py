@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 import unittest
+import unittest.mock
 
 import run_folder  # noqa: F401  (makes the scripts importable)
 import demo_run
@@ -31,13 +32,13 @@ pathlib.Path({pids!r}, f"{{what}}-{{lab}}").write_text("")
 if what == "gateway":
     if seed == 3:
         sys.exit("arkmesh: gateway.listen: the port is taken")
-    time.sleep(60)
+    time.sleep(600)
 print(f"see it at http://127.0.0.1:8800/#token={{lab}}", file=sys.stderr)
 print(f"{{lab}}  period 1/4  25.0 %  10x  eta 3 s", file=sys.stderr)
 if seed == 2 and lab == "roark":
     sys.exit("arkmesh: lab roark ended early: shark is gone at period 1")
 if seed == 5:
-    time.sleep(60)
+    time.sleep(600)
 if seed == 6:
     while not pathlib.Path({pids!r}, "go-on").exists():
         time.sleep(0.05)
@@ -89,7 +90,8 @@ class Demo(unittest.TestCase):
 
     def test_names_pages_that_are_there(self):
         """Of labs that are done at once no page is named, which would be gone, but how to see the run again; of labs that go on their pages."""
-        run = self.demo(seed=1)
+        with unittest.mock.patch.object(time, "monotonic", lambda: 0.0):  # at once, however slow the machine
+            run = self.demo(seed=1)
         self.assertNotIn("http://", self.said.getvalue())
         self.assertIn(f"arkmesh view {run}\n", self.said.getvalue())
         goes_on = threading.Thread(target=self.until, args=(lambda: "roark at http" in self.said.getvalue() and ((self.folder / "go-on").touch(), True)[1],))
@@ -122,7 +124,7 @@ class Demo(unittest.TestCase):
                 self.addCleanup(demo.kill)
                 self.until(lambda: len(list(self.folder.glob("*-*"))) == 4)
                 demo.send_signal(number)
-                demo.wait(20)
+                demo.wait(300)
                 self.until(lambda: not self.left())
 
     def test_remote_labs_have_the_hash_of_local_ones(self):
@@ -145,28 +147,28 @@ class Demo(unittest.TestCase):
 
     def test_routers_let_nobody_in(self):
         """Of two labs behind routers each reaches the server, and nobody reaches a lab, though it listens."""
-        door = "import socket; door = socket.create_server(('0.0.0.0', 9)); print(flush=True); import time; time.sleep(60)"
-        knock = "import socket; socket.create_connection(('{}', 9), 1.5)"
+        door = "import socket; door = socket.create_server(('0.0.0.0', 9)); print(flush=True); import time; time.sleep(600)"
+        knock = "import socket; socket.create_connection(('{}', 9), {})"
         with joined_networks.networks_behind_routers(["a", "b"]) as (enter, hall), contextlib.ExitStack() as ending:
             for words in (hall, *enter.values()):
                 listener = ending.enter_context(subprocess.Popen([*words, sys.executable, "-c", door], stdout=subprocess.PIPE))
                 ending.callback(listener.kill)
                 listener.stdout.readline()
 
-            def reaches(words, address):
-                return subprocess.run([*words, sys.executable, "-c", knock.format(address)], stderr=subprocess.DEVNULL).returncode == 0
+            def reaches(words, address, patience_s=60):
+                return subprocess.run([*words, sys.executable, "-c", knock.format(address, patience_s)], stderr=subprocess.DEVNULL).returncode == 0
             for number, lab in enumerate("ab", 1):
                 self.assertTrue(reaches(enter[lab], "192.168.1.2"), lab)  # itself
                 self.assertTrue(reaches(enter[lab], joined_networks.HALL), lab)
                 subprocess.run([*hall, "ip", "route", "replace", "192.168.1.0/24", "via", f"10.78.{number}.2"], check=True)
-                self.assertFalse(reaches(hall, "192.168.1.2"), lab)
+                self.assertFalse(reaches(hall, "192.168.1.2", 1.5), lab)
 
     def local_hash(self):
         subprocess.run([PROGRAM, "run", *demo_run.LABS, "--out", self.folder / "local", "--set", "run.duration_s=40"], check=True, capture_output=True)
         return json.loads((self.folder / "local/result.json").read_text())["final_hash"]
 
     def until(self, condition):
-        end = time.monotonic() + 20
+        end = time.monotonic() + 300
         while not condition():
             self.assertLess(time.monotonic(), end, "the deadline has passed")
             time.sleep(0.02)

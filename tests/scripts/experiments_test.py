@@ -48,7 +48,7 @@ class Figures(unittest.TestCase):
         self.scratch = pathlib.Path(scratch.name)
 
     def run_script(self, name, *arguments):
-        return subprocess.run([ROOT / "scripts" / name, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+        return subprocess.run([ROOT / "scripts" / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
 
     def page(self):
         done = self.run_script("figures/experiments", "--runs", self.scratch / "runs", "--out", self.scratch / "docs/page.md")

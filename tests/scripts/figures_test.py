@@ -44,7 +44,7 @@ class Figures(unittest.TestCase):
         self.git("commit", "-qm", "a change")
 
     def run_all(self, *words):
-        return subprocess.run([ROOT / "scripts/figures/all", "--root", self.root, *words], capture_output=True, text=True, timeout=60)
+        return subprocess.run([ROOT / "scripts/figures/all", "--root", self.root, *words], capture_output=True, text=True, timeout=600)
 
     def states(self):
         done = self.run_all("--check")

@@ -44,7 +44,7 @@ def heard(pulses):
 
 def run(*arguments, path=None):
     environment = {"PATH": path} if path else None
-    return subprocess.run(["/usr/bin/python3", SCRIPT, *map(str, arguments)], capture_output=True, text=True, timeout=120, env=environment)
+    return subprocess.run(["/usr/bin/python3", SCRIPT, *map(str, arguments)], capture_output=True, text=True, timeout=600, env=environment)
 
 
 def run_standing(*arguments):

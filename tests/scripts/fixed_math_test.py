@@ -17,7 +17,7 @@ PLAIN = "import math; print([math.sin(0.1 + 1.2345 * i).hex() for i in range(100
 def output(command, without_fma):
     """What a command prints, where the C library may use the CPU's fused multiplication, or is told that there is none."""
     environment = dict(os.environ, GLIBC_TUNABLES="glibc.cpu.hwcaps=-FMA" if without_fma else "")
-    return subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True, timeout=300).stdout
+    return subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True, timeout=600).stdout
 
 
 def hash_of(arguments, without_fma):

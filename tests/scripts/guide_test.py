@@ -17,7 +17,7 @@ class Guide(unittest.TestCase):
         self.folder = pathlib.Path(temporary.name)
 
     def run_it(self, *words, code=0):
-        done = subprocess.run([ARKMESH, *words], cwd=self.folder, capture_output=True, text=True, timeout=120)
+        done = subprocess.run([ARKMESH, *words], cwd=self.folder, capture_output=True, text=True, timeout=600)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done.stdout + done.stderr
 

@@ -28,7 +28,7 @@ class Install(unittest.TestCase):
 
     def run_it(self, *command, code=0, around=WITHOUT_SOURCES):
         command = *around, *command
-        done = subprocess.run(list(map(str, command)), cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(list(map(str, command)), cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=600)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done.stdout + done.stderr
 

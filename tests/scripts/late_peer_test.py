@@ -14,17 +14,16 @@ from campaign_cell import ROBOTS, Cell
 from lab_processes import PROGRAM
 
 PAGE_PORT = 7991
-LOOKED_FOR_S = 10
-ATTEMPTS = 3  # in real time: a machine that stands still for 0.2 s hides the robots from their lab, which then names them again
 
 
-def pictures(seconds):
-    """The different camera pictures that the lab's page gets in this time."""
+def pictures(count):
+    """Different camera pictures that the lab's page gets, until so many have come."""
+    seen, got, end = set(), b"", time.monotonic() + 300
     with page_viewers.join(PAGE_PORT) as page:
-        got, end = b"", time.monotonic() + seconds
-        while time.monotonic() < end:
+        while len(seen) < count and time.monotonic() < end:
             got += page.recv(1 << 16)
-    return set(got.split(b"\xff\xd8\xff")[1:-1])  # where a JPEG begins
+            seen = set(got.split(b"\xff\xd8\xff")[1:-1])  # where a JPEG begins
+    return seen
 
 
 class LatePeer(unittest.TestCase):
@@ -32,15 +31,15 @@ class LatePeer(unittest.TestCase):
         """Every frame from the first on holds everybody, and nothing was withheld; the controller was unplugged and plugged in meanwhile."""
         if not PROGRAM.exists():
             self.skipTest("scripts/build has not been run")
-        for _ in range(ATTEMPTS):
-            frames, counters = self.run_with_late_peer()
-            # the camera is as slow as the lab: now and then a frame has no new picture, which is counted
-            self.assertLessEqual(len(set(range(10)) - {frame.number for frame in frames}), counters.get("arena.frame.no_picture", 0))
-            withheld = [name for name, count in counters.items() if "withheld" in name and count]
-            held = {len(frame.robots) for frame in frames}
-            if held == {ROBOTS} and not withheld:
-                return
-        self.fail(f"in each of {ATTEMPTS} runs; in the last one frames held {sorted(held)} of {ROBOTS} robots, counted: {counters}")
+        frames, counters = self.run_with_late_peer()
+        # the camera is as slow as the lab: now and then a frame has no new picture, which is counted
+        self.assertLessEqual(len(set(range(10)) - {frame.number for frame in frames}), counters.get("arena.frame.no_picture", 0))
+        withheld = [name for name, count in counters.items() if "withheld" in name and count]
+        held = {len(frame.robots) for frame in frames}
+        self.assertEqual(max(held), ROBOTS, counters)
+        # robots are hidden from a lab that has no picture for 0.2 s, as on a machine that stands still: it names them again
+        if not counters.get("arena.poses.lost.no_picture"):
+            self.assertEqual((held, withheld), ({ROBOTS}, []), counters)
 
     def run_with_late_peer(self):
         """The frames and the counters of a run whose peer comes late."""
@@ -48,7 +47,7 @@ class LatePeer(unittest.TestCase):
             cell = Cell("hardware", "waiting at 0", "SIGTERM", pathlib.Path(folder), PROGRAM, "")
             with cell.prepared({"roark": ["view.use=true", f"view.port={PAGE_PORT}"]}):
                 cell.enter_phase()
-                self.assertGreater(len(pictures(LOOKED_FOR_S)), 4)
+                self.assertEqual(len(pictures(5)), 5)
                 self.assertTrue(cell.state().startswith("waiting for shark"), cell.state())
                 cell.tell_emulator("ohc unplug")
                 cell.until(300, lambda: "the overhead controller is gone" in cell.said(), "a controller that is unplugged")

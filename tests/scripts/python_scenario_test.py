@@ -25,7 +25,7 @@ name = "a"
 scenario = "mine.py"
 duration_s = 4
 [scenario]
-answer_s = 2
+answer_s = 600
 [arena]
 use = "null"
 robots = 5
@@ -133,7 +133,7 @@ class PythonScenario(unittest.TestCase):
     def run_it(self, text, *more):
         if text is not None:
             (self.folder / "mine.py").write_text(text)
-        done = subprocess.run(self.command(*more), capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        done = subprocess.run(self.command(*more), capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         return done.returncode, done.stdout + done.stderr
 
     def fails(self, text, *wanted):
@@ -162,8 +162,8 @@ class PythonScenario(unittest.TestCase):
         for line, wanted in (("1 / 0", "mine.py:4: ZeroDivisionError"), ("sys.exit(3)", "mine.py:4: SystemExit"),
                              ("os._exit(3)", "mine.py ended by itself, with exit code 3"),
                              ("os.kill(os.getpid(), signal.SIGKILL)", "mine.py was killed by signal 9"),
-                             ("os.kill(os.getpid(), signal.SIGSTOP)", "mine.py: no answer for 2 s"),
-                             ("time.sleep(100)", "mine.py:4: no answer for 2 s"),
+                             ("os.kill(os.getpid(), signal.SIGSTOP)", "mine.py: no answer for 5 s"),
+                             ("time.sleep(100)", "mine.py:4: no answer for 5 s"),
                              ("lab.tell(lab.seen[:2])", "mine.py:4: ValueError: who is a mask of 5 rows"),
                              ("lab.tell([77])", "mine.py:4: ValueError: robot 77 is none"),
                              ("lab.tell([0], value=numpy.nan)", "mine.py:4: ValueError: value must be whole numbers"),
@@ -174,8 +174,8 @@ class PythonScenario(unittest.TestCase):
                              ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: this arena carries"),
                              ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
             with self.subTest(line):
-                if "1 << 27" in line:  # it takes a busy machine some seconds to say as much
-                    (self.folder / "a.toml").write_text(LAB.replace("answer_s = 2", "answer_s = 40"))
+                # only who hangs is given up soon: a busy machine takes some seconds to answer
+                (self.folder / "a.toml").write_text(LAB.replace("answer_s = 600", f"answer_s = {5 if 'no answer' in wanted else 600}"))
                 self.fails(FRAME + line + "\n", wanted)
                 subprocess.run(["rm", "-r", self.folder / "out"], check=True)
 
@@ -241,7 +241,7 @@ class PythonScenario(unittest.TestCase):
         rows = (self.folder / "out/a/object.csv").read_text().splitlines()[1:]
         self.assertEqual(rows[0], "0.0,0")
         self.assertNotEqual(rows[-1], rows[0])
-        exported = subprocess.run([ARKMESH, "export", self.folder / "out", "--csv"], capture_output=True, text=True, timeout=60)
+        exported = subprocess.run([ARKMESH, "export", self.folder / "out", "--csv"], capture_output=True, text=True, timeout=600)
         self.assertEqual(exported.returncode, 0, exported.stderr)
         raster = (self.folder / "out/export/csv/a/overlay.rasters.csv").read_text().splitlines()
         self.assertIn("grid", raster[1])
@@ -249,13 +249,13 @@ class PythonScenario(unittest.TestCase):
 
     def test_settings_are_listed(self):
         """As keys of a lab's file, with unit, default and range; a file that fails says where."""
-        listed = subprocess.run([ARKMESH, "config", "--keys", ROOT / "experiments/light_up/light_up.py"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        listed = subprocess.run([ARKMESH, "config", "--keys", ROOT / "experiments/light_up/light_up.py"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         self.assertEqual(listed.returncode, 0, listed.stderr)
         self.assertEqual(listed.stdout.count("reach_m"), 1)
         for word in ("scenario.light_up", "0.1", "0.001", "100", "how near, in the shared world"):
             self.assertIn(word, listed.stdout)
         (self.folder / "mine.py").write_text("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    1 / 0\n")
-        failed = subprocess.run([ARKMESH, "config", "--keys", self.folder / "mine.py"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        failed = subprocess.run([ARKMESH, "config", "--keys", self.folder / "mine.py"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         self.assertEqual((failed.returncode, failed.stderr), (2, "arkmesh: mine.py:4: ZeroDivisionError: division by zero\n"))
 
     def test_experiments_show_their_effect(self):
@@ -267,7 +267,7 @@ class PythonScenario(unittest.TestCase):
             for more in ((), ("--set", control.format(name))):
                 out = self.folder / f"{name}{len(counted)}"
                 done = subprocess.run([ARKMESH, "run", *labs, "--seconds", "20", "--seed", "1", "--out", out, *more], capture_output=True,
-                                      text=True, timeout=60, env=ENVIRONMENT)
+                                      text=True, timeout=600, env=ENVIRONMENT)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
                 counted.append(sum(json.loads((out / lab / "result.json").read_text())["counts"].get(count, 0) for lab in "ab"))
             self.assertGreater(counted[0], 0, name)
@@ -278,7 +278,7 @@ class PythonScenario(unittest.TestCase):
         def counted(lab, count, *sets, seed=1):
             out = self.folder / f"kit{len(list(self.folder.iterdir()))}"
             done = subprocess.run([ARKMESH, "run", ROOT / f"experiments/{lab}", "--seed", str(seed), "--out", out, *(part for s in sets for part in ("--set", s))],
-                                  capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+                                  capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             return json.loads((out / "result.json").read_text())["counts"][count]
         short = ("run.duration_s=60", "arena.robots=60")
@@ -306,7 +306,7 @@ class PythonScenario(unittest.TestCase):
         for piece in ("eyes", "crowd", "region", "floor", "towards", "light", "trail", "voices"):
             out = self.folder / piece
             done = subprocess.run([ARKMESH, "run", ROOT / "experiments/pieces/a.toml", "--seconds", "20", "--seed", "1", "--out", out, "--set", f"scenario.pieces.piece={piece}"],
-                                  capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+                                  capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             last = arkmesh.open(out).labs["a"].led[-1]
             self.assertTrue(0 < (last > 0).mean() < 0.9, (piece, last))
@@ -362,7 +362,7 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
         results = []
         for out in ("one", "two"):
             done = subprocess.run([ARKMESH, "run", self.folder / "a.toml", self.folder / "b.toml", "--out", self.folder / out], capture_output=True, text=True,
-                                  timeout=120, env=ENVIRONMENT)
+                                  timeout=600, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             results.append(json.loads((self.folder / out / "result.json").read_text()))
         self.assertEqual(results[0]["final_hash"], results[1]["final_hash"])
@@ -404,7 +404,7 @@ class Mine(arkmesh.Scenario):
         for name, robots in (("a", 5), ("b", 0)):
             (self.folder / f"{name}.toml").write_text(LAB.replace('"a"', f'"{name}"').replace("robots = 5", f"robots = {robots}").replace("duration_s = 4", "duration_s = 40")
                                                       .replace('use = "null"', f'ode.controller = "{ROOT}/tests/programs/labs_random_walk.c"') + '[shared]\nlabs = ["a", "b"]\n')
-        done = subprocess.run([*self.command(), self.folder / "b.toml"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        done = subprocess.run([*self.command(), self.folder / "b.toml"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         said = [(self.folder / f"out/{name}/scenario.log").read_text() for name in "ab"]
         self.assertEqual(said[0], said[1])
@@ -419,7 +419,7 @@ class Mine(arkmesh.Scenario):
                 (self.folder / "mine.py").write_text(f"import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    {piece}\n")
                 for name in ("a", "bb"):
                     (self.folder / f"{name}.toml").write_text(LAB.replace('"a"', f'"{name}"') + '[shared]\nlabs = ["a", "bb"]\n')
-                done = subprocess.run([*self.command(), self.folder / "bb.toml"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+                done = subprocess.run([*self.command(), self.folder / "bb.toml"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(f"scenario.mine.{kind}", done.stdout + done.stderr)
 
@@ -443,7 +443,7 @@ class Mine(arkmesh.Scenario):
         self.assertEqual(code, 0, said)
         for image in self.folder.glob("*.png"):
             image.unlink()
-        again = subprocess.run([ARKMESH, "rerun", self.folder / "out"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        again = subprocess.run([ARKMESH, "rerun", self.folder / "out"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
 
     def test_a_table_that_nobody_asks_for_is_refused(self):
@@ -484,15 +484,15 @@ class Mine(arkmesh.Scenario):
 
     def test_ctrl_c_ends_both_at_once(self):
         """Also while the child computes: the run is stopped, not failed, and no process is left."""
-        (self.folder / "mine.py").write_text(FRAME + f"open({str(self.folder / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(60)\n")
-        with subprocess.Popen(self.command("--set", "scenario.answer_s=50"), env=ENVIRONMENT, stdout=subprocess.PIPE,
+        (self.folder / "mine.py").write_text(FRAME + f"open({str(self.folder / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(600)\n")
+        with subprocess.Popen(self.command("--set", "scenario.answer_s=500"), env=ENVIRONMENT, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT) as lab:
-            until = time.monotonic() + 30
+            until = time.monotonic() + 300
             while not (self.folder / "pid").exists() or not (self.folder / "pid").read_text():
                 self.assertLess(time.monotonic(), until)
                 time.sleep(0.02)
             lab.send_signal(signal.SIGINT)
-            lab.communicate(timeout=20)
+            lab.communicate(timeout=300)
         self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["state"], "stopped")
         with self.assertRaises(ProcessLookupError):
             os.kill(int((self.folder / "pid").read_text()), 0)

@@ -12,7 +12,7 @@ SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
 
 
 def script(name, *arguments):
-    return subprocess.run([SCRIPTS / name, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+    return subprocess.run([SCRIPTS / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
 
 
 class Scripts(unittest.TestCase):

@@ -45,7 +45,7 @@ class Slurm(unittest.TestCase):
         return [PROGRAM, "batch", file, "--out", self.scratch / out, *more]
 
     def batch(self, text, out, *more):
-        return subprocess.run(self.words(text, out, *more), env=self.slurm.environment, capture_output=True, text=True, timeout=300)
+        return subprocess.run(self.words(text, out, *more), env=self.slurm.environment, capture_output=True, text=True, timeout=600)
 
     def tables(self, out):
         return [(self.scratch / out / name).read_text() for name in ("runs.csv", "summary.csv", "effects.csv")]
@@ -102,7 +102,7 @@ class WithoutSlurm(unittest.TestCase):
             file = pathlib.Path(scratch) / "small.toml"
             file.write_text(EXPERIMENT)
             done = subprocess.run([PROGRAM, "batch", file, "--out", pathlib.Path(scratch) / "out", "--slurm", "--set", "arena.use=null"], env=os.environ | {"PATH": scratch},
-                                  capture_output=True, text=True, timeout=120)
+                                  capture_output=True, text=True, timeout=600)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn("install slurm-client", done.stderr)
 

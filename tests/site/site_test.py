@@ -104,7 +104,7 @@ class Site(unittest.TestCase):
             box = driver.find_element("css selector", "input.md-search__input")
             driver.find_element("css selector", "label.md-header__button[for=__search]").click() if not box.is_displayed() else box.click()
             box.send_keys("gate.patience_s")
-            until = time.monotonic() + 30
+            until = time.monotonic() + 300
             while not (found := driver.find_elements("css selector", "a.md-search-result__link")):
                 self.assertLess(time.monotonic(), until, driver.get_log("browser"))
                 time.sleep(0.05)

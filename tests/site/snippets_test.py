@@ -131,7 +131,7 @@ def run(page, programs):
                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         # Whoever still runs beside has a log of its own, and does not hold the pipe.
         try:
-            said, _ = shell.communicate(timeout=300)
+            said, _ = shell.communicate(timeout=600)
         except subprocess.TimeoutExpired as late:
             said = (late.stdout or b"").decode() + "\ntakes more than 300 s"
         finally:

@@ -28,7 +28,7 @@ extern "C" const char* __lsan_default_suppressions() {
 
 namespace {
 
-// Ends a program in which nothing has been asserted for two minutes (twenty, if thorough), and tells how each case
+// Ends a program in which nothing has been asserted for ten minutes (twenty, if thorough), and tells how each case
 // that failed is repeated alone: lines that begin with "again: ", which scripts/test shows last.
 class Watch final : public doctest::IReporter {
  public:
@@ -80,7 +80,7 @@ class Watch final : public doctest::IReporter {
     if (!at_once && now - set_ < std::chrono::seconds(1)) return;
     set_ = now;
 
-    ::alarm(arkmesh::tests::thorough() ? 1200 : 120);
+    ::alarm(arkmesh::tests::thorough() ? 1200 : 600);
   }
   static void hung(int) {
     static constexpr std::string_view why = "\nhung: nothing was asserted for too long\n";

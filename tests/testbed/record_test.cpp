@@ -160,7 +160,7 @@ TEST_CASE("record: a disk that is nearly full ends the pictures only") {
     loose.record->picture(0, noise(64, 48), {});
     loose.record->looked(hal::LabTime{i});
   }
-  CHECK(tests::eventually(std::chrono::seconds(10), [&] { return refused() == 5; }));
+  CHECK(tests::eventually(std::chrono::seconds(300), [&] { return refused() == 5; }));
   loose.record->wrote(std::vector<std::uint8_t>{1, 2, 3});
   loose.record.reset();
   CHECK(says(loose.text("serial.txt"), "wrote 010203"));

@@ -30,9 +30,9 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// Calls `each` until it is true; false after 30 s.
+// Calls `each` until it is true; false after five minutes.
 bool soon(const std::function<bool()>& each) {
-  const auto end = std::chrono::steady_clock::now() + 30s;
+  const auto end = std::chrono::steady_clock::now() + 300s;
   while (!each()) {
     if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(2ms);

@@ -58,7 +58,7 @@ TEST_CASE("people see a URL without its password, and the command that says why 
       "ffprobe 'http://...@127.0.0.1:1/table'";
   // a busy machine asks when the trouble is known already
   CHECK((at_first == "no picture has come yet from http://...@127.0.0.1:1/table" || at_first == later));
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(300);
   while (camera->error().starts_with("no picture") && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   CHECK(camera->error() == later);
@@ -137,7 +137,7 @@ TEST_CASE("a camera that is not there says so and does not block") {
   // the feed does.
   for (const std::string source : {"/dev/video987", "http://127.0.0.1:1/none"}) {
     const auto feed = open_camera(source);
-    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(300);
     while (feed->error().find("no picture has come yet") != std::string::npos &&
            std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();

@@ -35,7 +35,8 @@ TEST_CASE("who guesses tokens waits longer each time and is sent away; who has t
   REQUIRE(bench.counts("refused.token", 6));
   const auto asked = std::chrono::steady_clock::now();
   CHECK(Browser::status(other.ask("POST /token", own, bench.token())) == 204);
-  CHECK_FALSE(wrong.has_answer());
+  // a machine that was away for so long has both to answer
+  CHECK((!wrong.has_answer() || std::chrono::steady_clock::now() - asked >= std::chrono::milliseconds(1500)));
   CHECK(Browser::status(wrong.heard_next()) == 403);
   CHECK(std::chrono::steady_clock::now() - asked >= std::chrono::milliseconds(1500));
 }

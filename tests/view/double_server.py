@@ -61,7 +61,7 @@ class Double:
         ready = threading.Event()
         self.thread = threading.Thread(target=self.run, args=(ready,), daemon=True)
         self.thread.start()
-        ready.wait(10)
+        ready.wait(300)
 
     @property
     def url(self):

@@ -51,7 +51,7 @@ struct Lab {
 
 template <class Condition>
 bool run_until(boost::asio::io_context& io, Condition condition) {
-  const auto deadline = std::chrono::steady_clock::now() + 20s;
+  const auto deadline = std::chrono::steady_clock::now() + 300s;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     io.restart();

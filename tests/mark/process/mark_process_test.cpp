@@ -43,7 +43,7 @@ class SocketOriginal {
   ~SocketOriginal() { close(); }
   bool connect() {
     const sockaddr_in to = loopback();
-    return eventually(60s, [&] {
+    return eventually(300s, [&] {
       close();
       socket_ = ::socket(AF_INET, SOCK_STREAM, 0);
       return ::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
@@ -112,7 +112,7 @@ class Programs {
 // Ticks of an original at 20 times real time, until `condition` or until the other end closes.
 template <class Condition>
 bool tick_until(SocketOriginal& socket, Condition condition) {
-  const auto until = std::chrono::steady_clock::now() + 120s;
+  const auto until = std::chrono::steady_clock::now() + 300s;
   while (!condition()) {
     if (!socket.tick() || std::chrono::steady_clock::now() > until) return false;
     std::this_thread::sleep_for(5ms);
@@ -138,7 +138,7 @@ TEST_CASE("the programs with an original client: both finish, and it is never cl
   CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
   CHECK(stand_in.running());
   socket.close();
-  CHECK(stand_in.wait(60s) == 0);
+  CHECK(stand_in.wait(300s) == 0);
   CHECK(original.sites.size() == 8);
   CHECK(original.cut_reads == 0);
   CHECK(original.most_unread <= 30);
@@ -154,9 +154,9 @@ TEST_CASE("the programs with an original server that is killed: both end by name
   REQUIRE(tick_until(socket, [&] { return original.levels_sent > 60; }));
   socket.close();
   Process& stand_in = programs.of("argos", "mark");
-  CHECK(stand_in.wait(60s) == 1);
+  CHECK(stand_in.wait(300s) == 1);
   CHECK(stand_in.output().find("the original M-ARK server (ARGoS), which is gone") != std::string::npos);
-  CHECK(programs.of("shark", "lab").wait(60s) == 1);
+  CHECK(programs.of("shark", "lab").wait(300s) == 1);
   CHECK(programs.of("shark", "lab").output().find("argos") != std::string::npos);
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("an operator ends the lab, and the original is still not closed on") {
   CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
   CHECK(stand_in.running());
   socket.close();
-  CHECK(stand_in.wait(60s) == 3);
+  CHECK(stand_in.wait(300s) == 3);
 }
 
 TEST_CASE("a stand-in that cannot agree with the original ends with the code of a wrong configuration") {
@@ -186,7 +186,7 @@ TEST_CASE("a stand-in that cannot agree with the original ends with the code of 
   Process& stand_in = programs.of("argos", "mark");
   CHECK(tick_until(socket, [&] { return stand_in.output().find("still runs") != std::string::npos; }));
   socket.close();
-  CHECK(stand_in.wait(60s) == 2);
+  CHECK(stand_in.wait(300s) == 2);
   CHECK(stand_in.output().find("scenario.dhtf.sites = 8") != std::string::npos);
   CHECK(stand_in.output().find("has 6 sites") != std::string::npos);
 }
@@ -210,7 +210,7 @@ TEST_CASE("arkmesh mark says what is wrong with its command line") {
   };
   for (const Case& one : cases) {
     Process process(ARKMESH_PROGRAM, one.arguments, folder.path() / "out.txt");
-    CHECK(process.wait(60s) == one.code);
+    CHECK(process.wait(300s) == one.code);
     CHECK_MESSAGE(process.output().find(one.words) != std::string::npos, process.output());
   }
 }

@@ -275,7 +275,7 @@ TEST_CASE("a compiler that never ends is ended") {
   const std::string child = tests::read_file(user.folder.path() / "child");
   REQUIRE(!child.empty());
   // gone, or waiting for somebody to ask for its end
-  CHECK(tests::eventually(std::chrono::seconds(10), [&] {
+  CHECK(tests::eventually(std::chrono::seconds(300), [&] {
     const std::string state = tests::read_file(fmt::format("/proc/{}/stat", std::stoi(child)));
     return state.empty() || state.find(") Z") != std::string::npos;
   }));

@@ -35,7 +35,7 @@ class NatsServerProcess {
                         << config_ << "\n";
     process_ = std::make_unique<Process>("/usr/sbin/nats-server", std::vector<std::string>{"-c", file.string()},
                                          folder_.path() / "log");
-    REQUIRE_MESSAGE(eventually(std::chrono::seconds(20), [&] { return find_port(); }), process_->output());
+    REQUIRE_MESSAGE(eventually(std::chrono::seconds(300), [&] { return find_port(); }), process_->output());
   }
 
  private:

@@ -43,7 +43,7 @@ void Process::signal(int number) {
 
 void Process::kill() {
   signal(SIGKILL);
-  wait(std::chrono::seconds(10));
+  wait(std::chrono::seconds(300));
 }
 
 bool Process::running() {

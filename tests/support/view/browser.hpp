@@ -21,9 +21,9 @@ namespace arkmesh::tests {
 // What a test does while it waits, so that the server goes on: serves its loop, or steps its labs.
 using Serve = std::function<void()>;
 
-// Until that is so; false after ten seconds.
+// Until that is so; false after five minutes.
 inline bool comes_to(const Serve& serve, const std::function<bool()>& condition,
-                     std::chrono::milliseconds within = std::chrono::seconds(10)) {
+                     std::chrono::milliseconds within = std::chrono::seconds(300)) {
   const auto until = std::chrono::steady_clock::now() + within;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) return false;

@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::chrono::milliseconds deadline = 10s;
+constexpr std::chrono::milliseconds deadline = 300s;
 
 TimePoint now() {
   return std::chrono::steady_clock::now();

@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::chrono::milliseconds guard_deadline = 60s;
+constexpr std::chrono::milliseconds guard_deadline = 300s;
 using GuardKind = hal::FleetCommand::Kind;
 
 // A process that does something and then waits to be killed, with all of its group.
@@ -139,7 +139,8 @@ TEST_CASE("stand guard: where robots were seen to stand it leaves soon, and afte
     ear.listen();
     return port_is_free(listener.port());
   }));
-  CHECK(std::chrono::steady_clock::now() - killed < 10s);  // three when nothing else runs
+  CHECK(std::chrono::steady_clock::now() - killed <
+        50s);  // three when nothing else runs, and a minute for robots that walk
   CHECK(ear.heard.back()[1] == static_cast<std::uint8_t>(PacketType::stop));
 
   Listener other;
