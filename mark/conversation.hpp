@@ -30,8 +30,6 @@ class Conversation {
 
   // Why this lab and the original cannot share a world, with both values; empty when they can.
   const std::string& conflict() const { return conflict_; }
-
- protected:
   void conflict(std::string sentence) {
     if (conflict_.empty()) conflict_ = std::move(sentence);
   }

@@ -32,6 +32,7 @@ std::optional<std::string> DhtfServerConversation::say() const {
 // ---------------------------------------------------------------- the original is the server
 
 void DhtfClientConversation::hear(const Message& message) {
+  if (!is_told_ && message.word != Word::init) return;  // of a world that may be another one
   switch (message.word) {
     case Word::init:
       hear_init(message.text);
@@ -60,10 +61,9 @@ void DhtfClientConversation::hear_init(const std::string& text) {
                     file_, ready_.size(), init->cells.size(), text, init->cells.size()));
   if (init_ && *init != *init_)
     return conflict(
-        fmt::format("{}: the original server was '{}' and came back as '{}': its sites cannot change in a "
-                    "run; start all labs again",
-                    file_, to_text(*init_), text));
+        fmt::format("start all labs again: the original server was '{}' and came back as '{}'", to_text(*init_), text));
   init_ = init;
+  is_told_ = true;
 }
 
 void DhtfClientConversation::hear_accomplished(const std::string& text) {
@@ -74,7 +74,7 @@ void DhtfClientConversation::hear_accomplished(const std::string& text) {
 }
 
 std::optional<std::string> DhtfClientConversation::say() const {
-  if (!init_ || !go_) return std::string(missing_text(flavour_));
+  if (!is_told_ || !go_) return std::string(missing_text(flavour_));
   if (!acked_) return std::string(ack_text(flavour_));
   if (ended_) return to_text('T', std::vector<int>(ready_.size(), 0));
   // A site that it has closed is not ready, whatever boundaries have told so far.
@@ -86,7 +86,7 @@ std::optional<std::string> DhtfClientConversation::say() const {
 // ARGoS may overwrite an acknowledgement before it looks, so that it hears it until it answers. ARK-Qt hears it once:
 // it says nothing while that is the newest that it has heard.
 void DhtfClientConversation::said() {
-  if (!init_ || !go_ || flavour_ == Flavour::argos) return;
+  if (!is_told_ || !go_ || flavour_ == Flavour::argos) return;
   ready_said_ = acked_;
   acked_ = true;
 }

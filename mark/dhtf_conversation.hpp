@@ -43,7 +43,7 @@ class DhtfClientConversation final : public Conversation {
   // `sites`: scenario.dhtf.sites, of `file`.
   DhtfClientConversation(std::size_t sites, Flavour flavour, std::string file)
       : flavour_(flavour), file_(std::move(file)), ready_(sites, 0), inactive_(sites, 0), executed_(sites, 0) {}
-  void came() override { acked_ = ready_said_ = false; }
+  void came() override { is_told_ = acked_ = ready_said_ = false; }
   void gone() override {}
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
@@ -69,6 +69,7 @@ class DhtfClientConversation final : public Conversation {
   std::string file_;
   std::optional<Init> init_;
   bool go_ = false, ended_ = false;
+  bool is_told_ = false;     // Init, on this connection: another server draws other sites
   bool acked_ = false;       // what comes next is T
   bool ready_said_ = false;  // ARK-Qt, since the acknowledgement
   std::vector<int> ready_, inactive_;

@@ -15,6 +15,7 @@ constexpr std::size_t most_to_hear = 4096;    // more than 400 s of ARGoS's time
 constexpr std::uint64_t read_within = 2;      // ticks
 constexpr hal::LabTime quiet_after = 5s;      // as other labs: a peer of which nothing has counted for so long is lost
 constexpr auto ark_qt_reads_each = 250ms;     // it looks each 100 ms
+constexpr std::uint64_t surely = 3;           // NULs behind messages: no accident
 constexpr hal::LabTime frame_period = 100ms;  // of ARK-Qt's lab
 
 }  // namespace
@@ -57,7 +58,7 @@ hal::TimePoint Original::next_service() const {
 void Original::came() {
   hear_waiting();
   splitter_.reset();
-  ticks_ = answered_ = 0;
+  ticks_ = answered_ = unended_ = 0;
   unread_.clear();
   said_.clear();
   said_at_ = {};
@@ -83,6 +84,7 @@ void Original::gone(const std::string& why) {
 }
 
 void Original::heard(std::string_view bytes) {
+  const std::uint64_t before = ticks_;
   for (Message& message : splitter_.feed(bytes)) {
     ++ticks_;
     counters_.add("mark.messages_heard");
@@ -93,10 +95,19 @@ void Original::heard(std::string_view bytes) {
       continue;
     }
     to_hear_.push_back(std::move(message));
+    most_behind_ = std::max(most_behind_, behind());
     if (to_hear_.size() <= most_to_hear) continue;
     to_hear_.pop_front();
     counters_.add("mark.dropped.too_far_ahead");
+    conversation_.conflict(
+        fmt::format("start all labs again, the original slower: lab time came to be more than {} s behind {}, whose "
+                    "ticks were lost",
+                    std::chrono::duration<double>(most_behind_).count(), name()));
   }
+  unended_ = ticks_ == before ? unended_ + bytes.size() : 0;
+  if (splitter_.nuls() >= surely)
+    conversation_.conflict(
+        fmt::format("{} ends its messages with NUL, so it is ARGoS: set mark.flavour = \"argos\"", name()));
 }
 
 void Original::hear(const Message& message) {
@@ -168,7 +179,9 @@ bool Original::may_say(std::size_t size) {
 void Original::say() {
   if (!link_->up()) return;
   const bool argos = settings_.flavour == Flavour::argos;
-  if (argos && ticks_ == answered_) return;  // one for each of its ticks at most
+  // One for each of its own: what it has not read it would take together with the next, and ARK-Qt would die of that.
+  // ARK-Qt says nothing before the first, and answers no acknowledgement.
+  if (ticks_ == answered_ && (argos || !(said_.empty() || said_ == ack_text(Flavour::ark_qt)))) return;
   const hal::TimePoint now = wall_.now();
   if (!argos && now - said_at_ < ark_qt_reads_each) return;
   const std::optional<std::string> text = conversation_.say();
@@ -196,8 +209,13 @@ std::string Original::name() const {
 
 std::string Original::absence() const {
   if (quiet())
-    return fmt::format("{}, which is connected and has said nothing for {} s", name(),
-                       std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count());
+    return fmt::format(
+        "{}, which is connected and has said nothing for {} s{}", name(),
+        std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count(),
+        unended_ == 0
+            ? ""
+            : fmt::format(" but {} bytes without an end, which is NUL of ARGoS and none of ARK-Qt (mark.flavour)",
+                          unended_));
   if (link_->up()) return {};
   const std::string error = link_->error();
   if (away_since_) return fmt::format("{}, which is gone: {}", name(), error);

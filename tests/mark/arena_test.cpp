@@ -78,6 +78,7 @@ TEST_CASE("an original that is there and says nothing that it may say is waited 
   CHECK(arena.waiting_for().empty());  // it may only be slow
   wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
   CHECK(arena.waiting_for().find("which is connected and has said nothing for 5 s") != std::string::npos);
+  CHECK(arena.waiting_for().find("for 5 s but 88 bytes without an end") != std::string::npos);
   CHECK(arena.waiting_for().find("an original without NUL bytes is ARK-Qt (mark.flavour)") != std::string::npos);
   link.events->heard(std::string("\0T00000000\0", 11));
   CHECK(arena.waiting_for().empty());

@@ -91,6 +91,9 @@ TEST_CASE("argos: what waits for its time is bounded") {
   CHECK_FALSE(bench.original.reached(100ms));
   bench.hear(times(5000, nul("A00")));
   CHECK(bench.counters["mark.dropped.too_far_ahead"] == 5000 - 4096);
+  CHECK(talk.conflict() ==
+        "start all labs again, the original slower: lab time came to be more than 409.7 s behind the original M-ARK "
+        "server (ARGoS), whose ticks were lost");
 }
 
 TEST_CASE("argos: what it cannot read at once is not sent") {
