@@ -95,17 +95,21 @@ void Original::heard(std::string_view bytes) {
       continue;
     }
     to_hear_.push_back(std::move(message));
-    most_behind_ = std::max(most_behind_, behind());
+    if (const hal::LabTime behind = static_cast<std::int64_t>(to_hear_.size()) * settings_.period;
+        behind >= 2 * behind_) {
+      behind_ = behind;
+      counters_.set("mark.behind_s", static_cast<std::uint64_t>(behind_ / 1s));
+      spdlog::warn("lab time is {} s behind {}, which hears of tasks so late: slow it down", behind_ / 1s, name());
+    }
     if (to_hear_.size() <= most_to_hear) continue;
     to_hear_.pop_front();
     counters_.add("mark.dropped.too_far_ahead");
     conversation_.conflict(
-        fmt::format("start all labs again, the original slower: lab time came to be more than {} s behind {}, whose "
-                    "ticks were lost",
-                    std::chrono::duration<double>(most_behind_).count(), name()));
+        fmt::format("start all labs again, the original slower: lab time is more than {} s behind {}",
+                    most_to_hear * settings_.period / 1s, name()));
   }
   unended_ = ticks_ == before ? unended_ + bytes.size() : 0;
-  if (splitter_.nuls() >= surely)
+  if (splitter_.counters()["mark.refused.nul"] >= surely)
     conversation_.conflict(
         fmt::format("{} ends its messages with NUL, so it is ARGoS: set mark.flavour = \"argos\"", name()));
 }
@@ -209,13 +213,9 @@ std::string Original::name() const {
 
 std::string Original::absence() const {
   if (quiet())
-    return fmt::format(
-        "{}, which is connected and has said nothing for {} s{}", name(),
-        std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count(),
-        unended_ == 0
-            ? ""
-            : fmt::format(" but {} bytes without an end, which is NUL of ARGoS and none of ARK-Qt (mark.flavour)",
-                          unended_));
+    return fmt::format("{}, which is connected and has said nothing for {} s{}", name(),
+                       std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count(),
+                       unended_ == 0 ? "" : fmt::format(" but {} bytes without an end (mark.flavour)", unended_));
   if (link_->up()) return {};
   const std::string error = link_->error();
   if (away_since_) return fmt::format("{}, which is gone: {}", name(), error);

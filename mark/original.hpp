@@ -40,9 +40,6 @@ class Original final : private Link::Events {
   // Whether its time is at lab time t > 0: what it said until then has been heard. The first call begins lab time; what
   // it said before has no time.
   bool reached(hal::LabTime t);
-  // How far lab time is behind it (ARGoS), and was at most.
-  hal::LabTime behind() const { return static_cast<std::int64_t>(to_hear_.size()) * settings_.period; }
-  hal::LabTime most_behind() const { return most_behind_; }
   // Of ARGoS, on its first connection: how many of its ticks came before lab time began.
   std::uint64_t ticks_before() const { return ticks_before_; }
   // From now on its time does not matter: everything is heard as it comes.
@@ -91,9 +88,9 @@ class Original final : private Link::Events {
   std::deque<Message> to_hear_;  // of ticks to come
   std::uint64_t ticks_ = 0;      // messages that came on this connection
   std::uint64_t ticks_before_ = 0;
-  std::uint64_t answered_ = 0;  // of these, when something was sent last
-  std::size_t unended_ = 0;     // bytes that came since
-  hal::LabTime most_behind_{0};
+  std::uint64_t answered_ = 0;      // of these, when something was sent last
+  std::size_t unended_ = 0;         // bytes that came since
+  hal::LabTime behind_{1'000'000};  // how far lab time was behind it when that was said last (ARGoS)
   std::deque<Unread> unread_;
   std::string said_;                       // last, on this connection
   hal::TimePoint said_at_{}, heard_at_{};  // the latter: it came, or said something that it may say

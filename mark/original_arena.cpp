@@ -1,7 +1,6 @@
 #include "mark/original_arena.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,7 +28,6 @@ OriginalArena::OriginalArena(OriginalParts parts, const lab::RunConfig& run, hal
       side_m_(parts.settings.side_m),
       on_lost_(run.on_peer_lost),
       patience_(run.patience),
-      behind_said_(run.period / 2),
       wall_(wall),
       original_(parts.settings, parts.role, parts.grammar, *conversation_, std::move(parts.link),
                 run.on_peer_lost == OnPeerLost::go_on ? Original::Away::goes_on : Original::Away::stands_still,
@@ -49,11 +47,6 @@ OriginalArena::OriginalArena(OriginalParts parts, const lab::RunConfig& run, hal
 void OriginalArena::serve() {
   original_.serve();
   for (const auto& [name, total] : original_.refusals().all()) counters_.set(name, total);
-  if (original_.most_behind() < 2 * behind_said_) return;
-  behind_said_ = original_.most_behind();
-  counters_.set("mark.most_behind_ms", static_cast<std::uint64_t>(behind_said_ / 1ms));
-  spdlog::warn("lab time is {} s behind {}, which hears of tasks so late: slow it down, or take a longer gate.period_s",
-               std::chrono::duration<double>(behind_said_).count(), original_.name());
 }
 
 bool OriginalArena::advance_to(hal::LabTime t) {
@@ -100,7 +93,6 @@ void OriginalArena::make_frame(hal::LabTime t) {
 }
 
 std::string OriginalArena::waiting_for() const {
-  if (!original_.up()) return original_.absence();
   std::string what = original_.absence();
   if (!original_.up()) return what;
   if (!conversation_->may_begin())

@@ -56,7 +56,6 @@ class OriginalArena final : public hal::Arena {
   const double side_m_;
   const lab::RunConfig::OnPeerLost on_lost_;
   const std::chrono::microseconds patience_;
-  hal::LabTime behind_said_;  // said again when it has doubled; at first beyond a period
   hal::WallTime& wall_;
   hal::Counters counters_;
   hal::ArenaInfo info_;

@@ -85,7 +85,7 @@ Settings read_settings(const hal::Config& config, const lab::RunConfig& run, Rol
   if (s.read_bytes == 0) s.read_bytes = !argos ? 2047 : experiment == Experiment::dhtf ? 30 : 2000;
   if (experiment == Experiment::cre && !argos)
     mark.refuse("flavour",
-                "knows no CRE with positions, and run.scenario is \"cre\": the published CRE is ARGoS's only");
+                "knows no CRE with positions, and run.scenario is \"cre\"; the branch that has them is not read");
   check_address(mark, s);
   check_arena(root, s);
   check_period(root, run, s);

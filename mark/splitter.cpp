@@ -145,7 +145,7 @@ std::size_t Splitter::take(std::vector<Message>& out) {
     counters_.add("mark.refused_bytes");
     return 1;
   }
-  if (first == '\0') ++nuls_;
+  if (first == '\0') return skip("nul", 1, "ends a message, as ARGoS does (mark.flavour)");
   if (!begins) return skip("unknown", 1, "begins no message of it");
   if (first == levels_first_) return take_levels(out);
   return first == 'I' ? take_init(out) : take_fixed(out);

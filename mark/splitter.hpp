@@ -34,8 +34,6 @@ class Splitter {
   const hal::Counters& counters() const { return counters_; }
   // What was wrong with the newest refused bytes, for people; empty when there were none.
   const std::string& newest_refusal() const { return newest_refusal_; }
-  // Of a text without ends: NULs behind messages.
-  std::uint64_t nuls() const { return nuls_; }
   // Bytes of a message that is not complete.
   std::size_t waiting() const { return rest_.size(); }
 
@@ -59,7 +57,6 @@ class Splitter {
   std::size_t longest_ = 0;
   std::string rest_;
   bool skipping_ = false;  // until the next NUL, or letter
-  std::uint64_t nuls_ = 0;
   hal::Counters counters_;
   std::string newest_refusal_;
 };
