@@ -24,7 +24,8 @@ InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double 
     : settings_(settings),
       grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots),
       chance_(seed, lab + "/ode/infrared"),
-      reach_(settings, lab, seed) {
+      reach_(settings, lab, seed),
+      pairs_(robots) {
   ears_.resize(index(robots));
 }
 
@@ -186,6 +187,7 @@ void InfraredMedium::send(const Message& message) {
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(on_air_.size()), end_us = at_us + message_us;
   const bool good_crc = message.crc == message_crc(message);
   if (!good_crc) ++totals_.bad_crc;
+  if (message.type > 127) ++totals_.for_firmware;
   ears_[index(robot)].sends_until_us = end_us;
 
   const std::size_t first_listener = listeners_.size();
@@ -194,6 +196,7 @@ void InfraredMedium::send(const Message& message) {
   const std::span<const int> near = grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_);
   const bool same_for_all = reach_.same_for_all();
   if (!same_for_all) share_left_.resize(ears_.size(), 1);
+  const bool looks = pairs_.sends(robot, at_us);
   for (const int listener : near) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) continue;
@@ -203,6 +206,7 @@ void InfraredMedium::send(const Message& message) {
       left = reach_.share_left(robot, listener, world, near);
       if (distance > reach_.of_pair_m(robot, listener) * left) continue;
     }
+    if (looks) pairs_.reaches(listener);
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
     // a receiver stays with the message that it has begun, and loses it: every pulse above one threshold counts
@@ -254,6 +258,7 @@ void InfraredMedium::finish(const Sending& sending) {
     const DistanceReadings readings = readings_at(distance);
     reception.low_gain = readings.low_gain;
     reception.high_gain = readings.high_gain;
+    pairs_.hears(sending.robot, listener);
     ++totals_.received;
   }
 }

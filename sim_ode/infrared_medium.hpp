@@ -12,6 +12,7 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
+#include "sim_ode/deaf_pairs.hpp"
 #include "sim_ode/host/turns/reception.hpp"
 #include "sim_ode/host/turns/send_timer.hpp"
 #include "sim_ode/infrared_reach.hpp"
@@ -58,12 +59,14 @@ class InfraredMedium {
 
   struct Totals {
     std::uint64_t sent = 0, received = 0;
-    std::uint64_t bad_crc = 0;     // messages sent with a wrong checksum: nobody hears them
-    std::uint64_t spoiled = 0;     // receptions lost to another sender
-    std::uint64_t lost = 0;        // receptions lost by chance
-    std::uint64_t backed_off = 0;  // attempts put off because somebody else's light was sensed
+    std::uint64_t bad_crc = 0;       // messages sent with a wrong checksum: nobody hears them
+    std::uint64_t for_firmware = 0;  // messages sent of types above 127, which no program hears
+    std::uint64_t spoiled = 0;       // receptions lost to another sender
+    std::uint64_t lost = 0;          // receptions lost by chance
+    std::uint64_t backed_off = 0;    // attempts put off because somebody else's light was sensed
   };
   const Totals& totals() const { return totals_; }
+  DeafPairs::Totals pairs() const { return pairs_.totals(); }
 
  private:
   struct Sending {
@@ -117,8 +120,9 @@ class InfraredMedium {
   std::vector<std::uint32_t> counting_;
   std::vector<int> retrying_;
   const OverheadSource* source_ = nullptr;  // none: the arena's own composites
-  std::deque<std::int64_t> overhead_us_;    // starts of the controller's latest packets
-  std::vector<Reception> unsorted_;         // of this tick
+  DeafPairs pairs_;
+  std::deque<std::int64_t> overhead_us_;  // starts of the controller's latest packets
+  std::vector<Reception> unsorted_;       // of this tick
   std::vector<std::uint32_t> first_of_;
   Totals totals_;
 };

@@ -58,6 +58,7 @@ class OdeArena final : public SimulatedArena {
         overhead_(settings_, info_, world_, infrared_, options.overhead, lab, seed, counters_) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (settings.leave_failed) host_.leave_failed_robots();
+    host_.hear_overhead_at(settings.air.overhead_distance_m);
     std::vector<float> gains;
     for (const RobotProfile& robot : motors_.profiles()) gains.push_back(static_cast<float>(robot.infrared_gain));
     infrared_.set_gains(std::move(gains));
@@ -154,6 +155,10 @@ class OdeArena final : public SimulatedArena {
     counters_.set("infrared.sent", air.sent);
     counters_.set("infrared.received", air.received);
     counters_.set("infrared.refused.crc", air.bad_crc);
+    counters_.set("infrared.refused.type", air.for_firmware);
+    const DeafPairs::Totals pairs = infrared_.pairs();
+    counters_.set("infrared.pairs.in_reach", pairs.in_reach);
+    counters_.set("infrared.pairs.deaf", pairs.deaf);
     counters_.set("infrared.lost.spoiled", air.spoiled);
     counters_.set("infrared.lost.chance", air.lost);
     counters_.set("infrared.backed_off", air.backed_off);

@@ -50,6 +50,8 @@ void Settings::fields(const hal::Section& ode) {
   ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "x, y of each lamp"});
   ode.field("light_noise", light_noise, {{0, 1023}, "", "ambient light is read wrong by up to so much, of 1023"});
   ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "a robot's clock is off by up to this share"});
+  ode.field("send_spread", send_spread,
+            {{0, 0.025}, "", "the time between two messages of a robot is off by up to this share, each time anew"});
   ode.field("composite_s", composite, {{0.005, 60}, "s", "time between two composites of the overhead controller"});
   ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
   ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});

@@ -27,6 +27,14 @@ std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, c
   return out;
 }
 
+std::vector<SendTimer> make_timers(const std::vector<RobotProfile>& profiles, const std::string& lab,
+                                   std::uint64_t seed) {
+  std::vector<SendTimer> out;
+  for (const RobotProfile& robot : profiles)
+    out.emplace_back(robot.send_spread, hal::RandomStream(seed, lab + "/ode/send_timer", out.size()));
+  return out;
+}
+
 bool clocks_differ(const std::vector<RobotProfile>& profiles) {
   return std::ranges::any_of(profiles, [](const RobotProfile& robot) { return robot.clock_slow != 0; });
 }
@@ -41,7 +49,7 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
       bodies_(robots, motors, leds, std::move(sensors), lab, seed, ids),
       memory_(program_->abi().begin, program_->first_memory(), robots),
       turns_(program_->abi(), memory_, bodies_, *guard_, make_clocks(motors.profiles(), lab, seed),
-             clocks_differ(motors.profiles()), program_->text()) {
+             make_timers(motors.profiles(), lab, seed), clocks_differ(motors.profiles()), program_->text()) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);
   for (int i = 0; i < robots; ++i) {

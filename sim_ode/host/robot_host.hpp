@@ -56,6 +56,8 @@ class RobotHost {
   bool powered(int robot) const { return turns_.firmware(robot).state() != Firmware::State::off; }
   // As Turns::nothing_is_repeated().
   void nothing_is_repeated() { turns_.nothing_is_repeated(); }
+  // As Turns::hear_overhead_at().
+  void hear_overhead_at(double distance_m) { turns_.hear_overhead_at(distance_m); }
   // As in the robot's EEPROM.
   std::uint16_t id_of(int robot) const;
   const BootLoader& loader(int robot) const { return turns_.loader(robot); }

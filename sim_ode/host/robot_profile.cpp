@@ -114,6 +114,7 @@ std::vector<RobotProfile> draw_profiles(const DriveSettings& settings, int robot
     robot.dead_duty = settings.dead_duty;
     robot.start_duty = settings.start_duty;
     robot.clock_slow = clock.uniform(-settings.clock_spread, settings.clock_spread);
+    robot.send_spread = settings.send_spread;
     if (settings.ir_gain_spread > 0) robot.infrared_gain = std::max(0.0, 1 + settings.ir_gain_spread * gain.normal());
   }
   return out;

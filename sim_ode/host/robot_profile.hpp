@@ -30,6 +30,7 @@ struct RobotProfile {
   double charge = 1;                              // of its battery, share of a full one
   double led_bearing_rad = hal::kilobot::led_bearing_rad;
   double clock_slow = 0;     // share by which its clock is slow; negative: fast
+  double send_spread = 0;    // share by which the time between two of its messages is off at most
   double infrared_gain = 1;  // of the reach of what it sends
 };
 

@@ -80,7 +80,9 @@ class Firmware {
   bool talks() const { return runs() && has_setup_ && !starts_; }
   // Its send timer is due. `period` in timer counts.
   bool due(std::uint16_t period) const { return send_clock_ > period && talks(); }
-  void has_sent() { send_clock_ = 0; }
+  // The next message is due so many ticks later than its period says: -1, 0 or 1.
+  void has_sent(int later = 0) { send_clock_ = static_cast<std::uint16_t>(-static_cast<int>(counts_per_tick) * later); }
+  std::int64_t since_sent_us() const { return send_clock_ * hal::kilobot::tick_us / counts_per_tick; }
 
   // The program may have changed its LED in kilo_message_rx. Where no program runs, the main loop shows the state
   // again: in state idle when it comes round, every 201 ms.

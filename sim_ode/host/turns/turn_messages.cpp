@@ -31,20 +31,19 @@ bool Turns::deliver_next() {
   if ((!overhead && !infrared) || firmware.resets()) return false;
 
   const Message* message;
-  std::int16_t low = 0, high = 0;
+  DistanceReadings readings = overhead_;
   if (infrared && (!overhead || inbox_->infrared[next_infrared_].at_us < inbox_->overhead[next_overhead_].at_us)) {
     const Reception& reception = inbox_->infrared[next_infrared_++];
     message = &reception.message;
-    low = reception.low_gain;
-    high = reception.high_gain;
+    readings = {reception.low_gain, reception.high_gain};
   } else {
     message = &inbox_->overhead[next_overhead_++].message;
   }
 
   // one buffer for all messages, as on the robot
   std::memcpy(abi_.rx_message, message, sizeof *message);
-  abi_.rx_distance[0] = low;
-  abi_.rx_distance[1] = high;
+  abi_.rx_distance[0] = readings.low_gain;
+  abi_.rx_distance[1] = readings.high_gain;
   if (message->type > 127 || firmware.state() == Firmware::State::loader) {
     hear(*message);
   } else if (*abi_.rx) {
@@ -89,7 +88,8 @@ void Turns::ask_for_message() {
       return;
     }
     if (*abi_.tx_success) (*abi_.tx_success)();
-    cells_[index(robot_)].firmware.has_sent();
+    Firmware& firmware = cells_[index(robot_)].firmware;
+    firmware.has_sent(timers_[index(robot_)].move(clocks_[index(robot_)].at_us, firmware.since_sent_us()));
   });
 }
 

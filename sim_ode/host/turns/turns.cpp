@@ -6,7 +6,6 @@
 #include <new>
 #include <utility>
 
-#include "sim_ode/host/turns/distance_readings.hpp"
 #include "sim_ode/host/turns/robot_services.hpp"
 
 namespace arkmesh::sim_ode {
@@ -23,7 +22,7 @@ void call(void (*function)(void)) {
 Turns* Turns::running_ = nullptr;
 
 Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
-             std::vector<RobotClock> clocks, bool clocks_differ, ProgramText* text)
+             std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ, ProgramText* text)
     : abi_(program),
       memory_(memory),
       bodies_(bodies),
@@ -34,6 +33,7 @@ Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& b
       waits_(clocks.size()),
       loaders_(clocks.size()),
       clocks_(std::move(clocks)),
+      timers_(std::move(timers)),
       clocks_differ_(clocks_differ) {
   *abi_.host = RobotServices::all(text != nullptr);
 }
@@ -158,7 +158,8 @@ void Turns::worker() {
   if (!cell.context) main_loop(cell);
   cell.firmware.count(beats_);
   const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
-  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period)) offers_.push_back({robot_, clocks_[i].at_us});
+  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period))
+    offers_.push_back({robot_, timers_[i].at_us(clocks_[i].at_us)});
   memory_.copy_out(robot_);
 }
 

@@ -10,6 +10,7 @@
 #include "sim_ode/host/programs/program_text.hpp"
 #include "sim_ode/host/robot_bodies.hpp"
 #include "sim_ode/host/turns/boot_loader.hpp"
+#include "sim_ode/host/turns/distance_readings.hpp"
 #include "sim_ode/host/turns/fault_guard.hpp"
 #include "sim_ode/host/turns/firmware.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
@@ -26,7 +27,7 @@ class Turns {
   // Everything given outlives the turns. One clock for each robot; they are run when they differ. `text` is null when
   // nobody listens to what programs print.
   Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
-        std::vector<RobotClock> clocks, bool clocks_differ, ProgramText* text);
+        std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ, ProgramText* text);
   Turns(const Turns&) = delete;
   Turns& operator=(const Turns&) = delete;
 
@@ -59,6 +60,8 @@ class Turns {
   // From now on a robot in deep sleep hears only what is on the air when it wakes. Else a fleet command is taken to be
   // repeated until everybody has heard it.
   void nothing_is_repeated() { repeats_ = false; }
+  // What robots measure of the overhead controller's light from now on.
+  void hear_overhead_at(double distance_m) { overhead_ = readings_at(distance_m); }
 
   // A program that waits in a call of `loop` that has lasted for long.
   struct Wait {
@@ -131,7 +134,9 @@ class Turns {
   std::vector<Wait> waits_;
   std::vector<BootLoader> loaders_;
   std::vector<RobotClock> clocks_;
+  std::vector<SendTimer> timers_;
   bool clocks_differ_, repeats_ = true;
+  DistanceReadings overhead_{};
   std::vector<Offer> offers_;
   std::vector<int> resets_;
 

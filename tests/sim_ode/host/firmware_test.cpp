@@ -186,6 +186,22 @@ TEST_CASE("firmware: boot loader") {
   CHECK(robot.firmware.resets());
 }
 
+TEST_CASE("firmware: a message sooner or later") {
+  // A message that is due a tick later or sooner than its period says comes after 17 or 15 ticks.
+  for (const int later : {-1, 0, 1}) {
+    Robot robot;
+    robot.hear(type_run);
+    robot.firmware.setup_is_done();
+    robot.firmware.has_sent(later);
+    int ticks = 0;
+    do {
+      robot.firmware.count(1);
+      ++ticks;
+    } while (!robot.firmware.due(3906));
+    CHECK(ticks == 16 + later);
+  }
+}
+
 TEST_CASE("firmware: send timer") {
   // Due every 16 ticks while its loop has turns; counts on, and wraps, while it has none.
   Robot robot;

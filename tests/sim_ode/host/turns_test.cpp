@@ -55,8 +55,8 @@ struct Robots {
         leds(robots),
         bodies(robots, motors, leds, {}, "shark", 1, {}),
         memory(reinterpret_cast<char*>(&now), first, robots),
-        turns(program(), memory, bodies, *guard, std::vector<RobotClock>(static_cast<std::size_t>(robots)), false,
-              nullptr) {
+        turns(program(), memory, bodies, *guard, std::vector<RobotClock>(static_cast<std::size_t>(robots)),
+              std::vector<SendTimer>(static_cast<std::size_t>(robots), SendTimer(0, {1, "send"})), false, nullptr) {
     for (int i = 0; i < robots; ++i) CHECK(turns.boot(i).kind == Fault::Kind::left);
   }
   static const arkmesh_program& program() {
