@@ -203,7 +203,7 @@ class Cell:
             self.link.mend()
 
     def tell_emulator(self, line):
-        with socket.create_connection(("127.0.0.1", CONTROL), timeout=10) as port:
+        with socket.create_connection(("127.0.0.1", CONTROL), timeout=300) as port:
             port.sendall(line.encode() + b"\n")
             return port.makefile().readline().strip()
 
@@ -235,7 +235,7 @@ class Cell:
                     self.problems.append(f"{lab} has not ended {self.limit_s(wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
             time.sleep(0.02)
         if still is not None:
-            self.until(30, lambda: self.emulator_time_s() > still + STAND_WITHIN_S + 2.5, "the emulator's time")
+            self.until(300, lambda: self.emulator_time_s() > still + STAND_WITHIN_S + 2.5, "the emulator's time")
             self.judge_stillness(still)
 
     def judge_stillness(self, end_s):
@@ -312,7 +312,7 @@ class Cell:
         time.sleep(0.5)
         self.process().send_signal(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self.process().wait(20)
+            self.process().wait(300)
         self.labs.processes["lab", "roark"] = killed
         state = self.result_of("roark").get("state", "no result")
         if state != "killed" and not (state == "finished" and self.promise.may_be_finished):

@@ -273,7 +273,7 @@ class LinkCell(LinkFaults, Cell):
 
         def flows():
             return [self.marks.first_after(way, returned) for way in (("shark", "roark"), ("roark", "shark"))]
-        self.until(60, lambda: all(flows()), "data after the path's return")
+        self.until(300, lambda: all(flows()), "data after the path's return")
         flowed, late_s = max(flows()) - returned, self.late_s()
         self.figures["flows_s"] = round(flowed, 2)
         if flowed - late_s > (limit := SERVER_FLOWS_S if self.kind == "nats" else FLOWS_S + (STARTS_S if "killed" in self.fault else 0)):
@@ -296,7 +296,7 @@ class LinkCell(LinkFaults, Cell):
             return {f"{lab}.{name}": self.count(lab, name, began) for lab, views in list(self.views.items()) for name in dict(views[-1][2])
                     if re.fullmatch(pattern, f"{lab}.{name}") and self.count(lab, name, began) > 0}
         with contextlib.suppress(Failed):
-            self.until(10, grown, "")
+            self.until(60, grown, "")
         self.figures["counter"] = ", ".join(f"{name} {number}" for name, number in sorted(grown().items()))
         if not grown():
             self.problems.append(f"no counter /{pattern}/ grew")
@@ -332,8 +332,8 @@ class LinkCell(LinkFaults, Cell):
                 if not self.lives():
                     raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
                 threading.Thread(target=self.slow_labs, daemon=True).start()
-                self.until(60, lambda: all(self.is_up(*pair) for pair in (("shark", "roark"), ("roark", "shark"), ("lynx", "shark"))), "the links")
-                self.until(60, lambda: len(self.marks.came) >= 4, "data on each way")
+                self.until(300, lambda: all(self.is_up(*pair) for pair in (("shark", "roark"), ("roark", "shark"), ("lynx", "shark"))), "the links")
+                self.until(300, lambda: len(self.marks.came) >= 4, "data on each way")
                 time.sleep(1)
                 self.began, self.delays = time.monotonic(), self.run_delays()
                 returned = self.do_fault()

@@ -77,7 +77,7 @@ class LinkFaults:
             self.link.pace = 0
         elif fault.startswith("clock"):
             self.clock.write_text("3600" if fault.endswith("ahead") else "-3600")
-            self.until(60, lambda: abs(self.views["shark"][-1][3]["roark"]) > 3500, "the offset of the peer's clock")
+            self.until(300, lambda: abs(self.views["shark"][-1][3]["roark"]) > 3500, "the offset of the peer's clock")
             time.sleep(1)
         elif fault == "old session replayed":
             for _ in range(3):
@@ -88,7 +88,7 @@ class LinkFaults:
             self.must_close("a hello of another lab's name", strangers.hello("shark" if of_kind == "tcp" else "lynx"), **self.as_raven())
         elif fault == "channel not imported":
             self.start_raven()
-            self.until(60, lambda: self.is_up("shark", "raven"), "the link with raven")
+            self.until(300, lambda: self.is_up("shark", "raven"), "the link with raven")
             sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             for number in range(20):
                 say(sender, RAVEN_BUS, number, "stray", bytes(8))
@@ -207,21 +207,21 @@ class LinkFaults:
     def show_certificate(self):
         if self.fault == "certificate of another lab":
             self.start_raven(peer="lynx")
-            self.until(60, lambda: self.count("raven", "session.refused.certificate_of_other_lab") > 0, "the refusal")
+            self.until(300, lambda: self.count("raven", "session.refused.certificate_of_other_lab") > 0, "the refusal")
         elif self.fault == "certificate unknown":
             self.start_raven()
-            self.until(60, lambda: self.count("shark", "session.refused.certificate_unknown") > 0, "the refusal")
+            self.until(300, lambda: self.count("shark", "session.refused.certificate_unknown") > 0, "the refusal")
         else:
             self.start_raven()
-            self.until(60, lambda: self.is_up("shark", "raven"), "the link with raven")
+            self.until(300, lambda: self.is_up("shark", "raven"), "the link with raven")
             if self.fault == "certificate expired":
-                self.until(60, lambda: self.views["raven"][-1][2].get("session.opened"), "what raven counts")
+                self.until(300, lambda: self.views["raven"][-1][2].get("session.opened"), "what raven counts")
                 if self.views["shark"][-1][2].get("certificate.days_left") != 0:
                     self.problems.append("`certificate.days_left` of a certificate that has ended is not 0")
                 return
             call(self.program, "keys", "revoke", "raven", "--keys", self.keys("shark"))
             began = time.monotonic()
-            self.until(60, lambda: not self.is_up("shark", "raven"), "the end of the revoked lab's link")
+            self.until(300, lambda: not self.is_up("shark", "raven"), "the end of the revoked lab's link")
             if time.monotonic() - began - self.late_s() > 1:
                 self.problems.append(f"a revoked lab's link is cut after {time.monotonic() - began:.1f} s")
-            self.until(60, lambda: self.count("shark", "session.refused.certificate_revoked") > 0, "the refusal")
+            self.until(300, lambda: self.count("shark", "session.refused.certificate_revoked") > 0, "the refusal")

@@ -39,7 +39,7 @@ def nats_server(folder):
     with open(said, "wb") as words:
         server = subprocess.Popen([SERVER, "-c", file], stdin=subprocess.DEVNULL, stdout=words, stderr=words, preexec_fn=end_with_parent)
     try:
-        end = time.monotonic() + 20
+        end = time.monotonic() + 300
         while "Server is ready" not in said.read_text(errors="replace"):
             if server.poll() is not None or time.monotonic() > end:
                 raise Failed(f"the NATS server did not start: {(said.read_text().strip().splitlines() or ['it said nothing'])[-1]}")
@@ -109,7 +109,7 @@ class Speakers:
 
     def lost(self, first, last):
         """How many of these numbers did not come, or not once and in order, on all ways together; waits for the last."""
-        end = time.monotonic() + 30
+        end = time.monotonic() + 300
         while any(way[-1][0] < last for way in self.came.values()) and time.monotonic() < end:
             self.hear(0.1)
         wrong = 0

@@ -114,7 +114,7 @@ class Talkers:
 
     def lost(self, first, last):
         """How many of these numbers did not come, or not once and in order, on all ways together; waits for the last."""
-        end = time.monotonic() + 30
+        end = time.monotonic() + 300
         while any(way[-1] < last for way in self.came.values()) and time.monotonic() < end:
             self.hear(0.1)
         wrong = 0
@@ -235,10 +235,10 @@ def links_poses(bench):
     with pair(bench) as (enter, _, labs):
         talkers = Talkers({"shark": labs["shark"]}, 1000, enter)
         ears = Talkers({"roark": labs["roark"]}, 1, enter)
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while not ears.came:
             if time.monotonic() > end:
-                raise Failed("the two gateways have not met within 60 s")
+                raise Failed("the two gateways do not meet")
             talkers.talk(0.2)
             ears.hear(0.05)
         begin, before = time.monotonic(), sent_bytes(enter["shark"])
