@@ -4,6 +4,8 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace arkmesh::scenarios::python {
 namespace {
@@ -72,7 +74,7 @@ std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::
   return out;
 }
 
-std::string encode_period(const lab::Lab& lab) {
+std::string encode_period(const lab::Lab& lab, std::span<const std::string> initial_only) {
   std::string out;
   put(out, std::int64_t{lab.now().count()});
   put(out, lab.period());
@@ -82,8 +84,12 @@ std::string encode_period(const lab::Lab& lab) {
     put_robots(out, state.robots, [&](const lab::SharedRobot& robot) {
       return Seen{robot.robot, projection.to_arena(robot.in_shared), robot.in_shared, robot.led};
     });
-    put(out, static_cast<std::uint32_t>(state.fields.size()));
-    for (const auto& [name, values] : state.fields) {
+    std::vector<std::pair<std::string_view, std::span<const std::int64_t>>> fields(state.fields.begin(),
+                                                                                   state.fields.end());
+    for (const std::string& name : initial_only)
+      if (!state.fields.contains(name)) fields.emplace_back(name, lab.initial_field(each, name));
+    put(out, static_cast<std::uint32_t>(fields.size()));
+    for (const auto& [name, values] : fields) {
       put(out, static_cast<std::uint8_t>(name.size()));
       out += name;
       put(out, static_cast<std::uint32_t>(values.size()));

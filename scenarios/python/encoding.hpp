@@ -27,7 +27,8 @@ void put(std::string& out, T value) {
 // said.
 std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::span<const hal::FromRobot> heard);
 // [time in us, period], then for each lab in the order of names its robots, as this arena sees them, and its fields.
-std::string encode_period(const lab::Lab& lab);
+// Of those that are `initial_only`, what state 0 held.
+std::string encode_period(const lab::Lab& lab, std::span<const std::string> initial_only);
 
 inline constexpr std::size_t word_bytes = 12;
 struct Word {

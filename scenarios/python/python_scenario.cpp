@@ -276,7 +276,7 @@ void PythonScenario::on_period(lab::Lab& lab) {
   merged_ = true;
   collect(lab, real_time_wait);
   kit_.on_period(lab);
-  ask(lab, 'P', encode_period(lab) + kit_.world());
+  ask(lab, 'P', encode_period(lab, initial_only_) + kit_.world());
 }
 
 // Where the arena keeps real time, takes the answer if it comes soon.
@@ -356,7 +356,8 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     const std::string_view rest = rest_of(answer);
     if (rest.empty()) return;
     const Said said = Said::parse(rest);
-    for (const auto& rule : said.value("declare", Said::array()))
+    for (const auto& rule : said.value("declare", Said::array())) {
+      if (rule.at("initial_only")) initial_only_.push_back(rule.at("name"));
       lab.declare({.name = rule.at("name"),
                    .length = rule.at("length"),
                    .low = rule.at("low"),
@@ -364,6 +365,7 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
                    .owner_only = rule.at("owner_only"),
                    .initial_only = rule.at("initial_only"),
                    .up_to = rule.at("up_to")});
+    }
     for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
     for (const auto& given : said.value("whole", Said::array())) say_whole(lab, given);

@@ -85,6 +85,7 @@ class PythonScenario final : public lab::Scenario {
   std::string begun_;    // the child's answer to begin()
   nlohmann::json about_ = nlohmann::json::object();
   std::uint32_t every_ = 1;
+  std::vector<std::string> initial_only_;  // fields that state 0 alone holds
   std::ofstream log_;
   std::string output_;  // before there is a folder for it
   KitPieces kit_;

@@ -446,6 +446,46 @@ class Mine(arkmesh.Scenario):
         again = subprocess.run([ARKMESH, "rerun", self.folder / "out"], capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
 
+    def test_a_name_that_means_something_else_is_refused_where_it_is_given(self):
+        """In the class as in a method: `every` that is no whole number, and what hides what the lab calls."""
+        begin = "import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
+        for text, wanted in ((begin + "self.every = lab.setting('gps_s', 1.5)", "mine.py:4: ValueError: `every` says that frame() gets each k-th frame"),
+                             (begin + "self.every = 0", "mine.py:4: ValueError: `every` says"), (begin + "self.every = True", "mine.py:4: ValueError: `every` says"),
+                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  every = 0.5\n", "mine.py:2: ValueError: `every` says"),
+                             (begin + "self.period = 2.0", "mine.py:4: ValueError: `period` is what the lab calls; give 2.0 another name"),
+                             (begin + "self.finished = False", "mine.py:4: ValueError: `finished` is what the lab calls"),
+                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  frame = 3\n", "mine.py:2: ValueError: `frame` is what the lab calls")):
+            with self.subTest(text):
+                shutil.rmtree(self.folder / "out", ignore_errors=True)
+                self.fails(text, wanted)
+        shutil.rmtree(self.folder / "out")
+        code, said = self.run_it(begin + "self.every = numpy.int64(5)\n  def frame(self, lab):\n    lab.count('frames')\n")
+        self.assertEqual(code, 0, said)
+        self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["counts"]["frames"], 8)
+
+    def test_an_initial_field_stays_readable(self):
+        """Of the own lab and of others, in each period; one that is told in each period is as told last."""
+        (self.folder / "mine.py").write_text("""import arkmesh
+class Mine(arkmesh.Scenario):
+    def begin(self, lab):
+        lab.declare("places", 2, 0, 10, owner_only=True, initial_only=True)
+        lab.declare("size", 1, 0, 10, initial_only=True)
+        lab.declare("now", 1, 0, 10)
+        if lab.is_owner:
+            lab.publish("places", [3, 4])
+        lab.publish("size", 1 + (lab.name == "b"))
+    def period(self, lab):
+        lab.publish("now", lab.periods)
+        print(lab.periods, lab.field(lab.owner, "places").tolist(), [lab.field(each, "size").tolist() for each in lab.labs], lab.field("b", "now").tolist())
+""")
+        for name in "ab":
+            (self.folder / f"{name}.toml").write_text(LAB.replace('"a"', f'"{name}"') + '[gate]\nperiod_s = 1.0\n[shared]\nlabs = ["a", "b"]\n')
+        done = subprocess.run([*self.command(), self.folder / "b.toml"], capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for name in "ab":
+            said = (self.folder / f"out/{name}/scenario.log").read_text().splitlines()
+            self.assertEqual(said, [f"{k} [3, 4] [[1], [2]] {[k - 1] if k else []}" for k in range(5)])
+
     def test_a_table_that_nobody_asks_for_is_refused(self):
         code, said = self.run_it("import arkmesh\nclass Mine(arkmesh.Scenario):\n  pass\n", "--set", "sensors.mine.x=1")
         self.assertEqual(code, 2)

@@ -20,7 +20,7 @@ import traceback
 
 import numpy
 
-from .scenario import HEARD, Lab, Scenario
+from .scenario import HEARD, Lab, Scenario, check_every
 
 HEAD = struct.Struct("<IB")
 U4, F8, U1 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1")  # as every machine that arkmesh runs on has them
@@ -163,9 +163,7 @@ class Answers:
 
 def about(every, sources, lab):
     """What the answer to the first message tells of a scenario: `files` that it has read, and what of the kit labs must have alike."""
-    if not isinstance(every, int) or isinstance(every, bool) or not 1 <= every <= 1_000_000:
-        raise ValueError(f"`every` is a whole number from 1, and not {every!r}")
-    return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": every, "sources": sources,
+    return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": check_every(every), "sources": sources,
                       "files": {name: data.hex() for name, data in lab._files.items()}, "alike": lab._alike, "fingerprint": hashlib.sha256(json.dumps(sources).encode()).hexdigest()[:16]}}
 
 

@@ -13,10 +13,33 @@ HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
 
 
+def check_every(every):
+    if isinstance(every, (bool, numpy.bool_)) or not isinstance(every, (int, numpy.integer)) or not 1 <= every <= 1_000_000:
+        raise ValueError(f"`every` says that frame() gets each k-th frame: a whole number from 1, and not {every!r}")
+    return int(every)
+
+
 class Scenario:
     """Derive from it, once in a file. What you do not write does nothing."""
 
     every = 1  # frame() is called for each k-th frame only
+
+    def __init_subclass__(cls, **more):
+        super().__init_subclass__(**more)
+        for name in vars(cls):
+            cls._check(name, getattr(cls, name))
+
+    def __setattr__(self, name, value):
+        self._check(name, value)
+        super().__setattr__(name, value)
+
+    @staticmethod
+    def _check(name, value):
+        """What a scenario calls `every`, or like a method, would fail later, where no line of its own is at fault."""
+        if name == "every":
+            check_every(value)
+        elif name in ("begin", "frame", "period", "finished") and not callable(value):
+            raise ValueError(f"`{name}` is what the lab calls; give {value!r} another name")
 
     def begin(self, lab):
         """Once, before lab time passes: settings, fields, what this lab decides."""
@@ -235,7 +258,7 @@ class Lab(Kit):
         self._said.setdefault("publish", {})[name] = [int(v) for v in values]
 
     def field(self, lab, name):
-        """A lab's field as merged last; empty when it has said none."""
+        """A lab's field as merged last, or, of one with `initial_only`, as it was at the start; empty when it has said none."""
         if lab not in self.labs:
             raise ValueError(f"{lab!r} is none of the labs {', '.join(self.labs)}")
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
