@@ -65,6 +65,10 @@ class Paper(unittest.TestCase):
 
 
 class Documents(unittest.TestCase):
+    def test_the_kits_table_is_that_of_its_docstrings(self):
+        done = subprocess.run([ROOT / "scripts/document_kit", "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
     def test_code_compiles(self):
         """Every block of C++ in README and docs compiles against the sources, each where its kind of fragment stands."""
         source = INCLUDES

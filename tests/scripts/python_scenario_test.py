@@ -70,11 +70,14 @@ class Mine(arkmesh.Scenario):
         self.ring = lab.voices("ring", 2, graph=[(("a", i), ("b", i)) for i in range(20)])
         self.image = lab.floor("h", 0.8, 0.6, 4, 3, image="floor.png", levels=4)
         self.lamp, self.dim = lab.light(100, slope=(50, 0), beams=[{"path": [(0.1, 0), (0.2, 0)], "speed": 0.01}]), lab.light(500, noise=20)
+        self.common, self.own_chance = lab.random("x", common=True), lab.random("x")
+        assert lab.random("x", common=True) is self.common and (self.common.random() != self.own_chance.random())
         self.rare, self.rough = lab.towards((0.3, 0.1), every_s=1), lab.towards((0.3, 0.1), noise=(0.1, 0.02))
         lab.needs_airtime(50)
         assert lab.setting("reach_m", 0.1, own=True) == (0.2 if lab.name == "b" else 0.1)
     def period(self, lab):
         self.merged = True
+        lab.row("chance", common=self.common.random(), own=self.own_chance.random())
     def frame(self, lab):
         def near(others, reach):
             return (numpy.hypot(*(lab.xy[:, None] - others[None]).T).T <= reach)
@@ -222,6 +225,40 @@ class PythonScenario(unittest.TestCase):
             self.assertEqual((rows[18], rows[-1]), (middle, last), program)
             self.assertNotIn("refused", json.dumps({k: v for k, v in json.loads((self.folder / "out/a/result.json").read_text())["drops"].items() if v}))
 
+    def test_the_page_for_newcomers_has_an_example_that_runs(self):
+        """Its three files, as they stand: robots are blue inside the site and red outside, and few beyond the control's chance are inside at the start."""
+        text = (ROOT / "docs/coming-from-ark-and-argos.md").read_text()
+        for name, language in (("site.c", "c"), ("site.py", "python"), ("table.toml", "toml")):
+            block = re.search(rf"^```{language}\n((?:#|//) {name}:.*?)^```", text, re.S | re.M)
+            (self.folder / name).write_text(block[1])
+        done = subprocess.run([ARKMESH, "run", self.folder / "table.toml", "--seed", "1", "--out", self.folder / "site"], capture_output=True, text=True, timeout=120,
+                              env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        run = arkmesh.open(self.folder / "site")
+        inside = numpy.hypot(run.xy[:, :, 0] - 0.2, run.xy[:, :, 1]) <= 0.15
+        late = inside[100:]
+        self.assertGreater(late.sum(), 20)
+        self.assertGreater((run.led[100:][late] == 4).mean(), 0.7)
+        self.assertGreater((run.led[100:][~late] == 1).mean(), 0.9)
+
+    def test_what_is_said_now_and_then(self):
+        """With `every_s` each robot of a slot is told the newest once in so many seconds, and others are not kept from theirs."""
+        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def frame(self, lab):\n"
+                "    tick = round(lab.now_s * 10)\n"
+                "    lab.say(lab.ids < 2, 1, tick, every_s=1)\n    lab.say([2, 4], 1, [tick, 900], every_s=0.5)\n    lab.say([0], 2, tick, slot=1, every_s=2)\n"
+                "    if tick >= 25: lab.say([3], 3, tick, every_s=1)\n"
+                "    words = numpy.concatenate(lab._words)\n    lab.row('said', what=' '.join(f'{w[\"robot\"]}:{w[\"value\"]}' for w in words))\n")
+        code, said = self.run_it(mine)
+        self.assertEqual(code, 0, said)
+        rows = (self.folder / "out/a/said.csv").read_text().splitlines()[1:]
+        told = {robot: [int(word.partition(":")[2]) for row in rows for word in row.split() if word.startswith(f"{robot}:")] for robot in range(5)}
+        first = told[1][0]
+        self.assertEqual(told[1], list(range(first, 41, 10)))
+        self.assertEqual(told[2], list(range(first, 41, 5)))
+        self.assertEqual(told[4], [900] * len(told[2]))
+        self.assertEqual(told[3], [25, 35])
+        self.assertEqual(told[0], sorted(told[1] + list(range(first, 41, 20))))
+
     def test_what_stands_and_lies_in_the_arena(self):
         """Obstacles with their corners in the arena, objects where they start and where robots have pushed them, a grid that is drawn."""
         mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n"
@@ -367,6 +404,9 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
             results.append(json.loads((self.folder / out / "result.json").read_text()))
         self.assertEqual(results[0]["final_hash"], results[1]["final_hash"])
         self.assertGreater(results[0]["counts"]["smelt"], 100)
+        chance = [[line.split(",") for line in (self.folder / f"one/{name}/chance.csv").read_text().splitlines()[1:]] for name in "ab"]
+        self.assertEqual([row[0] for row in chance[0]], [row[0] for row in chance[1]])
+        self.assertTrue(all(mine[1] != other[1] for mine, other in zip(*chance)))
 
     def test_robots_that_were_never_seen_do_not_matter(self):
         """Whoever is told nothing needs no value: rows that the mask leaves out may hold anything."""

@@ -6,7 +6,7 @@ import re
 
 import numpy
 
-from .kit import Kit
+from .kit import Kit, _number
 
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
@@ -120,6 +120,7 @@ class Lab(Kit):
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
+        self._said_s = {}  # by slot, when each robot was told what is said now and then
         self._folder, self._files, self._alike = pathlib.Path(facts["file"]).parent, {}, {}
         self._words_per_s = facts.get("words_per_s", math.inf)
 
@@ -143,13 +144,15 @@ class Lab(Kit):
             raise ValueError(f"{words_per_s:g} words a second are more than the {self._words_per_s:.3g} that the airtime of this arena carries; "
                              "speak to fewer robots, or more rarely")
 
-    def random(self, purpose):
-        """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else."""
-        if purpose not in self._streams:
-            digest = hashlib.sha256(f"{self._seed}/{self.name}/{purpose}".encode()).digest()
+    def random(self, purpose, common=False):
+        """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else. `common`: not on the lab
+        either, so that labs that draw alike, as in begin() and period(), have the same numbers."""
+        name = f"{'' if common else self.name}/{purpose}"
+        if name not in self._streams:
+            digest = hashlib.sha256(f"{self._seed}/{name}".encode()).digest()
             seed = numpy.random.SeedSequence(int.from_bytes(digest, "little"))
-            self._streams[purpose] = numpy.random.Generator(numpy.random.PCG64(seed))
-        return self._streams[purpose]
+            self._streams[name] = numpy.random.Generator(numpy.random.PCG64(seed))
+        return self._streams[name]
 
     # --- robots ---
     def tell(self, who, kind=0, value=0, slot=0, shown=None):
@@ -159,9 +162,9 @@ class Lab(Kit):
         how = UNTIL_LED_CHANGES if shown is None else NOT_SHOWN - self._column("shown", shown, 0, 1)  # SHOWN is one less
         self._say(who, kind, value, slot, how)
 
-    def say(self, who, kind=0, value=0, slot=0):
-        """Said once."""
-        self._say(who, kind, value, slot, ONCE)
+    def say(self, who, kind=0, value=0, slot=0, every_s=0.0):
+        """Said once. With `every_s`, called at each frame, a robot is told the newest in that slot once in so many seconds."""
+        self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
 
     def message(self, data, type, who=None, slot=0):  # pylint: disable=redefined-builtin
         """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
@@ -220,7 +223,7 @@ class Lab(Kit):
             return numpy.zeros(0, dtype=int), False
         raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
 
-    def _say(self, who, kind, value, slot, how):
+    def _say(self, who, kind, value, slot, how, every_s=0.0):
         rows, by_ids = self._rows(who)
         if len(rows) == len(self.ids) and not by_ids:
             rows = slice(None)  # of all, as they lie
@@ -234,11 +237,18 @@ class Lab(Kit):
             words[name] = self._chosen(name, given, 0, high, rows, by_ids)
         how = numpy.asarray(how)
         words["how"] = how if how.ndim == 0 else how[rows]
+        if every_s > 0:
+            said = self._said_s.setdefault(int(self._column("slot, with every_s,", slot, 0, 255, 0)), numpy.full(len(self.ids), -math.inf))
+            due = self.now_s - said[rows] >= every_s - 1e-6  # of rounding
+            said[rows] = numpy.where(due, self.now_s, said[rows])
+            words = words[due]
         self._words.append(words)
 
     # --- what labs share ---
     def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False, up_to=False):
-        """A field that labs share, alike in all labs, of `length` whole numbers or, `up_to` true, so many at most; in begin() only."""
+        """In begin() only, and alike in all labs: each lab has a field of this name, of `length` whole numbers from `low` to `high`, or, `up_to`
+        true, of so many at most. `owner_only`: only the owner (shared.owner) publishes it. `initial_only`: it is published in begin(), and
+        stays as it is. What a lab publishes against this ends its run; what a peer does is refused and counted."""
         if name in self._rules or str(name).startswith("kit."):
             raise ValueError(f"field {name!r} is {'declared already' if name in self._rules else 'one of the kit'}; give another name")
         self._rules[name] = (length, up_to)
