@@ -104,9 +104,9 @@ class Arena {
   // False: not silent yet; serve(), and call again at next_service() at the latest. Becomes true after some 10 s in any
   // case. No advance_to afterwards.
   virtual bool end() = 0;
-  // While robots should stand, those that were not seen to, ascending; also after end(). An arena that computes its
-  // robots knows that they obey.
-  virtual std::vector<NotStanding> not_standing() const { return {}; }
+  // While robots should stand, those that were not seen to, ascending; also after end(). None: all were seen to, or the
+  // arena computes its robots and so knows that they obey, or it has none to tell.
+  virtual std::vector<NotStanding> not_standing() const = 0;
   // Everything dropped, late, refused or failed inside the arena, by reason.
   virtual const Counters& counters() const = 0;
 };

@@ -219,6 +219,7 @@ class LogArena final : public Arena {
   TimePoint next_service() const override { return TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
   bool end() override { return true; }
+  std::vector<NotStanding> not_standing() const override { return {}; }
 
  private:
   std::filesystem::path file_;

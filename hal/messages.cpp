@@ -180,7 +180,7 @@ not_standing_t to_message(const NotStanding& robot) {
 }
 
 NotStanding from_message(const not_standing_t& robot) {
-  const bool known = robot.why <= static_cast<std::uint8_t>(NotStanding::Why::not_in_sight);
+  const bool known = robot.why <= static_cast<std::uint8_t>(NotStanding::Why::not_named);
   return {static_cast<RobotId>(robot.robot),
           known ? static_cast<NotStanding::Why>(robot.why) : NotStanding::Why::not_in_sight};
 }

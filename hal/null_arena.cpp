@@ -69,6 +69,7 @@ class NullArena final : public Arena {
   TimePoint next_service() const override { return pacer_ ? pacer_->next() : TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
   bool end() override { return true; }
+  std::vector<NotStanding> not_standing() const override { return {}; }
 
  private:
   Counters counters_;

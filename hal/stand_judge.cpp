@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace arkmesh::hal {
@@ -14,6 +15,10 @@ constexpr std::chrono::milliseconds gap = 500ms;  // out of sight for longer: wh
 // three have a fifth of the way.
 constexpr int parts = 4, parts_of_a_walk = 3;
 constexpr double least_part = 0.2;
+// A heading counts when it is measured to three degrees. Who turns by more than twenty, in steps none of which is much
+// less than another, moves.
+constexpr double known_heading_rad = 3 * std::numbers::pi / 180, still_within_rad = 20 * std::numbers::pi / 180;
+constexpr double least_step = 0.5;
 // Nobody walks so far in so short a time; Kilobots walk at 20 mm/s at most.
 constexpr std::chrono::milliseconds carry_time = 500ms;
 constexpr double carried_m = 0.04;
@@ -53,7 +58,9 @@ void StandJudge::begin() {
 void StandJudge::look(const PoseFrame& frame, TimePoint now) {
   for (const Observation& robot : frame.robots) {
     if (robot.age > LabTime{0}) continue;
-    const Place place{now, robot.pose.x_m, robot.pose.y_m};
+    const Place place{now, robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad,
+                      robot.heading_sigma_rad < known_heading_rad};
+    ever_seen_.insert(robot.robot);
     Places& places = seen_[robot.robot];
     if (!places.empty() && now - places.back().at > gap) places.clear();
     const auto before = std::ranges::find_if(places, [&](const Place& p) { return now - p.at <= carry_time; });
@@ -69,31 +76,72 @@ void StandJudge::look(const PoseFrame& frame, TimePoint now) {
   }
 }
 
+// The look with which each part ends, and the first.
+std::vector<std::size_t> StandJudge::ends_of_parts(const Places& places) {
+  std::vector<std::size_t> out{0};
+  for (int part = 1; part <= parts; ++part) {
+    const TimePoint end = places.back().at - looks_for * (parts - part) / parts;
+    const auto at = std::ranges::find_if(places, [&](const Place& place) { return place.at >= end; });
+    out.push_back(static_cast<std::size_t>(at - places.begin()));
+  }
+  return out;
+}
+
+// Who goes round in a circle may be back where it was: each part's end counts.
 std::optional<NotStanding::Why> StandJudge::judge(const Places& places, TimePoint now) const {
   using Why = NotStanding::Why;
   if (places.empty() || now - places.back().at > gap) return Why::not_in_sight;
   if (places.back().at - places.front().at < looks_for) return Why::not_yet;
+  if (turns(places)) return Why::moving;
+  const std::vector<std::size_t> ends = ends_of_parts(places);
   const Spot first = spot(places, 0), last = spot(places, places.size() - 1);
-  if (distance_m(first, last) <= still_within_m) return {};
   const double way_x = last.x_m - first.x_m, way_y = last.y_m - first.y_m, way2 = way_x * way_x + way_y * way_y;
   int with_a_part = 0;
+  double far_m = 0;
   Spot before = first;
   for (int part = 1; part <= parts; ++part) {
-    const TimePoint end = places.back().at - looks_for * (parts - part) / parts;
-    const auto at = std::ranges::find_if(places, [&](const Place& place) { return place.at >= end; });
-    const Spot after = spot(places, static_cast<std::size_t>(at - places.begin()));
+    const Spot after = spot(places, ends[static_cast<std::size_t>(part)]);
     const double along = (after.x_m - before.x_m) * way_x + (after.y_m - before.y_m) * way_y;
     with_a_part += along >= least_part * way2;
+    far_m = std::max(far_m, distance_m(first, after));
     before = after;
   }
-  return with_a_part >= parts_of_a_walk ? Why::moving : Why::not_yet;
+  if (far_m <= still_within_m) return {};
+  return way2 > still_within_m * still_within_m && with_a_part >= parts_of_a_walk ? Why::moving : Why::not_yet;
+}
+
+// Whether it goes on turning the one way or the other: from each quarter's middle heading to the next in like steps. An
+// LED that changes, or glare, makes one step. False where the heading is not known.
+bool StandJudge::turns(const Places& places) {
+  std::vector<std::vector<double>> known(parts);
+  for (const Place& place : places) {
+    const auto part = parts - 1 - (places.back().at - place.at) * parts / (looks_for + 1ms);
+    if (place.heading_known && part >= 0) known[static_cast<std::size_t>(part)].push_back(place.heading_rad);
+  }
+  double before_rad = 0, all_rad = 0, least_rad = std::numbers::pi, most_rad = 0;
+  for (std::size_t part = 0; part < known.size(); ++part) {
+    if (known[part].size() < 3) return false;
+    if (part == 0) before_rad = known[part].front();
+    for (double& heading : known[part]) heading = std::remainder(heading - before_rad, 2 * std::numbers::pi);
+    const double step_rad = middle(known[part]);
+    before_rad += step_rad;
+    if (part == 0) continue;
+    all_rad += step_rad;
+    least_rad = std::min(least_rad, std::abs(step_rad));
+    most_rad = std::max(most_rad, std::abs(step_rad));
+    if (step_rad * all_rad <= 0) return false;
+  }
+  return std::abs(all_rad) > still_within_rad && least_rad > least_step * most_rad;
 }
 
 std::vector<NotStanding> StandJudge::not_standing(TimePoint now) const {
   std::vector<NotStanding> out;
   for (const RobotId robot : robots_) {
     const auto seen = seen_.find(robot);
-    const auto why = seen == seen_.end() ? NotStanding::Why::not_in_sight : judge(seen->second, now);
+    using Why = NotStanding::Why;
+    const auto why = !ever_seen_.contains(robot) ? Why::not_named
+                     : seen == seen_.end()       ? Why::not_in_sight
+                                                 : judge(seen->second, now);
     if (why) out.push_back({robot, *why});
   }
   return out;

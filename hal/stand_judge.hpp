@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -16,7 +17,7 @@ namespace arkmesh::hal {
 class StandJudge {
  public:
   // How long a robot is looked at, and how far it may seem to come meanwhile. Cameras measure to 1 mm, Kilobots walk at
-  // 3 to 20 mm/s.
+  // 3 to 20 mm/s. Turning counts where the heading is known.
   static constexpr std::chrono::milliseconds looks_for{2'000};
   static constexpr double still_within_m = 0.005;
 
@@ -36,15 +37,19 @@ class StandJudge {
  private:
   struct Place {
     TimePoint at;
-    double x_m, y_m;
+    double x_m, y_m, heading_rad;
+    bool heading_known;
   };
   // Without a gap, oldest first; the newest that is older than the time for which it is looked at is kept.
   using Places = std::deque<Place>;
 
+  static std::vector<std::size_t> ends_of_parts(const Places& places);
+  static bool turns(const Places& places);
   std::optional<NotStanding::Why> judge(const Places& places, TimePoint now) const;
 
   const std::vector<RobotId> robots_;
   std::map<RobotId, Places> seen_;
+  std::set<RobotId> ever_seen_;           // also before begin()
   std::map<RobotId, Place> first_;        // since begin()
   std::map<RobotId, double> farthest_m_;  // from there
   std::vector<RobotId> carried_;

@@ -63,6 +63,8 @@ struct Observation {
   Led led = Led::off;
   float confidence = 1;  // 0..1: position and id are right
   LabTime age{0};        // stamp of the frame minus time of the last true observation
+  // Standard deviation of the heading as measured, for who judges by it; pi: it is not known. Not recorded.
+  float heading_sigma_rad = 3.1415927f;
 };
 
 struct PoseFrame {
@@ -122,6 +124,7 @@ struct NotStanding {
     not_yet,       // it was told, and has not been looked at for long enough since
     moving,        // more than a camera's noise explains
     not_in_sight,  // nobody knows what it does
+    not_named,     // no camera has seen it and known its id, since the lab began
   };
   RobotId robot = 0;
   Why why = Why::not_told;

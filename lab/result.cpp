@@ -33,6 +33,8 @@ const char* reason_of(const hal::NotStanding& robot) {
       return "moving";
     case hal::NotStanding::Why::not_in_sight:
       return "not in sight";
+    case hal::NotStanding::Why::not_named:
+      return "not named";
   }
   return "not told";
 }

@@ -41,6 +41,7 @@ class OriginalArena final : public hal::Arena {
   hal::TimePoint next_service() const override { return original_.next_service(); }
   std::string waiting_for() const override;
   bool end() override;
+  std::vector<hal::NotStanding> not_standing() const override { return {}; }  // the original has its robots
   const hal::Counters& counters() const override { return counters_; }
 
   // For whoever serves it after the lab's end.

@@ -104,6 +104,7 @@ class OdeArena final : public SimulatedArena {
   hal::TimePoint next_service() const override { return pacer_ ? pacer_->next() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
   bool end() override { return true; }
+  std::vector<hal::NotStanding> not_standing() const override { return {}; }
 
   void look(hal::LabTime exposure, std::vector<Seen>& out) const override {
     const std::int64_t since_us = clock_.now().count() - ticks_ * tick_us;

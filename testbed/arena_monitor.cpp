@@ -153,7 +153,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       }
       leds.emplace(track.number, led);
       const auto robot = names_->robot_of(track.number);
-      if (robot && !track.doubtful) frame.robots.push_back({*robot, track.in_arena, led, track.confidence, track.age});
+      if (robot && !track.doubtful)
+        frame.robots.push_back({*robot, track.in_arena, led, track.confidence, track.age, track.heading_sigma_rad});
     }
     leds_ = std::move(leds);
     std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });

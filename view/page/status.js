@@ -8,7 +8,7 @@ export const names = {
   phase: ["starting", "waiting", "going_on", "ending", "ended"],
   outcome: ["open", "finished", "stopped", "failed"],
   wanted: ["run", "still", "asleep", "charging", "showing_voltage"],
-  why: ["not_told", "not_yet", "moving", "not_in_sight"],
+  why: ["not_told", "not_yet", "moving", "not_in_sight", "not_named"],
 };
 /** The lab lists no more robots than these. */
 const listed_most = 1000;
@@ -48,7 +48,7 @@ export function robots_words(ascending) {
 export function not_standing_words(status) {
   const all = status?.["not_standing"];
   if (!Array.isArray(all)) return undefined;
-  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_told", "not told yet"], ["not_yet", "still looked at"]];
+  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_named", "never seen and named"], ["not_told", "not told yet"], ["not_yet", "still looked at"]];
   const words = reasons.map(([why, says]) => {
     const robots = all.filter((one) => names.why[one.why] === why).map((one) => one.robot);
     return robots.length ? `${robots_words(robots)} (${says})` : "";

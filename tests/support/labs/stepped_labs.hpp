@@ -43,6 +43,7 @@ class SteppedArena final : public hal::Arena {
   hal::TimePoint next_service() const override { return hal::TimePoint::max(); }
   std::string waiting_for() const override { return arena_->waiting_for(); }
   bool end() override { return arena_->end(); }
+  std::vector<hal::NotStanding> not_standing() const override { return arena_->not_standing(); }
   const hal::Counters& counters() const override { return arena_->counters(); }
 
  private:
