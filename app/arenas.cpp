@@ -71,6 +71,7 @@ std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::Run
               .bus = &bus,
               .pictures = &pictures,
               .directory = directory,
+              .hung_after = std::chrono::duration_cast<std::chrono::milliseconds>(run.safety.hung_after),
               .all_read = [&] { config.refuse_unknown(); }});
   config.refuse_unknown();
   return made;

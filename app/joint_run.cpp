@@ -12,6 +12,7 @@
 
 #include "hal/counted.hpp"
 #include "hal/result_file.hpp"
+#include "hal/robot_words.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
@@ -236,6 +237,18 @@ bool JointRun::links_up() const {
 
 bool JointRun::finished() const {
   return std::all_of(labs_.begin(), labs_.end(), [](const auto& m) { return m->lab.runner().finished(); });
+}
+
+bool JointRun::robots_stand() const {
+  return std::ranges::all_of(labs_, [](const auto& m) { return m->lab.runner().robots_stand(); });
+}
+
+std::string JointRun::not_standing() const {
+  std::string out;
+  for (const auto& m : labs_)
+    if (const std::string robots = hal::in_words(m->lab.runner().not_standing()); !robots.empty())
+      out += fmt::format("{}{}: {}", out.empty() ? "" : "; ", m->lab.name(), robots);
+  return out;
 }
 
 std::string JointRun::names() const {

@@ -54,6 +54,9 @@ class JointRun {
   void start_gateway(const std::string& lab);
   std::uint64_t steps() const { return steps_; }
   bool finished() const;
+  // As Runner's, of all labs.
+  bool robots_stand() const;
+  std::string not_standing() const;  // in words
   // Null when there is none.
   const LiveView* page() const { return page_.get(); }
   // The labs' names as one: "roark+shark".

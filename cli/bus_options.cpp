@@ -1,8 +1,11 @@
 #include "cli/bus_options.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 
 #include "hal/config.hpp"
+#include "hal/platforms/kilobot/port_lock.hpp"
 
 namespace arkmesh::cli {
 
@@ -20,6 +23,18 @@ hal::BusConfig BusOptions::bus() const {
 std::string BusOptions::lab() const {
   if (file.empty()) return {};
   return hal::Config::from_file(file, sets).root().section("lab").get("name", std::string(), {.required = true});
+}
+
+std::string BusOptions::hung_words() const {
+  if (file.empty()) return {};
+  const hal::Section arena = hal::Config::from_file(file, sets).root().section("arena");
+  if (arena.get("use", std::string()) != "kilobot") return {};
+  const auto holder = hal::kilobot::port_holder(arena.section("kilobot").get("port", std::string()));
+  if (!holder || holder->state != hal::kilobot::PortHolder::State::hung) return {};
+  return fmt::format(
+      "{0} (process {1}) hangs: its guard tells the robots to stand, and they stand when that process is ended: kill "
+      "-9 {1}",
+      holder->who, holder->process);
 }
 
 }  // namespace arkmesh::cli

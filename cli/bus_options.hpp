@@ -21,6 +21,8 @@ struct BusOptions {
   // Both throw hal::ConfigError.
   hal::BusConfig bus() const;
   std::string lab() const;  // lab.name; empty without a file
+  // Of a lab with real robots that says nothing: that it hangs, and what helps; empty: it does not, as far as is known.
+  std::string hung_words() const;
 };
 
 }  // namespace arkmesh::cli

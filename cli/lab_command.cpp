@@ -17,6 +17,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/counted.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/result.hpp"
 #include "lab/run_folder.hpp"
@@ -44,14 +45,15 @@ struct LabToRun {
 int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progress) {
   if (const std::string not_seen = hal::in_words(runner.not_standing()); !not_seen.empty())
     progress.say(fmt::format("arkmesh: robots were told to stand; not seen to: {}", not_seen));
+  const int code = runner.robots_stand() ? exit_code(lab::outcome_of(runner)) : hal::Exit::not_standing;
   if (!runner.finished()) {
     progress.say(fmt::format("arkmesh: lab {} ended early: {}", what.name, runner.reason()));
-    return exit_code(lab::outcome_of(runner));
+    return code;
   }
   fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
   std::fflush(stdout);
-  return 0;
+  return code;
 }
 
 // Ctrl-C has ended the lab; the next one ends the process (OperatorStop).

@@ -19,6 +19,7 @@
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/counted.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/ohc_packets.hpp"
@@ -52,6 +53,8 @@ void run_ohc(Work work) {
     if (!work()) throw CLI::RuntimeError(1);
   } catch (const WrongWord& wrong) {
     throw CLI::ValidationError(wrong.name(), wrong.what());
+  } catch (const PortTaken& taken) {
+    throw hal::ExitError(hal::Exit::port_taken, taken.what());
   } catch (const PortError& wrong) {
     throw CLI::ValidationError("PORT", wrong.what());
   }
@@ -102,7 +105,8 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
     CLI::App* command = ohc.add_subcommand(name, help)->fallthrough();
     command->callback([options, name, usual_s, packets, then] {
       run_ohc([&] {
-        const OhcCommand said{name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s)};
+        const OhcCommand said{name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s),
+                              name != "stop" && name != "lamp" && name != "message"};
         if (name == "set-uid" && !options->yes &&
             !is_wanted(fmt::format("Every robot in reach gets the id {}, and saves it", options->numbers.at(0))))
           return false;
@@ -221,7 +225,9 @@ void add_ohc_command(CLI::App* ohc) {
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
       "Each subcommand has a --help of its own. At the end arkmesh stops the controller's sending, also after Ctrl-C.\n"
       "If arkmesh was killed, or the cable pulled, the controller goes on sending:\n"
-      "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached.");
+      "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached, with 5 when another "
+      "program\n"
+      "has it. A guard that a lab left behind gives way, and goes on when this does not reach the robots.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_commands(*ohc, options);
   add_upload(*ohc, options);

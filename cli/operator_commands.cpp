@@ -19,6 +19,7 @@
 #include "gateway/key_folder.hpp"
 #include "gateway/signature.hpp"
 #include "hal/config.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
 #include "lab/operator/operator_key.hpp"
@@ -44,7 +45,6 @@ constexpr OperatorWord words[] = {
     {"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false},
     {"disarm", operator_command_t::disarm, "obeys its own operator only, from period", false, false}};
 
-constexpr int exit_code_not_standing = 4;
 constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were seen to stand
 constexpr std::chrono::seconds seen_within{12};
 
@@ -75,7 +75,8 @@ Prove prove_as_lab(const std::string& own, const std::filesystem::path& keys) {
   };
 }
 
-std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
+std::runtime_error no_lab(const std::string& where, const OperatorWord& word, const BusOptions& options) {
+  if (const std::string hung = options.hung_words(); !hung.empty()) return std::runtime_error(hung);
   return std::runtime_error(
       fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
 }
@@ -86,31 +87,35 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word) {
              ended ? "It has ended; a process that it left behind tells them for a minute, and arkmesh ohc PORT pause "
                      "tells them again"
                    : "It tells them again until they were seen to; stop by hand those that move");
-  throw CLI::RuntimeError(exit_code_not_standing);
+  throw CLI::RuntimeError(hal::Exit::not_standing);
 }
 
 // "Done" is said of robots that were seen to stand only.
-void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove) {
+void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, const BusOptions& options) {
   if (lab.is_over()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
   const std::string why = lab.tell(word.command, prove);
-  if (!why.empty()) throw std::runtime_error(why);
+  if (!why.empty()) {
+    const std::string hung = lab.is_silent() ? options.hung_words() : std::string();
+    throw std::runtime_error(hung.empty() ? why : hung);
+  }
   const bool ends = word.command == operator_command_t::stop;
   if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
     throw std::runtime_error(fmt::format("{} was told to end, but has not said within {} s that it did", lab.name(),
                                          std::chrono::seconds(ends_within).count()));
-  if (word.makes_stand)
-    lab.comes_to(seen_within, [&] { return lab.has_ended() || (lab.should_stand() && lab.not_standing().empty()); });
-  if (word.makes_stand && !(lab.should_stand() && lab.not_standing().empty())) return say_not_seen(lab, ends);
-  fmt::print("{} {} {}{}\n", lab.name(), word.done, lab.period(),
-             lab.has_ended() ? "" : fmt::format(" ({})", lab.state()));
+  if (word.makes_stand) lab.comes_to(seen_within, [&] { return lab.has_ended() || lab.stands(); });
+  if (word.makes_stand && !lab.stands()) return say_not_seen(lab, ends);
+  const std::string missing = lab.not_standing();
+  fmt::print("{} {} {}{}{}\n", lab.name(), word.done, lab.period(),
+             lab.has_ended() ? "" : fmt::format(" ({})", lab.state()),
+             word.makes_stand && !missing.empty() ? "; nothing is known of robots " + missing : "");
 }
 
 void tell_own(const OperatorWord& word, const BusOptions& options) {
   const hal::BusConfig bus = options.bus();
   const Prove prove = prove_as_user();
   lab::RunningLab lab(bus, options.lab());
-  if (!lab.speaks()) throw no_lab(bus.url, word);
-  tell(word, lab, prove);
+  if (!lab.speaks()) throw no_lab(bus.url, word, options);
+  tell(word, lab, prove, options);
 }
 
 void tell_other(const OperatorWord& word, const OperatorOptions& options) {
@@ -129,7 +134,7 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   if (!lab.speaks())
     throw std::runtime_error(fmt::format("{} does not speak on {}; is the link to it up? (arkmesh status {})",
                                          options.at, bus.url, options.file));
-  tell(word, lab, prove);
+  tell(word, lab, prove, {});
 }
 
 }  // namespace

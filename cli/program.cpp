@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "hal/config.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/near_key.hpp"
 #include "hal/own_files.hpp"
 
@@ -121,9 +122,10 @@ int run(int argc, char** argv) {
   app.name("arkmesh");
   app.set_version_flag("--version", ARKMESH_VERSION);
   app.require_subcommand(1);
-  app.footer(
-      "Exit codes: 0 done, 1 failed, 2 wrong command line or configuration, 3 the operator stopped the lab or run, "
-      "4 robots that were told to stand were not seen to.");
+  std::string codes;
+  for (const hal::ExitCodeRow& row : hal::exit_codes)
+    codes += fmt::format("{}{} {}", codes.empty() ? "Exit codes: " : ", ", row.code, row.meaning);
+  app.footer(codes + '.');
   for (const CommandRow& row : command_table()) {
     CLI::App* const command = app.add_subcommand(row.name, row.purpose);
     const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
@@ -142,15 +144,19 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
     return run(argc, argv);
   } catch (const hal::ConfigError& e) {
     fmt::print(stderr, "arkmesh: {}\n", e.what());
-    return 2;
+    return hal::Exit::refused;
+  } catch (const hal::ExitError& e) {
+    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    return e.code();
   } catch (const std::exception& e) {
     fmt::print(stderr, "arkmesh: {}\n", e.what());
-    return 1;
+    return hal::Exit::failed;
   }
 }
 
 int exit_code(hal::Outcome outcome) {
-  return outcome == hal::Outcome::finished ? 0 : outcome == hal::Outcome::stopped ? 3 : 1;
+  using hal::Exit, hal::Outcome;
+  return outcome == Outcome::finished ? Exit::done : outcome == Outcome::stopped ? Exit::stopped : Exit::failed;
 }
 
 std::optional<std::pair<double, double>> two_numbers(const std::string& text, char between) {

@@ -21,6 +21,7 @@
 #include "cli/page_opener.hpp"
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/result_file.hpp"
 #include "lab/run_folder.hpp"
 
@@ -60,9 +61,13 @@ int run(const RunOptions& options) {
   // A run that is over in a moment takes its page with it.
   if (run.page() && !options.open) progress.say_after(2s, page_words(run.page()->url()));
   const nlohmann::json result = run.run(stop, &progress);
+  const std::string not_seen = run.not_standing();
+  if (!not_seen.empty()) progress.say("arkmesh: robots were told to stand; not seen to: " + not_seen);
+  const int code =
+      run.robots_stand() ? exit_code(hal::outcome_in(result).value_or(hal::Outcome::failed)) : hal::Exit::not_standing;
   if (!run.finished()) {
     progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), hal::ended_in(result)));
-    return exit_code(hal::outcome_in(result).value_or(hal::Outcome::failed));
+    return code;
   }
   const nlohmann::json& wall = result.at("wall");
   fmt::print("{}, seed {}: {:.0f} s simulated in {:.1f} s ({:.0f}x), final hash {}\n", run.names(),
@@ -72,7 +77,7 @@ int run(const RunOptions& options) {
   for (const auto& [name, n] : result.at("counts").items())
     fmt::print("  {}\n", app::count_words(name, n.get<std::uint64_t>()));
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
-  return 0;
+  return code;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "cli/bus_options.hpp"
@@ -49,8 +50,8 @@ std::string settings_of(const nlohmann::json& peer, const nlohmann::json& lab) {
   return peer["settings"] == lab["settings"] ? "alike" : "other";
 }
 
-std::string in_words(const nlohmann::json& status) {
-  std::string text, losses;
+std::string in_words(const nlohmann::json& status, const std::string& hung) {
+  std::string text = hung.empty() ? "" : hung + '\n', losses;
   if (const nlohmann::json& lab = status["lab"]; lab.is_null()) {
     text += "no lab speaks; start it with: arkmesh lab FILE\n";
   } else {
@@ -86,12 +87,17 @@ std::string in_words(const nlohmann::json& status) {
 void show_status(const BusOptions& options, bool json) {
   OperatorStop stop;
   lab::StatusListener listener(options.bus());
-  listener.listen_first(stop);
+  try {
+    listener.listen_first(stop);
+  } catch (const std::runtime_error&) {
+    if (const std::string hung = options.hung_words(); !hung.empty()) throw std::runtime_error(hung);
+    throw;
+  }
   if (stop.stopped()) return;
   if (json) return fmt::print("{}\n", listener.json().dump(2));
-  if (isatty(STDOUT_FILENO) != 1) return fmt::print("{}", in_words(listener.json()));
+  if (isatty(STDOUT_FILENO) != 1) return fmt::print("{}", in_words(listener.json(), options.hung_words()));
   while (!stop.stopped()) {
-    fmt::print("\033[H\033[2J{}\nCtrl-C ends this\n", in_words(listener.json()));
+    fmt::print("\033[H\033[2J{}\nCtrl-C ends this\n", in_words(listener.json(), options.hung_words()));
     std::fflush(stdout);
     listener.listen(refresh_every, stop);
   }

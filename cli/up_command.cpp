@@ -18,6 +18,7 @@
 #include "cli/operator_stop.hpp"
 #include "hal/child_process.hpp"
 #include "hal/config.hpp"
+#include "hal/exit_code.hpp"
 #include "hal/own_files.hpp"
 
 namespace arkmesh::cli {
@@ -86,7 +87,8 @@ class Group {
     for (std::size_t i = 0; i < labs_.size(); ++i) start(options, options.files[i], labs_[i]);
   }
 
-  // Returns the exit code: of a lab that did not finish, the first in the files' order.
+  // Returns the exit code: that robots of any lab may walk, else of a lab that did not finish, the first in the files'
+  // order.
   int run() {
     OperatorStop stop;
     while (goes_on()) {
@@ -99,9 +101,13 @@ class Group {
     }
     for (const LabOfFile& lab : labs_) children_[lab.gateway].signal(SIGTERM);
     for (const auto until = Clock::now() + 5s; Clock::now() < until && !all_ended();) serve();
-    for (const LabOfFile& lab : labs_)
-      if (const int code = *children_[lab.lab].code; code != 0) return code > 128 ? 1 : code;
-    return 0;
+    int all = hal::Exit::done;
+    for (const LabOfFile& lab : labs_) {
+      const int code = *children_[lab.lab].code;
+      if (code == hal::Exit::not_standing) return code;
+      if (all == hal::Exit::done) all = code > 128 ? hal::Exit::failed : code;
+    }
+    return all;
   }
 
  private:

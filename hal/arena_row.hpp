@@ -23,10 +23,11 @@ struct ArenaRequest {
   std::uint64_t seed = 1;  // of the arena's random streams
   LabTime run_length{0};   // at least so much lab time will be asked for
   Bus* bus = nullptr;  // what it carries may be drawn over cameras' pictures; outlives the arena. Null: nobody watches
-  PictureBoard* pictures = nullptr;  // shows what cameras see; outlives the arena. Null: nobody wants it
-  std::filesystem::path directory;   // for videos
-  bool set_up = false;               // for a set-up procedure, which finds out itself who is who
-  std::string program;               // what simulated robots run then: the name of a file in firmware/, or nothing
+  PictureBoard* pictures = nullptr;            // shows what cameras see; outlives the arena. Null: nobody wants it
+  std::filesystem::path directory;             // for videos
+  bool set_up = false;                         // for a set-up procedure, which finds out itself who is who
+  std::chrono::milliseconds hung_after{3000};  // without a sign of life of this program real robots are told to stand
+  std::string program;  // what simulated robots run then: the name of a file in firmware/, or nothing
   // Refuses keys that nobody has read. Called by an arena that has read all of its own and goes on to something slow.
   std::function<void()> all_read = [] {};
 };

@@ -91,6 +91,9 @@ class Runner {
   const RunRegister& run_register() const { return register_; }
   // Of robots that should stand those that were not seen to.
   std::vector<hal::NotStanding> not_standing() const;
+  // None of them, but for robots that safety.missing lets go.
+  bool robots_stand() const { return stand(not_standing(), may_be_missing()); }
+  std::size_t may_be_missing() const { return config_.safety.may_be_missing(arena_.info().robots.size()); }
   std::uint32_t period() const { return data_.period; }
   std::uint32_t last_period() const { return peers_.gate().last_period(); }
   const RunConfig& config() const { return config_; }

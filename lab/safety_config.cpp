@@ -19,6 +19,26 @@ void SafetyConfig::fields(const hal::Section& safety) {
        .unit = "s",
        .help = "robots that keep real time pause when no new state of any peer was applied for so long, and for "
                "two periods; 0: never"});
+  safety.field("hung_s", hung_after,
+               {.range = {0, 3600},
+                .unit = "s",
+                .help = "a lab with real robots that gives no sign of life for so long hangs: its guard tells them to "
+                        "stand; 0: never"});
+  safety.field("missing", missing,
+               {.range = {0, 1023},
+                .help = "of robots that should stand so many may never have been seen and named, before a command "
+                        "ends with 4: a share below 1 (then one at least), or a number; never all"});
+}
+
+std::size_t SafetyConfig::may_be_missing(std::size_t robots) const {
+  const double share = missing * static_cast<double>(robots);
+  const double n = missing > 0 && missing < 1 ? std::max(1.0, share) : missing;
+  return robots == 0 ? 0 : std::min(static_cast<std::size_t>(n), robots - 1);
+}
+
+bool stand(std::span<const hal::NotStanding> not_seen_to, std::size_t may_be_missing) {
+  const auto is_unnamed = [](const hal::NotStanding& robot) { return robot.why == hal::NotStanding::Why::not_named; };
+  return std::ranges::all_of(not_seen_to, is_unnamed) && not_seen_to.size() <= may_be_missing;
 }
 
 void SafetyConfig::check(const hal::Section& safety, const std::string& lab,

@@ -59,6 +59,9 @@ lab_status_t status_of(const Runner& run) {
   counter_t& clock = m.counters.emplace_back();
   clock.name = "operator.clock_us";
   clock.value = run.now().count();
+  counter_t& missing = m.counters.emplace_back();
+  missing.name = "robots.may_be_missing";
+  missing.value = static_cast<std::int64_t>(run.may_be_missing());
   m.n_counters = static_cast<std::int32_t>(m.counters.size());
   return m;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "hal/exit_code.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
@@ -19,20 +20,22 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   const hal::Section kilobot = arena.section("kilobot");
   const KilobotSettings settings = read_kilobot_settings(arena, request.lab);
   const std::shared_ptr<RawRecord> record = make_record(kilobot, settings, request.lab, "kilobot", true);
+  const auto guard = std::make_shared<hal::kilobot::StandGuard>(settings.arena.port, request.hung_after);
   std::unique_ptr<hal::kilobot::ByteStream> stream;
   try {
-    stream = recorded(hal::kilobot::open_byte_stream(settings.arena.port, request.lab), record);
+    stream = recorded(hal::kilobot::open_byte_stream(settings.arena.port, request.lab, guard), record);
+  } catch (const hal::kilobot::PortTaken& error) {
+    throw hal::ExitError(hal::Exit::port_taken, error.what());
   } catch (const hal::kilobot::PortError& error) {
     kilobot.refuse("port", error.what());
   }
-  auto guard = std::make_unique<hal::kilobot::StandGuard>(settings.arena.port);
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes = make_arena_monitor(settings, recorded(make_viewers(settings, request), record),
                                  record ? recorded(tracker::open_camera_with_bytes, record) : tracker::open_camera,
                                  std::move(names));
-  auto made = recorded(
-      hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), std::move(guard)), record);
+  auto made =
+      recorded(hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), guard), record);
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);
 }
 

@@ -10,6 +10,7 @@
 #include "hal/label.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/operator/operator_message.hpp"
+#include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -59,9 +60,17 @@ bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<
 }
 
 std::string RunningLab::not_standing() const {
+  return hal::in_words(not_seen());
+}
+
+bool RunningLab::stands() const {
+  return should_stand() && stand(not_seen(), static_cast<std::size_t>(counter("robots.may_be_missing")));
+}
+
+std::vector<hal::NotStanding> RunningLab::not_seen() const {
   std::vector<hal::NotStanding> robots;
   for (const not_standing_t& robot : status_.not_standing) robots.push_back(hal::from_message(robot));
-  return hal::in_words(robots);
+  return robots;
 }
 
 bool RunningLab::speaks() {

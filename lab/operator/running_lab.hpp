@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
@@ -35,6 +36,8 @@ class RunningLab {
   bool should_stand() const { return status_.wanted != lab_status_t::run; }
   // Of robots that should stand those that were not seen to, in words; empty: none.
   std::string not_standing() const;
+  // Robots should stand, and were seen to, but for those that the lab's safety.missing lets go.
+  bool stands() const;
 
   // Gives it a command until it has admitted it: three times at most, when it seems lost or another operator was
   // quicker. `prove` fills in the proof. Returns what became of it: nothing when it was admitted, else why not, in one
@@ -43,9 +46,11 @@ class RunningLab {
   // False when it has not come to that in time.
   bool comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition);
 
- private:
   bool is_silent() const { return std::chrono::steady_clock::now() - heard_at_ > std::chrono::seconds(3); }
+
+ private:
   bool admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove);
+  std::vector<hal::NotStanding> not_seen() const;
   std::int64_t counter(std::string_view name) const;
 
   hal::Bus bus_;

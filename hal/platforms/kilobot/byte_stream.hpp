@@ -16,6 +16,12 @@ class PortError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Another program has the port: one that tries again later may have it.
+class PortTaken : public PortError {
+ public:
+  using PortError::PortError;
+};
+
 class ByteStream {
  public:
   enum class State { closed, opening, open };

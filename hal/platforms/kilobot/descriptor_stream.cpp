@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -31,12 +32,11 @@ Line find_line(const std::string& port) {
 }
 
 void DescriptorStream::open() {
-  if (descriptor_) return;
+  if (descriptor_ || (line_.guard && !line_.guard->has_left_line())) return;
   try {
     began_ = machine_time().now();
     descriptor_ = line_.open();
-    open_ = !line_.connects;
-    if (open_) error_.clear();
+    if (!line_.connects) opened();
   } catch (const PortError& why) {
     error_ = why.what();
   }
@@ -45,6 +45,7 @@ void DescriptorStream::open() {
 ByteStream::State DescriptorStream::check() {
   heard_bytes_ = 0;
   if (!descriptor_) return State::closed;
+  if (line_.guard && line_.guard->takes_line()) return lose(ETIME);
   pollfd state{descriptor_.get(), static_cast<short>(open_ ? POLLIN : POLLOUT), 0};
   const bool ready = ::poll(&state, 1, 0) > 0;
   if (open_) {
@@ -60,13 +61,18 @@ ByteStream::State DescriptorStream::check() {
   else if (machine_time().now() - began_ <= connects_within)
     return State::opening;
   if (code != 0) return lose(code);
-  open_ = true;
-  error_.clear();
+  opened();
   return State::open;
 }
 
+void DescriptorStream::opened() {
+  open_ = true;
+  error_.clear();
+  if (line_.guard) line_.guard->has_line(descriptor_.get());
+}
+
 std::size_t DescriptorStream::write(std::span<const std::uint8_t> bytes) {
-  if (!open_ || bytes.empty()) return 0;
+  if (!open_ || bytes.empty() || (line_.guard && line_.guard->takes_line())) return 0;
   ssize_t written = ::send(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   if (written < 0 && errno == ENOTSOCK) written = ::write(descriptor_.get(), bytes.data(), bytes.size());
   if (written >= 0) return static_cast<std::size_t>(written);
@@ -81,10 +87,21 @@ std::size_t DescriptorStream::waiting_bytes() {
 }
 
 ByteStream::State DescriptorStream::lose(int code) {
-  error_ = line_.why_lost(open_, code);
+  error_ = code == ETIME ? "this program stood still, so that its guard told the robots to stand"
+                         : line_.why_lost(open_, code);
+  close();
+  return State::closed;
+}
+
+// The guard's copy of the descriptor ends with it: what holds a device or a connection is not the descriptor.
+void DescriptorStream::close() {
+  if (!descriptor_) return;
+  ::shutdown(descriptor_.get(), SHUT_RDWR);
+  ::ioctl(descriptor_.get(), TIOCNXCL);
+  ::flock(descriptor_.get(), LOCK_UN);
+  if (line_.guard) line_.guard->has_line(-1);
   descriptor_ = Handle();
   open_ = false;
-  return State::closed;
 }
 
 }  // namespace arkmesh::hal::kilobot

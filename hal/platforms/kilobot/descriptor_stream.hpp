@@ -3,12 +3,13 @@
 
 #include <array>
 #include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "hal/handle.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
+#include "hal/platforms/kilobot/stand_guard.hpp"
 #include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
@@ -19,8 +20,10 @@ struct Line {
   std::function<Handle()> open;
   // One sentence for a line that was open or could not be, by its errno, or 0.
   std::function<std::string(bool was_open, int code)> why_lost;
-  bool connects = false;         // open() only begins to connect
-  std::optional<PortLock> lock;  // held for as long as the stream lives
+  bool connects = false;  // open() only begins to connect
+  // Both are kept for as long as the stream lives; null: none.
+  std::shared_ptr<PortLock> lock;
+  std::shared_ptr<StandGuard> guard = nullptr;  // has each line that is open, too, and may take it
 };
 
 // `path` leads to a serial device or a pseudo-terminal, and is looked up anew by each open(): 38400 baud, 8 data bits,
@@ -35,6 +38,7 @@ Line find_line(const std::string& port);
 class DescriptorStream final : public ByteStream {
  public:
   explicit DescriptorStream(Line line) : line_(std::move(line)) {}
+  ~DescriptorStream() override { close(); }
   void open() override;
   State check() override;
   std::span<const std::uint8_t> heard() const override { return {heard_.data(), heard_bytes_}; }
@@ -44,6 +48,8 @@ class DescriptorStream final : public ByteStream {
 
  private:
   State lose(int code);
+  void opened();
+  void close();
 
   Line line_;
   Handle descriptor_;  // none while closed

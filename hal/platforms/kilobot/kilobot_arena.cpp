@@ -42,7 +42,7 @@ class KilobotArena final : public Arena {
   };
 
   KilobotArena(ArenaInfo info, const OverheadSettings& settings, Patience patience, std::unique_ptr<ByteStream> stream,
-               std::unique_ptr<RobotMonitor> eyes, std::unique_ptr<StandGuard> guard, WallTime& wall)
+               std::unique_ptr<RobotMonitor> eyes, std::shared_ptr<StandGuard> guard, WallTime& wall)
       : wall_(wall),
         info_(std::move(info)),
         patience_(patience),
@@ -120,7 +120,9 @@ class KilobotArena final : public Arena {
     if (phase_ == Phase::ending && !see_them_stand()) return false;
     if (phase_ == Phase::ending) {
       judged_ = not_standing();
-      if (guard_) guard_->tell({*controller_.wanted(), judged_.empty() && port_.is_open(), true});
+      if (guard_)
+        guard_->tell(
+            {*controller_.wanted(), judged_.empty() && port_.is_open(), true, controller_.said_since().has_value()});
       phase_ = Phase::stopping;
       controller_.stop_sending(now());
       last_until_ = now() + last_stop_takes;
@@ -216,6 +218,11 @@ class KilobotArena final : public Arena {
   }
 
   void serve_controller() {
+    note_pause();
+    if (guard_ && guard_->takes_line()) {
+      own_counters_.add("overhead.taken_by_guard");
+      controller_.pause_first();
+    }
     controller_.poll(now());
     serve_at_ = controller_.due(now());
     if (phase_ < Phase::stopping) begin_to_judge();  // then what was seen last stands
@@ -225,6 +232,15 @@ class KilobotArena final : public Arena {
       spdlog::info("the overhead controller listens");
     else
       spdlog::warn("the overhead controller is gone: {}; trying again", port_.error());
+  }
+
+  // How long the lab was away at most, for which a guard would have taken it for hung.
+  void note_pause() {
+    const TimePoint at = now();
+    const auto away = std::chrono::duration_cast<std::chrono::milliseconds>(at - std::exchange(served_at_, at));
+    if (away <= longest_away_) return;
+    own_counters_.add("lab.longest_pause_ms", static_cast<std::uint64_t>((away - longest_away_).count()));
+    longest_away_ = away;
   }
 
   std::optional<PoseFrame> look() {
@@ -304,7 +320,9 @@ class KilobotArena final : public Arena {
   void tell_guard() {
     if (guard_ && phase_ < Phase::stopping)
       guard_->tell({.wanted = should_stand() ? *controller_.wanted() : FleetCommand::Kind::pause,
-                    .all_stand = should_stand() && port_.is_open() && not_standing().empty()});
+                    .all_stand = should_stand() && port_.is_open() && not_standing().empty(),
+                    .ended = false,
+                    .said = controller_.said_since().has_value()});
   }
 
   void make_frame(LabTime stamp) {
@@ -355,12 +373,14 @@ class KilobotArena final : public Arena {
   TimePoint made_ = now();
   TimePoint wanted_at_ = TimePoint::max();  // when the call that was answered with false has something to do again
   TimePoint serve_at_ = made_;              // when the controller has
-  std::optional<TimePoint> begun_at_;       // the first advance_to
+  TimePoint served_at_ = made_;
+  std::chrono::milliseconds longest_away_{0};  // between two calls that served the controller
+  std::optional<TimePoint> begun_at_;          // the first advance_to
   TimePoint looked_at_{};
   bool has_picture_ = false;  // the last look while beginning gave a frame
   bool was_up_ = false;
   StandJudge judge_;
-  std::unique_ptr<StandGuard> guard_;                                            // null: none
+  std::shared_ptr<StandGuard> guard_;                                            // null: none
   std::pair<std::optional<FleetCommand::Kind>, std::optional<TimePoint>> told_;  // what is judged, and since when
   bool ran_ = false;                                                             // robots were told to, at any time
   std::vector<RobotId> walkers_;                                                 // as last said
@@ -374,15 +394,17 @@ class KilobotArena final : public Arena {
 
 }  // namespace
 
-std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab) {
-  std::unique_ptr<ByteStream> stream = claim_byte_stream(port, "lab " + lab);
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab,
+                                             std::shared_ptr<StandGuard> guard) {
+  std::shared_ptr<PortLock> lock;
+  std::unique_ptr<ByteStream> stream = claim_byte_stream(port, "lab " + lab, &lock, std::move(guard));
   stream->open();
-  if (stream->check() == ByteStream::State::closed) throw PortError(stream->error());
+  if (stream->check() == ByteStream::State::closed) throw PortError(stream->error() + lock->guarded_words());
   return stream;
 }
 
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
-                                          std::unique_ptr<ByteStream> stream, std::unique_ptr<StandGuard> guard,
+                                          std::unique_ptr<ByteStream> stream, std::shared_ptr<StandGuard> guard,
                                           WallTime& wall) {
   const KilobotArena::Patience patience{settings.names_within, settings.may_miss};
   return std::make_unique<KilobotArena>(std::move(settings.info), settings.overhead, patience, std::move(stream),

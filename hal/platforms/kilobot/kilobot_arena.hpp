@@ -16,7 +16,8 @@ namespace arkmesh::hal::kilobot {
 
 // The device named: one that is not there now is a mistake in the file or in the arena, later it is a fault that heals.
 // `lab` is named to others who want it. Throws PortError.
-std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab);
+std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std::string& lab,
+                                             std::shared_ptr<StandGuard> guard = nullptr);
 
 // advance_to(0) is there when the overhead controller listens and every robot has been seen and named, and throws
 // std::runtime_error with what is missing when that takes longer than names_within. Robots that may be missing are
@@ -26,6 +27,6 @@ std::unique_ptr<ByteStream> open_byte_stream(const std::string& port, const std:
 // OverheadController counts, and what `eyes` counts. `wall`, when it is not the machine's, outlives the arena.
 std::unique_ptr<Arena> make_kilobot_arena(ArenaSettings settings, std::unique_ptr<RobotMonitor> eyes,
                                           std::unique_ptr<ByteStream> stream,
-                                          std::unique_ptr<StandGuard> guard = nullptr, WallTime& wall = machine_time());
+                                          std::shared_ptr<StandGuard> guard = nullptr, WallTime& wall = machine_time());
 
 }  // namespace arkmesh::hal::kilobot

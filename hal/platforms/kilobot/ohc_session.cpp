@@ -16,6 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::seconds opening_takes_at_most = 6s;
+constexpr std::chrono::milliseconds heard_within = 300ms;  // by robots, on a line that is still open then
 
 TimePoint now() {
   return machine_time().now();
@@ -27,17 +28,17 @@ double seconds(std::chrono::nanoseconds time) {
 }  // namespace
 
 OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle, StopRequest& stop, Progress& progress)
-    : port_(claim_byte_stream(port, "arkmesh ohc"), counters_),
+    : port_(claim_byte_stream(port, "arkmesh ohc", &lock_), counters_),
       sender_(port_, settle, counters_),
       stop_(stop),
       status_(progress) {
   const TimePoint begun = now();
   while (!stop_.stopped() && !sender_.is_up()) {
     sender_.poll(now());
-    if (!port_.is_open() && !port_.error().empty()) throw std::runtime_error(port_.error());
+    if (!port_.is_open() && !port_.error().empty()) throw std::runtime_error(port_.error() + lock_->guarded_words());
     if (!port_.is_open() && now() - begun > opening_takes_at_most)
-      throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?", port,
-                                           opening_takes_at_most.count()));
+      throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?{}", port,
+                                           opening_takes_at_most.count(), lock_->guarded_words()));
     status_.show(port_.is_open() ? "waiting for the controller, which may be starting"
                                  : fmt::format("connecting with {}", port));
     wait();
@@ -67,8 +68,11 @@ OhcSaid OhcSession::say(const OhcCommand& command) {
     const TimePoint present = now();
     sender_.poll(present);
     if (!port_.is_open())
-      throw std::runtime_error(
-          fmt::format("{}; {} had been sent for {:.1f} of {:.1f} s", port_.error(), command.name, said_s(), all_s));
+      throw std::runtime_error(fmt::format("{}; {} had been sent for {:.1f} of {:.1f} s{}", port_.error(), command.name,
+                                           said_s(), all_s, lock_->guarded_words()));
+    if (command.is_for_robots && begun &&
+        present - *begun >= std::min<std::chrono::microseconds>(command.each, heard_within))
+      lock_->take_over();
     if (!sender_.is_ready(present)) {
       if (begun && all_s >= 2) status_.show(fmt::format("{}: {:.0f} of {:.0f} s", command.name, said_s(), all_s));
     } else if (next == command.packets.size()) {
@@ -88,6 +92,7 @@ void OhcSession::upload(FirmwareUpload& upload) {
   for (; !stop_.stopped(); wait()) {
     const TimePoint present = now();
     upload.poll(sender_, present);
+    if (!upload.is_calling()) lock_->take_over();
     if (upload.is_finished() && sender_.is_ready(present)) break;
     if (!sender_.is_up())
       status_.show(port_.is_open() ? "the controller is starting again" : port_.error() + "; trying again");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/firmware_upload.hpp"
 #include "hal/platforms/kilobot/packet_sender.hpp"
+#include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
 
@@ -20,6 +22,7 @@ struct OhcCommand {
   std::string name;
   std::vector<Packet> packets;
   std::chrono::microseconds each{0};
+  bool is_for_robots = true;  // they do something else from then on, so that no guard is needed
 };
 
 // How far a command was said: all of it, or it was stopped.
@@ -47,6 +50,7 @@ class OhcSession {
   void wait();
 
   Counters counters_;
+  std::shared_ptr<PortLock> lock_;
   PacketPort port_;
   PacketSender sender_;
   StopRequest& stop_;

@@ -150,6 +150,7 @@ void OverheadController::note_loss() {
   }
   on_air_command_.reset();
   if (wanted_ && !commands_.has_word()) commands_.put_first({.kind = *wanted_});
+  if (std::exchange(pause_first_, false) && wanted_ == Kind::run) commands_.put_first({.kind = Kind::pause});
 }
 
 void OverheadController::expire(TimePoint now) {

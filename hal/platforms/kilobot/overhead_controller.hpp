@@ -72,6 +72,9 @@ class OverheadController final : public RobotLink {
   std::optional<TimePoint> said_since() const { return said_since_; }
   // Somebody was seen not to do what is wanted: `pause` is said again soon, and at length.
   void urge(TimePoint now);
+  // Somebody else told the robots to stand, and the line is about to be lost: when it is back they are told so again,
+  // and then what is wanted.
+  void pause_first() { pause_first_ = true; }
   // Sends what is due. Call it at the times that due() gives, or more often.
   void poll(TimePoint now);
   TimePoint due(TimePoint now) const { return sender_.due(now); }
@@ -114,7 +117,8 @@ class OverheadController final : public RobotLink {
   TimePoint again_at_{};                   // when a `pause` that stands is said again
   bool urged_ = false, repeated_ = false;  // at length; the word that is on the air was said before
   bool asleep_ = false;                    // robots may be, since they were told to and until they were woken
-  bool cut_ = false;                       // what is on the air must make way for a word
+  bool pause_first_ = false;
+  bool cut_ = false;  // what is on the air must make way for a word
   std::optional<Message> question_;
   std::optional<Message> asked_;  // the question that was sent last, while the last packet was one
   TimePoint asked_at_{}, stopped_at_{};

@@ -11,19 +11,25 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "hal/own_files.hpp"
+#include "hal/platforms/kilobot/guard_words.hpp"
+#include "hal/platforms/kilobot/port_lock.hpp"
 
 extern char** environ;
 
 namespace arkmesh::hal::kilobot {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr int word_descriptor = 3;  // in the guard
+constexpr std::chrono::milliseconds lives_each = 200ms;
 
 }  // namespace
 
-StandGuard::StandGuard(const std::string& port) {
+StandGuard::StandGuard(const std::string& port, std::chrono::milliseconds hung_after) {
   std::array<int, 2> ends{-1, -1};
   const std::string program = (program_folder() / process_name).string();
   int error = ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) == 0 ? 0 : errno;
@@ -41,8 +47,9 @@ StandGuard::StandGuard(const std::string& port) {
     ::posix_spawn_file_actions_adddup2(&files, theirs.get(), word_descriptor);
     ::posix_spawn_file_actions_addclosefrom_np(&files, word_descriptor + 1);
     ::posix_spawn_file_actions_addchdir_np(&files, "/");
-    std::string name = process_name, given = port, descriptor = std::to_string(word_descriptor);
-    std::array<char*, 4> arguments{name.data(), given.data(), descriptor.data(), nullptr};
+    std::string name = process_name, given = port, descriptor = std::to_string(word_descriptor),
+                hung_ms = std::to_string(hung_after.count());
+    std::array<char*, 5> arguments{name.data(), given.data(), descriptor.data(), hung_ms.data(), nullptr};
     pid_t process = 0;
     error = ::posix_spawn(&process, program.c_str(), &files, &attributes, arguments.data(), environ);
     ::posix_spawn_file_actions_destroy(&files);
@@ -55,14 +62,55 @@ StandGuard::StandGuard(const std::string& port) {
 }
 
 void StandGuard::tell(const State& state) {
-  if (!word_ || told_ == state) return;
-  const std::array<std::uint8_t, 3> bytes{static_cast<std::uint8_t>(state.wanted), state.all_stand, state.ended};
-  if (::send(word_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) == std::ssize(bytes)) {
-    told_ = state;
-  } else if (errno != EAGAIN && errno != EWOULDBLOCK) {
+  const TimePoint now = machine_time().now();
+  const bool is_new = told_ != state;
+  if (!word_ || (!is_new && now - lived_ < lives_each)) return;
+  const std::array<std::uint8_t, 4> bytes{guard_word::state, static_cast<std::uint8_t>(state.wanted), state.all_stand,
+                                          state.ended};
+  const std::uint8_t lives = guard_word::lives;
+  if (state.said && lock_) std::exchange(lock_, nullptr)->take_over();
+  if (!(is_new ? send(bytes.data(), bytes.size()) : send(&lives, 1))) return;
+  told_ = state;
+  lived_ = now;
+}
+
+void StandGuard::has_line(int descriptor) {
+  takes_line_ = false;
+  if (descriptor < 0 && !has_line_) return;
+  has_line_ = descriptor >= 0;
+  const std::uint8_t word = has_line_ ? guard_word::line : guard_word::no_line;
+  leaves_line_ = send(&word, 1, descriptor) && !has_line_;
+}
+
+bool StandGuard::takes_line() {
+  hear();
+  return takes_line_;
+}
+
+bool StandGuard::has_left_line() {
+  hear();
+  return !leaves_line_ || !word_;
+}
+
+void StandGuard::hear() {
+  std::uint8_t word = 0;
+  ssize_t n = 0;
+  while (word_ && (n = ::recv(word_.get(), &word, 1, MSG_DONTWAIT)) == 1) {
+    takes_line_ = takes_line_ || (word == guard_word::takes_line && has_line_);
+    leaves_line_ = leaves_line_ && word != guard_word::leaves_line;
+  }
+  if (n == 0 && word_) send(&word, 1);  // to nobody: it is gone
+}
+
+// Not sent: the guard does not read, or is gone.
+bool StandGuard::send(const void* bytes, std::size_t n, int descriptor) {
+  if (!word_) return false;
+  if (send_word(word_.get(), bytes, n, descriptor)) return true;
+  if (errno != EAGAIN && errno != EWOULDBLOCK) {
     word_ = Handle();
     spdlog::warn("the process that tells the robots to stand should this program be killed is gone itself");
   }
+  return false;
 }
 
 }  // namespace arkmesh::hal::kilobot

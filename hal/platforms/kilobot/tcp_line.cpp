@@ -17,6 +17,8 @@ namespace arkmesh::hal::kilobot {
 namespace {
 
 constexpr int gone_after_ms = 5000;  // bytes unconfirmed for so long: the other machine is gone
+constexpr int long_gone_after_ms = 20'000, repeats_each_ms = 1000;
+constexpr int rto_max_option = 44;  // TCP_RTO_MAX_MS, since Linux 6.15
 
 struct Address {
   sockaddr_storage bytes;
@@ -63,12 +65,14 @@ std::string why_lost(const std::string& name, bool was_open, int code) {
 Handle connect(const Address& address) {
   Handle out(::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const auto set = [&out](int level, int option, int value) {
-    ::setsockopt(out.get(), level, option, &value, sizeof value);
+    return ::setsockopt(out.get(), level, option, &value, sizeof value) == 0;
   };
   if (!out) return out;
   set(IPPROTO_TCP, TCP_NODELAY, 1);
   // a cut cable is noticed in seconds: by unconfirmed bytes, and by probes when nothing is said
-  set(IPPROTO_TCP, TCP_USER_TIMEOUT, gone_after_ms);
+  // a path that is back is used within a second where the system can repeat so often; else another connection finds it
+  const bool repeats = set(IPPROTO_TCP, rto_max_option, repeats_each_ms);
+  set(IPPROTO_TCP, TCP_USER_TIMEOUT, repeats ? long_gone_after_ms : gone_after_ms);
   set(SOL_SOCKET, SO_KEEPALIVE, 1);
   set(IPPROTO_TCP, TCP_KEEPIDLE, 2);
   set(IPPROTO_TCP, TCP_KEEPINTVL, 1);

@@ -26,7 +26,8 @@ class Listener {
   std::vector<std::uint8_t> read() {
     if (client_ < 0) client_ = ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     std::vector<std::uint8_t> out(4096);
-    const ssize_t got = client_ < 0 ? 0 : ::recv(client_, out.data(), out.size(), 0);
+    const ssize_t got = client_ < 0 ? -1 : ::recv(client_, out.data(), out.size(), 0);
+    if (got == 0 && client_ >= 0) hang_up();  // so did the other end
     out.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return out;
   }

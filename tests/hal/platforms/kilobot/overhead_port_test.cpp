@@ -131,3 +131,29 @@ TEST_CASE("overhead controller: a line that takes bytes and does not deliver the
   bench.run(100ms);
   CHECK(bench.cable->take().size() == 2);
 }
+
+TEST_CASE("overhead controller: somebody else paused the robots") {
+  // A word that stands is said when the line is back, but behind a pause: once, and in any state of the line.
+  for (const auto kind : {hal::FleetCommand::Kind::run, hal::FleetCommand::Kind::sleep}) {
+    OverheadBench bench;
+    bench.start();
+    bench.controller.command({.kind = kind});
+    bench.run(2s);
+    bench.cable->take();
+    for (const bool paused : {true, false}) {
+      CAPTURE(paused);
+      if (paused) bench.controller.pause_first();
+      bench.cable->plugged = false;
+      bench.run(1s);
+      bench.cable->plugged = true;
+      bench.run(bench.settings.settle + 3s);
+      std::vector<std::uint8_t> words;
+      for (const auto& heard : bench.cable->take())
+        if (heard.type() == PacketType::forward && (words.empty() || words.back() != heard.message_type()))
+          words.push_back(heard.message_type());
+      const std::uint8_t own = kind == hal::FleetCommand::Kind::run ? type_run : type_sleep;
+      const bool first = paused && kind == hal::FleetCommand::Kind::run;
+      CHECK(words == (first ? std::vector<std::uint8_t>{type_wakeup, own} : std::vector<std::uint8_t>{own}));
+    }
+  }
+}

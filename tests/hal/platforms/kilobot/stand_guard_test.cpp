@@ -2,12 +2,18 @@
 #include "hal/platforms/kilobot/stand_guard.hpp"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -31,10 +37,10 @@ namespace {
 constexpr std::chrono::milliseconds guard_deadline = 300s;
 using GuardKind = hal::FleetCommand::Kind;
 
-// A process that does something and then waits to be killed, with all of its group.
+// A process that does something and then does what goes on, each millisecond, until it is killed with all of its group.
 class Victim {
  public:
-  explicit Victim(const std::function<void()>& act) {
+  explicit Victim(const std::function<void()>& act, const std::function<void()>& goes_on = {}) {
     int ends[2];
     REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
     process_ = ::fork();
@@ -42,7 +48,7 @@ class Victim {
       ::setpgid(0, 0);
       act();
       ::close(ends[1]);
-      for (;;) ::pause();
+      for (;; std::this_thread::sleep_for(1ms)) goes_on ? goes_on() : static_cast<void>(::pause());
     }
     ::close(ends[1]);
     char nothing = 0;
@@ -50,6 +56,8 @@ class Victim {
     ::close(ends[0]);
   }
   ~Victim() { kill(); }
+  void signal(int number) { ::kill(process_, number); }
+  bool is_there() { return process_ > 0 && ::waitpid(process_, nullptr, WNOHANG) == 0; }
   void kill() {
     if (process_ < 0) return;
     ::kill(-process_, SIGKILL);
@@ -63,7 +71,8 @@ class Victim {
 // With a guard that was told this.
 Victim guarded(const std::string& port, std::vector<StandGuard::State> states) {
   return Victim([&] {
-    auto* const guard = new StandGuard(port);  // nobody destroys it
+    new PortLock(port, "lab shark");  // nobody destroys them
+    auto* const guard = new StandGuard(port);
     for (const auto& state : states) guard->tell(state);
   });
 }
@@ -126,7 +135,7 @@ TEST_CASE("stand guard: a line that comes back later is found") {
   GuardEar ear(listener);
   CHECK(eventually(guard_deadline, [&] { return ear.hears(type_sleep); }));  // robots that sleep are not woken
   CHECK_FALSE(ear.hears(type_wakeup));
-  const PortLock lock(listener.port(), "the test");  // sends it away
+  PortLock(listener.port(), "the test").take_over();  // sends it away
 }
 
 TEST_CASE("stand guard: where robots were seen to stand it leaves soon, and after an orderly end at once") {
@@ -147,6 +156,115 @@ TEST_CASE("stand guard: where robots were seen to stand it leaves soon, and afte
   guarded(other.port(), {{GuardKind::pause, true, true}}).kill();
   std::this_thread::sleep_for(1s);
   CHECK(other.read().empty());
+}
+
+TEST_CASE("stand guard: a program that wants the port and reaches nobody leaves the guard in its place") {
+  // However it ends: it gives up, or is killed in mid-try. The line may be there or not meanwhile.
+  PseudoTerminal terminal;
+  Listener listener;
+  for (const bool is_killed : {false, true}) {
+    CAPTURE(is_killed);
+    guarded(listener.port(), {{GuardKind::pause, false, false}}).kill();
+    GuardEar ear(listener);
+    REQUIRE(eventually(guard_deadline, [&] { return ear.hears(type_wakeup); }));
+    if (is_killed) {
+      Victim tries([&] { new PortLock(listener.port(), "arkmesh ohc"); });
+      CHECK_FALSE(port_is_free(listener.port()));
+      tries.kill();
+    } else {
+      listener.stop();
+      std::shared_ptr<PortLock> lock;
+      const auto stream = claim_byte_stream(listener.port(), "arkmesh ohc", &lock);
+      stream->open();
+      CHECK(eventually(guard_deadline, [&] { return stream->check() == ByteStream::State::closed; }));
+      CHECK(lock->guarded_words().find("arkmesh-guard") != std::string::npos);
+    }
+    if (!is_killed) listener.listen_again();
+    listener.hang_up();
+    ear.heard.clear();
+    CHECK(eventually(guard_deadline, [&] { return ear.hears(type_wakeup); }));
+    // One that robots have heard takes its place.
+    {
+      std::shared_ptr<PortLock> lock;
+      const auto stream = claim_byte_stream(listener.port(), "arkmesh ohc", &lock);
+      lock->take_over();
+      CHECK(eventually(guard_deadline, [&] { return lock->guarded_words().empty(); }));
+    }
+    CHECK(port_is_free(listener.port()));
+  }
+}
+
+TEST_CASE("stand guard: robots of a program that hangs are told to stand, on its own line") {
+  Listener listener;
+  Victim* program = nullptr;
+  const auto start = [&](std::chrono::milliseconds hung_after) {
+    const auto guard = std::make_shared<std::shared_ptr<StandGuard>>();
+    const auto stream = std::make_shared<std::unique_ptr<ByteStream>>();
+    const auto idle = std::make_shared<int>(0);
+    program = new Victim(
+        [&listener, guard, stream, hung_after] {
+          listener.stop();  // this process's copies
+          *guard = std::make_shared<StandGuard>(listener.port(), hung_after);
+          *stream = claim_byte_stream(listener.port(), "lab shark", nullptr, *guard);
+          (*stream)->open();
+        },
+        [guard, stream, idle] {
+          (*guard)->tell({GuardKind::pause, false, false, true});
+          // four times a second, as a lab does: who tries more often meets itself at a port that nobody listens at
+          if ((*stream)->check() == ByteStream::State::closed && ++*idle % 250 == 0) (*stream)->open();
+          const std::array<std::uint8_t, 1> sign{'.'};
+          (*stream)->write(sign);
+        });
+  };
+  start(1s);
+  GuardEar ear(listener);
+  const auto says_dots = [&] { return std::ranges::count(listener.read(), '.') > 0; };
+  REQUIRE(eventually(guard_deadline, says_dots));
+  std::this_thread::sleep_for(500ms);  // it shows that it lives
+  program->signal(SIGSTOP);
+  REQUIRE(eventually(guard_deadline, [&] { return ear.hears(type_wakeup); }));
+  const auto holder = port_holder(listener.port());
+  REQUIRE(holder);
+  CHECK(holder->state == PortHolder::State::hung);
+  CHECK_THROWS_WITH_AS(PortLock(listener.port(), "arkmesh ohc"), doctest::Contains("hangs"), PortTaken);
+  // Nothing of the program's own comes on that line any more; it opens another.
+  program->signal(SIGCONT);
+  std::vector<std::uint8_t> rest;
+  std::vector<std::uint8_t> last;
+  CHECK(eventually(guard_deadline, [&] {
+    for (const std::uint8_t byte : listener.read()) rest.push_back(byte);
+    return port_holder(listener.port())->state == PortHolder::State::speaking;
+  }));
+  std::this_thread::sleep_for(200ms);
+  for (const std::uint8_t byte : listener.read()) rest.push_back(byte);
+  const auto runs_of_dots = std::ranges::search(rest, std::vector<std::uint8_t>(3, '.'));
+  CHECK(runs_of_dots.empty());
+  listener.hang_up();
+  CHECK(eventually(guard_deadline, says_dots));
+  // Where it has no line, and so nobody can speak, it is ended.
+  listener.stop();
+  std::this_thread::sleep_for(500ms);
+  program->signal(SIGSTOP);
+  CHECK(eventually(guard_deadline, [&] { return !program->is_there(); }));
+  listener.listen_again();
+  ear.heard.clear();
+  CHECK(eventually(guard_deadline, [&] { return ear.hears(type_wakeup); }));
+  delete program;
+  PortLock(listener.port(), "the test").take_over();
+}
+
+TEST_CASE("port lock: a stranger's lock is named by who has it, not by what its file says") {
+  Listener listener;
+  { const PortLock mine(listener.port(), "lab shark"); }
+  Victim stranger([&] {
+    for (const auto& each :
+         std::filesystem::directory_iterator(std::filesystem::exists("/run/lock") ? "/run/lock" : "/tmp"))
+      if (const auto name = each.path().filename().string();
+          name.starts_with("arkmesh-port-") &&
+          name.find(listener.port().substr(listener.port().rfind(':') + 1)) != std::string::npos)
+        ::flock(::open(each.path().c_str(), O_RDWR), LOCK_EX);
+  });
+  CHECK_THROWS_WITH_AS(PortLock(listener.port(), "arkmesh ohc"), doctest::Contains("is locked by process"), PortTaken);
 }
 
 TEST_CASE("port lock: a second program on one controller is refused by the first one's name") {
