@@ -219,6 +219,21 @@ service_is_killed() { # step of a started system
   grep -sx arkmesh-guard /proc/[0-9]*/comm || fail "the guard did not outlive its lab"
 }
 
+service_comes_back() { # step of a started system
+  rm /run/systemd/system/arkmesh-lab@.service.d/later.conf
+  systemctl daemon-reload
+  systemctl stop arkmesh-lab@roark
+  start_lab
+  local lab
+  lab=$(systemctl show -P MainPID arkmesh-lab@roark)
+  systemctl kill --kill-whom=main -s KILL arkmesh-lab@roark
+  standing
+  later 180 robots walk
+  [ "$(systemctl show -P NRestarts arkmesh-lab@roark)" -gt 0 ] || fail "the lab was not started again"
+  [ "$(systemctl show -P MainPID arkmesh-lab@roark)" != "$lab" ] || fail "the lab is still the first one"
+  [ -n "$(ls /run/lock/arkmesh-port-*)" ] || fail "the unit's lock is not where others see it"
+}
+
 upgrade_in_mid_run() { # step of a started system
   systemctl stop arkmesh-lab@roark
   start_lab
