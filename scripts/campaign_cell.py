@@ -28,6 +28,7 @@ NOTICES_S = 8                           # what noticing, lingering and the end o
 STANDS_STILL_S = 20
 LINE_AWAY_S = 8
 SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
+HUNG_S = 3                              # safety.hung_s
 STAND_WITHIN_S = 3.5                    # of the lab's end, or of when its controller can be reached: settle_s + 1
 ROBOTS = 3
 
@@ -45,7 +46,7 @@ def pace_of(arena, phase, fault):
         return Pace(2.0, 4000.0, 600)
     if phase == "ending" or phase == "waiting at 0":
         return Pace(0.5, 8.0, 6)
-    return Pace(0.5, 44.0 if fault == "SIGSTOP 20 s" else 24.0, 6)
+    return Pace(0.5, 44.0 if fault.endswith(("0 s", "15 s")) else 24.0, 6)
 
 
 def failing_program(program):
@@ -60,10 +61,11 @@ class Cell:
         self.program = failing_program(program) if fault == "scenario exception" else program
         self.pace = pace_of(arena, phase, fault)
         goes_on = isinstance(self.promise, campaign_promises.Promise) and self.promise.end == "finished"
-        self.patience_s = LONG_PATIENCE_S if fault == "SIGSTOP 20 s" or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
+        self.patience_s = LONG_PATIENCE_S if fault.startswith(("SIGSTOP", "hangs")) or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
         self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
         self.figures = {}  # what was measured, for the record
         self.waits = ""  # what it said while it waited
+        self.port = str(out / "ohc") if fault.endswith("terminal away") else "tcp://127.0.0.1:8091"
         self.line_back_s = 0.0  # of the emulator's time
         self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
 
@@ -73,14 +75,14 @@ class Cell:
         hardware = self.arena == "hardware"
         crash = self.out / "crash.c"
         crash.write_text(campaign_files.crashing_program(int(31 * self.pace.period_s * self.pace.fault_at)))
-        (self.out / "emulator.toml").write_text(campaign_files.emulator(ROBOTS))
+        (self.out / "emulator.toml").write_text(campaign_files.emulator(ROBOTS, f'ohc_link = "{self.out}/ohc"\n'))
         files = []
         for lab in PORTS:
             own = lab == "roark"
             crashes = own and self.fault == "program crash" and not hardware
             files.append(self.out / f"{lab}.toml")
             files[-1].write_text(campaign_files.lab(
-                lab, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out, patience_s=self.patience_s,
+                lab, self.port, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out, patience_s=self.patience_s,
                 use="kilobot" if own and hardware else "ode", pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0,
                 controller=crash if crashes else campaign_files.DHTF))
         return files
@@ -148,16 +150,27 @@ class Cell:
     def do_fault(self):
         fault, process = self.fault, self.process()
         name = fault.partition(", line away")[0]
-        if name in ("Ctrl-C", "SIGTERM", "SIGKILL"):
+        if name in ("Ctrl-C", "SIGTERM", "SIGKILL") or " in vain" in fault:
             if name != fault:
                 self.tell_emulator("ohc unplug")
-            process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGKILL": signal.SIGKILL}[name])
-            if name == "SIGKILL":
+            process.send_signal({"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM}.get(name, signal.SIGKILL))
+            if name not in ("Ctrl-C", "SIGTERM"):
                 process.wait()
+            if " in vain" in fault:
+                self.try_in_vain(fault.partition(" in vain")[0])
             if name != fault:
                 time.sleep(LINE_AWAY_S)
                 self.tell_emulator("ohc plug")
                 self.line_back_s = self.emulator_time_s()
+        elif fault.startswith("hangs"):
+            self.hang(fault.partition(", ")[2])
+        elif fault.startswith("line stalls"):
+            seconds, began = int(fault.split()[2]), self.emulator_time_s()
+            self.tell_emulator(f"ohc stall {seconds}")
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.command("pause", self.out / "roark.toml", limit_s=seconds)
+            self.until(60, lambda: self.emulator_time_s() > began + seconds + STAND_WITHIN_S + 4, "the emulator's time")
+            self.judge_stillness(began + seconds)
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)
@@ -186,6 +199,38 @@ class Cell:
         elif fault == "run folder removed":
             while self.folders["roark"].exists():  # the lab may be writing there
                 shutil.rmtree(self.folders["roark"], ignore_errors=True)
+
+    def command(self, *words, limit_s):
+        """Code and words of a command of arkmesh."""
+        done = subprocess.run([self.program, *words], capture_output=True, text=True, timeout=limit_s)
+        return done.returncode, done.stdout + done.stderr
+
+    def try_in_vain(self, who):
+        """Another program wants the port while nobody is reached by it; it ends so, or is killed."""
+        (self.out / "program.hex").write_text(":020000000C945E\n:00000001FF\n")
+        words = {"ohc": ("ohc", self.port, "pause"), "upload": ("ohc", self.port, "upload", self.out / "program.hex"),
+                 "second lab": ("lab", self.out / "roark.toml", "--out", self.out / "second")}[who]
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            code, said = self.command(*words, limit_s=8)
+            if code == 0 or "arkmesh-guard" not in said:
+                self.problems.append(f"{who} ends with {code} and does not say who tells the robots to stand: {said.strip()[-200:]}")
+
+    def hang(self, what):
+        """The lab stands still, for so long that its robots are told to stand, or for the fault's time."""
+        began, process = self.emulator_time_s(), self.process()
+        process.send_signal(signal.SIGSTOP)
+        seconds = float(self.fault.split()[1]) if not what else 7
+        time.sleep(seconds)
+        if what in ("pause", "stop"):
+            code, said = self.command(what, self.out / "roark.toml", limit_s=60)
+            if code != 1 or "hangs" not in said:
+                self.problems.append(f"{what} to a lab that hangs ends with {code} and says: {said.strip()[-200:]}")
+        if seconds > HUNG_S:
+            self.until(60, lambda: self.emulator_time_s() > began + 9, "the emulator's time")
+            self.judge_stillness(began + HUNG_S + 0.5 - STAND_WITHIN_S)
+        process.send_signal(signal.SIGKILL if what in ("stop", "SIGKILL") else signal.SIGCONT)
+        if what in ("stop", "SIGKILL"):
+            process.wait()
 
     def end_fault(self):
         """What comes after the fault: the peer starts, the link is mended."""
@@ -270,8 +315,9 @@ class Cell:
         if end is None or (lab not in self.ended and end != "killed") or self.ended.get(lab, 0) is None:
             return
         code = self.process(lab).poll()
-        if code != campaign_promises.EXIT_CODES[end]:
-            self.problems.append(f"{lab} ended with code {code} instead of {campaign_promises.EXIT_CODES[end]}: {self.labs.last_words('lab', lab)[:200]}")
+        wanted = campaign_promises.EXIT_CODES[end] if lab != "roark" or self.promise.code is None else self.promise.code
+        if code != wanted:
+            self.problems.append(f"{lab} ended with code {code} instead of {wanted}: {self.labs.last_words('lab', lab)[:200]}")
         result = self.result_of(lab)
         state, wanted = result.get("state", "no result"), "running" if end == "killed" else end
         if state != wanted and not (state == "finished" and self.promise.may_be_finished):

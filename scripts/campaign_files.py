@@ -25,7 +25,7 @@ robots = {robots}
 [arena.ode]
 controller = "{controller}"
 [arena.kilobot]
-port = "tcp://127.0.0.1:8091"
+port = "{port}"
 [[arena.kilobot.cameras]]
 source = "http://127.0.0.1:8090/camera0"
 calibration = "{out}/testbed.yaml"
@@ -62,8 +62,8 @@ int main() {{
 """
 
 
-def lab(name, **values):
-    return LAB_TEXT.format(root=ROOT, lab=name, bus=PORTS[name], **values) + GATEWAYS[name]
+def lab(name, port="tcp://127.0.0.1:8091", **values):
+    return LAB_TEXT.format(root=ROOT, lab=name, bus=PORTS[name], port=port, **values) + GATEWAYS[name]
 
 
 def emulator(robots, ports=""):

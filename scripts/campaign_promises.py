@@ -23,6 +23,16 @@ FAULTS = {
     "SIGKILL": "the lab's process is killed",
     "Ctrl-C, line away": "the line to the controller is cut, the operator presses Ctrl-C, and the line comes back after 8 s",
     "SIGKILL, line away": "the line to the controller is cut, the lab's process is killed, and the line comes back after 8 s",
+    **{f"{who} in vain, {line} away": f"the {line} to the controller is cut, the lab's process is killed, {what} reaches nobody, and the {line} comes back after 8 s"
+       for who, what in (("ohc", "`arkmesh ohc PORT pause`"), ("upload", "`arkmesh ohc PORT upload`"), ("second lab", "another lab"))
+       for line in ("line", "terminal")},
+    "hangs, pause": "the lab's process hangs for 7 s, and is told to pause",
+    "hangs, stop": "the lab's process hangs, is told to stop, and is killed then",
+    "hangs, SIGKILL": "the lab's process hangs for 7 s, and is killed",
+    "hangs 2 s": "the lab's process hangs for 2 s",
+    "hangs 10 s": "the lab's process hangs for 10 s",
+    "line stalls 5 s": "the line to the controller takes bytes and delivers them later; robots are told to pause meanwhile",
+    "line stalls 15 s": "the same for longer",
     "SIGSTOP 20 s": "the lab's process stands still for 20 s",
     "program crash": "a robot's program crashes; on hardware a robot fails",
     "scenario exception": "the scenario fails",
@@ -120,6 +130,7 @@ class Promise:
     says: str = ""
     peer: str | None = "finished"
     peer_says: str = ""
+    code: int | None = None  # where it is not that of `end`
     may_be_finished: bool = False  # a killed lab's result may say so
     note: str = ""  # for the reader
 
@@ -152,10 +163,12 @@ def promise(arena, phase, fault):
         return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
-    if fault.endswith(", line away"):
+    if fault.endswith(" away") or fault.startswith(("hangs", "line stalls")):
         if arena != "hardware" or phase != "running":
             return NoSense("only the hardware has a controller, and only robots that run have to stand")
-        return STOPPED if fault.startswith("Ctrl-C") else KILLED
+        if fault.startswith("Ctrl-C"):
+            return dataclasses.replace(STOPPED, code=4, note="nobody saw that robots stand")
+        return KILLED if fault.endswith((" away", "stop", "SIGKILL")) else GOES_ON
     if fault in ("Ctrl-C", "SIGTERM"):
         if ending:
             return Promise(note="the result stands")
@@ -216,6 +229,8 @@ SHORT = [
     ("hardware", "running", "SIGKILL"),
     ("hardware", "running", "Ctrl-C, line away"),
     ("hardware", "running", "SIGKILL, line away"),
+    ("hardware", "running", "ohc in vain, line away"),
+    ("hardware", "running", "hangs 10 s"),
 ]
 
 # And of faults between gateways: each once, over one kind of link or the other by turns, and at a server what only that has.
@@ -227,7 +242,7 @@ def in_words(promised):
     """How the lab ends, and its peer where that differs."""
     if isinstance(promised, NoSense):
         return "-"
-    code = EXIT_CODES[promised.end]
+    code = EXIT_CODES[promised.end] if promised.code is None else promised.code
     words = promised.end + (f" ({code})" if code >= 0 else "")
     return words + (f", peer {promised.peer}" if promised.peer and promised.peer != promised.end else "")
 
@@ -273,6 +288,8 @@ def page():
     for arena, words in ARENAS.items():
         lines += [f"## {arena.capitalize()}", "", f"{words[0].upper()}{words[1:]}.", "", f"| fault | {' | '.join(PHASES)} |", "|---" * (len(PHASES) + 1) + "|"]
         for fault in FAULTS:
+            if all(isinstance(promise(arena, phase, fault), NoSense) for phase in PHASES):
+                continue
             row = []
             for phase in PHASES:
                 promised = promise(arena, phase, fault)
