@@ -46,7 +46,7 @@ def pace_of(arena, phase, fault):
         return Pace(2.0, 4000.0, 600)
     if phase == "ending" or phase == "waiting at 0":
         return Pace(0.5, 8.0, 6)
-    return Pace(0.5, 44.0 if fault.endswith(("0 s", "15 s")) else 24.0, 6)
+    return Pace(0.5, 44.0 if fault.endswith("0 s") else 24.0, 6)
 
 
 def failing_program(program):
@@ -164,13 +164,6 @@ class Cell:
                 self.line_back_s = self.emulator_time_s()
         elif fault.startswith("hangs"):
             self.hang(fault.partition(", ")[2])
-        elif fault.startswith("line stalls"):
-            seconds, began = int(fault.split()[2]), self.emulator_time_s()
-            self.tell_emulator(f"ohc stall {seconds}")
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self.command("pause", self.out / "roark.toml", limit_s=seconds)
-            self.until(60, lambda: self.emulator_time_s() > began + seconds + STAND_WITHIN_S + 4, "the emulator's time")
-            self.judge_stillness(began + seconds)
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)

@@ -31,8 +31,6 @@ FAULTS = {
     "hangs, SIGKILL": "the lab's process hangs for 7 s, and is killed",
     "hangs 2 s": "the lab's process hangs for 2 s",
     "hangs 10 s": "the lab's process hangs for 10 s",
-    "line stalls 5 s": "the line to the controller takes bytes and delivers them later; robots are told to pause meanwhile",
-    "line stalls 15 s": "the same for longer",
     "SIGSTOP 20 s": "the lab's process stands still for 20 s",
     "program crash": "a robot's program crashes; on hardware a robot fails",
     "scenario exception": "the scenario fails",
@@ -163,7 +161,7 @@ def promise(arena, phase, fault):
         return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
-    if fault.endswith(" away") or fault.startswith(("hangs", "line stalls")):
+    if fault.endswith(" away") or fault.startswith("hangs"):
         if arena != "hardware" or phase != "running":
             return NoSense("only the hardware has a controller, and only robots that run have to stand")
         if fault.startswith("Ctrl-C"):

@@ -13,9 +13,9 @@ class Campaign(unittest.TestCase):
         self.assertEqual((ROOT / "docs/what-happens-when.md").read_text(), campaign_promises.page())
 
     def test_short_form(self):
-        """Fourteen cells, each with a promise, on all arenas and in all phases."""
+        """Sixteen cells, each with a promise, on all arenas and in all phases."""
         cells = campaign_promises.SHORT
-        self.assertEqual((len(cells), len(set(cells))), (14, 14))
+        self.assertEqual((len(cells), len(set(cells))), (16, 16))
         for arena, phase, fault in cells:
             self.assertIsInstance(campaign_promises.promise(arena, phase, fault), campaign_promises.Promise)
         self.assertEqual({arena for arena, _, _ in cells}, set(campaign_promises.ARENAS))
