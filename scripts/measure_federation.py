@@ -19,7 +19,7 @@ import read_log
 from campaign_network import say
 from joined_networks import make_keys
 from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_all, end_with_parent, join_results
-from mean_interval import interval
+import intervals
 from measure_links import FILE_TEXT, FIRST_BUS, FIRST_PORT, NUMBER_AT, SO_RCVBUFFORCE, cpu_s, gateways, memory_mb, pose_frame
 from measure_simulator import commit, machine, write_between
 
@@ -430,7 +430,7 @@ def federation_watchers(bench):
                   f"{row['speed']:.0f} simulated s per wall s{heard}", flush=True)
     ms, server = ({watchers: statistics.fmean(row[what] for row in all_) for watchers, all_ in rows.items()} for what in ("ms", "server"))
     ratios = [row["ms"] / without["ms"] for row, without in zip(rows[number], rows[0])]
-    ratio, half = statistics.fmean(ratios), interval(ratios)
+    ratio, half = statistics.fmean(ratios), (intervals.mean(ratios).high - intervals.mean(ratios).low) / 2
     hashes = {row["hash"] for all_ in rows.values() for row in all_}
     all_heard = all(row["heard"][0] > 0.9 * row["heard"][-1] > 0 for row in rows[number])
     met = len(hashes) == 1 and all_heard and (bench.short or ratio <= 1.05)

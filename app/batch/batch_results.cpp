@@ -1,23 +1,19 @@
 #include "app/batch/batch_results.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <set>
 
 #include "app/batch/batch_folder.hpp"
-#include "app/batch/statistics.hpp"
+#include "hal/config.hpp"
+#include "hal/near_key.hpp"
+#include "hal/own_files.hpp"
 #include "hal/replace_file.hpp"
 
 namespace arkmesh::app {
 namespace {
-
-// Six digits tell more than any sample of ours; a NaN is an empty cell.
-std::string shown(double number) {
-  return std::isnan(number) ? "" : fmt::format("{:.6g}", number);
-}
 
 bool is_finished(const BatchRow& row) {
   return row.state == RunState::finished;
@@ -33,16 +29,29 @@ BatchResults::BatchResults(const BatchPlan& plan, const std::filesystem::path& d
       rows_.push_back(std::move(row));
   }
   columns_ = columns_of(rows_, false);
-  // of what is alike everywhere there is nothing to tell, but of counts that is news, too
+  for (const Factor& factor : plan.factors)
+    if (std::ranges::find(columns_, factor.name) != columns_.end())
+      throw hal::ConfigError(
+          fmt::format("runs count {0}, and a factor is called {0}, too: name one otherwise", factor.name));
   const std::vector<std::string> counts = columns_of(rows_, true);
   for (const std::string& column : columns_) {
     // what a lab counted bears its name
     const bool is_result = std::ranges::find(counts, column) != counts.end() || column.find('.') == column.npos;
     (is_result ? results_ : counters_).push_back(column);
-    std::set<std::string> values;
-    for (const BatchRow& row : rows_)
-      if (is_finished(row)) values.insert(cell(row, column));
-    if (values.size() > 1 || std::ranges::find(counts, column) != counts.end()) told_.push_back(column);
+  }
+}
+
+void BatchResults::check_plots() const {
+  std::set<std::string, std::less<>> known(columns_.begin(), columns_.end());
+  known.insert({"run", "setting", "seed"});
+  for (const Factor& factor : plan_.factors) known.insert(factor.name);
+  for (const BatchPlot& plot : plan_.plots) {
+    if (known.contains(plot.column) || is_measured(plot.column)) continue;
+    const auto near = hal::near_key(plot.column, known);
+    throw hal::ConfigError(fmt::format(
+        "[[plot]] column = \"{}\": no run so far has this column{}; what may stay 0 is counted with 0 at the beginning",
+        plot.column,
+        near ? fmt::format("; did you mean {}?", *near) : fmt::format("; there are {}", fmt::join(results_, ", "))));
   }
 }
 
@@ -87,64 +96,10 @@ std::string BatchResults::counters() const {
   return table("", counters_, [](const BatchRow&) { return std::string(); });
 }
 
-std::vector<std::vector<double>> BatchResults::by_setting(const std::string& column) const {
-  std::vector<std::vector<double>> out(plan_.settings());
-  for (const BatchRow& row : rows_) {
-    const std::string text = is_finished(row) ? cell(row, column) : "";
-    if (const double number = std::strtod(text.c_str(), nullptr); !text.empty() && std::isfinite(number))
-      out[plan_.setting_of(row.run)].push_back(number);
-  }
-  return out;
-}
-
-std::string BatchResults::summary() const {
-  std::string out = "setting" + factor_names() + ",column,n,mean,sd,se,low95,high95,min,median,max\n";
-  for (const std::string& column : told_) {
-    const std::vector<std::vector<double>> samples = by_setting(column);
-    for (std::size_t setting = 0; setting < samples.size(); ++setting) {
-      if (samples[setting].empty()) continue;
-      const SampleSummary s = summarize(samples[setting]);
-      out += fmt::format("{}{},{},{},{},{},{},{},{},{},{},{}\n", setting, label_cells(setting), csv_text(column), s.n,
-                         shown(s.mean), shown(s.sd), shown(s.se), shown(s.low95), shown(s.high95), shown(s.min),
-                         shown(s.median), shown(s.max));
-    }
-  }
-  return out;
-}
-
-// Of each two settings that differ in one factor only.
-void BatchResults::add_effects(std::string& out, const std::string& column) const {
-  const std::vector<std::vector<double>> samples = by_setting(column);
-  for (std::size_t from = 0; from < samples.size(); ++from) {
-    std::size_t stride = 1;
-    for (std::size_t f = plan_.factors.size(); f-- > 0; stride *= plan_.factors[f].levels.size()) {
-      const std::size_t level = plan_.levels_of(from)[f];
-      for (std::size_t other = level + 1; other < plan_.factors[f].levels.size(); ++other) {
-        const std::size_t to = from + (other - level) * stride;
-        if (samples[from].empty() || samples[to].empty()) continue;
-        const SampleDifference d = compare(samples[from], samples[to]);
-        out +=
-            fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(column), csv_text(plan_.factors[f].name),
-                        csv_text(plan_.factors[f].levels[level].label), csv_text(plan_.factors[f].levels[other].label),
-                        from, to, samples[from].size(), samples[to].size(), shown(d.difference), shown(d.low95),
-                        shown(d.high95), shown(d.hedges_g), shown(d.cliffs_delta));
-      }
-    }
-  }
-}
-
-std::string BatchResults::effects() const {
-  std::string out =
-      "column,factor,from,to,setting_from,setting_to,n_from,n_to,difference,low95,high95,hedges_g,cliffs_delta\n";
-  for (const std::string& column : told_) add_effects(out, column);
-  return out;
-}
-
 void BatchResults::save() const {
   hal::must_replace_file(directory_ / "runs.csv", runs());
   hal::must_replace_file(directory_ / "counters.csv", counters());
-  hal::must_replace_file(directory_ / "summary.csv", summary());
-  hal::must_replace_file(directory_ / "effects.csv", effects());
+  hal::run_script("summarise_batch", {directory_.string()});
 }
 
 }  // namespace arkmesh::app

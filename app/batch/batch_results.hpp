@@ -12,13 +12,16 @@ namespace arkmesh::app {
 
 class BatchResults {
  public:
-  // Reads the results of the runs in a batch's folder.
+  // Reads the results of the runs in a batch's folder. Throws ConfigError when they count what a factor is called.
   BatchResults(const BatchPlan& plan, const std::filesystem::path& directory);
 
   // A row for each run that has ended.
   const std::vector<BatchRow>& rows() const { return rows_; }
   std::size_t finished() const;
-  // Writes the four tables. Throws std::runtime_error when the disk is full.
+  // Throws ConfigError for a plot of a column that no run has had. What is measured may come with a later one.
+  void check_plots() const;
+  // Writes the first two tables, and has scripts/summarise_batch write the others. Throws std::runtime_error when the
+  // disk is full.
   void save() const;
 
  private:
@@ -27,20 +30,14 @@ class BatchResults {
                     const std::function<std::string(const BatchRow&)>& cells) const;
   std::string runs() const;
   std::string counters() const;
-  std::string summary() const;
-  std::string effects() const;
-  // Finite numbers of a column, of the finished runs of each setting.
-  std::vector<std::vector<double>> by_setting(const std::string& column) const;
   std::string label_cells(std::size_t setting) const;
   std::string factor_names() const;
-  void add_effects(std::string& out, const std::string& column) const;
 
   const BatchPlan& plan_;
   std::filesystem::path directory_;
   std::vector<BatchRow> rows_;
   std::vector<std::string> columns_;             // of any table
   std::vector<std::string> results_, counters_;  // those of the two tables of runs
-  std::vector<std::string> told_;                // those that the summary tells of
 };
 
 }  // namespace arkmesh::app

@@ -24,14 +24,6 @@ void take_numbers(const nlohmann::json& from, const std::string& prefix, std::ma
     if (value.is_number()) to[prefix + name] = written(value);
 }
 
-// Whether a name ends in a unit, as "consensus.ms" does: what was not measured is not 0.
-bool is_measured(const std::string& column) {
-  constexpr std::string_view units[] = {"s", "ms", "us", "m", "mm", "ppm", "rad", "deg"};
-  const std::size_t end = column.find_last_of("._");
-  return end != std::string::npos &&
-         std::ranges::find(units, std::string_view(column).substr(end + 1)) != std::end(units);
-}
-
 // What each lab counted, but nothing that depends on how long the run took.
 void take_lab(const std::string& lab, const nlohmann::json& said, std::map<std::string, std::string>& to) {
   take_numbers(object_in(said, "counters"), lab + ".", to);
@@ -40,6 +32,13 @@ void take_lab(const std::string& lab, const nlohmann::json& said, std::map<std::
 }
 
 }  // namespace
+
+bool is_measured(std::string_view column) {
+  constexpr std::string_view units[] = {"s", "ms", "us", "m", "mm", "ppm", "rad", "deg"};
+  column = column.substr(0, column.find('@'));
+  const std::size_t end = column.find_last_of("._");
+  return end != column.npos && std::ranges::find(units, column.substr(end + 1)) != std::end(units);
+}
 
 bool read_row(const fs::path& directory, BatchRow& row) {
   const hal::ResultFile file(directory);

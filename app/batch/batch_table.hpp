@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/batch/run_pool.hpp"
@@ -29,6 +30,8 @@ struct BatchRow {
 bool read_row(const std::filesystem::path& directory, BatchRow& row);
 // Columns of any row; `counts` alone, or with all other numbers behind them.
 std::vector<std::string> columns_of(const std::vector<BatchRow>& rows, bool counts_only);
+// Whether a name ends in a unit, as "consensus.ms" and "consensus.ms@shark" do: what was not measured is not 0.
+bool is_measured(std::string_view column);
 // What stands in a column: 0 where others count what this run did not; nothing where it did not measure what others
 // did, whose name ends in a unit ("consensus.ms"), and for a run that said nothing at all.
 std::string cell(const BatchRow& row, const std::string& column);
