@@ -15,7 +15,7 @@ constexpr Unit units[] = {{"ppm", "%", 1e4}, {"us", "s", 1e6}, {"ms", "s", 1e3},
 
 }  // namespace
 
-std::string count_words(std::string_view name, std::uint64_t n) {
+std::string count_words(std::string_view name, std::uint64_t n, std::string_view label) {
   const auto at = name.find_last_of("._");
   const auto* const found = std::ranges::find(
       units, at == std::string_view::npos || at == 0 ? std::string_view() : name.substr(at + 1), &Unit::suffix);
@@ -23,6 +23,7 @@ std::string count_words(std::string_view name, std::uint64_t n) {
   std::string words(has_unit ? name.substr(0, at) : name);
   std::ranges::replace(words, '.', ' ');
   std::ranges::replace(words, '_', ' ');
+  if (!label.empty()) words = label;
   if (has_unit) return fmt::format("{} {:.1f} {}", words, static_cast<double>(n) / found->per, found->unit);
   return fmt::format("{} {}", words, n);
 }

@@ -56,9 +56,8 @@ void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::files
     std::getline(in.back(), header);
   }
   out << '\n';
-  for (std::string row; !in.empty() && std::getline(in.front(), row);) {
-    for (std::size_t i = 1; i < in.size(); ++i)
-      if (std::string other; std::getline(in[i], other)) row += other.substr(other.find(','));
+  for (std::string row, other; !in.empty() && std::getline(in.front(), row);) {
+    for (std::size_t i = 1; i < in.size(); ++i) row += std::getline(in[i], other) ? other.substr(other.find(',')) : ",";
     out << row << '\n';
   }
 }

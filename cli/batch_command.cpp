@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "app/batch/batch.hpp"
 #include "app/batch/batch_plots.hpp"
@@ -75,13 +76,22 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
 }
 
 int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, ProgressLine& line) {
+  for (const hal::Config& lab : app::read_labs(batch.plan().labs_of(0), batch.plan().seeds.front()))
+    for (const std::string& absent : lab.root().section("shared").get("absent", std::vector<std::string>()))
+      line.say(fmt::format("{} of shared.labs takes no part beside {}", absent,
+                           lab.root().section("lab").get("name", std::string())));
   const std::vector<std::size_t> open = batch.open_runs(options.retry);
   std::deque<app::RunTask> tasks;
   for (const std::size_t run : open) tasks.push_back(batch.task(run));
   app::BatchProgress progress(line, batch.plan().runs(), open.size());
+  bool checked = batch.plan().plots.empty();
   app::RunPool pool(std::move(tasks), jobs_of(options), batch.free_bytes(jobs_of(options)));
   while (!pool.done()) {
-    if (const auto ended = pool.next(stop, 200ms)) progress.ended(*ended, batch.task(ended->number));
+    if (const auto ended = pool.next(stop, 200ms)) {
+      progress.ended(*ended, batch.task(ended->number));
+      if (ended->finished && !std::exchange(checked, true))
+        app::BatchResults(batch.plan(), batch.directory()).check_plots();
+    }
     progress.show(pool.running());
   }
   line.done();

@@ -46,6 +46,20 @@ std::filesystem::path directory_of(const RunOptions& options) {
   return lab::default_run_directory(names);
 }
 
+// Each total with those of single labs behind it: "lit 12 (a 5, b 7)".
+void print_counts(const nlohmann::json& result) {
+  const nlohmann::json& counts = result.at("counts");
+  for (const auto& [name, n] : counts.items()) {
+    if (name.find('@') != name.npos) continue;
+    std::vector<std::string> by_lab;
+    for (const std::string lab : result.at("labs"))
+      if (const auto own = counts.find(name + "@" + lab); own != counts.end())
+        by_lab.push_back(app::count_words(name, own->get<std::uint64_t>(), lab));
+    fmt::print("  {}{}\n", app::count_words(name, n.get<std::uint64_t>()),
+               by_lab.empty() ? "" : fmt::format(" ({})", fmt::join(by_lab, ", ")));
+  }
+}
+
 int run(const RunOptions& options) {
   if (!options.seeds.empty() || !options.jobs.empty())
     throw hal::ConfigError(fmt::format("arkmesh run does one run; for many type: arkmesh batch {} --seeds {}",
@@ -74,8 +88,9 @@ int run(const RunOptions& options) {
              result.at("seed").get<std::uint64_t>(), result.at("duration_s").get<double>(),
              wall.at("total_s").get<double>(), wall.at("speed").get<double>(),
              result.at("final_hash").get<std::string>());
-  for (const auto& [name, n] : result.at("counts").items())
-    fmt::print("  {}\n", app::count_words(name, n.get<std::uint64_t>()));
+  print_counts(result);
+  for (const std::string lab : result.value("absent_labs", nlohmann::json::array()))
+    fmt::print("  {} of shared.labs takes no part\n", lab);
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
   return code;
 }

@@ -33,6 +33,20 @@ void Lab::declare(FieldRule rule) {
   data_.rules.push_back(std::move(rule));
 }
 
+void Lab::row(std::string_view table, std::string_view header, std::string_view values) {
+  const auto first = data_.headers.try_emplace(std::string(table), header).first;
+  bool quoted = false;  // a comma between quotes parts nothing
+  const auto commas = [&](std::string_view line) {
+    return std::ranges::count_if(line, [&](char c) { return quoted ^= c == '"', c == ',' && !quoted; });
+  };
+  if (table == "hash" || table == "audit" || first->second != header || commas(values) != commas(header))
+    throw std::invalid_argument(
+        fmt::format("a row of table '{}' must have the columns of its first row, {}, and one "
+                    "value for each; hash and audit are the lab's own tables",
+                    table, first->second));
+  data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
+}
+
 const LabState& Lab::merged(const States& states, std::string_view lab) const {
   if (const auto it = states.find(lab); it != states.end()) return *it->second;
   if (states.empty())

@@ -77,10 +77,9 @@ class Lab {
   hal::RandomStream& random(std::string_view purpose);
 
   // --- telling people ---
-  // A row of `table`.csv in the run folder; `header` is the comma-separated first line.
-  void row(std::string_view table, std::string_view header, std::string_view values) {
-    data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
-  }
+  // A row of `table`.csv in the run folder; `header` is the comma-separated first line, the same for all rows. Throws
+  // std::invalid_argument for another one, for a row with more or fewer values, and for a table of the lab's own.
+  void row(std::string_view table, std::string_view header, std::string_view values);
   // Something virtual that people see in this arena until the next boundary; called in on_period. Robots see nothing of
   // it, and no result depends on it. A shape that cannot be drawn is left out and counted, as
   // "overlay.refused.<reason>" (hal::Drawing).
@@ -89,9 +88,16 @@ class Lab {
   void draw(hal::Line shape) { drawn(data_.drawing.add(std::move(shape))); }
   void draw(hal::Text shape) { drawn(data_.drawing.add(std::move(shape))); }
   void draw(hal::Raster shape) { drawn(data_.drawing.add(std::move(shape))); }
-  // A total of the result (result.json "counts") and of the status message.
+  // A total of the shared world, which all labs tell alike: a run's result has it once.
+  void total(std::string_view name, std::uint64_t n) {
+    data_.counts.set(name, n);
+    data_.shared_totals.emplace(name);
+  }
+  // Totals of this lab, in its result.json as "counts" and in its status message; a run's result sums those of all
+  // labs.
   hal::Counters& counts() { return data_.counts; }
   const hal::Counters& counts() const { return data_.counts; }
+  const std::set<std::string, std::less<>>& shared_totals() const { return data_.shared_totals; }
 
  private:
   using States = std::map<std::string, KeptState, std::less<>>;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,7 +55,9 @@ struct LabData {
   hal::Drawing drawing;       // since the last boundary
   bool drawn_before = false;  // at the boundary before that
   std::vector<Row> rows;
+  std::map<std::string, std::string, std::less<>> headers;  // of tables, by their first row
   hal::Counters counts;
+  std::set<std::string, std::less<>> shared_totals;  // those of `counts` that all labs tell alike
 };
 
 // As it is before begin().

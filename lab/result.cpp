@@ -8,6 +8,7 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "hal/loss.hpp"
@@ -37,6 +38,19 @@ const char* reason_of(const hal::NotStanding& robot) {
       return "not named";
   }
   return "not told";
+}
+
+// Each lab's total as name@lab, and their sum as name; of one that all labs tell alike, only that.
+nlohmann::json joint_counts(const std::vector<nlohmann::json>& labs) {
+  nlohmann::json joint = nlohmann::json::object();
+  for (const nlohmann::json& lab : labs) {
+    const auto shared = lab.value("shared_counts", std::set<std::string>());
+    for (const auto& [name, n] : lab.at("counts").items()) {
+      joint[name] = n.get<std::uint64_t>() + (shared.contains(name) ? 0 : joint.value(name, std::uint64_t{0}));
+      if (labs.size() > 1 && !shared.contains(name)) joint[name + "@" + lab.at("lab").get<std::string>()] = n;
+    }
+  }
+  return joint;
 }
 
 nlohmann::json pauses_of(const RunRegister& run) {
@@ -86,6 +100,7 @@ nlohmann::json run_facts(const RunConfig& config, const std::string& effective_c
   j["process"] = hal::own_process();
   j["lab"] = config.lab;
   j["labs"] = config.labs;
+  if (!config.absent.empty()) j["absent_labs"] = config.absent;
   j["scenario"] = config.scenario;
   j["seed"] = config.seed;
   return j;
@@ -119,6 +134,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["exchange"] = run.exchange_figures();
   j["counts"] = nlohmann::json::object();
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
+  j["shared_counts"] = run.lab().shared_totals();
   j["pauses"] = pauses_of(run.run_register());
   j["not_standing"] = nlohmann::json::array();
   for (const hal::NotStanding& robot : run.not_standing())
@@ -150,8 +166,11 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
 nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
   nlohmann::json joint;
   for (const char* key : {"arkmesh", "versions", "started", "process", "labs", "scenario", "seed", "gate", "periods",
-                          "duration_s", "final_hash", "hash_by_lab", "counts"})
+                          "duration_s", "final_hash", "hash_by_lab"})
     joint[key] = labs.front().at(key);
+  joint["counts"] = joint_counts(labs);
+  if (const auto absent = labs.front().find("absent_labs"); absent != labs.front().end())
+    joint["absent_labs"] = *absent;
   hal::set_outcome(joint, hal::outcome_in(labs.front()).value_or(hal::Outcome::failed), hal::ended_in(labs.front()));
   joint["drops"] = nlohmann::json::object();
   for (const nlohmann::json& lab : labs) {

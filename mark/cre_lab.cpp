@@ -75,8 +75,8 @@ void CreGroundLab::on_period(lab::Lab& lab) {
     robots.push_back({centimetres(at.x_m), centimetres(at.y_m), is_heard ? commitment_of(robot.led) : 0});
   }
   talk_.set_robots(std::move(robots));
-  lab.counts().set("harvested.north", static_cast<std::uint64_t>(talk_.harvested()[0]));
-  lab.counts().set("harvested.south", static_cast<std::uint64_t>(talk_.harvested()[1]));
+  lab.total("harvested.north", static_cast<std::uint64_t>(talk_.harvested()[0]));
+  lab.total("harvested.south", static_cast<std::uint64_t>(talk_.harvested()[1]));
 }
 
 // ---------------------------------------------------------------- the original is the flying swarm

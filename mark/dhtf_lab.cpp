@@ -68,7 +68,7 @@ void DhtfClientLab::begin(lab::Lab& lab) {
   dhtf::declare_fields(lab, settings_);
   tell_unknown(lab);
   lab.publish("team", team_);
-  lab.counts().set("completed", 0);
+  lab.total("completed", 0);
 }
 
 // The owner's sites, as Init tells them: its types are ours, and of all others those that somebody finds hard.
@@ -105,7 +105,7 @@ void DhtfClientLab::on_period(lab::Lab& lab) {
   talk_.set_inactive(std::move(inactive));
   std::int64_t all = 0;
   for (const std::int64_t one : executed) all += one;
-  lab.counts().set("completed", static_cast<std::uint64_t>(all));
+  lab.total("completed", static_cast<std::uint64_t>(all));
 }
 
 void DhtfClientLab::on_poses(lab::Lab& lab, const hal::PoseFrame&) {
@@ -128,7 +128,7 @@ void DhtfServerLab::begin(lab::Lab& lab) {
   dhtf::declare_fields(lab, settings_);
   tell_unknown(lab);
   lab.publish("team", Levels(static_cast<std::size_t>(settings_.sites), 0));
-  lab.counts().set("completed", 0);
+  lab.total("completed", 0);
 }
 
 void DhtfServerLab::publish_sites(lab::Lab& lab) {
@@ -193,7 +193,7 @@ void DhtfServerLab::on_period(lab::Lab& lab) {
   talk_.set_ready(std::move(ready));
   std::int64_t all = 0;
   for (const std::int64_t one : lab.field(lab.name(), "executed")) all += one;
-  lab.counts().set("completed", static_cast<std::uint64_t>(all));
+  lab.total("completed", static_cast<std::uint64_t>(all));
 }
 
 }  // namespace arkmesh::mark

@@ -144,8 +144,15 @@ def join_results(results):
     if strict and len(set(hashes.values())) != 1:
         raise Failed(f"The labs do not agree on the final hash: {hashes}; hash.csv of each shows the first period that differs.")
     first = next(iter(results.values()))
-    common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods", "duration_s", "final_hash", "hash_by_lab", "counts")
+    common = ("arkmesh", "versions", "labs", "scenario", "seed", "gate", "state", "ended", "periods", "duration_s", "final_hash", "hash_by_lab")
     joint = {key: first[key] for key in common if key in first}
+    joint["counts"] = {}
+    for lab, result in results.items():
+        for name, n in result["counts"].items():
+            if name in result.get("shared_counts", ()):  # told alike by all
+                joint["counts"].setdefault(name, n)
+            else:
+                joint["counts"].update({name: joint["counts"].get(name, 0) + n, f"{name}@{lab}": n})
     joint["drops"] = {f"{lab}.{name}": n for lab, result in results.items() for name, n in result["drops"].items()}
     joint["by_lab"] = {lab: {key: result[key] for key in ("counts", "pauses", "not_standing", "counters", "exchange", "wall", "peers", "between_labs") if key in result}
                        for lab, result in results.items()}

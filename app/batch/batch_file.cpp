@@ -203,6 +203,8 @@ void check_size(const fs::path& file, const BatchPlan& plan) {
 void check_plot(const fs::path& file, const BatchPlan& plan, const BatchPlot& plot) {
   if (plot.column.empty() || plot.over.empty())
     throw hal::ConfigError(fmt::format("{}: a [[plot]] needs column and over", file.string()));
+  if (!plot.kind.empty() && plot.kind != "box" && plot.kind != "line")
+    throw hal::ConfigError(fmt::format("{}: kind of a [[plot]] is \"box\" or \"line\"", file.string()));
   for (const std::string& key : {plot.over, plot.by})
     if (!key.empty() && std::ranges::find(plan.factors, key, &Factor::name) == plan.factors.end())
       throw hal::ConfigError(
@@ -242,7 +244,7 @@ BatchFile read_batch_file(const std::vector<fs::path>& files, const std::string&
       for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
       out.plan.seeds = seeds_of(parts);
     } catch (const std::invalid_argument& wrong) {
-      throw hal::ConfigError(fmt::format("--seeds {}: {}", seeds, wrong.what()));
+      throw hal::ConfigError(fmt::format("--seeds {:.60}: {}", seeds, wrong.what()));
     }
   if (out.plan.labs.files.empty())
     throw hal::ConfigError(

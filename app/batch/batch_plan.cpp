@@ -20,18 +20,21 @@ std::optional<T> number(std::string_view text) {
 }
 
 [[noreturn]] void refuse_range(const std::string& text) {
-  throw std::invalid_argument(
-      fmt::format("\"{}\" must be a range FIRST..LAST, or FIRST..LAST step STEP with a STEP above 0, for example "
-                  "\"0..1 step 0.25\"",
-                  text));
+  throw std::invalid_argument(fmt::format(
+      "\"{:.60}\" must be a range FIRST..LAST, or FIRST..LAST step STEP with a STEP above 0, of numbers of 64 "
+      "bits, for example \"0..1 step 0.25\"",
+      text));
+}
+
+[[noreturn]] void refuse_length(const std::string& text) {
+  throw std::invalid_argument(fmt::format("\"{:.60}\" has more than {} values", text, max_batch_runs));
 }
 
 // How often `step` fits; the last value may miss it by a rounding error.
 std::size_t steps_in(const std::string& text, double first, double last, double step) {
   if (!std::isfinite(first) || !std::isfinite(last) || !(step > 0) || last < first) refuse_range(text);
   const double steps = std::floor((last - first) / step + 1e-9);
-  if (steps >= static_cast<double>(max_batch_runs))
-    throw std::invalid_argument(fmt::format("\"{}\" has more than {} values", text, max_batch_runs));
+  if (steps >= static_cast<double>(max_batch_runs)) refuse_length(text);
   return static_cast<std::size_t>(steps);
 }
 
@@ -53,10 +56,11 @@ std::vector<std::string> range_values(const std::string& text) {
   std::vector<std::string> out;
   if (const auto a = number<std::int64_t>(first), b = number<std::int64_t>(last), s = number<std::int64_t>(step);
       a && b && s) {
-    const std::size_t steps = steps_in(text, static_cast<double>(*a), static_cast<double>(*b), static_cast<double>(*s));
-    std::int64_t end = 0;
-    if (__builtin_mul_overflow(*s, static_cast<std::int64_t>(steps), &end) || __builtin_add_overflow(*a, end, &end))
-      throw std::invalid_argument(fmt::format("\"{}\" goes beyond numbers of 64 bits", text));
+    if (*s <= 0 || *b < *a) refuse_range(text);
+    // their difference may be more than a signed number holds
+    const std::uint64_t steps =
+        (static_cast<std::uint64_t>(*b) - static_cast<std::uint64_t>(*a)) / static_cast<std::uint64_t>(*s);
+    if (steps >= max_batch_runs) refuse_length(text);
     for (std::size_t i = 0; i <= steps; ++i) out.push_back(std::to_string(*a + static_cast<std::int64_t>(i) * *s));
     return out;
   }
@@ -74,7 +78,7 @@ std::vector<std::int64_t> seeds_of(const std::vector<std::string>& parts) {
     for (const std::string& one : part.find("..") == std::string::npos ? std::vector{part} : range_values(part)) {
       const auto seed = number<std::int64_t>(one);
       if (!seed || *seed < 0)
-        throw std::invalid_argument(fmt::format("seed {} must be a whole number of at least 0", one));
+        throw std::invalid_argument(fmt::format("seed {:.60} must be a whole number from 0 to 2^63-1", one));
       if (!seen.insert(*seed).second)
         throw std::invalid_argument(fmt::format("seed {} is there twice; ranges of seeds must not overlap", *seed));
       seeds.push_back(*seed);

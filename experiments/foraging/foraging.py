@@ -14,7 +14,7 @@ class Foraging(arkmesh.Scenario):
                                   zones=(4, numpy.pi, 0.06, 0.3)) for each in (["all"] if shares else lab.labs)}
         self.trail = trails["all" if shares else lab.name]
         lab.declare("trips")
-        self.carries, self.trips, self.all_trips = numpy.zeros(len(lab.ids), dtype=bool), 0, 0
+        self.carries, self.trips, self.counted = numpy.zeros(len(lab.ids), dtype=bool), 0, 0
 
     def frame(self, lab):
         home = self.carries & (numpy.hypot(*(lab.xy - NEST).T) < RADIUS)
@@ -30,8 +30,8 @@ class Foraging(arkmesh.Scenario):
                  shown=(lab.led == 4) == self.carries)
 
     def period(self, lab):
-        trips = sum(int(lab.field(each, "trips").sum()) for each in lab.labs)
-        lab.count("trips", trips - self.all_trips)  # of all labs
-        self.all_trips = trips
+        trips = int(lab.field(lab.name, "trips").sum())
+        lab.count("trips", trips - self.counted)
+        self.counted = trips
         for place, name in ((NEST, "nest"), (FOOD, "food")):
             lab.circle(place, RADIUS, label=name)

@@ -107,9 +107,11 @@ void Cre::record(lab::Lab& lab) {
   harvested.resize(2);
   lab.row("swarms", swarms_header(), swarms_row(now, lab.period(), harvested));
   figures_.add(now);
-  figures_.tell(lab.counts());
-  lab.counts().set("harvested.north", static_cast<std::uint64_t>(harvested[0]));
-  lab.counts().set("harvested.south", static_cast<std::uint64_t>(harvested[1]));
+  hal::Counters figures;
+  figures_.tell(figures);
+  for (const auto& [name, n] : figures.all()) lab.total(name, n);
+  lab.total("harvested.north", static_cast<std::uint64_t>(harvested[0]));
+  lab.total("harvested.south", static_cast<std::uint64_t>(harvested[1]));
 }
 
 // Both regions with their numbers of resources, the border between them, and all places: filled where a resource is.

@@ -35,7 +35,7 @@ Dhtf::Dhtf(Settings settings)
 void Dhtf::begin(lab::Lab& lab) {
   declare_fields(lab, settings_);
   lab.publish("team", team_);
-  lab.counts().set("completed", 0);
+  lab.total("completed", 0);
   if (lab.is_owner()) decide_sites(lab);
 }
 
@@ -145,7 +145,7 @@ void Dhtf::take_snapshot(lab::Lab& lab) {
     if (site.active && active[i] != 1) site.idle_since = lab.now();
     site.active = active[i] == 1;
   }
-  lab.counts().set("completed", static_cast<std::uint64_t>(total));
+  lab.total("completed", static_cast<std::uint64_t>(total));
 }
 
 // Robots of that lab that a task at this site asks for.

@@ -27,9 +27,11 @@ void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
 
 void LightUp::on_period(lab::Lab& lab) {
   merged_ = true;
+  std::uint64_t lit_periods = lab.counts()["lit_periods"];
   for (const std::string& each : lab.labs())
     if (const auto& lit_there = lab.field(each, "lit"); !lit_there.empty())
-      lab.counts().add("lit_periods", static_cast<std::uint64_t>(lit_there[0]));
+      lit_periods += static_cast<std::uint64_t>(lit_there[0]);
+  lab.total("lit_periods", lit_periods);
   draw(lab);
 }
 

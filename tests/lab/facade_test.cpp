@@ -142,3 +142,21 @@ TEST_CASE("what a scenario draws is shown until the next boundary, and what cann
   CHECK(asked.lab.counts()["overlay.refused.number"] == 2);
   CHECK(asked.lab.counts()["overlay.refused.label"] == 2);
 }
+
+TEST_CASE("rows of a table have its columns, and one value for each") {
+  // Another header, more or fewer values, and tables of the lab's own are refused by the table's name.
+  Asked asked;
+  asked.lab.row("t", "x,y", "1,\"2,3\"");
+  asked.lab.row("u", "y,x", "1,2");
+  const auto refused = [&](const char* table, const char* header, const char* values) {
+    return sentence([&] { asked.lab.row(table, header, values); })
+        .starts_with(std::string("a row of table '") + table + "' must have the columns of its first row, ");
+  };
+  CHECK(refused("t", "y,x", "1,2"));
+  CHECK(refused("t", "x,y", "1"));
+  CHECK(refused("t", "x,y", "1,2,3"));
+  CHECK(refused("u", "y,x,z", "1,2,3"));
+  CHECK(refused("hash", "x", "1"));
+  CHECK(refused("audit", "x", "1"));
+  CHECK(asked.data.rows.size() == 2);
+}

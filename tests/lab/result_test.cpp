@@ -95,7 +95,7 @@ TEST_CASE("a joint result failed when any lab did, else it was stopped when any 
           "gate",         "periods",  "duration_s", "final_hash", "hash_by_lab", "counts",      "pauses",
           "not_standing", "counters", "exchange",   "wall",       "peers",       "between_labs"})
       lab[key] = nullptr;
-    lab["drops"] = json::object();
+    lab["drops"] = lab["counts"] = json::object();
     hal::set_outcome(lab, outcome, why);
     return lab;
   };
@@ -109,4 +109,24 @@ TEST_CASE("a joint result failed when any lab did, else it was stopped when any 
   CHECK(outcome(Outcome::stopped, Outcome::failed) == std::pair(Outcome::failed, std::string("b: another")));
   CHECK(outcome(Outcome::failed, Outcome::finished) == std::pair(Outcome::failed, std::string("a: one reason")));
   CHECK(outcome(Outcome::finished, Outcome::finished).first == Outcome::finished);
+}
+
+TEST_CASE("a joint result sums what labs counted, and has once what all tell alike") {
+  // Whichever lab comes first, and where only one of them counted.
+  const auto one = [](const std::string& name, json counts, json shared) {
+    json lab = {{"lab", name}, {"counts", std::move(counts)}, {"shared_counts", std::move(shared)}};
+    for (const char* key : {"arkmesh", "versions", "started", "process", "labs", "scenario", "seed", "gate", "periods",
+                            "duration_s", "final_hash", "hash_by_lab", "pauses", "not_standing", "counters", "exchange",
+                            "wall", "peers", "between_labs"})
+      lab[key] = nullptr;
+    lab["drops"] = json::object();
+    hal::set_outcome(lab, hal::Outcome::finished, "finished");
+    return lab;
+  };
+  const json a = one("a", {{"lit", 3}, {"completed", 7}}, {"completed"}),
+             b = one("b", {{"lit", 4}, {"lit1", 5}, {"completed", 7}}, {"completed"});
+  const json wanted = {{"completed", 7}, {"lit", 7}, {"lit@a", 3}, {"lit@b", 4}, {"lit1", 5}, {"lit1@b", 5}};
+  CHECK(lab::joint_result({a, b}).at("counts") == wanted);
+  CHECK(lab::joint_result({b, a}).at("counts") == wanted);
+  CHECK(lab::joint_result({b}).at("counts") == b.at("counts"));
 }

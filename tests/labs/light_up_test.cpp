@@ -67,7 +67,7 @@ TEST_CASE("light up: the same in Python has the same hash") {
     while (run.step()) {
     }
     CHECK(run.finished());
-    CHECK(run.lab("a").runner().lab().counts()["lit_periods"] > 0);
+    CHECK(run.lab("b").runner().lab().counts()["lit_periods"] > 0);
     return run.lab("a").runner().final_hash();
   };
   const std::uint64_t in_python = hash_of(files / "a.toml", files / "b.toml", "", "python");
