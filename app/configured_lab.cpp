@@ -6,6 +6,7 @@
 #include <chrono>
 #include <iterator>
 #include <random>
+#include <set>
 #include <utility>
 
 #include "app/arenas.hpp"
@@ -13,6 +14,7 @@
 #include "app/scenarios.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
+#include "hal/near_key.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/result.hpp"
 
@@ -23,16 +25,20 @@ constexpr std::chrono::milliseconds flush_each{50};  // where labs share a proce
 
 const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunConfig& run) {
   std::string known;
+  std::set<std::string, std::less<>> names;
   const CatalogueEntry* chosen = nullptr;
   for (const CatalogueEntry& entry : catalogue()) {
     if (entry.name == run.scenario)
       chosen = &entry;
     else
       root.section("scenario").leave_alone(entry.name);
+    names.insert(entry.name);
     known += (known.empty() ? "" : ", ") + entry.name;
   }
   if (chosen) return *chosen;
-  root.section("run").refuse("scenario", fmt::format("is none of: {}", known));
+  const auto near = hal::near_key(run.scenario, names);
+  root.section("run").refuse(
+      "scenario", fmt::format("is none of: {}{}", known, near ? fmt::format("; did you mean {}?", *near) : ""));
 }
 
 // 64 random bits, never 0.

@@ -86,6 +86,10 @@ void run_live(emulator::Emulator& emulator, emulator::EmulatorRecord& record, do
 void run(const EmulatorOptions& options) {
   OperatorStop stop;
   const hal::Config config = hal::Config::from_file(options.file, options.sets);
+  if (const hal::Section root = config.root(); root.place("emulator").empty() && !root.place("lab").empty())
+    throw hal::ConfigError(fmt::format(
+        "{} is a lab's file; that of its emulator has a table [emulator], as experiments/emulator/roark.toml",
+        options.file));
   emulator::Emulator emulator(config.root());
   config.refuse_unknown();
   if (!options.calibration.empty()) emulator::write_calibration(emulator, options.calibration);

@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -84,6 +86,24 @@ std::string sentence(const CLI::App& command, const CLI::ParseError& error, std:
   return text;
 }
 
+// Refuses what CLI11 takes for numbers: NaN, infinity, what does not fit into 64 bits, and 010, which it takes for 8.
+void check_numbers(CLI::App& command) {
+  const auto check = [](CLI::Option* option, auto number, std::string_view what) {
+    option->check([number, what](const std::string& text) mutable {
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      const bool fits = error == std::errc() && *end == '\0' && std::isfinite(static_cast<double>(number));
+      const bool plain = std::is_floating_point_v<decltype(number)> || text == fmt::format("{}", number);
+      return fits && plain ? "" : fmt::format("{} is no {}", text, what);
+    });
+  };
+  for (CLI::Option* option : command.get_options())
+    if (const std::string type = option->get_type_name(); type.starts_with("FLOAT"))
+      check(option, 0.0, "finite number");
+    else if (type.starts_with("INT") || type.starts_with("UINT"))
+      check(option, std::int64_t{0}, "whole number up to 2^63-1");
+  for (CLI::App* below : command.get_subcommands({})) check_numbers(*below);
+}
+
 int parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
@@ -100,9 +120,13 @@ int parse(CLI::App& app, int argc, char** argv) {
     const std::vector<std::string> rest = command->remaining();
     const bool is_command =
         command->get_require_subcommand_min() > 0 && !rest.empty() && !rest.front().starts_with("-");
-    if (is_command)
-      fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
-    else
+    if (is_command) {
+      std::set<std::string, std::less<>> known;
+      for (const CLI::App* each : command->get_subcommands({})) known.insert(each->get_name());
+      const auto near = hal::near_key(rest.front(), known);
+      fmt::print(stderr, "arkmesh: {} has no command {}; {}{} --help lists them\n", name, rest.front(),
+                 near ? fmt::format("did you mean {}? ", *near) : "", name);
+    } else
       fmt::print(stderr, "arkmesh: {} (see {} --help)\n", sentence(*command, e, std::span(argv, argc).subspan(1)),
                  name);
     return 2;
@@ -130,8 +154,20 @@ int run(int argc, char** argv) {
     CLI::App* const command = app.add_subcommand(row.name, row.purpose);
     const auto own = std::ranges::find(own_commands, std::string_view(row.name), &OwnCommand::name);
     if (own != own_commands.end()) own->add(command);
+    check_numbers(*command);
   }
   return parse(app, argc, argv);
+}
+
+// What went wrong, without what a terminal would obey. Without a current folder nothing else matters.
+int tell(std::string what, int code) {
+  std::error_code gone;
+  std::filesystem::current_path(gone);
+  if (gone) what = "the current folder was deleted; go to another one, and try again";
+  std::ranges::replace_if(
+      what, [](unsigned char c) { return c < ' ' || c == 127; }, '?');
+  fmt::print(stderr, "arkmesh: {}\n", what);
+  return code;
 }
 
 }  // namespace
@@ -143,14 +179,11 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
   try {
     return run(argc, argv);
   } catch (const hal::ConfigError& e) {
-    fmt::print(stderr, "arkmesh: {}\n", e.what());
-    return hal::Exit::refused;
+    return tell(e.what(), hal::Exit::refused);
   } catch (const hal::ExitError& e) {
-    fmt::print(stderr, "arkmesh: {}\n", e.what());
-    return e.code();
+    return tell(e.what(), e.code());
   } catch (const std::exception& e) {
-    fmt::print(stderr, "arkmesh: {}\n", e.what());
-    return hal::Exit::failed;
+    return tell(e.what(), hal::Exit::failed);
   }
 }
 
@@ -163,7 +196,9 @@ std::optional<std::pair<double, double>> two_numbers(const std::string& text, ch
   double first = 0, second = 0;
   char separator = 0, rest = 0;
   const int read = std::sscanf(text.c_str(), "%lf%c%lf%c", &first, &separator, &second, &rest);
-  return read == 3 && separator == between ? std::optional(std::pair(first, second)) : std::nullopt;
+  return read == 3 && separator == between && std::isfinite(first) && std::isfinite(second)
+             ? std::optional(std::pair(first, second))
+             : std::nullopt;
 }
 
 void end_with(int code) {

@@ -74,8 +74,6 @@ ProcessConfig read_process_config(const hal::Config& config) {
   hal::Experiment by_default{root.section("run").get("scenario", std::string())};
   out.experiment = root.section("shared").read(std::move(by_default)).id;
   out.bus = root.section("bus").read<hal::BusConfig>();
-  if (!out.bus.url.starts_with("udpm://"))
-    root.section("bus").refuse("url", "must be udpm://ADDRESS:PORT?ttl=0, for example udpm://239.255.76.67:7701?ttl=0");
   out.gateway = read_gateway_config(root.section("gateway"), out.lab, shared.labs);
   for (const PeerConfig& peer : out.gateway.peers) out.gateway.rules.limit(peer.lab, peer.limits.or_usual());
   config.refuse_unknown("gateway");

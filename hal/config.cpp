@@ -337,7 +337,11 @@ Config::Config(const fs::path& file, const std::string_view* text, const std::ve
     : state_(std::make_shared<Section::State>(load_config(file, text, overrides))) {}
 
 Config Config::from_file(const fs::path& file, const std::vector<std::string>& overrides) {
-  return Config(file, nullptr, overrides);
+  Config config(file, nullptr, overrides);
+  if (const toml::table& tree = config.state_->tree; tree.contains("labs") && !tree.contains("lab"))
+    throw ConfigError(
+        fmt::format("{} is an experiment: arkmesh batch runs it; else give one of its labs' files", file.string()));
+  return config;
 }
 
 Config Config::from_text(std::string_view text, std::string_view name, const std::vector<std::string>& overrides) {

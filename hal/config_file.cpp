@@ -52,6 +52,9 @@ toml::table parse(std::string_view text, const std::string& source) {
   try {
     return toml::parse(text, source);
   } catch (const toml::parse_error& error) {
+    if (const std::string end = fs::path(source).extension();
+        !source.starts_with(override_mark) && !end.empty() && end != ".toml")
+      fail(source, "is no configuration, whose name ends in .toml; give that of a lab, such as shark.toml");
     fail(to_text(error.source()), fmt::format("not valid TOML: {}", error.description()));
   } catch (const BrokenAssumption&) {
     fail(source, "not valid TOML; look for stray characters in [table] headers and keys");

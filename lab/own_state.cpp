@@ -1,7 +1,11 @@
 #include "lab/own_state.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
+
+#include "hal/counted.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -58,7 +62,16 @@ LabState OwnState::at_boundary(std::uint32_t period, const LabData& lab) {
       for (const std::int64_t value : it->second) hash_.add(static_cast<std::uint64_t>(value));
   }
   for (const auto& [purpose, stream] : lab.streams) hash_.add(stream.count());
-  if (period == 0) own.settings = settings_;
+  if (period == 0) {
+    own.settings = settings_;
+    own.settings.emplace("field.", "told");
+    for (const FieldRule& rule : lab.rules)  // which all labs must declare alike
+      if (!rule.name.starts_with("lab."))
+        own.settings.emplace("field." + rule.name, fmt::format("{}{} within {} to {}{}{}", rule.up_to ? "at most " : "",
+                                                               hal::counted(rule.length, "value"), rule.low, rule.high,
+                                                               rule.owner_only ? ", of the owner only" : "",
+                                                               rule.initial_only ? ", at the beginning only" : ""));
+  }
   own.hash = hash_.value();
   payload_.settle(own, lab.rules);
   next_ = period + 1;

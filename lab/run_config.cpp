@@ -22,6 +22,7 @@ void RunConfig::fields(const hal::Section& root) {
   run.field("duration_s", duration, {.range = {1e-3, 1e7}, .unit = "s", .help = "whole periods"});
   hal::Experiment{scenario}.fields(shared);  // it matters to gateways only
   shared.field("projection", projections);
+  shared.field("absent", absent, {.help = "labs of a file's shared.labs that take no part; `arkmesh run` writes it"});
   gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "time between two exchanges"});
   exchange.fields(gate);
   gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "how old the states are that are applied"});

@@ -284,6 +284,7 @@ void Runner::keep_still(RunRegister::Who who, bool still, bool& kept) {
 }
 
 void Runner::publish_status() {
+  if (public_bus_) peers_.note_unsent(public_bus_->counters()["refused.send_failed"]);
   bus_.publish(hal::channel::status, status_of(*this));
   status_due_ = now_ + repeat_status;
   recorder_.flush();

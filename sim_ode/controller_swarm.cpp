@@ -65,10 +65,11 @@ ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode
     // A program that compiles may still fail when robots are powered up; that is no matter of configuration.
     const std::string sentence = error.what();
     // of a grid nobody wants to see all the places
-    if (const auto end = sentence.find("]: ");
-        options.spacing_m > 0 && sentence.find("start_poses = [") < end && end != std::string::npos)
+    if (const auto poses = sentence.find("start_poses = ["),
+        end = sentence.find(": ", std::min(poses, sentence.size()));
+        options.spacing_m > 0 && end != std::string::npos)
       throw hal::ConfigError(fmt::format("--spacing {}: {}; give a larger arena, fewer robots or another spacing",
-                                         options.spacing_m, sentence.substr(end + 3)));
+                                         options.spacing_m, sentence.substr(end + 2)));
     const auto key = sentence.find("arena.ode.controller = ");
     if (key == std::string::npos) throw;
     throw sim_ode::ProgramError(sentence.substr(sentence.find("\": ", key) + 3));

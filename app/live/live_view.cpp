@@ -225,8 +225,11 @@ json LiveView::about() {
   json names = json::array(), emulators = json::array();
   for (const ConfiguredLab* const lab : labs_) names.push_back(lab->name());
   for (const auto& eye : eyes_) emulators.push_back(eye->has_emulator());
-  return {{"mode", "live"}, {"labs", names},  {"control", control_},
-          {"run", run_},    {"folder", run_}, {"emulator", emulators}};
+  json about = {{"mode", "live"}, {"labs", names},  {"control", control_},
+                {"run", run_},    {"folder", run_}, {"emulator", emulators}};
+  for (const std::string& lab : labs_.front()->config().absent)
+    about["notes"].push_back(fmt::format("{} of shared.labs takes no part", lab));
+  return about;
 }
 
 void LiveView::request(const json& what, view::Answer& answer) {

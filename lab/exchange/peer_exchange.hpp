@@ -64,6 +64,7 @@ class PeerExchange {
   Now world_due() const { return world_due_; }
 
   // As in Peers.
+  void note_unsent(std::uint64_t total) { peers_.note_unsent(total); }
   bool all_met() const { return peers_.all_met(); }
   PeerWait wait_for(std::uint32_t wanted) const { return peers_.wait_for(wanted); }
   PeerLook look() { return peers_.look(); }

@@ -146,6 +146,8 @@ std::string Peers::words(const Peer& peer) const {
     case State::failed:
       return peer.said;
     case State::gateway_silent:
+      if (unsent_at_ && now_ - *unsent_at_ <= gateway_limit)
+        return fmt::format("the network of {} is gone: its bus could not send {} messages", lab_, unsent_);
       return fmt::format("the gateway of {} is silent; start it with: arkmesh gateway", lab_);
     case State::link_down:
       return peer.link.empty() ? "link down" : fmt::format("link down ({})", peer.link);

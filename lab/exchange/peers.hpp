@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "hal/counters.hpp"
@@ -56,6 +57,11 @@ class Peers {
   // The own state of the next boundary is published; boundary `period` is passed, with these states.
   void note_published() { boundary_ = now_; }
   void note_merged(std::uint32_t period, const std::vector<MergedState>& merged);
+
+  // How many messages this lab's bus could not send so far: where the network has gone, the gateway seems silent.
+  void note_unsent(std::uint64_t total) {
+    if (total > std::exchange(unsent_, total)) unsent_at_ = now_;
+  }
 
   // --- how peers are ---
   // Each peer gives signs of life, and of a run that is not over.
@@ -138,6 +144,8 @@ class Peers {
   Now now_{0};
   std::optional<Now> gateway_;  // when it was heard
   std::int64_t gateway_boot_id_ = 0;
+  std::uint64_t unsent_ = 0;
+  std::optional<Now> unsent_at_;
   std::uint32_t period_ = 0;
   Now boundary_{0}, looked_{0};  // since when the lab is at its boundary; when it looked
   std::optional<Now> news_;      // when a new state of any peer was applied; nothing before robots move

@@ -120,13 +120,17 @@ bool PeriodGate::find_difference(std::string_view peer, const LabState& initial)
     difference_ = fmt::format("{} is {} in {} and {} in {}", key, here, options_.lab, there, peer);
     return true;
   };
+  const auto tells = [](const auto& settings, const std::string& key) {  // an earlier arkmesh tells nothing of fields
+    return !key.starts_with("field.") || settings.contains("field.");
+  };
   for (const auto& [key, value] : ours) {
     const auto other = theirs.find(key);
+    if (!tells(theirs, key)) continue;
     if (other == theirs.end()) return differ(key, value, "not set");
     if (other->second != value) return differ(key, value, other->second);
   }
   for (const auto& [key, value] : theirs)
-    if (!ours.contains(key)) return differ(key, "not set", value);
+    if (!ours.contains(key) && tells(ours, key)) return differ(key, "not set", value);
   return false;
 }
 

@@ -42,7 +42,9 @@ TEST_CASE("fields are part of a state, initial ones and settings of state 0 only
   lab::OwnState own(settings);
   const lab::LabState first = own.at_boundary(0, data()), second = own.at_boundary(1, data());
   CHECK(first.fields.size() == 3);
-  CHECK(first.settings.size() == 1);
+  // the field "team" and "once" as they are declared, which labs must have alike, and that this lab tells such
+  CHECK(first.settings.size() == 4);
+  CHECK(first.settings.contains("field.team"));
   CHECK(second.fields.size() == 2);
   CHECK(second.fields.contains("team"));
   CHECK(second.settings.empty());

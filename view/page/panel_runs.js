@@ -29,7 +29,7 @@ export class RunsPanel {
     this.key = key;
     const runs = about.runs ?? [], notes = about.notes ?? [];
     const two = new Set(about.labs.map(run_of)).size === 2;
-    this.element.hidden = about.mode !== "recorded" || (runs.length < 2 && !two && !notes.length);
+    this.element.hidden = !notes.length && (about.mode !== "recorded" || (runs.length < 2 && !two));
     this.choice.hidden = two || runs.length < 2;
     if (this.choice.options.length !== runs.length) this.choice.replaceChildren(...runs.map((run) => h("option", {}, run)));
     this.choice.selectedIndex = about.number ?? 0;
