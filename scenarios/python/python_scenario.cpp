@@ -1,6 +1,7 @@
 #include "scenarios/python/python_scenario.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <stdlib.h>
 
 #include <algorithm>
@@ -204,6 +205,8 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
       fixed_environment);
   nlohmann::json obstacles = nlohmann::json::array(), objects = nlohmann::json::array();
   for (const hal::Obstacle& each : arena.obstacles) obstacles.push_back(solid(each.shape, each.pose, ""));
+  std::vector<std::string> colours;
+  for (const hal::ColourLook& look : hal::colour_looks) colours.emplace_back(look.name);
   for (const hal::MovableObject& each : arena.objects) objects.push_back(solid(each.shape, each.start, each.name));
   nlohmann::json facts = {{"file", file_.string()},
                           {"name", run.lab},
@@ -220,6 +223,7 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
                           {"whole_to_one", arena.whole == hal::WholeMessages::to_each},
                           {"obstacles", obstacles},
                           {"objects", objects},
+                          {"colours", colours},
                           {"robots", arena.robots}};
   if (words_per_s) facts["words_per_s"] = *words_per_s;
   child_->send('S', facts.dump());
@@ -252,6 +256,9 @@ void PythonScenario::begin(lab::Lab& lab) {
   log_.open(directory_ / "scenario.log");
   write_output();
   if (!failure_.empty()) throw std::runtime_error(failure_);
+  if (lab.is_owner())  // once for all labs
+    for (const auto& sentence : about_.value("unseeded", nlohmann::json::array()))
+      spdlog::warn("{}", sentence.get<std::string>());
   take(lab, begun_);
 }
 
@@ -433,7 +440,8 @@ std::map<std::string, std::string, std::less<>> PythonScenario::shared_settings(
 nlohmann::json PythonScenario::facts() const {
   return {{"python", about_.value("python", "")},
           {"numpy", about_.value("numpy", "")},
-          {"sources", about_.value("fingerprint", "")}};
+          {"sources", about_.value("fingerprint", "")},
+          {"unseeded", about_.value("unseeded", nlohmann::json::array())}};
 }
 
 void PythonScenario::keep_sources() const {

@@ -40,8 +40,7 @@ class LightUp(arkmesh.Scenario):
             lab.publish("lit", [near.sum()])
 
     def period(self, lab):
-        for each in lab.labs:
-            lab.count("lit_periods", lab.field(each, "lit").sum())
+        lab.count("lit_periods", lab.field(lab.name, "lit").sum())
         lab.row("lit", time_s=lab.now_s, who=lab.name, robots=int(lab.field("b", "lit").sum()))
 """
 

@@ -2,6 +2,7 @@
 A message is its length (4 bytes), its kind (1 byte) and its content; numbers are little-endian. python_scenario.cpp is the
 other end."""
 import ast
+import difflib
 import hashlib
 import importlib.util
 import inspect
@@ -10,6 +11,7 @@ import linecache
 import os
 import pathlib
 import platform
+import random
 import re
 import socket
 import struct
@@ -23,6 +25,8 @@ import numpy
 from .scenario import HEARD, Lab, Scenario, check_every
 
 HEAD = struct.Struct("<IB")
+# What a robot's program, ARGoS and others call it.
+OTHERS_WORDS = {"setup": "begin", "start": "begin", "init": "begin", "loop": "frame", "step": "frame", "update": "frame", "poses": "frame", "boundary": "period"}
 U4, F8, U1 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1")  # as every machine that arkmesh runs on has them
 POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
 PACKAGE = pathlib.Path(__file__).resolve().parent
@@ -131,13 +135,34 @@ def see(lab, kind, content):
     lab._merge(now_us, number, states, [reader.array(F8, reader.number("I")) for _ in lab._pieces])
 
 
+def global_state(new=None, facts=None):
+    """Of the global generators of `random` and numpy, which a scenario may use; then they are `new`, or seeded for a lab."""
+    before = random.getstate(), numpy.random.get_state()
+    if facts is not None:
+        digest = hashlib.sha256(f"{facts['seed']}/{facts['name']}/global".encode()).digest()
+        random.seed(digest)
+        numpy.random.seed(numpy.frombuffer(digest, "<u4"))
+    elif new is not None:
+        random.setstate(new[0])
+        numpy.random.set_state(new[1])
+    return before
+
+
 class Answers:
     """One lab's scenario, asked message by message. `make`, given what the lab tells of itself, makes the scenario and says
     which sources there are of it: {path: text}."""
 
     def __init__(self, line, make):
         self.line, self.make = line, make
-        self.scenario = self.lab = None
+        self.scenario = self.lab = self.state = None
+
+    def take_beside_others(self):
+        """As take(), in a process whose global generators others use, too."""
+        before = global_state(self.state)
+        try:
+            self.take()
+        finally:
+            self.state = global_state(before)
 
     def take(self):
         """Receives a message, and answers it. What the user's code raises passes through."""
@@ -154,16 +179,34 @@ class Answers:
             self.line.answer(self.lab, {"finished": True} if self.scenario.finished(self.lab) else None)
 
     def begin(self, facts):
+        global_state(facts=facts)
         self.scenario, sources = self.make(facts)
+        check_names(type(self.scenario))
         self.lab = Lab(facts, self.line.ask_setting)
         self.scenario.begin(self.lab)
         self.lab._ask = None
         self.line.answer(self.lab, about(self.scenario.every, sources(), self.lab))
 
 
+# What a seed does not decide: clocks, and generators that the system seeds.
+UNSEEDED = re.compile(r"\b(\w+\.(?:time|monotonic|perf_counter|process_time|now|today|utcnow)(?:_ns)?(?=\()|from time import (?!sleep$).*|(?:os|secrets|uuid)\."
+                      r"(?:urandom|getrandom|rand\w+|token\w+|choice|uuid[14])|from (?:secrets|uuid) import .*|SystemRandom"
+                      r"|(?:default_rng|RandomState|SeedSequence|Random|seed|PCG64|PCG64DXSM|MT19937|Philox|SFC64)\(\))")
+
+
+def unseeded_in(sources):
+    """Sentences about these in a scenario's sources: the first place of each."""
+    found = {}
+    for file, text in sources.items():
+        for number, line in enumerate(text.splitlines(), 1):
+            for what in UNSEEDED.findall(line.partition("#")[0]):
+                found.setdefault(what, f"{file}:{number}: {what}: runs of one seed may differ by it; lab.now_s and lab.random(purpose) do not")
+    return list(found.values())
+
+
 def about(every, sources, lab):
     """What the answer to the first message tells of a scenario: `files` that it has read, and what of the kit labs must have alike."""
-    return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": check_every(every), "sources": sources,
+    return {"about": {"python": platform.python_version(), "numpy": numpy.__version__, "every": check_every(every), "sources": sources, "unseeded": unseeded_in(sources),
                       "files": {name: data.hex() for name, data in lab._files.items()}, "alike": lab._alike, "fingerprint": hashlib.sha256(json.dumps(sources).encode()).hexdigest()[:16]}}
 
 
@@ -183,6 +226,22 @@ def load(file):
         raise Wrong(f"{file.name}:{inspect.getsourcelines(found[1])[1]}: it holds {len(found)} scenarios, {names}; keep one in a file"
                     if found else f"{file.name}:1: it holds no scenario; write a class that derives from arkmesh.Scenario")
     return found[0]()
+
+
+def check_names(cls):
+    """Refuses what is called nearly as a part of the interface, and what none of the user's functions names: `frames`, `on_period`, `evry`."""
+    members = {name: value for c in reversed(cls.__mro__) if c not in Scenario.__mro__ for name, value in vars(c).items() if not name.startswith("_")}
+    parts = [name for name in vars(Scenario) if not name.startswith("_")]
+    codes = [value.__code__ for value in members.values() if inspect.isfunction(value)]
+    for code in codes:  # grows by what is defined within
+        codes.extend(c for c in code.co_consts if inspect.iscode(c))
+    used = {name for code in codes for name in (*code.co_names, *code.co_consts) if isinstance(name, str)}
+    for name in members.keys() - used - set(parts):
+        near = OTHERS_WORDS.get(name) or "".join(difflib.get_close_matches(re.sub("^(on|do|at|each|handle)_", "", name.lower()), parts, 1, 0.75))
+        if near:
+            code = getattr(members[name], "__code__", None)
+            place = f"{shown_name(code.co_filename)}:{code.co_firstlineno}: " if code else ""
+            raise Wrong(f"{place}{cls.__name__}.{name} is never used; did you mean {near}? A scenario has {', '.join(parts)}")
 
 
 def sources_of_file(file):
@@ -277,4 +336,5 @@ def sentence_of(error, name):
     """One line about what the user's code has raised; `name`: whose, when no line of it is at fault."""
     if isinstance(error, Wrong):
         return str(error)
-    return f"{place_of(error) or name + ': '}{type(error).__name__}: {' '.join(str(error).split())}"
+    words = "".join(c if c.isprintable() else "?" for c in " ".join(str(error).split()))  # a terminal would obey some
+    return f"{place_of(error) or name + ': '}{type(error).__name__}: {words}"

@@ -92,7 +92,8 @@ class LabRun:
 
 
 class Run:
-    """A run's folder. `labs` has each lab; what a lab has, such as `xy`, `rows` and `counts`, the run has of its first lab."""
+    """A run's folder. `labs` has each lab; what a lab has, such as `xy` and `rows`, the run has of its first lab. `counts` are
+    sums of all labs, with `name@lab` of each."""
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
@@ -100,6 +101,7 @@ class Run:
             raise FileNotFoundError(f"{self.folder} holds no result.json of a run")
         self.result = json.loads((self.folder / "result.json").read_text())
         self.hash, self.seed = self.result.get("final_hash", ""), self.result["seed"]
+        self.counts = self.result.get("counts", {})
         self.state, self.ended = self.result["state"], self.result.get("ended", "")
         alone = self.result.get("lab")
         places = {alone: self.folder} if alone else {name: self.folder / name for name in self.result["labs"]}
@@ -118,7 +120,7 @@ class Run:
         return f"<arkmesh.Run {self.folder}: labs {', '.join(self.labs)}, seed {self.seed}, {self.state}, hash {self.hash}>"
 
 
-for _name in ("t_s", "ids", "xy", "heading", "led", "rows", "counts"):
+for _name in ("t_s", "ids", "xy", "heading", "led", "rows"):
     setattr(Run, _name, property(lambda self, name=_name: getattr(self._first, name), doc=f"labs[first].{_name}"))
 
 

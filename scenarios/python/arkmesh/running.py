@@ -5,6 +5,7 @@ import contextlib
 import datetime
 import itertools
 import json
+import operator
 import os
 import pathlib
 import selectors
@@ -213,7 +214,7 @@ def serve(session, make):
     try:
         while (line := session.next()) is not None:
             try:
-                answers.setdefault(line, answering.Answers(line, make)).take()
+                answers.setdefault(line, answering.Answers(line, make)).take_beside_others()
             except answering.Gone:
                 session.drop(line)
                 answers.pop(line, None)
@@ -249,6 +250,10 @@ def arguments_of(scenario, labs, seconds, settings, out):
     cls = scenario if isinstance(scenario, type) else None
     if cls is not None and not issubclass(cls, Scenario):
         raise TypeError(f"{cls.__name__} is no scenario; derive it from arkmesh.Scenario")
+    if cls is None and scenario is not None and not isinstance(scenario, (str, os.PathLike)):
+        what = type(scenario).__name__
+        raise TypeError(f"give the class, as arkmesh.run({what}, ...), and not an object of it" if isinstance(scenario, Scenario)
+                        else f"a scenario is a class derived from arkmesh.Scenario, or a file, and no {what}")
     if not labs:
         raise TypeError("name the labs' files, as arkmesh.run(LightUp, \"a.toml\", \"b.toml\")")
     name = answering.name_of_class(cls) if cls else pathlib.Path(scenario or labs[0]).stem
@@ -256,10 +261,15 @@ def arguments_of(scenario, labs, seconds, settings, out):
     if scenario is not None:
         settings["run.scenario"] = name + ".py" if cls else os.path.abspath(scenario)
     folder = pathlib.Path(out) if out else new_folder(name)
-    sets = [word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value, default=lambda v: v.tolist())}")]
+    sets = [word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value, default=plain)}")]
     if seconds is not None:
         sets += ["--seconds", str(seconds)]
     return ["run", *map(os.fspath, labs), "--out", str(folder), *sets], folder, cls
+
+
+def plain(value):
+    """A setting of numpy's as Python's, and a path as a text."""
+    return os.fspath(value) if isinstance(value, os.PathLike) else value.tolist()
 
 
 def new_folder(name):
@@ -294,7 +304,7 @@ def batch(scenario, *labs, seeds, jobs=1, seconds=None, settings=None, out=None)
     that says why, and what fails before any run begins is raised as Failed."""
     settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
     (_, *arguments), folder, cls = arguments_of(scenario, labs, None, settings, out)
-    session = Session(["batch", *arguments, "--seeds", ",".join(str(int(seed)) for seed in seeds), "--jobs", str(jobs)], cls is not None)
+    session = Session(["batch", *arguments, "--seeds", ",".join(str(operator.index(seed)) for seed in seeds), "--jobs", str(jobs)], cls is not None)
     first = serve(session, maker(cls))
     if not (folder / "runs.csv").is_file():
         session.check(folder, first)
@@ -344,6 +354,7 @@ class lab:  # pylint: disable=invalid-name
             self.session.stop()
             raise
         finally:
+            answering.global_state(self.loop.before)
             self.session.close()
         if error is None or self.session.gave_up:
             self.session.check(self.folder, error)
@@ -356,8 +367,9 @@ class Loop(Lab):
     """A lab that is iterated over: once for each frame."""
 
     def __init__(self, session, line, every):
-        _, content = line.receive()
-        super().__init__(json.loads(content), line.ask_setting)
+        facts = json.loads(line.receive()[1])
+        self.before = answering.global_state(facts=facts)
+        super().__init__(facts, line.ask_setting)
         self.session, self.line, self.run = session, line, None
         self._every, self._owed = every, {}  # what goes with the next answer, which is the first
 

@@ -11,6 +11,8 @@ from .kit import Kit, _number
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
+OWN_TABLES = ("hash", "audit")  # of each lab
+OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods", "duration_s")  # of a batch's table, beside counts
 
 
 def check_every(every):
@@ -121,7 +123,9 @@ class Lab(Kit):
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
         self._said_s = {}  # by slot, when each robot was told what is said now and then
+        self._columns, self._settings = {}, {}  # by table, those of its first row; by name, what was asked
         self._folder, self._files, self._alike = pathlib.Path(facts["file"]).parent, {}, {}
+        self._colours = facts.get("colours")
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
@@ -134,8 +138,14 @@ class Lab(Kit):
             raise ValueError(f"setting {name!r}: a name is a-z, 0-9 and _, and begins with a letter")
         if not isinstance(default, (bool, int, float, str)):
             raise TypeError(f"setting {name!r}: the default is a bool, int, float or str, and not {default!r}")
-        return self._ask({"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": help,
-                          "one_of": list(one_of), "own": bool(own)})
+        asked = {"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": help, "one_of": list(one_of), "own": bool(own)}
+        if self._settings.setdefault(name, asked) != asked:
+            raise ValueError(f"setting {name!r} is asked for twice, in two ways; ask once, and keep the value")
+        if isinstance(default, str) and one_of and default not in one_of:
+            raise ValueError(f"setting {name!r}: the default {default!r} is none of {', '.join(one_of)}")
+        if not isinstance(default, (bool, str)) and not (-math.inf if low is None else low) <= default <= (math.inf if high is None else high):
+            raise ValueError(f"setting {name!r}: the default {default!r} is not within low={low} and high={high}")
+        return self._ask(asked)
 
     def needs_airtime(self, words_per_s):
         """In begin(): how many words to single robots, of all together, this scenario has to say in a second. ValueError where the
@@ -274,15 +284,25 @@ class Lab(Kit):
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
 
     # --- for people ---
-    def row(self, table, **values):
-        """A row of TABLE.csv in the run's folder; the names are its columns."""
-        cells = [str(v) for v in values.values()]
-        if not re.fullmatch("[a-z][a-z0-9_]*", table) or any(set(c) & set(',"\r\n') for c in cells):
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _; a value holds no comma, quote or line end")
-        self._said.setdefault("rows", []).append([table, ",".join(values), ",".join(cells)])
+    def row(self, table, /, **values):
+        """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
+        if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
+            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
+        columns = self._columns.setdefault(table, list(values))
+        if not values or set(columns) != set(values):
+            differ = [f"{what} {', '.join(names)}" for what, names in (("without", [c for c in columns if c not in values]),
+                                                                      ("with", [v for v in values if v not in columns])) if names]
+            raise ValueError(f"row of {table!r}: its columns are {', '.join(columns)}, and this row is {' and '.join(differ)}" if values and columns
+                             else f"row of {table!r}: a row has a column at least")
+        cells = [str(values[name]) for name in columns]
+        if "" in columns or any(set(c) & set(',"\r\n') for c in (*columns, *cells)):
+            raise ValueError(f"row of {table!r}: a name and a value hold no comma, quote or line end, and a name is not empty")
+        self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
 
     def count(self, name, n=1):
-        """Adds to a total of result.json."""
+        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each."""
+        if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
+            raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
     def circle(self, at, radius, colour="note", filled=False, dashed=False, label=""):
@@ -312,6 +332,8 @@ class Lab(Kit):
         points = numpy.asarray(points, dtype=float).reshape(-1, 2)
         if not numpy.isfinite(points).all() or not math.isfinite(radius):
             raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
+        if self._colours and colour not in self._colours:
+            raise ValueError(f"colour {colour!r} is none of {', '.join(self._colours)}")
         self._said.setdefault("draw", []).append(
             {"shape": shape, "points": points.astype("<f8").tobytes().hex(), "radius": radius, "colour": colour, "filled": bool(filled),
              "dashed": bool(dashed), "label": str(label)})
