@@ -166,6 +166,20 @@ TEST_CASE("a gateway that was killed and came back does not make its peers dead"
   CHECK(s.is(22s) == "running");
 }
 
+TEST_CASE("a gateway that is silent because the network is gone is not told to be started") {
+  // The bus counts what it could not send; when it sends again, the gateway is what is silent.
+  Shark s;
+  s.links(0s, true);
+  s.peers.note_unsent(0);
+  s.join(0s);
+  s.status(0s);
+  CHECK(s.is(4s) == no_gateway);
+  s.peers.note_unsent(3);
+  CHECK(s.is(5s) == "the network of shark is gone: its bus could not send 3 messages");
+  s.peers.note_unsent(3);
+  CHECK(s.is(8s) == no_gateway);
+}
+
 TEST_CASE("statuses of another run and messages about other labs are refused and counted") {
   // Proves that leftovers cannot end a run.
   Shark s;
