@@ -162,7 +162,7 @@ int run(int argc, char** argv) {
 // What went wrong, without what a terminal would obey. Without a current folder nothing else matters.
 int tell(std::string what, int code) {
   std::error_code gone;
-  std::filesystem::current_path(gone);
+  static_cast<void>(std::filesystem::current_path(gone));
   if (gone) what = "the current folder was deleted; go to another one, and try again";
   std::ranges::replace_if(
       what, [](unsigned char c) { return c < ' ' || c == 127; }, '?');
