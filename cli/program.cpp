@@ -1,6 +1,7 @@
 #include "cli/program.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -18,6 +19,7 @@
 #include "hal/config.hpp"
 #include "hal/near_key.hpp"
 #include "hal/own_files.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -102,8 +104,8 @@ int parse(CLI::App& app, int argc, char** argv) {
     if (is_command)
       fmt::print(stderr, "arkmesh: {} has no command {}; {} --help lists them\n", name, rest.front(), name);
     else
-      fmt::print(stderr, "arkmesh: {} (see {} --help)\n", sentence(*command, e, std::span(argv, argc).subspan(1)),
-                 name);
+      fmt::print(stderr, "arkmesh: {} (see {} --help)\n",
+                 hal::without_secrets(sentence(*command, e, std::span(argv, argc).subspan(1))), name);
     return 2;
   }
 }
@@ -114,7 +116,15 @@ int run(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;
-    if (!is_own(row->name)) become(row->program, fmt::format("arkmesh {}", row->name));
+    // A build or installation without the testbed's program has the other keys.
+    const bool lacks_testbed = row->name == std::string_view("config") && row->program == testbed_program &&
+                               !std::filesystem::exists(hal::program_folder() / testbed_program);
+    if (lacks_testbed && is_own(row->name))
+      fmt::print(stderr,
+                 "arkmesh: without the program {} the keys of [arena.kilobot] and [arena.emulated] are left out\n",
+                 testbed_program);
+    const std::string_view program = lacks_testbed ? lab_program : row->program;
+    if (!is_own(row->name)) become(program, fmt::format("arkmesh {}", row->name));
     break;
   }
   CLI::App app("Joins robot-swarm labs, real and simulated, into one shared world.");
@@ -135,16 +145,30 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv, std::span<const OwnCommand> own) {
-  std::signal(SIGPIPE, SIG_IGN);
-  arguments = argv;
+  for (const int each : {SIGPIPE, SIGXFSZ}) std::signal(each, SIG_IGN);  // who writes is told
+  // Another program gets the words as they are; the list of processes shows them without passwords.
+  static std::vector<std::string> words(argv, argv + argc);
+  static std::vector<char*> pointers;
+  for (int i = 0; i < argc; ++i) {
+    pointers.push_back(words[static_cast<std::size_t>(i)].data());
+    if (const std::string shown = hal::without_secrets(argv[i]); shown != argv[i])
+      std::strncpy(argv[i], shown.c_str(), std::strlen(argv[i]));
+  }
+  pointers.push_back(nullptr);
+  arguments = pointers.data();
   own_commands = own;
   try {
-    return run(argc, argv);
+    const int code = run(argc, arguments);
+    const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    // who reads a pipe no further has had enough
+    pollfd reader{STDOUT_FILENO, POLLOUT, 0};
+    if (is_written || (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)) return code;
+    throw std::runtime_error("what this prints cannot be written; is the disk full?");
   } catch (const hal::ConfigError& e) {
-    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    fmt::print(stderr, "arkmesh: {}\n", hal::without_secrets(e.what()));
     return 2;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "arkmesh: {}\n", e.what());
+    fmt::print(stderr, "arkmesh: {}\n", hal::without_secrets(e.what()));
     return 1;
   }
 }
