@@ -44,14 +44,15 @@ struct LabToRun {
 int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progress) {
   if (const std::string not_seen = hal::in_words(runner.not_standing()); !not_seen.empty())
     progress.say(fmt::format("arkmesh: robots were told to stand; not seen to: {}", not_seen));
-  if (!runner.finished()) {
-    progress.say(fmt::format("arkmesh: lab {} ended early: {}", what.name, runner.reason()));
-    return exit_code(lab::outcome_of(runner));
-  }
+  const hal::Outcome outcome = lab::outcome_of(runner);
+  if (outcome != hal::Outcome::finished)
+    progress.say(fmt::format("arkmesh: lab {} {}: {}", what.name, runner.finished() ? "failed" : "ended early",
+                             lab::end_of(runner)));
+  if (!runner.finished()) return exit_code(outcome);
   fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
   std::fflush(stdout);
-  return 0;
+  return exit_code(outcome);
 }
 
 // Ctrl-C has ended the lab; the next one ends the process (OperatorStop).

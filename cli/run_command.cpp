@@ -60,10 +60,11 @@ int run(const RunOptions& options) {
   // A run that is over in a moment takes its page with it.
   if (run.page() && !options.open) progress.say_after(2s, page_words(run.page()->url()));
   const nlohmann::json result = run.run(stop, &progress);
-  if (!run.finished()) {
-    progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), hal::ended_in(result)));
-    return exit_code(hal::outcome_in(result).value_or(hal::Outcome::failed));
-  }
+  const hal::Outcome outcome = hal::outcome_in(result).value_or(hal::Outcome::failed);
+  if (outcome != hal::Outcome::finished)
+    progress.say(fmt::format("arkmesh: run of {} {}: {}", run.names(), run.finished() ? "failed" : "ended early",
+                             hal::ended_in(result)));
+  if (!run.finished()) return exit_code(outcome);
   const nlohmann::json& wall = result.at("wall");
   fmt::print("{}, seed {}: {:.0f} s simulated in {:.1f} s ({:.0f}x), final hash {}\n", run.names(),
              result.at("seed").get<std::uint64_t>(), result.at("duration_s").get<double>(),
@@ -72,7 +73,7 @@ int run(const RunOptions& options) {
   for (const auto& [name, n] : result.at("counts").items())
     fmt::print("  {}\n", app::count_words(name, n.get<std::uint64_t>()));
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
-  return 0;
+  return exit_code(outcome);
 }
 
 }  // namespace

@@ -51,6 +51,13 @@ const std::vector<std::int64_t>& Lab::initial_field(std::string_view lab, std::s
   return field_of(merged(data_.initial_states, lab), field);
 }
 
+void Lab::row(std::string_view table, std::string_view header, std::string_view values) {
+  if (table.empty() || table.size() > 100 || table.find('/') != std::string_view::npos)
+    throw std::invalid_argument(
+        fmt::format("a table's name has 1 to 100 bytes and no '/', and '{:.40}' has {}", table, table.size()));
+  data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
+}
+
 hal::RandomStream& Lab::random(std::string_view purpose) {
   if (const auto it = data_.streams.find(purpose); it != data_.streams.end()) return it->second;
   hal::RandomStream stream(data_.seed, fmt::format("{}/{}", data_.name, purpose));

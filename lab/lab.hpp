@@ -77,10 +77,9 @@ class Lab {
   hal::RandomStream& random(std::string_view purpose);
 
   // --- telling people ---
-  // A row of `table`.csv in the run folder; `header` is the comma-separated first line.
-  void row(std::string_view table, std::string_view header, std::string_view values) {
-    data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
-  }
+  // A row of `table`.csv in the run folder; `header` is the comma-separated first line. Throws std::invalid_argument
+  // for a name above 100 bytes or with a '/', which no file may have.
+  void row(std::string_view table, std::string_view header, std::string_view values);
   // Something virtual that people see in this arena until the next boundary; called in on_period. Robots see nothing of
   // it, and no result depends on it. A shape that cannot be drawn is left out and counted, as
   // "overlay.refused.<reason>" (hal::Drawing).

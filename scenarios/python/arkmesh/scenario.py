@@ -277,8 +277,8 @@ class Lab(Kit):
     def row(self, table, **values):
         """A row of TABLE.csv in the run's folder; the names are its columns."""
         cells = [str(v) for v in values.values()]
-        if not re.fullmatch("[a-z][a-z0-9_]*", table) or any(set(c) & set(',"\r\n') for c in cells):
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _; a value holds no comma, quote or line end")
+        if not re.fullmatch("[a-z][a-z0-9_]{0,99}", table) or any(set(c) & set(',"\r\n') for c in cells):
+            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 100 at most; a value holds no comma, quote or line end")
         self._said.setdefault("rows", []).append([table, ",".join(values), ",".join(cells)])
 
     def count(self, name, n=1):
