@@ -15,12 +15,15 @@
 #include "hal/loop_time.hpp"
 #include "hal/messages.hpp"
 #include "hal/near_key.hpp"
+#include "hal/replace_file.hpp"
+#include "hal/whole_file.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {
 namespace {
 
+constexpr std::uintmax_t max_kept_bytes = 16 << 20;  // of a file; recordings that are played are larger
 constexpr std::chrono::milliseconds flush_each{50};  // where labs share a process
 
 const CatalogueEntry& chosen_scenario(const hal::Section& root, const lab::RunConfig& run) {
@@ -114,8 +117,34 @@ std::vector<std::filesystem::path> ConfiguredLab::robots_programs() const {
   return robots_programs_of(config_.root().section("arena"));
 }
 
+// Files of the user's that the run was made with, and folders that hold such, by their places in `files` of the run's
+// folder. They lie there as they lay beside each other.
+hal::Config::Kept ConfiguredLab::kept_files() const {
+  std::set<std::filesystem::path> files;
+  for (const std::filesystem::path& file : robots_programs()) files.insert(file);
+  const std::vector<std::filesystem::path> named = config_.paths();
+  for (const std::filesystem::path& file : named)
+    if (std::error_code error; std::filesystem::file_size(file, error) <= max_kept_bytes && file.extension() != ".lcm")
+      files.insert(file);
+  if (files.empty()) return {};
+  std::filesystem::path above = files.begin()->parent_path();
+  const auto is_below = [](const std::filesystem::path& path, const std::filesystem::path& folder) {
+    const std::filesystem::path way = path.lexically_relative(folder);
+    return !way.empty() && *way.begin() != "..";
+  };
+  hal::Config::Kept kept;
+  for (const std::filesystem::path& path : named)
+    if (std::ranges::any_of(files, [&](const auto& file) { return is_below(file, path); })) kept[path];
+  for (const std::filesystem::path& file : files) kept[file];
+  for (const auto& [path, copy] : kept)
+    while (!is_below(path.parent_path(), above)) above = above.parent_path();
+  for (auto& [path, copy] : kept) copy = "files" / path.lexically_relative(above);
+  return kept;
+}
+
 void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
-  const std::string effective = config_.effective(directory_);
+  const hal::Config::Kept kept = kept_files();
+  const std::string effective = config_.effective(directory_, kept);
   facts_ = lab::run_facts(run_config_, effective, robots_programs());
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
@@ -123,6 +152,11 @@ void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
   hal::Recorder::Options record = recorder_config_.options();
   if (worlds) record.flush_each = flush_each;
   folder_ = std::make_unique<lab::RunFolder>(directory_, effective, record, facts_);
+  for (const auto& [file, copy] : kept)
+    if (const auto bytes = hal::whole_file(file, max_kept_bytes)) {
+      std::filesystem::create_directories((directory_ / copy).parent_path());
+      hal::must_replace_file(directory_ / copy, *bytes);
+    }
   if (python_) python_->keep_sources();
   runner_ =
       std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_, folder_->recorder(),

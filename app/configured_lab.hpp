@@ -81,6 +81,7 @@ class ConfiguredLab {
   std::map<std::string, std::string, std::less<>> settings() const;
   // What simulated robots run, also those of an emulated testbed; empty when there are none.
   std::vector<std::filesystem::path> robots_programs() const;
+  hal::Config::Kept kept_files() const;
 
   hal::EventLoop& loop_;
   hal::Config config_;

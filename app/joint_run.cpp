@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "hal/counted.hpp"
+#include "hal/replace_file.hpp"
 #include "hal/result_file.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/result.hpp"
@@ -44,22 +45,23 @@ std::map<std::string, lab::Traffic> traffic_of(const gateway::Gateway* gateway) 
   return by_peer;
 }
 
-// A row per period with every lab's hash, so that the first difference between two runs is found at once.
-void join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::filesystem::path& directory) {
-  std::ofstream out(directory / "hash.csv");
+// A row per period with every lab's hash, so that the first difference between two runs is found at once. Returns
+// errno.
+int join_hashes(const std::vector<const ConfiguredLab*>& labs, const std::filesystem::path& directory) {
+  std::string out = "period";
   std::vector<std::ifstream> in;
-  out << "period";
   for (const ConfiguredLab* lab : labs) {
-    out << ',' << lab->name();
+    out += ',' + lab->name();
     in.emplace_back(lab->folder().directory() / "hash.csv");
     std::string header;
     std::getline(in.back(), header);
   }
-  out << '\n';
+  out += '\n';
   for (std::string row, other; !in.empty() && std::getline(in.front(), row);) {
     for (std::size_t i = 1; i < in.size(); ++i) row += std::getline(in[i], other) ? other.substr(other.find(',')) : ",";
-    out << row << '\n';
+    out += row + '\n';
   }
+  return hal::replace_file(directory / "hash.csv", out);
 }
 
 }  // namespace
@@ -284,7 +286,8 @@ nlohmann::json JointRun::save(double wall_s) const {
   }
   nlohmann::json result = lab::joint_result(results);
   result["wall"] = {{"total_s", wall_s}, {"speed", wall_s > 0 ? result.at("duration_s").get<double>() / wall_s : 0}};
-  join_hashes(labs, directory_);
+  if (const int error = join_hashes(labs, directory_); error != 0 && hal::outcome_in(result) == hal::Outcome::finished)
+    hal::set_outcome(result, hal::Outcome::failed, fmt::format("hash.csv cannot be written: {}", std::strerror(error)));
   hal::save_json(directory_ / "result.json", result);
   return result;
 }

@@ -55,15 +55,11 @@ inline constexpr OwnCommand gateway_commands[] = {{"gateway", add_gateway_comman
                                                   {"resume", add_operator_command}, {"reset", add_operator_command},
                                                   {"arm", add_operator_command},    {"disarm", add_operator_command},
                                                   {"explain", add_explain_command}, {"reload", add_reload_command}};
-// Without cameras `config` is among them: its keys are those of all arenas.
+// `config` is another program's where that is there (cli/program.cpp): its keys are those of all arenas.
 inline constexpr OwnCommand lab_commands[] = {
-#if !ARKMESH_CAMERAS
-    {"config", add_config_command},
-#endif
-    {"run", add_run_command},           {"batch", add_batch_command},
-    {"rerun", add_rerun_command},       {"lab", add_lab_command},
-    {"view", add_view_command},         {"mark", add_mark_command},
-    {"scenario", add_scenario_command}, {"controller", add_controller_command}};
+    {"config", add_config_command}, {"run", add_run_command},           {"batch", add_batch_command},
+    {"rerun", add_rerun_command},   {"lab", add_lab_command},           {"view", add_view_command},
+    {"mark", add_mark_command},     {"scenario", add_scenario_command}, {"controller", add_controller_command}};
 inline constexpr OwnCommand recording_commands[] = {{"export", add_export_command}, {"plot", add_plot_command}};
 
 }  // namespace arkmesh::cli

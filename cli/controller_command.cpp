@@ -246,7 +246,8 @@ int run_controller(const ControllerRunOptions& options) {
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
   fmt::print("{}{}: {}, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name,
              hal::counted(options.swarm.robots, "robot"), simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0,
-             built_s, report.text(swarm->arena().counters()), text.left_out(swarm->lost_text()));
+             built_s, failure.empty() || simulated_s > 0 ? report.text(swarm->arena().counters()) : "",
+             text.left_out(swarm->lost_text()));
   std::fflush(stdout);
   if (poses) sim_ode::draw_swarm(drawing, poses->finished());
   if (failure.empty()) return 0;

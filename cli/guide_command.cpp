@@ -137,7 +137,16 @@ std::vector<std::vector<std::string>> running() {
 }
 
 // `all`: how many there are, of which no more than most_shown are named; 0: all are.
-void say(const std::string& heading, std::size_t all, const std::vector<Step>& steps) {
+// Whether the program that runs this command was built, or installed.
+bool is_there(const Step& step) {
+  constexpr std::string_view ours = "arkmesh ";
+  const std::string name = step.command.substr(std::min(ours.size(), step.command.size()));
+  const CommandRow* const row = step.command.starts_with(ours) ? find_command(name.substr(0, name.find(' '))) : nullptr;
+  return !row || name.starts_with("config ") || fs::exists(hal::program_folder() / row->program);
+}
+
+void say(const std::string& heading, std::size_t all, std::vector<Step> steps) {
+  std::erase_if(steps, [](const Step& step) { return !is_there(step); });
   if (steps.empty()) return;
   fmt::print("{}{}:\n", heading, all > most_shown ? fmt::format(" (and {} more)", all - most_shown) : "");
   std::size_t width = 0;

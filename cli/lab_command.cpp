@@ -45,11 +45,12 @@ struct LabToRun {
 int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progress) {
   if (const std::string not_seen = hal::in_words(runner.not_standing()); !not_seen.empty())
     progress.say(fmt::format("arkmesh: robots were told to stand; not seen to: {}", not_seen));
-  const int code = runner.robots_stand() ? exit_code(lab::outcome_of(runner)) : hal::Exit::not_standing;
-  if (!runner.finished()) {
-    progress.say(fmt::format("arkmesh: lab {} ended early: {}", what.name, runner.reason()));
-    return code;
-  }
+  const hal::Outcome outcome = lab::outcome_of(runner);
+  const int code = runner.robots_stand() ? exit_code(outcome) : hal::Exit::not_standing;
+  if (outcome != hal::Outcome::finished)
+    progress.say(fmt::format("arkmesh: lab {} {}: {}", what.name, runner.finished() ? "failed" : "ended early",
+                             lab::end_of(runner)));
+  if (!runner.finished()) return code;
   fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
   std::fflush(stdout);

@@ -1,6 +1,7 @@
 #include "cli/program.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +22,7 @@
 #include "hal/exit_code.hpp"
 #include "hal/near_key.hpp"
 #include "hal/own_files.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -127,8 +129,8 @@ int parse(CLI::App& app, int argc, char** argv) {
       fmt::print(stderr, "arkmesh: {} has no command {}; {}{} --help lists them\n", name, rest.front(),
                  near ? fmt::format("did you mean {}? ", *near) : "", name);
     } else
-      fmt::print(stderr, "arkmesh: {} (see {} --help)\n", sentence(*command, e, std::span(argv, argc).subspan(1)),
-                 name);
+      fmt::print(stderr, "arkmesh: {} (see {} --help)\n",
+                 hal::without_secrets(sentence(*command, e, std::span(argv, argc).subspan(1))), name);
     return 2;
   }
 }
@@ -139,7 +141,15 @@ int run(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;
-    if (!is_own(row->name)) become(row->program, fmt::format("arkmesh {}", row->name));
+    // A build or installation without the testbed's program has the other keys.
+    const bool lacks_testbed = row->name == std::string_view("config") && row->program == testbed_program &&
+                               !std::filesystem::exists(hal::program_folder() / testbed_program);
+    if (lacks_testbed && is_own(row->name))
+      fmt::print(stderr,
+                 "arkmesh: without the program {} the keys of [arena.kilobot] and [arena.emulated] are left out\n",
+                 testbed_program);
+    const std::string_view program = lacks_testbed ? lab_program : row->program;
+    if (!is_own(row->name)) become(program, fmt::format("arkmesh {}", row->name));
     break;
   }
   CLI::App app("Joins robot-swarm labs, real and simulated, into one shared world.");
@@ -166,18 +176,32 @@ int tell(std::string what, int code) {
   if (gone) what = "the current folder was deleted; go to another one, and try again";
   std::ranges::replace_if(
       what, [](unsigned char c) { return c < ' ' || c == 127; }, '?');
-  fmt::print(stderr, "arkmesh: {}\n", what);
+  fmt::print(stderr, "arkmesh: {}\n", hal::without_secrets(what));
   return code;
 }
 
 }  // namespace
 
 int main(int argc, char** argv, std::span<const OwnCommand> own) {
-  std::signal(SIGPIPE, SIG_IGN);
-  arguments = argv;
+  for (const int each : {SIGPIPE, SIGXFSZ}) std::signal(each, SIG_IGN);  // who writes is told
+  // Another program gets the words as they are; the list of processes shows them without passwords.
+  static std::vector<std::string> words(argv, argv + argc);
+  static std::vector<char*> pointers;
+  for (int i = 0; i < argc; ++i) {
+    pointers.push_back(words[static_cast<std::size_t>(i)].data());
+    if (const std::string shown = hal::without_secrets(argv[i]); shown != argv[i])
+      std::strncpy(argv[i], shown.c_str(), std::strlen(argv[i]));
+  }
+  pointers.push_back(nullptr);
+  arguments = pointers.data();
   own_commands = own;
   try {
-    return run(argc, argv);
+    const int code = run(argc, arguments);
+    const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    // who reads a pipe no further has had enough
+    pollfd reader{STDOUT_FILENO, POLLOUT, 0};
+    if (is_written || (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)) return code;
+    throw std::runtime_error("what this prints cannot be written; is the disk full?");
   } catch (const hal::ConfigError& e) {
     return tell(e.what(), hal::Exit::refused);
   } catch (const hal::ExitError& e) {

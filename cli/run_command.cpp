@@ -77,12 +77,12 @@ int run(const RunOptions& options) {
   const nlohmann::json result = run.run(stop, &progress);
   const std::string not_seen = run.not_standing();
   if (!not_seen.empty()) progress.say("arkmesh: robots were told to stand; not seen to: " + not_seen);
-  const int code =
-      run.robots_stand() ? exit_code(hal::outcome_in(result).value_or(hal::Outcome::failed)) : hal::Exit::not_standing;
-  if (!run.finished()) {
-    progress.say(fmt::format("arkmesh: run of {} ended early: {}", run.names(), hal::ended_in(result)));
-    return code;
-  }
+  const hal::Outcome outcome = hal::outcome_in(result).value_or(hal::Outcome::failed);
+  const int code = run.robots_stand() ? exit_code(outcome) : hal::Exit::not_standing;
+  if (outcome != hal::Outcome::finished)
+    progress.say(fmt::format("arkmesh: run of {} {}: {}", run.names(), run.finished() ? "failed" : "ended early",
+                             hal::ended_in(result)));
+  if (!run.finished()) return code;
   const nlohmann::json& wall = result.at("wall");
   fmt::print("{}, seed {}: {:.0f} s simulated in {:.1f} s ({:.0f}x), final hash {}\n", run.names(),
              result.at("seed").get<std::uint64_t>(), result.at("duration_s").get<double>(),

@@ -13,6 +13,7 @@
 
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/landmarks.hpp"
+#include "tracker/camera/source.hpp"
 
 namespace arkmesh::emulator {
 namespace {
@@ -125,15 +126,7 @@ void write_chessboards(const Emulator& emulator, int pictures, const std::string
       if (camera.settings().blur_px > 0) cv::GaussianBlur(picture, picture, {}, camera.settings().blur_px);
       camera.add_noise(static_cast<std::uint64_t>(n), picture);
       const std::string name = fmt::format("{}/{}-{:02}.png", folder, camera.settings().name, n);
-      bool written = false;
-      try {
-        written = cv::imwrite(name, picture);
-      } catch (const cv::Exception&) {
-        // said below
-      }
-      if (!written)
-        throw std::runtime_error(
-            fmt::format("cannot write the picture {}; has the disk free space, and may you write there?", name));
+      tracker::write_picture(name, picture);
     }
 }
 

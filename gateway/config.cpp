@@ -14,6 +14,7 @@
 #include "gateway/links.hpp"
 #include "gateway/outbox.hpp"
 #include "hal/messages.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 
@@ -49,7 +50,7 @@ void PeerConfig::fields(const hal::Section& peer) {
       {.help =
            "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
            "on this machine. Empty: it connects to us",
-       .written = without_passwords});
+       .written = hal::without_secrets});
   peer.field("import_rate_hz", limits.rate_hz,
              {.range = {1e-3, 1e6},
               .unit = "Hz",
@@ -77,7 +78,7 @@ void GatewayConfig::fields(const hal::Section& gateway) {
       "connect", connect,
       {.help = "[tls+]nats://HOST[:PORT],... : NATS servers where this lab meets those of shared.labs that have no "
                "entry in gateway.peers",
-       .written = without_passwords});
+       .written = hal::without_secrets});
   gateway.field("server_ca", federation.server_ca,
                 {.help = "file with the certificates that NATS servers' own are signed by. Empty: the system's"});
   gateway.field("credentials", federation.credentials,

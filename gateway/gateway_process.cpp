@@ -39,7 +39,9 @@
 #include "hal/counted.hpp"
 #include "hal/experiment.hpp"
 #include "hal/handle.hpp"
+#include "hal/loss.hpp"
 #include "hal/participants.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -144,11 +146,27 @@ class GatewayProcess {
     begun_ = Clock::now();
     look_around();
     io_.run();
+    const std::string lost = losses();
     gateway_.reset();
-    say("stopped");
+    say(lost.empty() ? "stopped" : fmt::format("stopped; lost or refused: {}", lost));
   }
 
  private:
+  // By counter; what a newer message replaced was not lost.
+  std::string losses() const {
+    if (!gateway_) return {};
+    const peers_t all = gateway_->describe(now_us(), counters());
+    std::vector<std::string> out;
+    const auto note = [&](const std::string& whose, const std::vector<counter_t>& counters) {
+      for (const counter_t& each : counters)
+        if (each.value > 0 && hal::is_loss(each.name) && each.name.find("replaced") == std::string::npos)
+          out.push_back(fmt::format("{}{} {}", whose, each.name, each.value));
+    };
+    note("", all.counters);
+    for (const peer_t& peer : all.peers) note(peer.lab + ".", peer.counters);
+    return fmt::format("{}", fmt::join(out, ", "));
+  }
+
   void await_signal() {
     signals_.async_wait([this](auto error, int signal) {
       if (error) return;
@@ -216,7 +234,7 @@ class GatewayProcess {
       gateway_->start();
       for (const PeerConfig& peer : config_.gateway.peers)
         if (!peer.connect.empty())
-          say(fmt::format("connecting to {} at {}", peer.lab, without_passwords(peer.connect)));
+          say(fmt::format("connecting to {} at {}", peer.lab, hal::without_secrets(peer.connect)));
       tick();
     });
   }

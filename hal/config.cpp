@@ -16,6 +16,7 @@
 #include "hal/near_key.hpp"
 #include "hal/own_files.hpp"
 #include "hal/renamed_keys.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::hal {
 
@@ -89,12 +90,17 @@ fs::path resolved(const fs::path& written, const toml::source_region& place) {
   }
   const bool in_file = place.path && !place.path->starts_with(override_mark);
   const fs::path folder = in_file ? fs::path(*place.path).parent_path() : fs::current_path();
-  return fs::absolute(folder / written).lexically_normal();
+  const fs::path named = fs::absolute(folder / written).lexically_normal();
+  // What ".." leads out of may be a link.
+  std::error_code error;
+  const fs::path followed = (fs::weakly_canonical(folder, error) / written).lexically_normal();
+  return fs::exists(named, error) || !fs::exists(followed, error) ? named : followed;
 }
 
 // How a run's config.toml in `folder` names a file, so that it is found when the folder is moved; without a folder, so
 // that labs at different places name it alike.
-std::string portable(const fs::path& path, const fs::path* folder) {
+std::string portable(const fs::path& path, const fs::path* folder, const Config::Kept& kept) {
+  if (const auto here = kept.find(path); here != kept.end()) return here->second.string();
   const fs::path here = fs::current_path();
   for (const char* folder_of_ours : {"experiments", "scenarios", "sim_ode"}) {
     const fs::path own = path.lexically_relative(own_file(folder_of_ours, folder_of_ours).parent_path());
@@ -108,23 +114,25 @@ std::string portable(const fs::path& path, const fs::path* folder) {
 }
 
 // What was read of a table.
-toml::table in_force(const Section::State& state, const toml::table& table, const fs::path* folder) {
+toml::table in_force(const Section::State& state, const toml::table& table, const fs::path* folder,
+                     const Config::Kept& kept = {}) {
   toml::table out;
   for (const auto& [key, node] : table) {
     const auto read = state.read.find(&node);
     if (read == state.read.end()) continue;
     if (node.is_table()) {
-      out.insert(key, in_force(state, *node.as_table(), folder));
+      out.insert(key, in_force(state, *node.as_table(), folder, kept));
     } else if (node.is_array_of_tables()) {
       toml::array list;
-      for (const toml::node& element : *node.as_array()) list.push_back(in_force(state, *element.as_table(), folder));
+      for (const toml::node& element : *node.as_array())
+        list.push_back(in_force(state, *element.as_table(), folder, kept));
       out.insert(key, std::move(list));
     } else if (const std::string path = node.value_or(std::string()); read->second.is_path && !path.empty()) {
-      out.insert(key, portable(path, folder));
+      out.insert(key, portable(path, folder, kept));
     } else if (read->second.is_path && node.is_array()) {
       toml::array list;
       for (const toml::node& element : *node.as_array())
-        list.push_back(portable(element.value_or(std::string()), folder));
+        list.push_back(portable(element.value_or(std::string()), folder, kept));
       out.insert(key, std::move(list));
     } else if (read->second.written && node.is_string()) {
       out.insert(key, read->second.written(node.value_or(std::string())));
@@ -180,7 +188,7 @@ void Section::take_up(std::string_view key) const {
 void Section::refuse(std::string_view key, std::string_view sentence) const {
   const std::string full = join(path_, key);
   const toml::node* const node = toml::at_path(state_->tree, full).node();
-  std::string shown = node && !node->is_table() ? " = " + to_toml(*node) : "";
+  std::string shown = node && !node->is_table() ? " = " + without_secrets(to_toml(*node)) : "";
   if (shown.size() > 80) shown = shown.substr(0, 77) + "...";
   throw ConfigError(fmt::format("{}: {}{}: {}", to_text(state_->place(full)), full, shown, sentence));
 }
@@ -389,11 +397,24 @@ void Config::refuse_unknown(std::string_view below) const {
                                 near ? fmt::format("did you mean '{}'?", *near) : "remove it or correct its name"));
 }
 
-std::string Config::effective(const fs::path& folder) const {
+std::vector<fs::path> Config::paths() const {
+  std::vector<fs::path> out;
+  for (const auto& [node, read] : state_->read) {
+    if (!read.is_path) continue;
+    if (node->is_string()) out.emplace_back(node->value_or(std::string()));
+    for (std::size_t i = 0; node->is_array() && i < node->as_array()->size(); ++i)
+      out.emplace_back(node->as_array()->get(i)->value_or(std::string()));
+  }
+  std::ranges::sort(out);
+  return out;
+}
+
+std::string Config::effective(const fs::path& folder, const Kept& kept) const {
   std::ostringstream out;
   out << "# The effective configuration of " << to_toml(state_->file.string());
   if (!state_->preset.empty()) out << " with preset " << to_toml(state_->preset);
-  out << ".\n" << toml::toml_formatter(in_force(*state_, state_->tree, &folder), toml::format_flags::none) << "\n";
+  out << ".\n"
+      << toml::toml_formatter(in_force(*state_, state_->tree, &folder, kept), toml::format_flags::none) << "\n";
   return out.str();
 }
 

@@ -175,8 +175,12 @@ class Config {
   void refuse_unknown(std::string_view below = {}) const;
   // Every key that was read with its value in force, as TOML that loads again and gives the same run, also when
   // `folder`, where it is to lie, is moved: files of arkmesh itself are written as "arkmesh:...", and others below the
-  // current folder relative to `folder`, if that lies there too.
-  std::string effective(const std::filesystem::path& folder = {}) const;
+  // current folder relative to `folder`, if that lies there too. What is `kept` in `folder` is named by its place
+  // there.
+  using Kept = std::map<std::filesystem::path, std::filesystem::path>;
+  std::string effective(const std::filesystem::path& folder = {}, const Kept& kept = {}) const;
+  // All files and folders that were read as such, in order.
+  std::vector<std::filesystem::path> paths() const;
   // The same below a table ("scenario": scenario.dhtf.cells, ...), "" for all; of a path of others its last part.
   std::map<std::string, std::string, std::less<>> in_force_below(std::string_view table) const;
 

@@ -13,12 +13,15 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "hal/counted.hpp"
+
 namespace arkmesh::hal {
 namespace {
 
 namespace endian = boost::endian;
 
 constexpr std::uint32_t sync_word = 0xEDA1DA01;
+constexpr std::array sync{std::byte{0xED}, std::byte{0xA1}, std::byte{0xDA}, std::byte{0x01}};
 constexpr std::uint32_t max_channel_bytes = 255, max_data_bytes = 64 << 20;
 constexpr std::size_t header_bytes = sizeof(EventHeader::Bytes), read_ahead_bytes = 1 << 16;
 constexpr std::int64_t max_utime = 1'000'000'000'000'000'000;  // the year 30000: times that can be reckoned with
@@ -53,8 +56,8 @@ std::filesystem::path log_in(const std::filesystem::path& folder) {
 }
 
 bool EventHeader::is_sane() const {
-  return channel_bytes <= max_channel_bytes && data_bytes <= max_data_bytes && utime >= -max_utime &&
-         utime <= max_utime;
+  return channel_bytes >= 1 && channel_bytes <= max_channel_bytes && data_bytes <= max_data_bytes &&
+         utime >= -max_utime && utime <= max_utime;
 }
 
 EventHeader::Bytes EventHeader::encoded() const {
@@ -85,9 +88,8 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
         fmt::format("{0} is compressed in a piece that is too large or does not tell its size, as no lab does it; "
                     "give what `zstd -d {0}` makes of it",
                     file.string()));
-  const auto first = bytes_at(0, 4);
-  if (size_ > 0 &&
-      (first.size() < 4 || endian::load_big_u32(reinterpret_cast<const unsigned char*>(first.data())) != sync_word))
+  const auto first = bytes_at(0, sync.size());
+  if (size_ > 0 && !std::ranges::equal(first, sync) && !find_event(0, size_))
     throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
 }
 
@@ -116,21 +118,70 @@ std::span<const std::byte> EventLogReader::bytes_at(std::uint64_t offset, std::s
   return rest.first(std::min(n, rest.size()));
 }
 
+bool EventLogReader::ends_at(std::uint64_t place) {
+  std::array<std::byte, sync.size()> next{};
+  const std::size_t n = read(place, next);
+  return place == size_ || (n > 0 && std::ranges::equal(std::span(next).first(n), std::span(sync).first(n)));
+}
+
+std::optional<std::uint64_t> EventLogReader::find_event(std::uint64_t from, std::uint64_t to) {
+  while (from + header_bytes <= to) {
+    const auto bytes = bytes_at(from, std::min<std::uint64_t>(read_ahead_bytes, size_ - from));
+    if (bytes.size() < header_bytes) return {};
+    const auto at = std::ranges::search(bytes, sync);
+    from += static_cast<std::uint64_t>(at.begin() - bytes.begin());
+    if (at.empty()) {
+      from -= sync.size() - 1;  // one may begin there
+      continue;
+    }
+    if (from >= to) return {};
+    const auto header = header_of(bytes_at(from, header_bytes));
+    const std::uint64_t end = from + (header ? header->size() : 0);
+    const auto event = header && end <= size_ && ends_at(end)
+                           ? view_of(bytes_at(from, header_bytes + header->channel_bytes))
+                           : std::nullopt;
+    if (event && std::ranges::all_of(event->channel, [](char c) { return c >= ' '; })) return from;
+    ++from;
+  }
+  return {};
+}
+
 std::optional<EventView> EventLogReader::next_place() {
-  const auto header = header_of(bytes_at(end_, header_bytes));
-  if (!header || end_ + header->size() > size_) return {};
+  auto header = header_of(bytes_at(end_, header_bytes));
+  const bool fits = header && end_ + header->size() <= size_;
+  // One that no other follows is damaged if another one begins within; else what is behind it is.
+  if (!fits || !ends_at(end_ + header->size())) {
+    const auto place = find_event(end_ + 1, fits ? end_ + header->size() : size_);
+    if (!place && !fits) return {};
+    if (place) {
+      skipped_ += *place - end_;
+      ++gaps_;
+      end_ = *place;
+      header = header_of(bytes_at(end_, header_bytes));
+      if (!header) return {};  // the file was changed meanwhile
+    }
+  }
   const auto out = view_of(bytes_at(end_, header->size() - header->data_bytes));
   if (out) end_ += header->size();
   return out;
 }
 
 std::optional<EventView> EventLogReader::next() {
-  const std::uint64_t begin = end_;
-  if (!next_place()) return {};
+  const auto place = next_place();
+  if (!place) return {};
+  const std::uint64_t begin = end_ - place->size();
   const auto event = view_of(bytes_at(begin, end_ - begin));
   if (event && event->bytes.size() == event->data_bytes) return event;
   end_ = begin;  // the file was cut meanwhile
   return {};
+}
+
+std::string EventLogReader::left_out() const {
+  const std::string tail = fmt::format("its last {}", counted(unread_bytes(), "byte is", "bytes are"));
+  if (skipped_bytes() == 0) return tail;
+  return fmt::format("{} in {}{}", counted(skipped_bytes(), "byte"),
+                     counted(gaps_ + (packed_ ? packed_->gaps() : 0), "place"),
+                     unread_bytes() > 0 ? " and " + tail : " are");
 }
 
 std::optional<EventView> EventLogReader::read_at(std::uint64_t offset, std::size_t size) {

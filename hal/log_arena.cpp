@@ -91,7 +91,7 @@ class FrameReader {
     }
     return {};
   }
-  bool truncated() const { return log_.truncated(); }
+  std::string left_out() const { return log_.truncated() ? log_.left_out() : ""; }
 
   std::optional<arena_info_t> info;
   std::uint64_t other_type = 0;  // of poses that another version of arkmesh wrote; 0: there are none
@@ -156,8 +156,8 @@ struct Survey {
   std::uint64_t frames = 0;
   std::uint32_t first_number = 0;
   LabTime first_stamp{0}, last_stamp{0}, frame_period{0};
-  bool even = true;  // every frame is stamped number * frame_period
-  bool truncated = false;
+  bool even = true;      // every frame is stamped number * frame_period
+  std::string left_out;  // of a log that is cut or damaged, in words
   std::optional<arena_info_t> info;
   std::size_t objects = 0;   // in the first frame
   bool same_objects = true;  // in all others
@@ -178,7 +178,7 @@ Survey survey(const std::filesystem::path& file) {
     out.last_stamp = frame->stamp;
     for (const Observation& observation : frame->robots) out.robots.insert(observation.robot);
   }
-  out.truncated = reader.truncated();
+  out.left_out = reader.left_out();
   out.info = reader.info;
   out.other_type = reader.other_type;
   return out;
@@ -271,8 +271,9 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
   } catch (const std::runtime_error& error) {
     refuse(error.what());
   }
-  if (found.truncated)
-    spdlog::warn("the log {} is cut or damaged; its poses are used up to {}", file.string(), seconds(found.last_stamp));
+  if (!found.left_out.empty())
+    spdlog::warn("the log {} is cut or damaged: {} left out, and its poses are used up to {}", file.string(),
+                 found.left_out, seconds(found.last_stamp));
   if (found.frames == 0 && found.other_type != 0)
     refuse(
         fmt::format("the log is of another version of arkmesh: its poses are of type {:016x}, those of arkmesh {} of "

@@ -15,6 +15,7 @@ namespace {
 // A recorder's buffer and the longest message of a log behind it.
 constexpr std::size_t max_frame_bytes = 65 << 20;
 constexpr std::size_t look_ahead_bytes = 1 << 20;
+constexpr std::size_t max_header_bytes = 18;  // of a frame (ZSTD_FRAMEHEADERSIZE_MAX)
 
 }  // namespace
 
@@ -57,28 +58,49 @@ void PackedFile::look_again(std::uint64_t file_bytes) {
   for (;;) {
     const auto left = std::span<const std::byte>(ahead).subspan(used);
     const unsigned long long bytes = ZSTD_getFrameContentSize(left.data(), left.size());
-    if (bytes != ZSTD_CONTENTSIZE_ERROR && bytes > max_frame_bytes) {
-      is_foreign_ = frames_.empty();
-      return;
-    }
+    const bool is_too_large = bytes != ZSTD_CONTENTSIZE_ERROR && bytes > max_frame_bytes;
+    is_foreign_ = is_too_large && frames_.empty();
+    if (is_foreign_) return;
     const std::size_t packed_bytes = ZSTD_findFrameCompressedSize(left.data(), left.size());
-    if (!ZSTD_isError(packed_bytes)) {
+    if (!is_too_large && !ZSTD_isError(packed_bytes)) {
       if (bytes > 0) frames_.push_back({place_, packed_bytes, size_, static_cast<std::size_t>(bytes)});
       size_ += bytes;
       place_ += packed_bytes;
       used += packed_bytes;
       continue;
     }
-    if (ZSTD_getErrorCode(packed_bytes) != ZSTD_error_srcSize_wrong) return;
-    // The frame goes on behind what is in memory, or is cut.
+    // The frame goes on behind what is in memory, or is cut, or damaged.
     const std::size_t known = left.size();
-    const std::uint64_t wanted = std::min<std::uint64_t>(unread_bytes(), std::max(look_ahead_bytes, 2 * known));
-    if (wanted <= known || known > 2 * max_frame_bytes) return;
+    std::uint64_t wanted = std::min<std::uint64_t>(unread_bytes(), std::max(look_ahead_bytes, 2 * known));
+    if (is_too_large || ZSTD_getErrorCode(packed_bytes) != ZSTD_error_srcSize_wrong || wanted <= known ||
+        known > 2 * max_frame_bytes) {
+      const std::uint64_t next = next_frame();
+      if (next == 0) return;
+      skipped_ += next - place_;
+      ++gaps_;
+      place_ = next;
+      wanted = std::min<std::uint64_t>(unread_bytes(), look_ahead_bytes);
+    }
     ahead.resize(static_cast<std::size_t>(wanted));
     ahead.resize(read_file_at(descriptor_, place_, ahead));
     used = 0;
-    if (ahead.size() <= known) return;
+    if (ahead.size() < wanted) return;
   }
+}
+
+std::uint64_t PackedFile::next_frame() const {
+  std::vector<std::byte> bytes(look_ahead_bytes);
+  for (std::uint64_t from = place_ + 1; from < file_bytes_; from += look_ahead_bytes - max_header_bytes) {
+    bytes.resize(read_file_at(descriptor_, from, bytes));
+    for (std::size_t i = 0; i + max_header_bytes <= bytes.size(); ++i) {
+      const auto rest = std::span<const std::byte>(bytes).subspan(i);
+      if (!is_one(rest)) continue;
+      const unsigned long long content = ZSTD_getFrameContentSize(rest.data(), rest.size());
+      if (content > 0 && content <= max_frame_bytes) return from + i;
+    }
+    if (bytes.size() < look_ahead_bytes) break;
+  }
+  return 0;
 }
 
 std::span<const std::byte> PackedFile::unpacked(std::size_t frame) {
@@ -88,7 +110,7 @@ std::span<const std::byte> PackedFile::unpacked(std::size_t frame) {
   bytes_.resize(frames_[frame].bytes);
   if (read_file_at(descriptor_, frames_[frame].place, packed_) < packed_.size() ||
       ZSTD_decompress(bytes_.data(), bytes_.size(), packed_.data(), packed_.size()) != bytes_.size())
-    bytes_.clear();
+    std::ranges::fill(bytes_, std::byte{0});
   return bytes_;
 }
 
@@ -98,7 +120,6 @@ std::size_t PackedFile::read(std::uint64_t offset, std::span<std::byte> to) {
     const auto after = std::ranges::upper_bound(frames_, offset + done, {}, &Frame::begin);
     const auto frame = static_cast<std::size_t>(after - frames_.begin()) - 1;
     const auto bytes = unpacked(frame);
-    if (bytes.empty()) break;
     const auto rest = bytes.subspan(static_cast<std::size_t>(offset + done - frames_[frame].begin));
     const std::size_t n = std::min(rest.size(), to.size() - done);
     std::ranges::copy(rest.first(n), to.begin() + static_cast<std::ptrdiff_t>(done));

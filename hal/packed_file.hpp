@@ -43,9 +43,12 @@ class PackedFile {
   std::uint64_t size() const { return size_; }
   // Of the file behind them.
   std::uint64_t unread_bytes() const { return file_bytes_ - place_; }
+  // Of frames that were damaged so that they could not be passed, and at how many places.
+  std::uint64_t skipped_bytes() const { return skipped_; }
+  std::uint64_t gaps() const { return gaps_; }
   // The first frame is larger than any recorder's, or does not tell its size: nothing is read.
   bool is_foreign() const { return is_foreign_; }
-  // Unpacked bytes from an unpacked offset on: fewer than wanted at the end, and where a frame is damaged.
+  // Unpacked bytes from an unpacked offset on: fewer than wanted at the end; zeros where a frame is damaged.
   std::size_t read(std::uint64_t offset, std::span<std::byte> to);
 
  private:
@@ -55,12 +58,14 @@ class PackedFile {
     std::uint64_t begin;       // unpacked
     std::size_t bytes;         // unpacked
   };
-  // Empty when it is damaged.
+  // Where the next frame behind place_ begins; 0 when there is none.
+  std::uint64_t next_frame() const;
+  // Zeros when it is damaged.
   std::span<const std::byte> unpacked(std::size_t frame);
 
   int descriptor_;
   std::vector<Frame> frames_;
-  std::uint64_t size_ = 0, place_ = 0, file_bytes_ = 0;
+  std::uint64_t size_ = 0, place_ = 0, file_bytes_ = 0, skipped_ = 0, gaps_ = 0;
   bool is_foreign_ = false;
   std::size_t in_memory_ = SIZE_MAX;  // the frame whose bytes are here
   std::vector<std::byte> bytes_, packed_;

@@ -63,12 +63,13 @@ struct Recorder::State {
     if (!recording) return;
     recording = false;
     stopped_by = error;
+    stopped_because = why;
     spdlog::warn("recording in {} stopped: {}; the run goes on without it", directory.string(), why);
     for_each_file([&](RecordFile& file) { lose(file.write_out().lost, error); });
   }
 
   void write_out(RecordFile& file) {
-    if (!recording) return;
+    if (!recording || file.waiting_bytes() == 0) return;
     unchecked_bytes += file.waiting_bytes();
     if (unchecked_bytes >= check_every_bytes) {
       unchecked_bytes = 0;
@@ -114,7 +115,8 @@ struct Recorder::State {
     counters.add("recorder.grew_fast");
   }
 
-  int stopped_by = 0;                               // errno
+  int stopped_by = 0;  // errno
+  std::string stopped_because;
   std::chrono::steady_clock::time_point wall{};     // of one of the newest events
   std::chrono::steady_clock::time_point flushed{};  // by flush_period()
 };
@@ -208,6 +210,10 @@ void Recorder::flush_period() {
 
 bool Recorder::recording() const {
   return state_->recording;
+}
+
+const std::string& Recorder::stopped_because() const {
+  return state_->stopped_because;
 }
 
 const fs::path& Recorder::directory() const {

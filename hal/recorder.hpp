@@ -1,6 +1,6 @@
 // Records what passes a lab's private bus as an LCM event log, plus named CSV tables. Event time stamps are start + lab
 // time, so that lcm-logplayer plays a run at life speed. Never ends a run: a full disk stops the recording, is said
-// once and is counted.
+// once and is counted; the run's result tells it (lab::outcome_of).
 #pragma once
 
 #include <chrono>
@@ -53,8 +53,9 @@ class Recorder {
   void flush_period();
   // Reasons and amounts of what was not recorded.
   const Counters& counters() const { return counters_; }
-  // False after the disk ran full.
+  // False once something could not be written, and then why.
   bool recording() const;
+  const std::string& stopped_because() const;
   const std::filesystem::path& directory() const;
 
  private:

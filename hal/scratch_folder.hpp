@@ -1,6 +1,8 @@
-// A folder of our own below the system's temporary one; removed with everything in it.
+// A folder of our own below the system's temporary one; removed with everything in it, also when
+// this process is killed.
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -17,6 +19,7 @@ class ScratchFolder {
 
  private:
   std::filesystem::path path_;
+  std::FILE* keeper_ = nullptr;  // a process that removes the folder when this one has ended
 };
 
 }  // namespace arkmesh::hal

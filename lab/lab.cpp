@@ -34,6 +34,9 @@ void Lab::declare(FieldRule rule) {
 }
 
 void Lab::row(std::string_view table, std::string_view header, std::string_view values) {
+  if (table.empty() || table.size() > 100 || table.find('/') != std::string_view::npos)
+    throw std::invalid_argument(
+        fmt::format("a table's name has 1 to 100 bytes and no '/', and '{:.40}' has {}", table, table.size()));
   const auto first = data_.headers.try_emplace(std::string(table), header).first;
   bool quoted = false;  // a comma between quotes parts nothing
   const auto commas = [&](std::string_view line) {

@@ -78,7 +78,8 @@ class Lab {
 
   // --- telling people ---
   // A row of `table`.csv in the run folder; `header` is the comma-separated first line, the same for all rows. Throws
-  // std::invalid_argument for another one, for a row with more or fewer values, and for a table of the lab's own.
+  // std::invalid_argument for another one, for a row with more or fewer values, for a table of the lab's own, and for a
+  // name above 100 bytes or with a '/', which no file may have.
   void row(std::string_view table, std::string_view header, std::string_view values);
   // Something virtual that people see in this arena until the next boundary; called in on_period. Robots see nothing of
   // it, and no result depends on it. A shape that cannot be drawn is left out and counted, as

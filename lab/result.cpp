@@ -95,7 +95,8 @@ nlohmann::json run_facts(const RunConfig& config, const std::string& effective_c
   nlohmann::json j = program_facts();
   j["hashes"]["config.toml"] = hash_text(fingerprint(effective_config));
   for (const std::filesystem::path& file : programs)
-    if (const std::string hash = file_hash(file); !hash.empty()) j["hashes"][file.filename().string()] = hash;
+    if (const std::string hash = file_hash(file), name = file.filename().string(); !hash.empty())
+      if (!j["hashes"].contains(name)) j["hashes"][name] = hash;  // of files of one name the first
   j["started"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   j["process"] = hal::own_process();
   j["lab"] = config.lab;
@@ -109,7 +110,7 @@ nlohmann::json run_facts(const RunConfig& config, const std::string& effective_c
 hal::Outcome outcome_of(const Runner& run) {
   switch (run.outcome_code()) {
     case lab_status_t::finished:
-      return hal::Outcome::finished;
+      return run.recorder().recording() ? hal::Outcome::finished : hal::Outcome::failed;
     case lab_status_t::stopped:
       return hal::Outcome::stopped;
     case lab_status_t::failed:
@@ -119,6 +120,12 @@ hal::Outcome outcome_of(const Runner& run) {
   }
 }
 
+std::string end_of(const Runner& run) {
+  if (run.outcome_code() != lab_status_t::finished || run.recorder().recording()) return run.reason();
+  return fmt::format("all periods were run, but log and tables are not whole: the recording stopped ({})",
+                     run.recorder().stopped_because());
+}
+
 nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
                           const std::map<std::string, Traffic>& between_labs) {
   const RunConfig& config = run.config();
@@ -126,7 +133,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   const double lab_s = static_cast<double>((config.period * run.period()).count()) * 1e-6;
   nlohmann::json j = std::move(facts);
   j["gate"] = run.strict() ? "strict" : "free";
-  hal::set_outcome(j, outcome_of(run), run.reason());
+  hal::set_outcome(j, outcome_of(run), end_of(run));
   j["periods"] = run.period();
   j["duration_s"] = lab_s;
   j["final_hash"] = hash_text(run.final_hash());

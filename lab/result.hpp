@@ -33,8 +33,10 @@ std::string file_hash(const std::filesystem::path& file);
 // robots run.
 nlohmann::json run_facts(const RunConfig& config, const std::string& effective_config,
                          const std::vector<std::filesystem::path>& programs);
-// What came of the run; it is known before the lab has told everybody.
+// What came of the run; it is known before the lab has told everybody. One that was not recorded whole has failed.
 hal::Outcome outcome_of(const Runner& run);
+// Why it is no finished one; may be empty.
+std::string end_of(const Runner& run);
 // `facts` are those of the run.
 nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTime& wall,
                           const std::map<std::string, Traffic>& between_labs);

@@ -46,7 +46,8 @@ fs::path take(const fs::path& directory) {
 }
 
 // Returns errno. Where room cannot be kept there may be some all the same.
-int make_room(const fs::path& file) {
+int make_room(const fs::path& file, std::uint64_t keep_free_bytes) {
+  if (std::error_code error; fs::space(file.parent_path(), error).available < keep_free_bytes) return ENOSPC;
   const hal::Handle handle(::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644));
   if (!handle) return errno;
   const int error = ::posix_fallocate(handle.get(), 0, reserve_bytes);
@@ -72,14 +73,15 @@ RunFolder::RunFolder(const fs::path& directory, const std::string& effective_con
     : recorder_(take(directory), wall_utime(), options), reserve_(directory / "reserve.tmp") {
   int error = hal::replace_file(directory / "config.toml", effective_config);
   if (error == 0) error = hal::save_running(directory / "result.json", facts);
-  if (error == 0) error = make_room(reserve_);
+  if (error == 0) error = make_room(reserve_, options.keep_free_bytes);
   if (error == 0) return;
   std::error_code gone;
   for (const char* name : {"config.toml", "result.json", "reserve.tmp", hal::log_name, hal::packed_log_name})
     fs::remove(directory / name, gone);
   throw std::runtime_error(
-      fmt::format("cannot record in {}: {}; make room there, or choose another directory with --out",
-                  directory.string(), std::strerror(error)));
+      fmt::format("cannot record in {}: {}; make room there (recorder.keep_free_mib = {} stays free), or choose "
+                  "another directory with --out",
+                  directory.string(), std::strerror(error), options.keep_free_bytes >> 20));
 }
 
 RunFolder::~RunFolder() {
@@ -129,6 +131,8 @@ void claim_run_folder(const fs::path& directory, bool force) {
   std::error_code error;
   const fs::path own = fs::absolute(directory / "").lexically_normal().parent_path();
   mark_killed_in(own.parent_path());
+  if (fs::exists(own, error) && !fs::is_directory(own, error))
+    throw hal::ConfigError(fmt::format("{} is a file; give a folder with --out", directory.string()));
   if (fs::exists(own, error) && !fs::is_empty(own, error)) {
     if (const std::string run = hal::ResultFile(own).goes_on_in_words(); !run.empty())
       throw hal::ConfigError(
@@ -136,6 +140,8 @@ void claim_run_folder(const fs::path& directory, bool force) {
     if (!force)
       throw hal::ConfigError(fmt::format("{} is not empty; give another folder with --out, or --force to move it aside",
                                          directory.string()));
+    if (const fs::path way = fs::current_path(error).lexically_relative(own); !way.empty() && *way.begin() != "..")
+      throw hal::ConfigError(fmt::format("{} is where you are; give another folder with --out", directory.string()));
     fs::path aside;
     for (int number = 1; aside.empty() || fs::exists(aside); ++number)
       aside = fmt::format("{}.{}", own.string(), number);

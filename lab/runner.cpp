@@ -20,10 +20,10 @@ constexpr Runner::Now repeat_status = 1s;
 constexpr hal::LabTime repeat_info = 60s;
 constexpr Runner::Now look_each = 10ms;  // at peers that are waited for at a boundary; most are there before
 
-// What others say is recorded by those who know whether it was accepted: worlds and statuses by the exchange, commands
-// by the operators' desk. Other channels of theirs are not for this lab.
+// What others say is recorded by those who know whether it was accepted: worlds, statuses, peers by the exchange,
+// commands by the operators' desk. Other channels of theirs are not for this lab.
 bool is_of_others(std::string_view channel) {
-  return channel == operator_channel || channel.find('/') != std::string_view::npos;
+  return channel == operator_channel || channel == hal::channel::peers || channel.find('/') != std::string_view::npos;
 }
 
 }  // namespace

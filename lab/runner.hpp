@@ -83,6 +83,7 @@ class Runner {
   // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
   // the lab has told everybody.
   std::string_view outcome() const;
+  const hal::Recorder& recorder() const { return recorder_; }
   const std::string& reason() const { return reason_; }  // why it ended early
   std::string state_text() const;                        // what it is doing, for progress and `status`
   // How far it is, and what came of it: constants of lab_status_t.

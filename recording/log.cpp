@@ -90,9 +90,9 @@ void Log::scan() {
   std::map<std::string, std::uint16_t, std::less<>> numbers;
   for (std::size_t i = 0; i < channels_.size(); ++i) numbers.emplace(channels_[i], static_cast<std::uint16_t>(i));
   while (entries_.size() < max_events) {
-    const std::uint64_t offset = log_.place();
     const auto event = log_.next_place();
     if (!event) break;
+    const std::uint64_t offset = log_.place() - event->size();  // damage may lie before it
     auto number = numbers.find(event->channel);
     if (number == numbers.end()) {
       if (channels_.size() == max_channels) return log_.go_to(offset);

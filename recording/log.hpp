@@ -44,6 +44,8 @@ class Log {
   std::int64_t start_utime() const { return start_utime_; }
   // Behind the last whole message lie this many bytes: of a message that is cut, or damaged.
   std::uint64_t unread_bytes() const { return log_.unread_bytes(); }
+  // What of the log is not used, in words (EventLogReader); empty: nothing.
+  std::string left_out() const { return log_.truncated() ? log_.left_out() : std::string(); }
 
   // How many messages have a time before that of the message ahead of them, which they are given: no lab writes so.
   std::size_t moved() const { return moved_; }

@@ -115,6 +115,10 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
     lab.log = std::make_unique<Log>(hal::log_in(each));
     labs_.push_back(std::move(lab));
   }
+  for (const std::string& name : hal::ResultFile(folder_).labs())
+    if (!has_log(folder_) && std::ranges::find(labs_, name, &RecordedLab::name) == labs_.end())
+      left_out_.push_back(
+          fmt::format("{} has no log of lab {}, which took part; the lab is left out", folder.string(), name));
   // runs of one lab that somebody has laid side by side
   std::map<std::string, int> times;
   for (const RecordedLab& lab : labs_) ++times[lab.name];
@@ -152,10 +156,9 @@ std::vector<std::string> Run::notes() const {
   for (const RecordedLab& lab : labs_) {
     const Log& log = *lab.log;
     if (log.entries().empty()) out.push_back(fmt::format("{} holds no whole message", log.file().string()));
-    if (log.unread_bytes() > 0 && !is_written(lab))
-      out.push_back(fmt::format("{} is cut or damaged: its last {} left out, and it is used up to {:.3f} s",
-                                log.file().string(), hal::counted(log.unread_bytes(), "byte is", "bytes are"),
-                                static_cast<double>(log.length_us()) / 1e6));
+    if (!log.left_out().empty() && !is_written(lab))
+      out.push_back(fmt::format("{} is cut or damaged: {} left out, and it is used up to {:.3f} s", log.file().string(),
+                                log.left_out(), static_cast<double>(log.length_us()) / 1e6));
     if (log.moved() > 0)
       out.push_back(fmt::format("{} has {} with a time before that of the message ahead; each stands at that time",
                                 log.file().string(), hal::counted(log.moved(), "message")));

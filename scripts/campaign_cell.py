@@ -252,7 +252,7 @@ class Cell:
 
     def limit_s(self, end):
         """How long after the fault a lab may take to end so."""
-        if end == "finished":
+        if end == "finished" or self.fault in ("disk full", "run folder removed"):  # they run to the end
             return 180 + (0 if self.arena == "simulated" else self.pace.duration_s)
         return NOTICES_S + (self.patience_s if end == "failed" else 0) + (SEEN_TO_STAND_S if self.arena == "hardware" else 0)
 

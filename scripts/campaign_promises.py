@@ -149,8 +149,8 @@ REFUSED = Promise("failed", r"refuse|no robot|largest id", None)
 GAVE_UP = Promise("failed", GONE_SHARK, "failed", GONE_ROARK, note="after `gate.patience_s`")
 CRASHED = Promise("failed", r"roark failed at period \d+: the program of robot \d+ crashed", "failed", GONE_ROARK)
 FAILED = Promise("failed", r"roark failed at period \d+: the scenario was told to fail", "failed", GONE_ROARK)
-DISK_FULL = Promise(says=r"recording in .* stopped", note="the recording stops; `result.json` has its room from the start")
-REMOVED = Promise(says=r"\"state\": \"finished\"", note="said once, and the result goes to stdout")
+DISK_FULL = Promise("failed", r"recording in .* stopped", note="robots run to the end; the log is not whole, and `result.json`, which has its room from the start, says so")
+REMOVED = Promise("failed", r"\"state\": \"failed\"", note="robots run to the end; said once, and the result goes to stdout")
 STANDS_STILL = "lab time stands still: no robot's program runs, and no scenario is called"
 IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
 
@@ -202,7 +202,7 @@ def promise(arena, phase, fault):
     if fault == "link cut 4 s":
         return GOES_ON
     if fault == "disk full":
-        return dataclasses.replace(DISK_FULL, says="", note="`result.json` has its room from the start") if ending else DISK_FULL
+        return DISK_FULL
     return REMOVED
 
 

@@ -129,6 +129,8 @@ def show(joint, out):
     print("\n" + summary(joint, out))
     for video in sorted(out.glob("*/arena-*.mp4")):
         print(f"annotated video      {video}")
+    if not PROGRAM.with_name("arkmesh-recording").exists() or not PROGRAM.with_name("arkmesh-testbed").exists():
+        print("the other commands   scripts/build builds arkmesh plot, export, and those for cameras, such as track")
 
 
 def run_hybrid(arguments, program=PROGRAM):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Reads an LCM event log, also one that was cut off, and decodes our messages.
+"""Reads an LCM event log, also one that is cut or damaged, and decodes our messages.
 
     scripts/read_log.py runs/demo/shark/log.lcm            channels, how many messages each, first and last time
     scripts/read_log.py runs/demo/shark/log.lcm poses      every message of one channel, decoded
@@ -11,16 +11,18 @@ file is read directly; the message types are the Python code that scripts/build 
 """
 import contextlib
 import importlib
+import mmap
 import os
 import pathlib
 import pkgutil
 import struct
 import subprocess
 import sys
+import tempfile
 
-SYNC = 0xEDA1DA01
+SYNC, SYNC_BYTES = 0xEDA1DA01, bytes.fromhex("eda1da01")
 ZSTD_MAGIC = bytes.fromhex("28b52ffd")
-MAX_DATA = 64 << 20
+MAX_CHANNEL, MAX_DATA = 255, 64 << 20
 HERE = pathlib.Path(__file__).resolve().parent
 # As installed, as the caller says, or as scripts/build makes them.
 TYPES_DIR = next((folder for folder in (pathlib.Path(os.environ.get("ARKMESH_LCM_TYPES", "")), HERE / "lcmtypes") if folder.joinpath("arkmesh").is_dir()),
@@ -35,31 +37,67 @@ def log_in(folder):
 
 @contextlib.contextmanager
 def opened(path):
-    """The bytes of a log, unpacked, as a file to be read from its beginning."""
-    with open(path, "rb") as log:
-        if log.peek(4)[:4] != ZSTD_MAGIC:
-            yield log
+    """The bytes of a log, unpacked, and whether they are all there."""
+    with open(path, "rb") as log, tempfile.TemporaryFile() as unpacked:
+        whole = True
+        if log.peek(4)[:4] == ZSTD_MAGIC:
+            os.lseek(log.fileno(), 0, os.SEEK_SET)
+            try:
+                whole = subprocess.run(["zstd", "-dcq"], stdin=log, stdout=unpacked, stderr=subprocess.DEVNULL).returncode == 0
+            except FileNotFoundError:
+                raise SystemExit(f"{path} is compressed, and the program zstd that unpacks it is missing; apt-get install zstd") from None
+            log = unpacked
+        if os.fstat(log.fileno()).st_size == 0:
+            yield b"", whole
             return
-        os.lseek(log.fileno(), 0, os.SEEK_SET)
-        try:
-            unpacking = subprocess.Popen(["zstd", "-dcq"], stdin=log, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        except FileNotFoundError:
-            raise SystemExit(f"{path} is compressed, and the program zstd that unpacks it is missing; apt-get install zstd") from None
-        with unpacking:
-            yield unpacking.stdout
+        with mmap.mmap(log.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            yield data, whole
+
+
+def size_of(data, at):
+    """Of the event that begins there, with its header; 0: there is none, or it is cut."""
+    if at + 28 > len(data):
+        return 0
+    sync, _number, _utime, channel_length, length = struct.unpack_from(">IqqII", data, at)
+    size = 28 + channel_length + length
+    return size if sync == SYNC and 1 <= channel_length <= MAX_CHANNEL and length <= MAX_DATA and at + size <= len(data) else 0
+
+
+def next_event(data, begin, end):
+    """The first place of these where a whole event begins that another one, or the end, follows; None: there is none."""
+    while (begin := data.find(SYNC_BYTES, begin, end)) >= 0:
+        size = size_of(data, begin)
+        if size and is_end(data, begin + size):
+            return begin
+        begin += 1
+    return None
+
+
+def is_end(data, at):
+    return SYNC_BYTES.startswith(data[at:at + 4])  # nothing, or the beginning of an event
 
 
 def events(path):
-    """Every whole event as (seconds since 1970, channel, bytes); stops at the first one that is cut or damaged."""
-    with opened(path) as log:
-        while len(head := log.read(28)) == 28:
-            sync, _number, utime, channel_length, length = struct.unpack(">IqqII", head)
-            if sync != SYNC or channel_length > 63 or length > MAX_DATA:
-                return
-            channel, data = log.read(channel_length).decode("ascii", "replace"), log.read(length)
-            if len(data) < length or len(channel) < channel_length:
-                return
-            yield utime / 1e6, channel, data
+    """Every whole event as (seconds since 1970, channel, bytes). What is damaged is passed over, and said on the standard error, as what is cut."""
+    with opened(path) as (data, whole):
+        if not is_end(data, 0) and next_event(data, 0, len(data)) is None:
+            raise SystemExit(f"{path} is no LCM log.")
+        at = skipped = places = 0
+        while at < len(data):
+            size = size_of(data, at)
+            if not size or not is_end(data, at + size):
+                found = next_event(data, at + 1, at + size if size else len(data))
+                if found is not None:
+                    skipped, places, at, size = skipped + found - at, places + 1, found, size_of(data, found)
+            if not size:
+                break
+            _, _, utime, channel_length, _ = struct.unpack_from(">IqqII", data, at)
+            name = at + 28 + channel_length
+            yield utime / 1e6, data[at + 28:name].decode("ascii", "replace"), data[name:at + size]
+            at += size
+        if skipped or at < len(data) or not whole:
+            left_out = [f"{skipped} bytes at {places} place{'s' * (places > 1)}"] * bool(skipped) + [f"its last {len(data) - at} bytes"] * (at < len(data))
+            print(f"{path} is cut or damaged: {' and '.join(left_out + ['what zstd does not unpack'] * (not whole))} left out", file=sys.stderr)
 
 
 def types():

@@ -26,6 +26,7 @@
 #include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
+#include "sim_ode/host/programs/program_inputs.hpp"
 #include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
@@ -164,6 +165,7 @@ class OdeArena final : public SimulatedArena {
     counters_.set("infrared.lost.chance", air.lost);
     counters_.set("infrared.backed_off", air.backed_off);
     if (host_.failed_robots() > 0) counters_.set("robots.failed", host_.failed_robots());
+    if (host_.waited_robots() > 0) counters_.set("robots.waited", host_.waited_robots());
     counters_.set("contacts.robot_ticks", world.touching);
     counters_.set("contacts.solved", world.contacts);
     counters_.set("contacts.by_ode", world.by_ode);
@@ -328,7 +330,7 @@ ProgramSources program_of(const hal::Section& arena) {
 
 std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
   try {
-    return files_of(read_settings(arena).controller);
+    return files_with_headers(read_settings(arena).controller);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   }

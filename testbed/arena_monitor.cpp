@@ -10,6 +10,7 @@
 
 #include "hal/newest_frame.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
+#include "hal/without_secrets.hpp"
 #include "testbed/placed_camera.hpp"
 #include "tracker/camera/hung_camera.hpp"
 #include "tracker/camera/source.hpp"
@@ -187,7 +188,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
   for (std::size_t i = 0; i < settings.cameras.size(); ++i) {
     const std::string& source = settings.cameras[i].source;
     const tracker::Lens& lens = settings.calibrations[i].data().lens;
-    eyes.push_back({.source = tracker::without_password(source),
+    eyes.push_back({.source = hal::without_secrets(source),
                     .feed = open(source, lens.width_px, lens.height_px),
                     .still = {},
                     .error = {}});

@@ -8,6 +8,7 @@
 
 #include "hal/arena_config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
+#include "hal/without_secrets.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/source.hpp"
 
@@ -37,7 +38,10 @@ tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSet
 
 void CameraSettings::fields(const hal::Section& camera) {
   camera.field("source", source,
-               {.help = "a camera's number, /dev/video..., or a URL", .sample = "\"0\"", .required = true});
+               {.help = "a camera's number, /dev/video..., or a URL",
+                .sample = "\"0\"",
+                .required = true,
+                .written = hal::without_secrets});
   camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
   camera.field("camera", name, {.help = "its name there, when the file holds several"});
 }

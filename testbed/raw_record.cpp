@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "hal/without_secrets.hpp"
 #include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {
@@ -76,11 +77,6 @@ void RawRecord::begin() {
     const CameraSettings& camera = settings_.testbed.cameras[i];
     fs::copy_file(camera.calibration, folder / calibration_file_of(i), error);
     if (error) spdlog::warn("the record lacks {}: {}", camera.calibration.string(), error.message());
-    if (tracker::without_password(camera.source) != camera.source)
-      spdlog::warn(
-          "the address of camera {} holds a password, which config.toml and log.txt of the run show: change "
-          "it before you give the record away",
-          i);
   }
   write_facts(false);
 }
@@ -171,7 +167,7 @@ void RawRecord::write_facts(bool ended) {
   for (std::size_t i = 0; i < eyes_.size(); ++i) {
     const CameraSettings& camera = settings_.testbed.cameras[i];
     const tracker::Lens& lens = settings_.testbed.calibrations[i].data().lens;
-    cameras.push_back({{"source", tracker::without_password(camera.source)},
+    cameras.push_back({{"source", hal::without_secrets(camera.source)},
                        {"name", camera.name},
                        {"calibrated_px", {lens.width_px, lens.height_px}},
                        {"delivered_px", {eyes_[i].size.width, eyes_[i].size.height}},

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <span>
@@ -53,7 +55,7 @@ void print_json(const tracker::Picture& picture, const std::vector<tracker::Trac
   const nlohmann::json line = {
       {"frame", picture.number}, {"time_s", seconds(picture.stamp)}, {"robots", std::move(robots)}};
   fmt::print("{}\n", line.dump());
-  std::fflush(stdout);
+  if (std::fflush(stdout) != 0) throw std::runtime_error(fmt::format("cannot print more: {}", std::strerror(errno)));
 }
 
 }  // namespace
@@ -105,6 +107,7 @@ void TrackOutputs::finish(const tracker::TableTracker& tracker) {
     if (!csv_)
       throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
   }
+  if (video_.isOpened()) tracker::finish_video(video_, options_.video, video_pictures_);
   if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
   if (options_.json) return;
   fmt::print("{}, {} at the end, at most {}\n", hal::counted(pictures_, "picture"), hal::counted(robots_, "robot"),
@@ -149,7 +152,7 @@ void TrackOutputs::write_video(const cv::Mat& drawn, hal::LabTime stamp) {
   }
   const std::int64_t due = std::llround(seconds(stamp) * pictures_per_s_) + 1;
   in_video_ = std::max(in_video_, due - std::max<std::int64_t>(1, std::llround(longest_still_s * pictures_per_s_)));
-  for (; in_video_ < due; ++in_video_) video_.write(drawn);
+  for (; in_video_ < due; ++in_video_, ++video_pictures_) video_.write(drawn);
 }
 
 void TrackOutputs::show(const cv::Mat& drawn, hal::LabTime stamp) {

@@ -54,7 +54,8 @@ class TrackOutputs {
   hal::LoopTime time_{loop_};
   std::optional<hal::MjpegServer> server_;
   cv::VideoWriter video_;
-  std::int64_t in_video_ = 0;  // pictures written, by the video's clock
+  std::int64_t in_video_ = 0;  // pictures by the video's clock
+  std::int64_t video_pictures_ = 0;
   cv::Mat last_picture_;
   std::size_t pictures_ = 0, most_ = 0, robots_ = 0;
 };

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/counted.hpp"
+#include "hal/without_secrets.hpp"
 #include "testbed/track_outputs.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/live_camera.hpp"
@@ -126,7 +127,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     if (bgr.empty()) {
       if (outputs.pictures() > 0) continue;
       if (since > first_picture_within) throw std::runtime_error(camera->error());
-      progress.show(fmt::format("waiting for the first picture of {}", options.source));
+      progress.show(fmt::format("waiting for the first picture of {}", hal::without_secrets(options.source)));
       continue;
     }
     refuse_other_size(options, calibration, bgr);

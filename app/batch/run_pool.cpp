@@ -88,9 +88,10 @@ int run_task(const RunTask& task, hal::StopRequest& stop) try {
   fs::remove_all(task.directory, error);
   JointRun run(read_labs(task.labs, task.seed), task.directory, JointRun::Folder::of_batch);
   const nlohmann::json result = run.run(stop, nullptr);
-  if (run.finished()) return 0;
+  const auto outcome = hal::outcome_in(result);
+  if (outcome == hal::Outcome::finished) return 0;
   fmt::print(stderr, "arkmesh: run of {} ended early: {}\n", run.names(), hal::ended_in(result));
-  return hal::outcome_in(result) == hal::Outcome::stopped ? 3 : 1;
+  return outcome == hal::Outcome::stopped ? 3 : 1;
 } catch (const hal::ConfigError& e) {
   return refuse(task, e.what(), 2);
 } catch (const fs::filesystem_error& e) {

@@ -92,7 +92,7 @@ Finding plots() {
 }
 
 Finding spy() {
-  Finding finding{"Java for lcm-spy", "", "scripts/setup spy"};
+  Finding finding{"Java for lcm-spy", "", "apt-get install default-jdk liblcm-java libjchart2d-java"};
   const fs::path java = program("java");
   std::error_code ignored;
   const fs::path home = fs::canonical(java, ignored).parent_path().parent_path();

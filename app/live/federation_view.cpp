@@ -7,6 +7,7 @@
 
 #include "gateway/links.hpp"
 #include "hal/config.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -48,7 +49,7 @@ std::vector<std::string> trusted_labs(const WatchedFederation& federation, const
 }  // namespace
 
 FederationView::FederationView(hal::EventLoop& loop, const WatchedFederation& federation, view::ServerOptions options)
-    : run_(federation.servers),
+    : run_(hal::without_secrets(federation.servers)),
       labs_(trusted_labs(federation, federation.keys.list())),
       server_(loop, std::move(options), *this) {
   const std::string name = name_of(federation, federation.keys.list());

@@ -6,10 +6,12 @@
 #include <boost/asio/post.hpp>
 #include <cassert>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
 #include "gateway/frame.hpp"
+#include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
 
@@ -27,6 +29,8 @@ constexpr std::chrono::milliseconds least_ask_period{200}, ask_period_per_peer{2
 constexpr int most_acks_per_s = 100;
 constexpr std::chrono::milliseconds longest_ack_time{200};
 constexpr std::chrono::milliseconds watched_period{200};  // of each channel a message
+constexpr std::size_t most_seen = 4096;                   // packets; those of two subjects overtake each other
+constexpr int arena_each = 10;                            // periods, at least, the arena's among them
 // A packet is no longer, and more does not wait for the server.
 constexpr std::size_t most_packet_bytes = 256 << 10, most_waiting_bytes = 1 << 20;
 
@@ -122,6 +126,7 @@ class Federation::Stream final : public SocketStream {
   }
 
   Relay relay;
+  std::set<PacketOrder> seen;         // the newest packets of the peer that counted
   std::optional<StreamId> answer_to;  // of the peer's greeting
 
  private:
@@ -238,14 +243,25 @@ void Federation::take(const PacketView& packet) {
   const std::string& from = packet.head.from;
   if (!streams_.contains(from))
     return keys_.trusts(from) ? counters_.add("federation.ignored.no_stream") : keys_.refuse("not_trusted");
-  if (packet.head.kind == PacketKind::keys) return keys_.is_signed(packet) ? keys_.take_group_key(packet) : void();
+  // Who repeats what was said costs no look at a signature, once it was looked at.
+  std::set<PacketOrder>& seen = streams_.at(from)->seen;
+  const PacketOrder at = order_of(packet.head);
+  if (seen.contains(at) || (seen.size() == most_seen && at < *seen.begin())) return keys_.refuse("repeated", from);
+  const auto note = [&] {
+    if (seen.size() == most_seen) seen.erase(seen.begin());
+    seen.insert(at);
+  };
+  if (packet.head.kind == PacketKind::keys)
+    return keys_.is_signed(packet) ? note(), keys_.take_group_key(packet) : void();
   const auto plain = keys_.open(packet);
   if (!plain) return;
   const auto body = read_body(*plain);
   if (!body) return keys_.refuse("malformed", from);
   // What is for others only is not worth a look at its signature.
   if (!is_for_us(from, *body)) return;
-  if (packet.head.kind == PacketKind::sealed || keys_.is_signed(packet)) take(from, order_of(packet.head), *body);
+  if (packet.head.kind != PacketKind::sealed && !keys_.is_signed(packet)) return;
+  note();
+  take(from, at, *body);
 }
 
 bool Federation::is_for_us(const std::string& from, const PacketBody& body) const {
@@ -425,8 +441,11 @@ void Federation::send_watched() {
     messages.clear();
     bytes = 0;
   };
+  // A lab seldom says what its arena is like; who begins to watch hears it soon, as long as the lab says anything.
+  const bool says_again = ++watched_rounds_ % arena_each == 0 &&
+                          std::ranges::any_of(watched_, [](const auto& each) { return each.second.is_fresh; });
   for (auto& [channel, newest] : watched_) {
-    if (!std::exchange(newest.is_fresh, false)) continue;
+    if (!std::exchange(newest.is_fresh, false) && !(says_again && channel == hal::channel::arena)) continue;
     const std::size_t size = newest.bytes.size() + channel.size() + sizeof(std::uint32_t) + 1;
     if (size > room()) {
       counters_.add("federation.watched.too_big." + channel);

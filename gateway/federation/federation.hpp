@@ -91,6 +91,7 @@ class Federation {
   std::vector<ChunkPointer> fresh_;         // written since the last flush
   bool flush_posted_ = false, keys_wanted_ = false;
   Time asked_{}, keys_sent_{}, watched_sent_{};
+  int watched_rounds_ = 0;
   struct Newest {
     std::vector<std::byte> bytes;
     bool is_fresh = false;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "hal/config.hpp"
+#include "hal/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 namespace {
@@ -69,26 +70,8 @@ std::string why_no_open_servers(std::string_view text) {
 NatsServers read_servers(std::string_view text, bool tls) {
   NatsServers servers{.tls = tls};
   if (const std::string why = parse(text, servers); !why.empty())
-    throw hal::ConfigError(fmt::format("address '{}' {}", text, why));
+    throw hal::ConfigError(fmt::format("address '{}' {}", hal::without_secrets(text), why));
   return servers;
-}
-
-std::string without_passwords(std::string_view connect) {
-  std::string out;
-  for (bool more = true; more;) {
-    const std::size_t comma = connect.find(',');
-    more = comma != std::string_view::npos;
-    const std::string_view server = connect.substr(0, comma);
-    const std::size_t scheme = server.find("://"), at = server.rfind('@');
-    const std::size_t who = scheme == std::string_view::npos ? 0 : scheme + 3;
-    out += at == std::string_view::npos || at < who ? std::string(server)
-                                                    : fmt::format("{}{}", server.substr(0, who), server.substr(at + 1));
-    if (more) {
-      out += ',';
-      connect.remove_prefix(comma + 1);
-    }
-  }
-  return out;
 }
 
 }  // namespace arkmesh::gateway

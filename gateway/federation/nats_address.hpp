@@ -28,9 +28,6 @@ std::string why_no_open_servers(std::string_view text);
 // Throws hal::ConfigError with one sentence when it is none.
 NatsServers read_servers(std::string_view text, bool tls);
 
-// What gateway.connect or gateway.peers.connect says, without passwords: for people and logs.
-std::string without_passwords(std::string_view connect);
-
 // Whether gateway.connect or gateway.peers.connect means a federation.
 inline bool is_nats(std::string_view connect) {
   return connect.starts_with("nats://") || connect.starts_with("tls+nats://");

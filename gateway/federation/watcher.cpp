@@ -39,15 +39,15 @@ void Watcher::take(const std::vector<NatsConnection::Message>& messages) {
       keys_.refuse("subject");
       continue;
     }
-    // Opened before the signature is looked at: who is not trusted costs no more than that.
-    const auto plain = keys_.open(*packet);
-    if (!plain || !keys_.is_signed(*packet)) continue;
-    if (const PacketOrder number = order_of(packet->head); number > newest_[from]) {
-      newest_[from] = number;
-    } else {
+    const PacketOrder number = order_of(packet->head);
+    if (const auto newest = newest_.find(from); newest != newest_.end() && number <= newest->second) {
       keys_.refuse("repeated", from);
       continue;
     }
+    // Opened before the signature is looked at: who is not trusted costs no more than that.
+    const auto plain = keys_.open(*packet);
+    if (!plain || !keys_.is_signed(*packet)) continue;
+    newest_[from] = number;
     if (packet->head.kind == PacketKind::keys) {
       keys_.take_group_key(*packet);
       continue;

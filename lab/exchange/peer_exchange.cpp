@@ -49,8 +49,10 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
         const bool accepted = channel.ends_with("/world") ? hear_world(peer, bytes) : peers_.hear_status(peer, bytes);
         if (recording_) recording_(channel, bytes, accepted);
       }));
-  subscriptions_.push_back(
-      bus_.subscribe(hal::channel::peers, [this](std::string_view, auto bytes) { peers_.hear_peers(bytes); }));
+  subscriptions_.push_back(bus_.subscribe(hal::channel::peers, [this](std::string_view channel, auto bytes) {
+    const bool accepted = peers_.hear_peers(bytes);
+    if (recording_) recording_(channel, bytes, accepted);
+  }));
 }
 
 bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte> bytes) {

@@ -16,10 +16,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t longest_words = 200;  // of others that are quoted
-constexpr Peers::Now lost_after = 5s;       // without anything that counts
-constexpr Peers::Now refused_limit = 5s;    // of nothing but refused states
-constexpr Peers::Now away_after = 3s;       // without a look: the lab itself stood still
+constexpr std::size_t longest_words = 200;          // of others that are quoted
+constexpr Peers::Now lost_after = 5s;               // without anything that counts
+constexpr Peers::Now refused_limit = 5s;            // of nothing but refused states
+constexpr Peers::Now away_after = 3s;               // without a look: the lab itself stood still
+constexpr std::size_t max_peers_bytes = 256 << 10;  // a second; a gateway says a few kB
 constexpr Peers::Now linger_most = 60s, linger_little = 1s;
 
 // A state quoted in another's sentence: without its explanation, which may quote that other lab.
@@ -79,11 +80,16 @@ bool Peers::hear_status(std::string_view name, std::span<const std::byte> bytes)
   return true;
 }
 
-void Peers::hear_peers(std::span<const std::byte> bytes) {
+bool Peers::hear_peers(std::span<const std::byte> bytes) {
+  const auto refuse = [this](std::string_view why) {
+    counters_.add(fmt::format("peers.refused.{}", why));
+    return false;
+  };
+  if (now_ - peers_since_ >= 1s) peers_since_ = now_, peers_bytes_ = 0;
+  const bool is_recorded = (peers_bytes_ += bytes.size()) <= max_peers_bytes;
   peers_t message;
-  if (const std::string_view why = hal::read_message(bytes, message); !why.empty())
-    return counters_.add(fmt::format("peers.refused.{}", why));
-  if (message.lab != lab_) return counters_.add("peers.refused.other_name");
+  if (const std::string_view why = hal::read_message(bytes, message); !why.empty()) return refuse(why);
+  if (message.lab != lab_) return refuse("other_name");
   // After a silence, or from a gateway started anew, what was known of the links is void.
   if (gateway_silent() || message.boot_id != gateway_boot_id_)
     for (Peer& peer : peers_) peer.up.reset();
@@ -98,6 +104,7 @@ void Peers::hear_peers(std::span<const std::byte> bytes) {
     else if (!peer->up)
       peer->up = now_;
   }
+  return is_recorded;
 }
 
 void Peers::note_counted(std::string_view name) {

@@ -49,7 +49,8 @@ class Peers {
   // `<peer>/status` and our gateway's `peers`, as they came; what is ill-formed, of another run or about others is
   // refused and counted. False: it was refused.
   bool hear_status(std::string_view peer, std::span<const std::byte> bytes);
-  void hear_peers(std::span<const std::byte> bytes);
+  // ... or more than a gateway says, and not worth recording.
+  bool hear_peers(std::span<const std::byte> bytes);
   // A state counted, of a peer of the gate. It is as much a sign of life as a status, which a fast run may not have
   // come to yet.
   void note_counted(std::string_view peer);
@@ -141,8 +142,9 @@ class Peers {
   const std::optional<Now> pause_after_;  // without news; none: never
   const PeriodGate& gate_;
   std::vector<Peer> peers_;  // ascending name
-  Now now_{0};
-  std::optional<Now> gateway_;  // when it was heard
+  Now now_{0}, peers_since_{0};
+  std::size_t peers_bytes_ = 0;  // heard since then
+  std::optional<Now> gateway_;   // when it was heard
   std::int64_t gateway_boot_id_ = 0;
   std::uint64_t unsent_ = 0;
   std::optional<Now> unsent_at_;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "hal/own_files.hpp"
+#include "hal/replace_file.hpp"
 #include "scenarios/python/encoding.hpp"
 
 namespace arkmesh::scenarios::python {
@@ -229,11 +230,13 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
   child_->send('S', facts.dump());
   open_answers_ = 1;
   asked_ = Clock::now();
-  const auto patience = std::chrono::ceil<std::chrono::milliseconds>(patience_);
   for (;;) {
     std::optional<Message> message;
     try {
-      message = child_->receive(patience);
+      // a signal that the lab acts on later ends the wait
+      for (auto left = patience_; !message && left.count() > 0;
+           left = std::chrono::ceil<std::chrono::microseconds>(asked_ + patience_ - Clock::now()))
+        message = child_->receive(std::chrono::ceil<std::chrono::milliseconds>(left));
     } catch (const std::exception& error) {
       throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
     }
@@ -426,7 +429,10 @@ void PythonScenario::take_words(lab::Lab& lab, std::string_view words) {
 void PythonScenario::write_output() {
   if (child_) output_ += child_->take_output();
   if (!log_.is_open() || output_.empty()) return;
-  log_ << std::exchange(output_, {}) << std::flush;
+  const std::string lines = std::exchange(output_, {});
+  if (log_ && !(log_ << lines << std::flush))
+    spdlog::warn("{} cannot be continued, perhaps because the disk is full; the run goes on without it",
+                 (directory_ / "scenario.log").string());
 }
 
 std::map<std::string, std::string, std::less<>> PythonScenario::shared_settings() const {
@@ -448,7 +454,7 @@ void PythonScenario::keep_sources() const {
   const auto keep = [this](const std::string& name, std::string_view bytes) {
     const fs::path copy = directory_ / "scenario" / name;
     fs::create_directories(copy.parent_path());
-    std::ofstream(copy, std::ios::binary) << bytes;
+    hal::must_replace_file(copy, bytes);
   };
   const nlohmann::json none = nlohmann::json::object(), sources = about_.value("sources", none),
                        files = about_.value("files", none);

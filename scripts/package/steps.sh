@@ -61,9 +61,18 @@ demo() { # step
   arkmesh run $experiments/dhtf/shark.toml $experiments/dhtf/roark.toml --out runs/dhtf
   echo "says: the demo took $((SECONDS - start)) s"
   grep -q final_hash runs/dhtf/shark/result.json || fail "no result"
-  grep -q 'arkmesh:scenarios/dhtf' runs/dhtf/shark/config.toml || fail "config.toml does not name the shipped program"
+  [ -f runs/dhtf/shark/files/dhtf.c ] || fail "the run's folder lacks the robots' program"
   arkmesh run $experiments/cre/meadow.toml $experiments/cre/sky.toml --seconds 20 --out runs/cre
   arkmesh rerun runs/cre
+}
+
+# The commands that docs/install.md has, as a user without root.
+commands_of_the_page() { # step
+  sed -n '/^## Trying it/,/^## Labs/{/^```sh/,/^```/{/^```/!p}}' /packages/install.md >/packages/trying.sh
+  grep -q 'arkmesh run' /packages/trying.sh || fail "the page has no commands"
+  install -d -o 1234 -g 1234 /home/visitor
+  (cd /home/visitor && setpriv --reuid 1234 --regid 1234 --clear-groups env HOME=/home/visitor bash -euo pipefail /packages/trying.sh)
+  [ -f /home/visitor/demo/result.json ] || fail "no result"
 }
 
 page() { # step
@@ -255,7 +264,9 @@ upgrade_in_mid_run() { # step of a started system
 }
 
 remove_all() { # step
-  apt-get remove -y 'arkmesh*' python3-arkmesh libarkmesh-dev
+  local command
+  command=$(sed -n 's/^`sudo \(apt remove [^`]*\)`.*/\1 -y/p' /packages/install.md)
+  eval "${command:?the page has no such command}"
   ! command -v arkmesh || fail "the command is still there"
   ! [ -d /run/systemd/system ] || ! systemctl -q is-active arkmesh-lab@roark || fail "a lab still runs"
   local folder file

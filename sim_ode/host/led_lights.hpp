@@ -26,6 +26,7 @@ class LedLights {
     std::erase_if(changes_, [robot](const Change& change) { return change.robot == robot; });
     set(robot, 0, 0);
   }
+  std::uint8_t colour(int robot) const { return colours_[static_cast<std::size_t>(robot)]; }
   // The sum of its colours' steps, 0..9, at the start of the present tick.
   int steps(int robot) const {
     const int colour = colours_[static_cast<std::size_t>(robot)];

@@ -39,6 +39,9 @@ class RobotBodies {
   // What a command does, `us` after the start of the present tick. `values` are those in the robot's memory.
   void apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us);
   void drive(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us) { motors_.set(robot, left, right, us); }
+  bool moves(int robot) const { return motors_.load(robot) > 0; }
+  // As it was when the present tick began.
+  std::uint8_t colour(int robot) const { return leds_.colour(robot); }
   void show(int robot, std::uint8_t colour, std::int64_t us) { leds_.set(robot, colour, us); }
   // Dark and still.
   void stop(int robot);

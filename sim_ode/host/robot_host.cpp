@@ -15,7 +15,7 @@ namespace {
 
 // Lab time without anything to be seen of a program that waits, after which it is told, and how often that is looked
 // for.
-constexpr std::int64_t idle_told_us = 30'000'000, idle_check_ticks = 61;
+constexpr std::int64_t idle_told_us = 5'000'000, idle_check_ticks = 16;
 
 std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
                                     std::uint64_t seed) {
@@ -93,10 +93,12 @@ void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
 
 // No fault: a callback, or the time, may still end the wait.
 void RobotHost::tell_of_idle_waits() {
-  if (told_of_idle_) return;
-  const std::vector<Turns::Wait> waits = turns_.idle_waits(idle_told_us);
-  if (waits.empty()) return;
-  told_of_idle_ = true;
+  constexpr int most_told = 10;
+  std::vector<Turns::Wait> waits = turns_.idle_waits(idle_told_us);
+  std::erase_if(waits, [this](const Turns::Wait& wait) {
+    return bodies_.moves(wait.robot) || !waited_.insert(wait.robot).second;
+  });
+  if (waits.empty() || ++told_of_idle_ > most_told) return;
   const Turns::Wait& first = waits.front();
   const std::string others = waits.size() == 1 ? "" : ", and so do " + hal::counted(waits.size() - 1, "more robot");
   spdlog::warn(

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -39,6 +40,8 @@ class RobotHost {
   // where it boots.
   void leave_failed_robots() { leave_failed_ = true; }
   std::uint64_t failed_robots() const { return failed_robots_; }
+  // Robots that once stood and showed nothing new for 5 s, in one call of `loop`.
+  std::uint64_t waited_robots() const { return waited_.size(); }
   // All robots' turns for tick `number` (1, 2, ...). Throws ProgramFault, which ends the host's use.
   void tick(std::int64_t number, const Inbox& inbox);
 
@@ -81,7 +84,9 @@ class RobotHost {
   RobotBodies bodies_;
   RobotMemory memory_;
   Turns turns_;
-  bool leave_failed_ = false, told_of_idle_ = false;
+  bool leave_failed_ = false;
+  std::set<int> waited_;
+  int told_of_idle_ = 0;  // times
   std::uint64_t failed_robots_ = 0;
 };
 

@@ -202,16 +202,19 @@ TEST_CASE("controller run names who waits in loop for ever, and where") {
         << "#include <kilolib.h>\nvolatile int flag = 0;\nvoid rx(message_t* m, "
            "distance_measurement_t* d) {}\nvoid setup() {}\nvoid loop() {\n"
         << loop << "\n}\nint main() { kilo_init(); kilo_message_rx = rx; kilo_start(setup, loop); return 0; }\n";
-    return controller({"run", program.string(), "--robots", "10", "--seconds", "40"}, folder.path());
+    return controller({"run", program.string(), "--robots", "10", "--seconds", "8"}, folder.path());
   };
-  for (const char* wait : {"delay(100);", "while (!flag) {}", "while (kilo_ticks > 0) {}"}) {
+  for (const char* wait : {"delay(100);", "while (!flag) {}", "while (kilo_ticks > 0) {}", "set_color(1);",
+                           "set_motors(0, 0);", "if (get_ambientlight() > 2000) flag++;"}) {
     const Ended ended = run("  if (kilo_uid > 2)\n    for (;;) " + std::string(wait));
     CHECK(ended.code == 0);
     CHECK_MESSAGE(says(ended, "the program of robot 3 has not returned from loop"), ended.output);
     CHECK_MESSAGE(says(ended, "it waits in loop (waits.c:7)"), ended.output);
     CHECK_MESSAGE(says(ended, "so do 6 more robots"), ended.output);
+    CHECK_MESSAGE(says(ended, "robots.waited 7"), ended.output);
   }
-  for (const char* works : {"  for (;;) {\n    set_color(kilo_ticks & 1);\n    delay(100);\n  }", "  delay(1000);"}) {
+  for (const char* works : {"  for (;;) {\n    set_color(kilo_ticks & 1);\n    delay(100);\n  }", "  delay(1000);",
+                            "  set_motors(70, 70);\n  while (!flag) {}"}) {
     const Ended ended = run(works);
     CHECK(ended.code == 0);
     CHECK_FALSE(says(ended, "has not returned"));

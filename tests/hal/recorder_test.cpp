@@ -2,6 +2,7 @@
 #include "hal/recorder.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 #include <lcm/eventlog.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -318,7 +319,8 @@ TEST_CASE("a compressed log holds the bytes of the plain one, and is read up to 
     CAPTURE(at);
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0xff);
-    CHECK(read(damaged).size() == events[1]);
+    // the frame is lost, or no more than its events, and what lies behind it is there
+    CHECK(read(damaged).size() == events[1] + events[3] - events[2]);
     CHECK(truncated);
   }
   // One that grows.
@@ -355,6 +357,49 @@ TEST_CASE("a disk that runs full leaves whole frames of a compressed log") {
     CHECK(!truncated);
     CHECK(recorder.counters()["recorder.not_recorded.disk_full"] == 210);
   }
+}
+
+TEST_CASE("a log is read on behind damage, and says how much of it was left out") {
+  // A header that claims too much, a length that swallows the next event, a hole, a first event that is gone, in a log
+  // of events that are equally long.
+  TemporaryDirectory directory;
+  {
+    Recorder recorder(directory.path() / "good", 0, {});
+    for (int i = 0; i < 100; ++i) recorder.record(LabTime{i}, "poses", payload(200));
+  }
+  const std::string good = arkmesh::tests::read_file(directory.path() / "good" / "log.lcm");
+  const std::size_t event = good.size() / 100;
+  const auto with = [&](const std::string& text) {
+    const auto file = directory.write("damaged", text);
+    EventLogReader reader(file);
+    std::size_t n = 0;
+    while (const auto each = reader.next()) {
+      CHECK(each->channel == "poses");
+      CHECK(std::ranges::equal(each->bytes, payload(200)));
+      ++n;
+    }
+    return std::pair(n, reader.truncated() ? reader.left_out() : "");
+  };
+  const auto changed = [&](std::size_t at, const std::string& bytes) {
+    std::string text = good;
+    return text.replace(at, bytes.size(), bytes);
+  };
+  CHECK(with(good) == std::pair(std::size_t{100}, std::string()));
+  const std::string one = fmt::format("{} bytes in 1 place are", event);
+  CHECK(with(changed(40 * event + 24, "\x7f")) == std::pair(std::size_t{99}, one));
+  CHECK(with(changed(40 * event + 25, "\x10")) == std::pair(std::size_t{99}, one));  // 1 MB: too long
+  CHECK(with(changed(40 * event + 26, "\x02")) == std::pair(std::size_t{99}, one));  // swallows others
+  CHECK(with(changed(40 * event, "x")) == std::pair(std::size_t{99}, one));          // its sync word
+  CHECK(with(changed(0, "xxxx")) == std::pair(std::size_t{99}, one));                // the first
+  CHECK(with(changed(40 * event + 30, std::string(event, '\7'))).first == 98);       // two are hit
+  CHECK(with(changed(40 * event, std::string(5 * event, '\0'))).first == 95);
+  std::string huge = good;
+  huge.insert(40 * event, std::string("\xed\xa1\xda\x01", 4) + std::string(15, '\0') + "\5" +
+                              std::string("\0\0\0\4\x7f\xff\xff\xff", 8) + "huge");
+  CHECK(with(huge).first == 100);
+  const auto [n, words] = with(changed(40 * event, "x").substr(0, 99 * event + 10));
+  CHECK(n == 98);
+  CHECK(words == fmt::format("{} bytes in 1 place and its last 10 bytes are", event));
 }
 
 TEST_CASE("what is no log is refused in one sentence") {

@@ -82,11 +82,13 @@ TEST_CASE("a run that cannot say what it is does not begin, and leaves nothing")
   for (const char* file : {"config.toml", "result.json"}) {
     const auto folder = root.path() / file;
     std::filesystem::create_directories(hal::part_of(folder / file));  // in the way
-    CHECK_THROWS_WITH_AS(lab::RunFolder(folder, "", {}, facts()),
-                         ("cannot record in " + folder.string() +
-                          ": File exists; make room there, or choose another directory with --out")
-                             .c_str(),
-                         std::runtime_error);
+    CHECK_THROWS_WITH_AS(
+        lab::RunFolder(folder, "", {}, facts()),
+        ("cannot record in " + folder.string() +
+         ": File exists; make room there (recorder.keep_free_mib = 64 stays free), or choose another directory "
+         "with --out")
+            .c_str(),
+        std::runtime_error);
     CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
   }
 }

@@ -154,8 +154,8 @@ TEST_CASE(
   CHECK(replay((folder.path() / "cut.zst").string(), "4").code == 0);
 }
 
-TEST_CASE("a full disk stops the recording, is said, and the run goes on to the same hash") {
-  // Proves that a run is worth more than its recording.
+TEST_CASE("a full disk stops the recording, and the run goes on to the same hash and fails") {
+  // Proves that a run is worth more than its recording, and that nobody takes half a recording for a whole one.
   const std::string expected = [] {
     const tests::TemporaryFolder folder;
     REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=400", "--out", folder.path().string()}).code == 0);
@@ -165,20 +165,37 @@ TEST_CASE("a full disk stops the recording, is said, and the run goes on to the 
   const tests::TemporaryFolder folder;
   // A file size limit in the child stands for the full disk: the write fails the same way. What compiling the
   // controller writes is smaller.
-  ::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{2'000'000, before.rlim_max};
   ::setrlimit(RLIMIT_FSIZE, &small);
   const Said said = say({"run", lab_file("shark"), "--set", "run.duration_s=400", "--out", folder.path().string()});
   ::setrlimit(RLIMIT_FSIZE, &before);
-  ::signal(SIGXFSZ, SIG_DFL);
   CAPTURE(said.text);
-  CHECK(said.code == 0);
-  CHECK(said.text.find("stopped") != std::string::npos);
+  CHECK(said.code == 1);
+  CHECK(
+      said.text.find("failed: shark: all periods were run, but log and tables are not whole: the recording stopped") !=
+      std::string::npos);
   const std::string json = tests::read_file(folder.path() / "result.json");
   CHECK(json.find(expected) != std::string::npos);
   CHECK(json.find("recorder.not_recorded") != std::string::npos);
+  CHECK(json.find("\"state\": \"failed\"") != std::string::npos);
+}
+
+TEST_CASE("what cannot be printed makes a command fail") {
+  // Proves it for little, which is written at the end, and for much; of a reader that has had enough it is no failure.
+  const auto code = [](const std::string& words) {
+    const tests::TemporaryFolder folder;
+    tests::Process process("/bin/bash", {"-c", "set -o pipefail; " + std::string(ARKMESH_PROGRAM) + words},
+                           folder.path() / "said");
+    return process.wait(300s).value_or(-1);
+  };
+  for (const char* words : {" --version", " scenario path", " config --keys"}) {
+    CAPTURE(words);
+    CHECK(code(words + std::string(" > /dev/full")) == 1);
+    CHECK(code(words + std::string(" > /dev/null")) == 0);
+  }
+  CHECK(code(" scenario path | true") == 0);
 }
 
 TEST_CASE("a command line that cannot be meant is refused with exit code 2") {

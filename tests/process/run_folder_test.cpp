@@ -69,13 +69,87 @@ TEST_CASE("a full disk has room for the result") {
                   "{3}; exit $code'",
                   disk, ARKMESH_PROGRAM, shark_file, kept),
       folder.path() / "said.txt");
-  CHECK(run.wait(300s) == 0);
+  CHECK(run.wait(300s) == 1);
   const std::string said = run.output();
   CAPTURE(said);
   CHECK(said.find("recording in") != std::string::npos);  // stopped
   const nlohmann::json result = nlohmann::json::parse(tests::read_file(kept), nullptr, false);
   REQUIRE(result.is_object());
-  CHECK(result.at("state") == "finished");
+  CHECK(result.at("state") == "failed");
+  CHECK(result.at("ended").get<std::string>().find("the recording stopped") != std::string::npos);
+}
+
+TEST_CASE("a disk with less than is to stay free is refused before anything moves") {
+  const tests::TemporaryFolder folder;
+  const std::string disk = (folder.path() / "disk").string();
+  fs::create_directory(disk);
+  tests::Process run = in_shell(
+      fmt::format(
+          "exec unshare -m sh -c 'mount -t tmpfs -o size=30m none {0} && {1} run {2} --out {0}/run; code=$?; ls "
+          "{0}/run/shark; exit $code'",
+          disk, ARKMESH_PROGRAM, shark_file),
+      folder.path() / "said.txt");
+  CHECK(run.wait(300s) == 1);
+  const std::string said = run.output();
+  CAPTURE(said);
+  CHECK(said.find("make room there (recorder.keep_free_mib = 64 stays free)") != std::string::npos);
+  CHECK(said.find("log.lcm") == std::string::npos);
+}
+
+TEST_CASE("a file is no folder for results, nor is the folder where one is") {
+  const tests::TemporaryFolder folder;
+  const std::string file = (folder.path() / "lab.toml").string();
+  std::ofstream(file) << "mine";
+  const auto said = [&](const std::string& out) {
+    tests::Process run = in_shell(fmt::format("cd {} && exec {} run {} --seconds 2 --force --out {}",
+                                              folder.path().string(), ARKMESH_PROGRAM, shark_file, out),
+                                  folder.path() / "said.txt");
+    CHECK(run.wait(300s) == 2);
+    return run.output();
+  };
+  CHECK(said("lab.toml").find("lab.toml is a file; give a folder with --out") != std::string::npos);
+  CHECK(said(".").find("is where you are") != std::string::npos);
+  CHECK(tests::read_file(file) == "mine");
+}
+
+TEST_CASE("a run is repeated from its folder, which holds the program, its headers and what is said of single robots") {
+  // Proves it for headers beside the C files, above them, in folders of their own and behind macros, after all of them
+  // are gone.
+  const tests::TemporaryFolder folder;
+  const fs::path mine = folder.path() / "mine";
+  for (const char* name : {"lab/robots", "lab/own", "common"}) fs::create_directories(mine / name);
+  std::ofstream(mine / "lab/robots/walk.c")
+      << "#include <kilolib.h>\n#include \"near.h\"\n#include \"../../common/far.h\"\n#include <own.h>\n"
+         "#include NAMED\nvoid setup() {}\nvoid loop() { set_color(NEAR + FAR + OWN + OTHER); set_motors(70, 70); }\n"
+         "int main() { kilo_init(); kilo_start(setup, loop); return 0; }\n";
+  std::ofstream(mine / "lab/robots/near.h") << "#include \"nearer.h\"\n";
+  std::ofstream(mine / "lab/robots/nearer.h") << "#define NEAR 1\n";
+  std::ofstream(mine / "common/far.h") << "#define FAR 4\n";
+  std::ofstream(mine / "lab/own/own.h") << "#define OWN 16\n";
+  std::ofstream(mine / "lab/own/named.h") << "#define OTHER 0\n";
+  std::ofstream(mine / "robots.toml") << "[[robot]]\nid = 0\nspeed_m_per_s = 0.02\n";
+  std::ofstream(mine / "lab/a.toml")
+      << "[lab]\nname = \"a\"\n[shared]\nlabs = [\"a\"]\n[run]\nscenario = \"still.py\"\nduration_s = 6\n[bus]\nurl = "
+         "\"memq://\"\n"
+         "[arena]\nrobots = 3\n[arena.ode]\ncontroller = \"robots/walk.c\"\ninclude = [\"own\"]\n"
+         "define = ['NAMED=\"named.h\"']\nrobots_file = \"../robots.toml\"\n";
+  std::ofstream(mine / "lab/still.py") << "import arkmesh\n\n\nclass Still(arkmesh.Scenario):\n    pass\n";
+  const auto run = [&](const std::string& words) {
+    tests::Process process = in_shell(
+        fmt::format("cd {} && exec {} {}", folder.path().string(), ARKMESH_PROGRAM, words), folder.path() / "said.txt");
+    const int code = process.wait(300s).value_or(-1);
+    CAPTURE(process.output());
+    CHECK(code == 0);
+    return process.output();
+  };
+  run("run mine/lab/a.toml --out first");
+  fs::remove_all(mine);
+  fs::create_directory(folder.path() / "moved");
+  fs::rename(folder.path() / "first", folder.path() / "moved/first");
+  CHECK(run("rerun moved/first").find("equal: final hash") != std::string::npos);
+  for (const char* name : {"lab/robots/walk.c", "lab/robots/near.h", "lab/robots/nearer.h", "common/far.h",
+                           "lab/own/own.h", "lab/own/named.h", "robots.toml"})
+    CHECK(fs::exists(folder.path() / "moved/first/a/files" / name));
 }
 
 TEST_CASE("a run folder that is removed is said once, and the result is printed") {

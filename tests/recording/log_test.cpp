@@ -196,19 +196,26 @@ TEST_CASE("a log that is cut anywhere is used up to its last whole message") {
   CHECK(empty.length_us() == 0);
 }
 
-TEST_CASE("a log with damage in the middle is used up to there") {
+TEST_CASE("a log with damage in the middle is used but for that") {
   const TemporaryDirectory directory;
   const fs::path file = make_log(directory, 100);
   std::uint64_t offset = 0;
+  std::size_t whole = 0;
   {
     const Log log(file);
     offset = log.entries()[40].offset;
+    whole = log.entries().size();
   }
   fs::remove(directory.path() / "log.index");
   flip(file, offset);
   const Log log(file);
-  CHECK(log.entries().size() == 40);
-  CHECK(log.unread_bytes() == fs::file_size(file) - offset);
+  CHECK(log.entries().size() == whole - 1);
+  CHECK(log.unread_bytes() == 0);
+  CHECK(log.left_out().find(" in 1 place are") != std::string::npos);
+  for (const Log::Entry& entry : log.entries()) CHECK(log.read(entry).size() == entry.bytes);
+  // and once more, from its index
+  CHECK(Log(file).entries().size() == whole - 1);
+  CHECK(Log(file).left_out() == log.left_out());
 }
 
 TEST_CASE("what a run that goes on writes is taken, and its index grows") {

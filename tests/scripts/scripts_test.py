@@ -1,6 +1,7 @@
 """The scripts that read run folders: on whole folders, and on folders of runs that were killed or whose disk ran full."""
 import pathlib
 import re
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -48,12 +49,35 @@ class Scripts(unittest.TestCase):
         packed.write_bytes(whole + whole[:len(whole) // 2])
         self.assertEqual(list(read_log.events(packed))[:len(plain)], plain)
 
-    def test_forged_length_asks_for_no_memory(self):
-        """An event that claims 4 GiB ends the log there."""
-        damaged = bytearray(self.log.read_bytes())
-        damaged[24:28] = b"\xff\xff\xff\xff"
-        self.log.write_bytes(damaged)
-        self.assertEqual(list(read_log.events(self.log)), [])
+    def test_damaged_log_is_read_on_behind_the_damage(self):
+        """An event that claims 4 GiB, one that claims others' bytes, a hole and a lost beginning cost no other event, and it is said; what is no log is refused."""
+        whole, good = self.log.read_bytes(), list(read_log.events(self.log))
+        begins = [0]
+        for _, channel, data in good[:-1]:
+            begins.append(begins[-1] + 28 + len(channel) + len(data))
+
+        def with_bytes(at, text):
+            self.log.write_bytes(whole[:at] + text + whole[at + len(text):])
+            return list(read_log.events(self.log))
+
+        for i in (0, 5, 9):
+            for text in (b"\xff\xff\xff\xff", struct.pack(">I", len(good[i][2]) + 40)):
+                self.assertEqual(with_bytes(begins[i] + 24, text), good[:i] + good[i + 1:])
+            self.assertEqual(with_bytes(begins[i], b"four"), good[:i] + good[i + 1:])
+        self.assertEqual(with_bytes(begins[3] + 10, bytes(begins[7] - begins[3])), good[:3] + good[8:])
+        self.assertRegex(script("read_log.py", self.log).stderr, r"log.lcm is cut or damaged: \d+ bytes at 1 place left out\n")
+        self.log.write_bytes(b"Once upon a time there was no log." * 9)
+        refused = script("read_log.py", self.log)
+        self.assertEqual((refused.returncode, refused.stderr), (1, f"{self.log} is no LCM log.\n"))
+
+    def test_a_lab_whose_log_is_gone_is_not_left_out_unsaid(self):
+        """plot refuses the rest, and draws the lab that is there when it is asked for."""
+        (self.run_dir / "result.json").write_text('{"labs": ["roark", "shark"]}')
+        self.assertEqual(script("plot", self.run_dir).returncode, 0)
+        (self.run_dir / "roark/log.lcm").unlink()
+        refused = script("plot", self.run_dir)
+        self.assertEqual((refused.returncode, "has no log of lab roark, which took part" in refused.stderr), (1, True), refused.stderr)
+        self.assertEqual(script("plot", self.run_dir / "shark").returncode, 0)
 
     def test_reader_decodes(self):
         """read_log.py lists channels with counts, and shows the fields of our messages."""
@@ -136,7 +160,7 @@ class Scripts(unittest.TestCase):
         table.write_bytes(table.read_bytes()[:-3])
         self.log.write_bytes(whole[: len(whole) // 2])
         drawn = script("plot", self.run_dir)
-        self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+        self.assertEqual((drawn.returncode, drawn.stderr.count("\n"), "is cut or damaged: its last" in drawn.stderr), (0, 1, True), drawn.stderr)
         self.log.write_bytes(whole[:100])
         refused = script("plot", self.run_dir)
         self.assertEqual((refused.returncode, "holds no whole period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))

@@ -43,6 +43,12 @@ class Setup(unittest.TestCase):
         self.assertIn("E: no such host", said)
         self.assertIn("setup: apt-get update failed: is there a network", said)
 
+    def test_apt_in_use(self):
+        """setup waits while another program uses apt, and says so once."""
+        busy = 'if [ "$(grep -c update "${0%/*}/calls")" -lt 3 ]; then echo "E: Could not get lock /var/lib/apt/lists/lock"; exit 100; fi'
+        said, code, calls = self.run_setup(["build"], '[ "$1" != libode-dev ]', apt=busy)
+        self.assertEqual((code, said.count("another program uses apt"), calls[-1]), (0, 1, "apt-get install -y --no-install-recommends libode-dev"), said)
+
     def test_unknown_profile(self):
         """A profile that there is not gives the usage and code 2."""
         said, code, calls = self.run_setup(["everything"], "true")

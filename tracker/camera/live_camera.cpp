@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "hal/without_secrets.hpp"
 #include "tracker/camera/source.hpp"
 
 namespace arkmesh::tracker {
@@ -33,7 +34,7 @@ class LiveCamera final : public CameraFeed {
  public:
   LiveCamera(std::string source, int width_px, int height_px, bool keep_bytes)
       : source_(std::move(source)),
-        shown_(without_password(source_)),
+        shown_(hal::without_secrets(source_)),
         width_px_(width_px),
         height_px_(height_px),
         keep_bytes_(keep_bytes),

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <vector>
 
+#include "hal/replace_file.hpp"
 #include "tracker/camera/lower_case.hpp"
 
 namespace arkmesh::tracker {
@@ -110,13 +111,6 @@ SourceKind source_kind(const std::string& source) {
       fmt::format("{}: cameras are found at http, https, rtsp, rtmp, udp or tcp, not at {}", source, scheme));
 }
 
-std::string without_password(const std::string& source) {
-  const std::size_t colon = source.find("://");
-  if (colon == std::string::npos) return source;
-  const std::size_t host = colon + 3, at = source.substr(0, source.find_first_of("/?#", host)).rfind('@');
-  return at == std::string::npos ? source : source.substr(0, host) + "..." + source.substr(at);
-}
-
 bool is_picture_name(const fs::path& file) {
   const std::string ending = lower_case(file.extension().string());
   for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"})
@@ -150,15 +144,24 @@ cv::Mat read_picture(const fs::path& file) {
 }
 
 void write_picture(const fs::path& file, const cv::Mat& bgr) {
-  bool written = false;
+  std::vector<unsigned char> bytes;
   try {
-    written = cv::imwrite(file.string(), bgr);
+    if (cv::imencode(file.extension().string(), bgr, bytes))
+      return hal::must_replace_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   } catch (const cv::Exception&) {
     // said below
   }
-  if (!written)
-    throw std::runtime_error(
-        fmt::format("{} cannot be written: give a name ending in .png in a folder that exists", file.string()));
+  throw std::runtime_error(fmt::format("{} cannot be written: give a name ending in .png", file.string()));
+}
+
+void finish_video(cv::VideoWriter& writer, const std::string& file, std::int64_t pictures) {
+  writer.release();
+  cv::VideoCapture written(file, cv::CAP_FFMPEG);
+  cv::Mat last;
+  if (written.isOpened() && written.set(cv::CAP_PROP_POS_FRAMES, static_cast<double>(pictures - 1)) &&
+      std::llround(written.get(cv::CAP_PROP_POS_FRAMES)) == pictures - 1 && written.read(last))
+    return;
+  throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", file));
 }
 
 std::unique_ptr<Recording> open_recording(const std::string& path) {

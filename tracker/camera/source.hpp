@@ -12,6 +12,10 @@
 
 #include "hal/types.hpp"
 
+namespace cv {
+class VideoWriter;
+}
+
 namespace arkmesh::tracker {
 
 struct Picture {
@@ -37,9 +41,6 @@ enum class SourceKind { camera, url, recording };
 // sentence for a URL of a kind that no camera speaks.
 SourceKind source_kind(const std::string& source);
 
-// The source as people may see it: "..." in place of the name and the password of a URL.
-std::string without_password(const std::string& source);
-
 // Whether a file's name ends as pictures' names do.
 bool is_picture_name(const std::filesystem::path& file);
 // The pictures of a folder by name, numbers in names as numbers. Throws std::runtime_error with one sentence when there
@@ -49,6 +50,9 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& fold
 cv::Mat read_picture(const std::filesystem::path& file);
 // Throws std::runtime_error with one sentence.
 void write_picture(const std::filesystem::path& file, const cv::Mat& bgr);
+// Completes a video of so many pictures and looks whether the last one is in it: OpenCV does not say that the disk was
+// full. Throws std::runtime_error with one sentence.
+void finish_video(cv::VideoWriter& writer, const std::string& file, std::int64_t pictures);
 
 // A video file, a folder (its pictures by name, numbers in names as numbers, ten a second) or one picture. Throws
 // std::runtime_error with one sentence: not there, empty, no pictures in it, not readable.

@@ -226,9 +226,9 @@ std::vector<fs::path> ObjectBuild::compiled() const {
 }
 
 void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>& more) const {
-  std::vector<std::string> command;
+  std::vector<std::string> command = {"env", "TMPDIR=" + work_.string()};  // what a killed compiler leaves is there
   // the variable's value ends at a blank
-  if (rules().string().find(' ') == std::string::npos) command = {"env", "SUNPRO_DEPENDENCIES=" + rules().string()};
+  if (rules().string().find(' ') == std::string::npos) command.push_back("SUNPRO_DEPENDENCIES=" + rules().string());
   for (const auto& part : {language(program_, source, kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);

@@ -80,6 +80,25 @@ std::vector<Included> names_included(const std::string& text) {
   return names;
 }
 
+std::vector<std::filesystem::path> files_with_headers(const ProgramSources& program) {
+  std::vector<std::filesystem::path> out = files_of(program), folders = program.include;
+  for (const std::filesystem::path& file : out) folders.push_back(file.parent_path());
+  std::string macros;  // whose value may be a header's name
+  for (const std::string& macro : program.define) macros += "include " + macro.substr(macro.find('=') + 1) + "\n";
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    std::vector<std::filesystem::path> places = folders;
+    places.push_back(out[i].parent_path());
+    for (const Included& included : names_included(content_of(out[i]) + "\n" + macros))
+      for (const std::filesystem::path& place : places) {
+        const std::filesystem::path file = std::filesystem::absolute(place / included.name).lexically_normal();
+        std::error_code ignored;
+        if (std::filesystem::is_regular_file(file, ignored) && std::ranges::find(out, file) == out.end())
+          out.push_back(file);
+      }
+  }
+  return out;
+}
+
 std::set<std::string> inputs_of(const std::vector<std::string>& read,
                                 const std::vector<std::filesystem::path>& folders) {
   std::set<std::string> inputs(read.begin(), read.end());

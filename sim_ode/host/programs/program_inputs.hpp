@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "sim_ode/host/programs/program_sources.hpp"
+
 namespace arkmesh::sim_ode {
 
 // The paths in rules as compilers write them for make, `a.o: a.c \` and so on.
@@ -22,6 +24,10 @@ std::vector<Included> names_included(const std::string& text);
 // Files that decide, there or not. `read` is what the compiler read, `folders` are where it looks for headers.
 std::set<std::string> inputs_of(const std::vector<std::string>& read,
                                 const std::vector<std::filesystem::path>& folders);
+
+// A program's C files, and behind them the headers in its folders that they include, and those that these include.
+// Throws as files_of() does.
+std::vector<std::filesystem::path> files_with_headers(const ProgramSources& program);
 
 // What a file says; empty when it cannot be read.
 std::string content_of(const std::filesystem::path& file);

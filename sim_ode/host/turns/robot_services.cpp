@@ -39,11 +39,11 @@ void RobotServices::wait_for_tick(const void* from) {
   turns().wait_for_tick(from);
 }
 void RobotServices::motors(std::uint8_t left, std::uint8_t right) {
-  turns().acts();
+  if (left > 0 || right > 0 || turns().bodies_.moves(turns().robot_)) turns().acts();
   turns().bodies_.drive(turns().robot_, left, right, turns().cursor_us_);
 }
 void RobotServices::colour(std::uint8_t colour) {
-  turns().acts();
+  if (turns().bodies_.colour(turns().robot_) != colour) turns().acts();
   turns().bodies_.show(turns().robot_, colour, turns().cursor_us_);
 }
 std::int16_t RobotServices::light() {

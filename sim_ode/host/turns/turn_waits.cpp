@@ -39,7 +39,7 @@ void Turns::wait_for_tick(const void* from) {
   wait(std::max<std::int64_t>(1, tick_us - cursor_us_), from);
 }
 
-// The program whose turn it is has set motors or LED.
+// The program whose turn it is drives, stops or changes its LED.
 void Turns::acts() {
   if (!booting_ && cells_[index(robot_)].waited) waits_[index(robot_)].since_us = now_us();
 }
