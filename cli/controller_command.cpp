@@ -168,6 +168,7 @@ void complete(ControllerRunOptions& options) {
     options.swarm.light = hal::Pose{.x_m = place->first, .y_m = place->second};
   }
   options.swarm.program = options.program.sources();
+  options.swarm.robots_folder = "robots";
 }
 
 // The swarm on a page, until somebody stops it. Returns the exit code.
@@ -242,6 +243,7 @@ int run_controller(const ControllerRunOptions& options) {
   }
   show_text();
   progress.done();
+  swarm->arena().end();
 
   const double simulated_s = static_cast<double>(report.last().stamp.count()) * 1e-6, run_s = wall_s() - built_s;
   fmt::print("{}{}: {}, {:.1f} s simulated in {:.2f} s ({:.0f}x), built in {:.2f} s\n{}{}", text.unfinished(), name,

@@ -57,12 +57,11 @@ hal::Config arena_config(const SwarmOptions& options) {
 }  // namespace
 
 ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode::RobotProgram::load(options.program)) {
-  program_->listen();
   const hal::Config config = arena_config(options);
   try {
-    arena_ = sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed);
+    arena_ = sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed,
+                                     {.text = &text_, .folder = options.robots_folder});
   } catch (const hal::ConfigError& error) {
-    // A program that compiles may still fail when robots are powered up; that is no matter of configuration.
     const std::string sentence = error.what();
     // of a grid nobody wants to see all the places
     if (const auto poses = sentence.find("start_poses = ["),
@@ -70,9 +69,7 @@ ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode
         options.spacing_m > 0 && end != std::string::npos)
       throw hal::ConfigError(fmt::format("--spacing {}: {}; give a larger arena, fewer robots or another spacing",
                                          options.spacing_m, sentence.substr(end + 2)));
-    const auto key = sentence.find("arena.ode.controller = ");
-    if (key == std::string::npos) throw;
-    throw sim_ode::ProgramError(sentence.substr(sentence.find("\": ", key) + 3));
+    throw;
   }
   config.refuse_unknown();
   hal::advance(*arena_, hal::LabTime(0));

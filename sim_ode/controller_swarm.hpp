@@ -12,6 +12,7 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
+#include "sim_ode/host/programs/program_text.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
 
 namespace arkmesh::sim_ode {
@@ -24,7 +25,8 @@ struct SwarmOptions {
   std::optional<hal::Pose> light;  // place of a lamp; its heading means nothing
   double spacing_m = 0;            // 0: robots start at random places; else on a square grid round the arena's centre
   std::vector<hal::Pose> places;   // of all robots, instead of the above; empty: not used
-  std::vector<std::string> settings;  // further keys of the arena, "ode.friction=0"
+  std::filesystem::path robots_folder;  // of files that robots open; empty: they cannot
+  std::vector<std::string> settings;    // further keys of the arena, "ode.friction=0"
 };
 
 class ControllerSwarm {
@@ -38,14 +40,15 @@ class ControllerSwarm {
   void run_until(hal::LabTime end, const std::function<void(const hal::PoseFrame&)>& look);
 
   // What robots printed since the last call, and how many characters were lost in all because nobody called.
-  std::vector<sim_ode::ProgramText::Piece> take_text() { return program_->text()->take(); }
-  std::uint64_t lost_text() const { return program_->text()->lost(); }
+  std::vector<sim_ode::ProgramText::Piece> take_text() { return text_.take(); }
+  std::uint64_t lost_text() const { return text_.lost(); }
 
   hal::Arena& arena() { return *arena_; }
   const hal::Arena& arena() const { return *arena_; }
 
  private:
   std::shared_ptr<const sim_ode::RobotProgram> program_;
+  sim_ode::ProgramText text_;
   std::unique_ptr<hal::Arena> arena_;
   hal::LabTime next_{0};  // of the next frame
 };

@@ -46,7 +46,7 @@ class OdeArena final : public SimulatedArena {
            std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed,
            const SimulatedArenaOptions& options)
       : settings_(settings),
-        info_(make_info(config, layout, solids, lab)),
+        info_(make_info(config, settings, layout, solids, lab)),
         poses_(counters_),
         registers_(info_, counters_),
         motors_(settings, std::move(profiles), lab, seed),
@@ -54,12 +54,13 @@ class OdeArena final : public SimulatedArena {
         batteries_(settings, motors_.profiles()),
         world_(config.width_m, config.height_m, settings.contacts, seed, start, solids),
         light_(settings, config.robots, lab, seed),
-        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, options.ids),
+        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, options.ids, output_of(options)),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
         overhead_(settings_, info_, world_, infrared_, options.overhead, lab, seed, counters_) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (settings.leave_failed) host_.leave_failed_robots();
     host_.hear_overhead_at(settings.air.overhead_distance_m);
+    host_.call_loop(settings.loops_per_tick);
     std::vector<float> gains;
     for (const RobotProfile& robot : motors_.profiles()) gains.push_back(static_cast<float>(robot.infrared_gain));
     infrared_.set_gains(std::move(gains));
@@ -104,7 +105,10 @@ class OdeArena final : public SimulatedArena {
   void serve() override {}
   hal::TimePoint next_service() const override { return pacer_ ? pacer_->next() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
-  bool end() override { return true; }
+  bool end() override {
+    host_.tell_of_idle_robots();
+    return true;
+  }
   std::vector<hal::NotStanding> not_standing() const override { return {}; }
 
   void look(hal::LabTime exposure, std::vector<Seen>& out) const override {
@@ -166,6 +170,7 @@ class OdeArena final : public SimulatedArena {
     counters_.set("infrared.backed_off", air.backed_off);
     if (host_.failed_robots() > 0) counters_.set("robots.failed", host_.failed_robots());
     if (host_.waited_robots() > 0) counters_.set("robots.waited", host_.waited_robots());
+    if (host_.heap_misuse() > 0) counters_.set("robots.heap_misuse", host_.heap_misuse());
     counters_.set("contacts.robot_ticks", world.touching);
     counters_.set("contacts.solved", world.contacts);
     counters_.set("contacts.by_ode", world.by_ode);
@@ -176,8 +181,9 @@ class OdeArena final : public SimulatedArena {
   }
 
  private:
-  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout,
-                                  const hal::Solids& solids, const std::string& lab) {
+  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const Settings& settings,
+                                  const hal::kilobot::WordLayout& layout, const hal::Solids& solids,
+                                  const std::string& lab) {
     hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_each)};
     info.name = lab;
     info.platform = "ode";
@@ -187,8 +193,16 @@ class OdeArena final : public SimulatedArena {
     info.obstacles = solids.obstacles;
     info.objects = solids.objects;
     info.frame_period = config.frame_period;
-    for (int i = 0; i < config.robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
+    info.robots.assign(settings.ids.begin(), settings.ids.end());
+    for (int i = 0; info.robots.size() < static_cast<std::size_t>(config.robots); ++i)
+      info.robots.push_back(static_cast<hal::RobotId>(i));
     return info;
+  }
+
+  RobotOutput output_of(const SimulatedArenaOptions& options) const {
+    RobotOutput out = options.output;
+    for (const hal::RobotId id : info_.robots) out.names.push_back(std::to_string(id));
+    return out;
   }
 
   RobotSensors sensors() {
@@ -282,15 +296,31 @@ class OdeArena final : public SimulatedArena {
   std::string lost_;                                      // why the arena is lost for good
 };
 
+// Gives each robot its id.
+SimulatedArenaOptions with_ids(const hal::Section& arena, int robots, Settings& settings,
+                               SimulatedArenaOptions options) {
+  std::vector<std::int64_t>& ids = settings.ids;
+  const hal::Section ode = arena.section("ode");
+  if (ids.empty()) return options;
+  if (!options.ids.empty()) ode.refuse("ids", "is not for emulated robots; arena.emulator.ids says what theirs are");
+  if (ids.size() == 1)
+    while (static_cast<int>(ids.size()) < robots) ids.push_back(ids.back() + 1);
+  if (static_cast<int>(ids.size()) != robots || ids.back() > 0xFFFF)
+    ode.refuse("ids", fmt::format("must be {} ids up to 65535, or the first of them", robots));
+  options.ids.assign(ids.begin(), ids.end());
+  return options;
+}
+
 std::unique_ptr<OdeArena> make(
-    const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& options,
+    const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& given,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
   const hal::Solids solids = hal::read_solids(arena);
   const SolidBodies furniture(config.width_m, config.height_m, solids);
   if (const std::string wrong = furniture.misplaced(); !wrong.empty()) arena.refuse("objects", wrong);
-  const Settings settings = read_settings(arena, program);
+  Settings settings = read_settings(arena, program);
+  const SimulatedArenaOptions options = with_ids(arena, config.robots, settings, given);
 
   const double within_x =
       settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot::body_radius_m;
@@ -318,6 +348,7 @@ std::unique_ptr<OdeArena> make(
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
+    if (options.output.text) throw ProgramError(fault.what());
     arena.section("ode").refuse("controller", fault.what());
   }
 }
@@ -343,7 +374,10 @@ hal::ArenaRow ode_arena_row() {
           [](const hal::Section& arena, const hal::ArenaRequest& request) {
             const std::filesystem::path program =
                 request.program.empty() ? std::filesystem::path() : firmware_folder() / request.program;
-            return std::unique_ptr<hal::Arena>(make(arena, request.lab, request.seed, {}, program, request.all_read));
+            return std::unique_ptr<hal::Arena>(make(
+                arena, request.lab, request.seed,
+                {.output = {.folder = request.directory.empty() ? request.directory : request.directory / "robots"}},
+                program, request.all_read));
           },
           [] {
             std::vector<hal::KeyRow> rows = hal::keys_of<ViewSettings>("arena");
@@ -354,8 +388,9 @@ hal::ArenaRow ode_arena_row() {
           program_files};
 }
 
-std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed) {
-  return make(arena, lab, seed, {});
+std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
+                                           const RobotOutput& output) {
+  return make(arena, lab, seed, {.output = output});
 }
 
 std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,

@@ -1,6 +1,8 @@
 // One line per key, ranges included.
 #include "sim_ode/settings.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <numbers>
 
 namespace arkmesh::sim_ode {
@@ -19,6 +21,9 @@ void Settings::fields(const hal::Section& ode) {
              .required = controller.empty()});
   ode.field("include", controller.include, {.help = "folders with headers of that program, beside its own"});
   ode.field("define", controller.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
+  ode.field("loops_per_tick", loops_per_tick,
+            {.range = {1, 100'000}, .help = "how often loop is called in a tick; on a robot thousands of times"});
+  ode.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; one: that of the first of robots"});
   ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
@@ -67,6 +72,8 @@ void Settings::check(const hal::Section& ode) {
   if (controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
   for (const std::string& macro : controller.define)
     if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) ode.refuse("define", wrong);
+  if (std::ranges::adjacent_find(ids, std::greater_equal()) != ids.end())
+    ode.refuse("ids", "must be ascending, each id once");
   contacts.speed_m_s = speed_m_s;
   turn_rad_s = turn_deg_per_s * std::numbers::pi / 180;
   const std::vector<double>& poses = start_numbers_;

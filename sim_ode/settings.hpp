@@ -35,6 +35,8 @@ struct Settings : PresetKey, DriveSettings, BatterySettings {
   double turn_deg_per_s = 45;
   std::filesystem::path robots_file;   // what single robots are like; empty: as drawn
   ProgramSources controller;           // for kilolib
+  int loops_per_tick = 1;              // how often a program's loop is called in a tick
+  std::vector<std::int64_t> ids;       // kilo_uid by robot; empty: 0, 1, 2, ...
   bool leave_failed = false;           // on_fault = "end" | "leave"
   bool start_in_centre = false;        // start = "uniform" | "centre80"
   std::vector<hal::Pose> start_poses;  // of each robot in turn; wins over `start`

@@ -11,6 +11,7 @@
 #include "hal/config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/message.hpp"
+#include "sim_ode/host/robot_output.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -61,6 +62,7 @@ class SimulatedArena : public hal::Arena {
 struct SimulatedArenaOptions {
   OverheadSource* overhead = nullptr;  // outlives the arena; none: the arena's own composites
   std::vector<std::uint16_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
+  RobotOutput output = {};             // where what robots say goes
 };
 
 // As make_ode_arena (same keys, same streams), with the hardware's side open. arena.pace must be 0.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -31,6 +32,7 @@ constexpr auto real_time_wait = 10ms;        // within the 20 ms that a call may
 // configuration alone. Names: numpy's "CPU dispatcher", OpenBLAS's and glibc's manuals.
 const std::vector<std::string> fixed_environment = {
     "PYTHONHASHSEED=0",
+    "PYTHONSAFEPATH=",  // else what lies beside arkmesh_child.py is not found
     "PYTHONUNBUFFERED=1",
     "PYTHONWARNINGS=ignore:During parsing environment variable:RuntimeWarning",  // numpy's, of features that are absent
     "OMP_NUM_THREADS=1",
@@ -238,6 +240,10 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
            left = std::chrono::ceil<std::chrono::microseconds>(asked_ + patience_ - Clock::now()))
         message = child_->receive(std::chrono::ceil<std::chrono::milliseconds>(left));
     } catch (const std::exception& error) {
+      // Python itself, which could not begin
+      output_ += child_->take_output();
+      std::istringstream said(output_);
+      for (std::string line; std::getline(said, line);) spdlog::error("{}: {}", file_.filename().string(), line);
       throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
     }
     if (!message) fail_silent();

@@ -16,6 +16,7 @@ namespace {
 // Lab time without anything to be seen of a program that waits, after which it is told, and how often that is looked
 // for.
 constexpr std::int64_t idle_told_us = 5'000'000, idle_check_ticks = 16;
+constexpr std::int64_t idle_run_us = 30'000'000;  // a shorter run says nothing of robots that did nothing
 
 std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
                                     std::uint64_t seed) {
@@ -35,6 +36,12 @@ std::vector<SendTimer> make_timers(const std::vector<RobotProfile>& profiles, co
   return out;
 }
 
+std::vector<std::string> numbers(int robots) {
+  std::vector<std::string> out;
+  for (int i = 0; i < robots; ++i) out.push_back(std::to_string(i));
+  return out;
+}
+
 bool clocks_differ(const std::vector<RobotProfile>& profiles) {
   return std::ranges::any_of(profiles, [](const RobotProfile& robot) { return robot.clock_slow != 0; });
 }
@@ -43,13 +50,15 @@ bool clocks_differ(const std::vector<RobotProfile>& profiles) {
 
 RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
                      RobotSensors sensors, const std::string& lab, std::uint64_t seed,
-                     const std::vector<std::uint16_t>& ids)
+                     const std::vector<std::uint16_t>& ids, const RobotOutput& output)
     : program_(std::move(program)),
       guard_(FaultGuard::acquire()),
       bodies_(robots, motors, leds, std::move(sensors), lab, seed, ids),
+      heaps_(program_->heap_bytes(), robots),
+      files_(output.folder, output.names.empty() ? numbers(robots) : output.names),
       memory_(program_->abi().begin, program_->first_memory(), robots),
-      turns_(program_->abi(), memory_, bodies_, *guard_, make_clocks(motors.profiles(), lab, seed),
-             make_timers(motors.profiles(), lab, seed), clocks_differ(motors.profiles()), program_->text()) {
+      turns_(program_->abi(), memory_, heaps_, files_, bodies_, *guard_, make_clocks(motors.profiles(), lab, seed),
+             make_timers(motors.profiles(), lab, seed), clocks_differ(motors.profiles()), output.text) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);
   for (int i = 0; i < robots; ++i) {
@@ -63,7 +72,12 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
 }
 
 void RobotHost::power_up(int robot) {
-  const Fault fault = turns_.boot(robot);
+  Fault fault = turns_.boot(robot);
+  // on a robot it would do so for ever, whatever it is told
+  if (fault.kind == Fault::Kind::hang)
+    fault = {.kind = Fault::Kind::gave_up,
+             .instruction = fault.instruction,
+             .words = "repeats something in main() and never calls kilo_start(setup, loop); move it to loop()"};
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
   if (!*program_->abi().loop || !*program_->abi().setup)
     throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
@@ -88,6 +102,7 @@ void RobotHost::tick(std::int64_t number, const Inbox& inbox) {
        fault = turns_.walk_on_without_robot())
     leave_or_report(fault);
   for (int robot : turns_.resets()) power_up(robot);
+  if (heaps_.in_use()) tell_of_heap_misuse();
   if (number % idle_check_ticks == 0) tell_of_idle_waits();
 }
 
@@ -106,6 +121,34 @@ void RobotHost::tell_of_idle_waits() {
       "({}){}",
       first.robot, static_cast<double>(first.since_us) * 1e-6, first.from ? program_->place_of(first.from) : "",
       program_->source().string(), others);
+}
+
+void RobotHost::tell_of_idle_robots() const {
+  const std::size_t idle = turns_.idle_robots();
+  const std::int64_t lasted_us = turns_.tick() * tick_us;
+  if (idle == 0 || lasted_us < idle_run_us) return;
+  spdlog::warn(
+      "{} neither drove, nor sent, nor lit the LED in {:.0f} s; usual causes: the program counts calls of loop "
+      "(loops_per_tick), waits for a message that never came, or is for other ids (ids) ({})",
+      hal::counted(idle, "robot"), static_cast<double>(lasted_us) * 1e-6, program_->source().string());
+}
+
+// No fault: on a robot nothing would be seen, and it is the robot's own memory. Each place is told once.
+void RobotHost::tell_of_heap_misuse() {
+  constexpr std::size_t most_places = 10;
+  for (const RobotHeaps::Misuse& misuse : heaps_.take_misuse()) {
+    ++heap_misuse_;
+    const void* const noticed = misuse.noticed ? misuse.noticed : reinterpret_cast<const void*>(*program_->abi().loop);
+    if (told_places_.size() == most_places || !told_places_.insert(misuse.bytes ? misuse.from : noticed).second)
+      continue;
+    const std::string what = misuse.bytes == 0
+                                 ? "gives back what malloc() did not give it, or gave back before,"
+                                 : fmt::format("has written beyond the {} that it got{}: noticed",
+                                               hal::counted(misuse.bytes, "byte"), program_->place_of(misuse.from));
+    spdlog::warn("the program of robot {} {}{} at {:.3f} s; only its own memory is damaged ({})", misuse.robot, what,
+                 program_->place_of(noticed), static_cast<double>(turns_.tick() * tick_us) * 1e-6,
+                 program_->source().string());
+  }
 }
 
 Reply RobotHost::send_turn(const Outcome& outcome) {

@@ -14,8 +14,11 @@
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
 #include "sim_ode/host/robot_bodies.hpp"
+#include "sim_ode/host/robot_output.hpp"
 #include "sim_ode/host/turns/fault_guard.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
+#include "sim_ode/host/turns/robot_files.hpp"
+#include "sim_ode/host/turns/robot_heaps.hpp"
 #include "sim_ode/host/turns/robot_memory.hpp"
 #include "sim_ode/host/turns/send_timer.hpp"
 #include "sim_ode/host/turns/turns.hpp"
@@ -34,14 +37,18 @@ class RobotHost {
   // 2, ... unless `ids` holds others; their clocks are those of the motors' profiles. Throws ProgramFault.
   RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
             RobotSensors sensors, const std::string& lab, std::uint64_t seed,
-            const std::vector<std::uint16_t>& ids = {});
+            const std::vector<std::uint16_t>& ids = {}, const RobotOutput& output = {});
 
   // From now on a robot whose program fails stands still, dark and deaf, and the others go on. It fails all the same
   // where it boots.
   void leave_failed_robots() { leave_failed_ = true; }
+  // From now on loop is called so often in a tick, unless it waits.
+  void call_loop(int times_per_tick) { turns_.call_loop(times_per_tick); }
   std::uint64_t failed_robots() const { return failed_robots_; }
   // Robots that once stood and showed nothing new for 5 s, in one call of `loop`.
   std::uint64_t waited_robots() const { return waited_.size(); }
+  // How often a program wrote beyond what malloc() gave, or gave back what it did not have.
+  std::uint64_t heap_misuse() const { return heap_misuse_; }
   // All robots' turns for tick `number` (1, 2, ...). Throws ProgramFault, which ends the host's use.
   void tick(std::int64_t number, const Inbox& inbox);
 
@@ -65,6 +72,9 @@ class RobotHost {
   std::uint16_t id_of(int robot) const;
   const BootLoader& loader(int robot) const { return turns_.loader(robot); }
 
+  // At the end of a run: says how many robots did nothing that could be seen, if any.
+  void tell_of_idle_robots() const;
+
   FaultGuard& guard() { return *guard_; }
 
   // For tests: a robot's own copy of a variable of the library.
@@ -76,18 +86,22 @@ class RobotHost {
   [[noreturn]] void report(const Fault& fault) const;
   void leave_or_report(const Fault& fault);
   void tell_of_idle_waits();
+  void tell_of_heap_misuse();
   std::string sentence_for(const Fault& fault) const;
   std::string words_for(const Fault& fault, const std::string& place) const;
 
   std::shared_ptr<const RobotProgram> program_;
   std::shared_ptr<FaultGuard> guard_;
   RobotBodies bodies_;
+  RobotHeaps heaps_;
+  RobotFiles files_;
   RobotMemory memory_;
   Turns turns_;
   bool leave_failed_ = false;
   std::set<int> waited_;
   int told_of_idle_ = 0;  // times
-  std::uint64_t failed_robots_ = 0;
+  std::uint64_t failed_robots_ = 0, heap_misuse_ = 0;
+  std::set<const void*> told_places_;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -5,6 +5,11 @@
 
 #include <stddef.h>
 #include <stdint.h>
+/* A robot's long, which suffix L makes, has 32 bits. */
+#undef INT64_C
+#undef UINT64_C
+#define INT64_C(c) c##LL
+#define UINT64_C(c) c##ULL
 
 #include "message.h"
 #include "message_crc.h"

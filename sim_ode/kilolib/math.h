@@ -17,4 +17,15 @@
 #define M_SQRT2 1.41421356237309504880
 #define M_SQRT1_2 0.70710678118654752440
 double square(double x);
+#ifndef ARKMESH_PC_TYPES
+/* A robot's double is float, its int our short. */
+static inline float arkmesh_frexp(float x, short* exponent) {
+  int whole;
+  x = frexpf(x, &whole);
+  *exponent = (short)whole;
+  return x;
+}
+#define frexp(x, exponent) arkmesh_frexp(x, exponent)
+#define modf(x, whole) modff(x, whole)
+#endif
 #endif

@@ -37,30 +37,8 @@ ROBOT uint16_t kilo_irhigh[14] = {0};
 ROBOT uint16_t kilo_irlow[14] = {0};
 
 /* Outside the robot's memory. Until the simulator fills it in, for constructors, nothing happens. */
-static void no_wait(uint32_t us, const void* from) {
-  (void)us, (void)from;
-}
-static void no_tick(const void* from) {
-  (void)from;
-}
-static void no_motors(uint8_t left, uint8_t right) {
-  (void)left, (void)right;
-}
-static void no_colour(uint8_t colour) {
-  (void)colour;
-}
-static int16_t no_reading(void) {
+static int nothing(void) {
   return 0;
-}
-static uint8_t no_chance(void) {
-  return 0;
-}
-static void no_start(void) {}
-static void no_end(const char* why, const void* from) {
-  (void)why, (void)from;
-}
-static void no_busy(const void* from, int wakeable) {
-  (void)from, (void)wakeable;
 }
 static double no_function(double x) {
   return x;
@@ -69,11 +47,49 @@ static double no_function_of_two(double x, double y) {
   (void)y;
   return x;
 }
+static void* no_memory(void* old, size_t size, const void* from) {
+  (void)old, (void)size, (void)from;
+  return 0;
+}
+static FILE* no_file(const char* name, const char* mode) {
+  (void)name, (void)mode;
+  return 0;
+}
+static int no_close(FILE* stream) {
+  (void)stream;
+  return -1;
+}
+static int no_write(FILE* stream, const void* data, size_t size) {
+  (void)stream, (void)data, (void)size;
+  return -1;
+}
+static int no_print(FILE* stream, const char* format, va_list values) {
+  (void)stream, (void)format, (void)values;
+  return -1;
+}
+static int no_format(char* to, size_t room, const char* format, va_list values) {
+  (void)to, (void)room, (void)format, (void)values;
+  return 0;
+}
+static void no_text(const char* text, uint32_t size) {
+  (void)text, (void)size;
+}
+#define NOTHING (void*)nothing
 #define OF_ONE(name) no_function,
 #define OF_TWO(name) no_function_of_two,
 __attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {
-    no_wait,   no_tick, no_motors, no_colour, no_reading, no_reading, no_reading,
-    no_chance, 0,       no_start,  no_end,    no_busy,    no_tick,    ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, NOTHING,
+    NOTHING, ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
+#undef NOTHING
 #undef OF_ONE
 #undef OF_TWO
 
@@ -147,12 +163,20 @@ HIDDEN uint8_t* arkmesh_timer(void) {
 
 /* ---- body ---- */
 
+extern uint8_t arkmesh_registers[] HIDDEN __attribute__((weak)); /* of avr/io.h */
+
 void set_motors(uint8_t left, uint8_t right) {
   SPEND(8);
+  if (arkmesh_registers) arkmesh_registers[18] = left, arkmesh_registers[19] = right;
   arkmesh_calls.motors(left, right);
 }
 void set_color(uint8_t color) {
   SPEND(8);
+  if (arkmesh_registers) { /* DDRC and DDRD: red 5, 4 of D, green 3, 2 and blue 5, 4 of C */
+    arkmesh_registers[4] =
+        (arkmesh_registers[4] & 0xC3) | (color & 4) << 1 | (color & 8) >> 1 | (color & 16) << 1 | (color & 32) >> 1;
+    arkmesh_registers[7] = (arkmesh_registers[7] & 0xCF) | (color & 1) << 5 | (color & 2) << 3;
+  }
   arkmesh_calls.colour(color);
 }
 void spinup_motors() {
@@ -254,7 +278,7 @@ HIDDEN void arkmesh_gives_up(const char* why) {
 
 /* ---- what the simulator sees ---- */
 
-extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN;
+extern char arkmesh_begin[] HIDDEN, arkmesh_end[] HIDDEN, arkmesh_own[] HIDDEN;
 extern char arkmesh_eeprom_begin[] HIDDEN, arkmesh_eeprom_end[] HIDDEN;
 extern uint8_t arkmesh_eeprom[] HIDDEN __attribute__((weak)); /* of avr/eeprom.h */
 extern int main();
@@ -267,6 +291,7 @@ static int run_main(void) {
 __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_program = {
     .begin = arkmesh_begin,
     .end = arkmesh_end,
+    .own = arkmesh_own,
     .eeprom_begin = arkmesh_eeprom_begin,
     .eeprom_end = arkmesh_eeprom_end,
     .eeprom = arkmesh_eeprom,
@@ -293,4 +318,8 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .irlow = kilo_irlow,
     .back_off = back_off,
     .crc = (uint16_t(*)(const void*))message_crc,
+    .registers = arkmesh_registers,
+#ifdef ARKMESH_PC_TYPES
+    .pc_types = ARKMESH_PC_TYPES,
+#endif
 };

@@ -3,7 +3,10 @@
 #ifndef ARKMESH_ROBOT_ABI_H
 #define ARKMESH_ROBOT_ABI_H
 
+#include <stdarg.h>
+#include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 // The mathematics that a program may call, of one number and of two.
 #define ARKMESH_MATHEMATICS(OF_ONE, OF_TWO) \
@@ -36,13 +39,24 @@ struct arkmesh_host {
   int16_t (*voltage)(void);
   int16_t (*temperature)(void);
   uint8_t (*random_byte)(void);
-  void (*text)(const char* text, uint32_t size);     // null: nobody listens
+  void (*text)(const char* text, uint32_t size);     // printed on the serial line
   void (*started)(void);                             // kilo_start was called; does not return
   void (*ended)(const char* why, const void* from);  // the program gave up; does not return
   void (*busy_at)(
       const void* from,
       int wakeable);  // it has computed for about a tick; it has callbacks that may change what it waits for
   void (*jumps)(const void* from);  // longjmp is called; does not return from inside a callback
+  // The robot's heap, as realloc(); 0 bytes: as free(). Null: it has no room.
+  void* (*reallocate)(void* old, size_t size, const void* from);
+  // The robot's files. The stream of another one, the serial line's among them: -1, and nothing is done.
+  FILE* (*open)(const char* name, const char* mode);
+  int (*close)(FILE* stream);
+  int (*write)(FILE* stream, const void* data, size_t size);  // and flushes
+  int (*print)(FILE* stream, const char* format, va_list values);
+  // The C library's own vsnprintf, vsscanf and vfscanf.
+  int (*format)(char* to, size_t room, const char* format, va_list values);
+  int (*scan)(const char* text, const char* format, va_list values);
+  int (*scan_file)(FILE* stream, const char* format, va_list values);
 #define OF_ONE(name) double (*name)(double);
 #define OF_TWO(name) double (*name)(double, double);
   ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)
@@ -53,6 +67,7 @@ struct arkmesh_host {
 // What the simulator uses of a program.
 struct arkmesh_program {
   char *begin, *end;                // all writable memory of a robot
+  char* own;                        // where in it the program's own variables begin
   char *eeprom_begin, *eeprom_end;  // of it, what survives a reset
   uint8_t* eeprom;                  // 1 KB of that by address, inverted; null: the program does not use it
   struct arkmesh_host* host;
@@ -75,6 +90,8 @@ struct arkmesh_program {
   uint16_t *irhigh, *irlow;
   uint8_t (*back_off)(void);  // of a robot that found the channel busy; in counts of its timer, 128 microseconds each
   uint16_t (*crc)(const void* message);
+  uint8_t* registers;    // of avr/io.h, the motors' duties being 18 and 19; null: it does not use them
+  const char* pc_types;  // why it was compiled with a PC's types; null: with a robot's
 };
 
 #endif

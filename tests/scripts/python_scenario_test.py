@@ -182,6 +182,17 @@ class PythonScenario(unittest.TestCase):
                 self.fails(FRAME + line + "\n", wanted)
                 subprocess.run(["rm", "-r", self.folder / "out"], check=True)
 
+    def test_a_python_that_cannot_begin_says_why(self):
+        """Its own words are shown with the scenario's name; a variable that hides what lies beside our own files has no effect."""
+        (self.folder / "mine.py").write_text(FRAME + "pass\n")
+        for name, value, code in (("PYTHONSAFEPATH", "1", 0), ("PYTHONHOME", "/nowhere", 1)):
+            with self.subTest(name):
+                done = subprocess.run(self.command(), capture_output=True, text=True, timeout=60, env={**ENVIRONMENT, name: value})
+                self.assertEqual(done.returncode, code, done.stderr)
+                if code:
+                    self.assertRegex(done.stdout + done.stderr, r"mine\.py: .*(encodings|Fatal Python error)")
+                subprocess.run(["rm", "-r", self.folder / "out"], check=True)
+
     def test_what_it_prints_is_kept_and_bounded(self):
         """A child that prints without end does not stall the lab or fill the disk, and its traceback is in the log."""
         self.fails(FRAME + "print('y' * 100_000_000); 1 / 0\n", "mine.py:4: ZeroDivisionError")

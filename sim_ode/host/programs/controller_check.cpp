@@ -146,6 +146,14 @@ CheckedProgram check_program(const ProgramSources& sources) {
   builder.compile(folder.path() / "empty.c", "empty.o");
   const Sizes empty = builder.link({"empty.o"}, "empty.c"), full = builder.link(objects, sources.name());
 
+  // and as the simulator compiles it
+  try {
+    RobotProgram::load(sources);
+  } catch (const ProgramError& error) {
+    throw std::runtime_error(
+        fmt::format("{}: fits the robot's compiler, but `run` refuses it: {}", sources.name(), error.what()));
+  }
+
   CheckedProgram out;
   out.flash_bytes = flash_library_bytes + full.flash - empty.flash;
   out.ram_bytes = ram_library_bytes + full.ram - empty.ram;

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "hal/child_process.hpp"
 #include "hal/own_files.hpp"
+#include "sim_ode/host/programs/robot_types.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -47,6 +49,15 @@ std::string first_error(std::string output, const fs::path& folder) {
     output.erase(begin == std::string::npos ? at : begin,
                  begin == std::string::npos ? preface.size() : at + preface.size() - begin);
   }
+  // of registers that can be read (avr/io.h)
+  constexpr std::string_view place = "arkmesh_register_";
+  for (std::size_t at; (at = output.find(place)) != std::string::npos;) {
+    const std::size_t begin = output.rfind("error: ", at), end = output.find('\n', at);
+    const std::string name = output.substr(at + place.size(), output.find('(', at) - at - place.size());
+    output.replace(
+        begin + 7, end - begin - 7,
+        fmt::format("a simulated robot's register {} can only be read; use the functions of kilolib.h", name));
+  }
   std::string first, of_macro;
   std::istringstream lines(output);
   for (std::string line; std::getline(lines, line);) {
@@ -71,16 +82,12 @@ std::string first_error(std::string output, const fs::path& folder) {
 // Whether a variable of the program or of what it includes may change under its eyes: the word stands in lines that are
 // neither the system's nor ours. `preprocessed` has line markers.
 bool names_volatile(const std::string& preprocessed) {
-  const std::string ours[] = {"\"" + kilolib_folder().string() + "/", "\"" + firmware_folder().string() + "/"};
   std::istringstream lines(preprocessed);
   bool of_program = true;
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("# ")) {
-      // # 17 "/usr/include/stdio.h" 1 3 4: the flags behind the name; 3 is the system's
-      const std::string flags = line.substr(line.rfind('"') + 1) + " ";
-      of_program = line.find(ours[0]) == std::string::npos && line.find(ours[1]) == std::string::npos &&
-                   flags.find(" 3 ") == std::string::npos;
-    } else if (of_program && line.find("volatile") != std::string::npos)
+    if (line.starts_with("# "))
+      of_program = program_follows(line, kilolib_folder()) && program_follows(line, firmware_folder());
+    else if (of_program && line.find("volatile") != std::string::npos)
       return true;
   }
   return false;
@@ -122,6 +129,10 @@ std::vector<std::string> language(const ReadProgram& program, const fs::path& so
                                     "-fwrapv",
                                     "-fno-strict-aliasing",
                                     "-fno-builtin-printf",
+                                    "-fno-builtin-malloc",
+                                    "-fno-builtin-calloc",
+                                    "-fno-builtin-realloc",
+                                    "-fno-builtin-free",
                                     "-fno-optimize-sibling-calls",
                                     "-ffp-contract=off",
                                     "-fno-diagnostics-show-caret",
@@ -146,6 +157,13 @@ const std::vector<std::string> counting_options = {"-fsanitize=thread", "--param
                                                    "--param", "tsan-instrument-func-entry-exit=0"};
 constexpr const char* plain_clock_option = "-DARKMESH_PLAIN_CLOCK";
 
+// As a C string.
+std::string c_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c == '\n' ? ' ' : c);
+  return out + "\"";
+}
+
 std::vector<fs::path> library_sources(const fs::path& kilolib) {
   return {kilolib / "robot.c", kilolib / "avr_libc.c", kilolib / "robot_math.c"};
 }
@@ -156,6 +174,30 @@ std::vector<std::string> link_options(const fs::path& kilolib) {
   for (const fs::path& source : library_sources(kilolib)) words.push_back(source.string());
   words.push_back("-lm");
   return words;
+}
+
+// What to do about a function that is missing, and that a C file beside the program's has; else empty.
+std::string defined_beside(const ReadProgram& program, const std::string& sentence) {
+  constexpr std::string_view missing = "undefined reference to `";
+  const std::size_t at = sentence.find(missing);
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + missing.size();
+  const std::string name = sentence.substr(begin, sentence.find('\'', begin) - begin);
+  if (!wrong_with_macro(name).empty()) return {};
+  const std::regex definition("\\b" + name + R"(\s*\([^;{}()]*\)\s*\{)");
+  std::error_code error;
+  for (fs::directory_iterator in(fs::absolute(program.files.front().path).parent_path(), error), end;
+       !error && in != end; in.increment(error)) {
+    const auto same = [&](const ReadProgram::File& file) {
+      return one_spelling(file.path) == one_spelling(in->path());
+    };
+    if (in->path().extension() != ".c" || std::ranges::any_of(program.files, same)) continue;
+    const std::string text = read_source(in->path());
+    if (std::regex_search(text, definition))
+      return fmt::format("; `{}` stands in {} beside it: give both, or the folder", name,
+                         in->path().filename().string());
+  }
+  return {};
 }
 
 // The compiler had no time left.
@@ -186,8 +228,9 @@ ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::
   for (std::size_t i = 0; i < program.files.size(); ++i) {
     const auto& [source, text] = program.files[i];
     const fs::path folder = work / fmt::format("{}", i);
-    const Part& part = parts_.emplace_back(Part{
-        source, folder / (source.extension() == ".c" ? source.filename() : fs::path("program.c")), folder / "part.o"});
+    const Part& part = parts_.emplace_back(
+        Part{source, folder / (source.extension() == ".c" ? source.filename() : fs::path("program.c")),
+             folder / "typed.i", folder / "part.o"});
     std::error_code error;
     fs::create_directory(folder, error);
     if (!(std::ofstream(part.copy, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
@@ -195,23 +238,33 @@ ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::
   }
 }
 
+// With a robot's types first; with a PC's when that does not compile. Each perhaps because our kilo_ticks is a macro:
+// as a field's name, or declared anew. A variable is as good when its readings are counted.
 void ObjectBuild::run() {
-  try {
-    expand();
-    build(waits_for_memory_ ? counting_options : std::vector<std::string>());
-  } catch (const TooLong&) {
-    throw;
-  } catch (const ProgramError&) {
-    // Perhaps because our kilo_ticks is a macro: as a field's name, or declared anew. A variable is as good when its
-    // readings are counted.
-    if (!program_.says("kilo_ticks") || !builds_with_plain_clock()) throw;
-  }
+  std::string of_robot_types, of_pc_types;
+  for (const bool pc_types : {false, true})
+    for (const bool plain_clock : {false, true}) {
+      if (plain_clock && !program_.says("kilo_ticks")) continue;
+      plain_clock_ = plain_clock;
+      if (pc_types) pc_types_option_ = "-DARKMESH_PC_TYPES=" + c_string(of_robot_types);
+      try {
+        if (!pc_types) expand();
+        build(waits_for_memory_ || plain_clock ? counting_options : std::vector<std::string>());
+        return;
+      } catch (const TooLong&) {
+        throw;
+      } catch (const ProgramError& error) {
+        std::string& first = pc_types ? of_pc_types : of_robot_types;
+        if (first.empty()) first = error.what();
+      }
+    }
+  throw ProgramError(of_pc_types + defined_beside(program_, of_pc_types));
 }
 
 std::vector<std::string> ObjectBuild::recipe(const ReadProgram& program) {
   const fs::path kilolib = kilolib_folder();
   // of the order of steps in run(), which no option shows: to be counted up when it changes
-  std::vector<std::string> all = {"2"};
+  std::vector<std::string> all = {"4"};
   for (const ReadProgram::File& file : program.files)
     std::ranges::move(language(program, file.path, kilolib, firmware_folder()), std::back_inserter(all));
   for (const auto& part : {counting_options, {plain_clock_option}, link_options(kilolib)})
@@ -232,6 +285,7 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
   for (const auto& part : {language(program_, source, kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);
+  if (!pc_types_option_.empty()) command.push_back(pc_types_option_);
   const hal::Finished done = hal::run_to_end(
       {.command = command},
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
@@ -245,7 +299,7 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
 // The compiler's words with the user's files in place of our copies.
 std::string ObjectBuild::with_own_names(std::string output) const {
   for (const Part& part : parts_)
-    for (const std::string& ours : {part.copy.string(), part.object.string()})
+    for (const std::string& ours : {part.copy.string(), part.typed.string(), part.object.string()})
       for (std::size_t at = 0; (at = output.find(ours, at)) != std::string::npos; at += part.source.string().size())
         output.replace(at, ours.size(), part.source.string());
   return output;
@@ -261,6 +315,8 @@ void ObjectBuild::expand() {
     compile(part.source, {"-E", part.copy.string(), "-o", expanded.string()});
     const std::string text = read_source(expanded);
     waits_for_memory_ = waits_for_memory_ || names_volatile(text);
+    if (!(std::ofstream(part.typed, std::ios::binary) << with_robot_types(text, kilolib_)))
+      throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", part.typed.string()));
     files.push_back(part.source);
     read.push_back(files_in(text));
   }
@@ -276,27 +332,16 @@ void ObjectBuild::build(const std::vector<std::string>& options) const {
   const bool at_once = parts_.size() == 1 && options.empty();
   std::vector<std::string> words;
   for (const Part& part : parts_) {
-    words.push_back((at_once ? part.copy : part.object).string());
+    const fs::path& source = pc_types_option_.empty() ? part.typed : part.copy;
+    words.push_back((at_once ? source : part.object).string());
     if (at_once) continue;
     std::vector<std::string> of_part = options;
-    of_part.insert(of_part.end(), {"-c", part.copy.string(), "-o", part.object.string()});
+    of_part.insert(of_part.end(), {"-c", source.string(), "-o", part.object.string()});
     compile(part.source, of_part);
   }
   words.insert(words.end(), {"-o", object_.string()});
   std::ranges::move(link_options(kilolib_), std::back_inserter(words));
   compile(parts_.front().source, words);
-}
-
-bool ObjectBuild::builds_with_plain_clock() {
-  plain_clock_ = true;
-  try {
-    build(counting_options);
-    return true;
-  } catch (const TooLong&) {
-    throw;
-  } catch (const ProgramError&) {
-    return false;
-  }
 }
 
 }  // namespace arkmesh::sim_ode

@@ -43,13 +43,13 @@ class ObjectBuild {
     std::filesystem::path source;  // the user's file
     // in a folder of its own: a quoted include then finds our headers before old ones beside the program
     std::filesystem::path copy;
+    std::filesystem::path typed;  // the same, expanded and with a robot's types
     std::filesystem::path object;
   };
   void compile(const std::filesystem::path& source, const std::vector<std::string>& more) const;
   void build(const std::vector<std::string>& options) const;
   void expand();
   std::string with_own_names(std::string output) const;
-  bool builds_with_plain_clock();
 
   const ReadProgram& program_;
   const std::filesystem::path work_, kilolib_, firmware_;
@@ -58,6 +58,7 @@ class ObjectBuild {
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds limit_;
   bool plain_clock_ = false, waits_for_memory_ = false;
+  std::string pc_types_option_;  // empty: a robot's types
 };
 
 }  // namespace arkmesh::sim_ode

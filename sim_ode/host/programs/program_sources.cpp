@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <system_error>
 
@@ -27,6 +28,12 @@ std::string ProgramSources::name() const {
   return (first.has_filename() ? first : first.parent_path()).filename().string();
 }
 
+fs::path one_spelling(const fs::path& file) {
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(file).parent_path(), error);
+  return error ? fs::absolute(file) : folder / file.filename();
+}
+
 std::vector<fs::path> files_of(const ProgramSources& program) {
   std::vector<fs::path> out;
   for (const fs::path& path : program.paths) {
@@ -41,10 +48,10 @@ std::vector<fs::path> files_of(const ProgramSources& program) {
     if (out.size() == before) throw ProgramError(fmt::format("{} holds no C file; name another folder", path.string()));
     std::sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end());
   }
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if (std::find(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(i), out[i]) !=
-        out.begin() + static_cast<std::ptrdiff_t>(i))
-      throw ProgramError(fmt::format("{} is given twice; name each file once", out[i].string()));
+  std::set<fs::path> known;
+  for (const fs::path& file : out)
+    if (!known.insert(one_spelling(file)).second)
+      throw ProgramError(fmt::format("{} is given twice; name each file once", file.string()));
   return out;
 }
 

@@ -31,6 +31,8 @@ struct ProgramSources {
 // The C files, those of a folder in the order of their names. Throws ProgramError: a folder without any, or a file
 // twice. A path that is not there stays, to be refused by whoever reads it.
 std::vector<std::filesystem::path> files_of(const ProgramSources& program);
+// Of the same file in the same folder always the same, however it was named.
+std::filesystem::path one_spelling(const std::filesystem::path& file);
 // Why a macro cannot be defined so, as the end of a sentence; empty when it can.
 std::string wrong_with_macro(const std::string& macro);
 

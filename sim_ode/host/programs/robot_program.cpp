@@ -4,9 +4,11 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -36,8 +38,8 @@ std::map<std::string, std::weak_ptr<const RobotProgram>>& loaded_programs() {
 std::string whole(const ReadProgram& program) {
   std::string out;
   const auto add = [&](const std::string& part) { out += fmt::format("{} {}", part.size(), part); };
-  for (const auto& [path, text] : program.files) add(fs::absolute(path).string()), add(text);
-  for (const fs::path& folder : program.include) add(folder.string());
+  for (const auto& [path, text] : program.files) add(one_spelling(path).string()), add(text);
+  for (const fs::path& folder : program.include) add(one_spelling(folder / "").string());
   for (const std::string& macro : program.define) add("-D" + macro);
   return out;
 }
@@ -106,6 +108,12 @@ void RobotProgram::load_object(const fs::path& object) {
   abi_ = static_cast<const arkmesh_program*>(dlsym(handle_, "arkmesh_program"));
   if (!abi_) throw ProgramError("does not load: it lacks the simulator's part");
 
+  if (abi_->pc_types)
+    spdlog::warn(
+        "{} runs with a PC's types, int of 32 bits, long and double of 64, where a robot has half of that; with a "
+        "robot's types it {}",
+        source_.string(), abi_->pc_types);
+
   // behind a robot's memory: a page to read, then one to be caught at
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   char* const end = abi_->end;
@@ -121,8 +129,10 @@ void RobotProgram::load_object(const fs::path& object) {
   first_.assign(begin, begin + (end - abi_->begin));
 }
 
-void RobotProgram::listen() const {
-  if (!text_) text_ = std::make_unique<ProgramText>();
+std::size_t RobotProgram::heap_bytes() const {
+  // the library takes 110 bytes; some variables take more here than on a robot, so there is always something left
+  constexpr std::ptrdiff_t most = 2048 - 110, least = 512, pad = 48;
+  return static_cast<std::size_t>(4 * std::clamp(most - (abi_->end - pad - abi_->own), least, most));
 }
 
 void RobotProgram::unload() {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "sim_ode/host/programs/object_build.hpp"
-#include "sim_ode/host/programs/program_text.hpp"
 #include "sim_ode/kilolib/robot_abi.h"
 
 namespace arkmesh::sim_ode {
@@ -31,11 +30,8 @@ class RobotProgram {
   // Bytes of a robot's memory, and those bytes before main() ran.
   std::size_t memory_bytes() const { return first_.size(); }
   const std::vector<std::byte>& first_memory() const { return first_; }
-  // From now on what robots print is kept for whoever takes it; otherwise it is dropped. To be called before robots
-  // run.
-  void listen() const;
-  // Null when nobody listens.
-  ProgramText* text() const { return text_.get(); }
+  // That a robot has for malloc(): what its variables leave of 2 KB, times four, because pointers are wider here.
+  std::size_t heap_bytes() const;
   // Source line of an instruction, " at loop (prog.c:17)"; empty when it is none of the program's.
   std::string place_of(const void* instruction) const;
 
@@ -51,7 +47,6 @@ class RobotProgram {
   int file_ = -1;  // keeps the object's file, deleted perhaps, for place_of(), and its inode from being used again
   const arkmesh_program* abi_ = nullptr;
   std::vector<std::byte> first_;
-  mutable std::unique_ptr<ProgramText> text_;  // no part of the program
 };
 
 }  // namespace arkmesh::sim_ode

@@ -8,6 +8,8 @@
 #include <new>
 #include <span>
 
+#include "sim_ode/host/turns/robot_heaps.hpp"
+
 namespace arkmesh::sim_ode {
 
 class RobotMemory {
@@ -26,8 +28,18 @@ class RobotMemory {
   // Puts the first memory in place, as at power-up.
   void start_anew() const { copy(reinterpret_cast<std::byte*>(place_), first_.data()); }
 
-  void copy_in(int robot) const { copy(reinterpret_cast<std::byte*>(place_), of(robot)); }
-  void copy_out(int robot) { copy(of(robot), reinterpret_cast<const std::byte*>(place_)); }
+  void copy_in(int robot) const {
+    copy(reinterpret_cast<std::byte*>(place_), of(robot));
+    if (heaps_) [[unlikely]]
+      heaps_->enter(robot);
+  }
+  void copy_out(int robot) {
+    copy(of(robot), reinterpret_cast<const std::byte*>(place_));
+    if (heaps_) [[unlikely]]
+      heaps_->leave(robot);
+  }
+  // From now on robots have these, too; they outlive the memory.
+  void use(RobotHeaps& heaps) { heaps_ = &heaps; }
   // Says that copy_in comes soon.
   void fetch(int robot) const {
     for (std::size_t at = 0; at < bytes_; at += line) __builtin_prefetch(of(robot) + at);
@@ -63,6 +75,7 @@ class RobotMemory {
   char* place_;
   std::size_t bytes_;
   std::span<const std::byte> first_;
+  RobotHeaps* heaps_ = nullptr;
   std::unique_ptr<std::byte, Free> all_;
 };
 

@@ -1,11 +1,14 @@
 #include "sim_ode/host/turns/robot_services.hpp"
 
+#include <algorithm>
+#include <cstdio>
+
 #include "hal/fixed_math.hpp"
 #include "sim_ode/host/turns/turns.hpp"
 
 namespace arkmesh::sim_ode {
 
-arkmesh_host RobotServices::all(bool prints) {
+arkmesh_host RobotServices::all() {
   return {.wait_us = wait_us,
           .wait_for_tick = wait_for_tick,
           .motors = motors,
@@ -14,11 +17,19 @@ arkmesh_host RobotServices::all(bool prints) {
           .voltage = voltage,
           .temperature = temperature,
           .random_byte = random_byte,
-          .text = prints ? text : nullptr,
+          .text = text,
           .started = started,
           .ended = ended,
           .busy_at = busy_at,
           .jumps = jumps,
+          .reallocate = reallocate,
+          .open = open,
+          .close = close,
+          .write = write,
+          .print = print,
+          .format = std::vsnprintf,
+          .scan = std::vsscanf,
+          .scan_file = std::vfscanf,
 #define MATHEMATICS(name) .name = hal::fixed::name,
           ARKMESH_MATHEMATICS(MATHEMATICS, MATHEMATICS)
 #undef MATHEMATICS
@@ -39,11 +50,12 @@ void RobotServices::wait_for_tick(const void* from) {
   turns().wait_for_tick(from);
 }
 void RobotServices::motors(std::uint8_t left, std::uint8_t right) {
-  if (left > 0 || right > 0 || turns().bodies_.moves(turns().robot_)) turns().acts();
+  const bool drives = left > 0 || right > 0;
+  if (drives || turns().bodies_.moves(turns().robot_)) turns().acts(drives);
   turns().bodies_.drive(turns().robot_, left, right, turns().cursor_us_);
 }
 void RobotServices::colour(std::uint8_t colour) {
-  if (turns().bodies_.colour(turns().robot_) != colour) turns().acts();
+  if (turns().bodies_.colour(turns().robot_) != colour) turns().acts(colour > 0);
   turns().bodies_.show(turns().robot_, colour, turns().cursor_us_);
 }
 std::int16_t RobotServices::light() {
@@ -71,8 +83,44 @@ void RobotServices::busy_at(const void* from, int wakeable) {
 void RobotServices::jumps(const void* from) {
   if (turns().in_callback_) FaultGuard::leave(Fault::Kind::gave_up, "called longjmp() in a callback", from);
 }
+
+// What allocates for the simulator is not to be left by a jump.
+template <class Work>
+auto RobotServices::undisturbed(Work work) {
+  FaultGuard::leave_program();
+  const auto done = work();
+  FaultGuard::enter_program();
+  return done;
+}
+void* RobotServices::reallocate(void* old, std::size_t size, const void* from) {
+  return undisturbed([&] {
+    turns().memory_.use(turns().heaps_);
+    return turns().heaps_.reallocate(turns().robot_, old, size, from);
+  });
+}
+FILE* RobotServices::open(const char* name, const char* mode) {
+  return undisturbed([&] { return turns().files_.open(turns().robot_, name, mode); });
+}
+int RobotServices::close(FILE* stream) {
+  return undisturbed([&] { return turns().files_.has(stream) ? turns().files_.close(stream) : -1; });
+}
+int RobotServices::write(FILE* stream, const void* data, std::size_t size) {
+  if (!turns().files_.has(stream)) return -1;
+  return undisturbed([&] {
+    if (size > 0) std::fwrite(data, 1, size, stream);
+    return std::fflush(stream);
+  });
+}
+int RobotServices::print(FILE* stream, const char* format, va_list values) {
+  if (!turns().files_.has(stream)) return -1;
+  return undisturbed([&] { return std::max(0, std::vfprintf(stream, format, values)); });
+}
 void RobotServices::text(const char* text, std::uint32_t size) {
-  turns().text_->say(turns().robot_, turns().now_us(), text, size);
+  if (turns().text_) return turns().text_->say(turns().robot_, turns().now_us(), text, size);
+  undisturbed([&] {
+    turns().files_.print(turns().robot_, {text, size});
+    return 0;
+  });
 }
 
 }  // namespace arkmesh::sim_ode

@@ -11,11 +11,13 @@ namespace arkmesh::sim_ode {
 class Turns;
 
 struct RobotServices {
-  // For a program's `host`. `prints`: somebody listens to what programs print.
-  static arkmesh_host all(bool prints);
+  // For a program's `host`.
+  static arkmesh_host all();
 
  private:
   static Turns& turns();
+  template <class Work>
+  static auto undisturbed(Work work);
   static bool receives();
   static void wait_us(std::uint32_t us, const void* from);
   static void wait_for_tick(const void* from);
@@ -30,6 +32,11 @@ struct RobotServices {
   static void ended(const char* why, const void* from);
   static void busy_at(const void* from, int wakeable);
   static void jumps(const void* from);
+  static void* reallocate(void* old, std::size_t size, const void* from);
+  static FILE* open(const char* name, const char* mode);
+  static int close(FILE* stream);
+  static int write(FILE* stream, const void* data, std::size_t size);
+  static int print(FILE* stream, const char* format, va_list values);
 };
 
 }  // namespace arkmesh::sim_ode

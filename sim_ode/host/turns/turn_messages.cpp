@@ -58,6 +58,7 @@ void Turns::hear(const Message& command) {
   RobotValues values = read_values();
   const Effects effects = cell.firmware.hear(command, values, loaders_[index(robot_)]);
   write_values(values);
+  if (abi_.registers && effects.outputs != Effects::Outputs::keep) abi_.registers[18] = abi_.registers[19] = 0;
   bodies_.apply(robot_, effects, values, cursor_us_);
   if (effects.save) save(values);
   if (cell.firmware.resets() || cell.firmware.state() == Firmware::State::loader) forget_program(cell);
@@ -90,6 +91,7 @@ void Turns::ask_for_message() {
     if (*abi_.tx_success) (*abi_.tx_success)();
     Firmware& firmware = cells_[index(robot_)].firmware;
     firmware.has_sent(timers_[index(robot_)].move(clocks_[index(robot_)].at_us, firmware.since_sent_us()));
+    acted_[index(robot_)] = 1;
   });
 }
 

@@ -39,8 +39,9 @@ void Turns::wait_for_tick(const void* from) {
   wait(std::max<std::int64_t>(1, tick_us - cursor_us_), from);
 }
 
-// The program whose turn it is drives, stops or changes its LED.
-void Turns::acts() {
+// The program whose turn it is drives, stops or changes its LED; `seen`: to something else than nothing.
+void Turns::acts(bool seen) {
+  if (seen) acted_[index(robot_)] = 1;
   if (!booting_ && cells_[index(robot_)].waited) waits_[index(robot_)].since_us = now_us();
 }
 
@@ -93,7 +94,8 @@ void Turns::wait(std::int64_t us, const void* from) {
 void Turns::resume() {
   Cell& cell = cells_[index(robot_)];
   cursor_us_ = cell.wake_us - tick_ * tick_us;
-  ran_ = delayed_ = true;
+  loops_left_ = 0;
+  delayed_ = true;
   --waiting_;
   stacks_.give(stack_);
   stack_ = std::exchange(cell.stack, nullptr);

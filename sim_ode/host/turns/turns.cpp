@@ -21,21 +21,25 @@ void call(void (*function)(void)) {
 
 Turns* Turns::running_ = nullptr;
 
-Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
-             std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ, ProgramText* text)
+Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& heaps, RobotFiles& files,
+             RobotBodies& bodies, FaultGuard& guard, std::vector<RobotClock> clocks, std::vector<SendTimer> timers,
+             bool clocks_differ, ProgramText* text)
     : abi_(program),
       memory_(memory),
+      heaps_(heaps),
+      files_(files),
       bodies_(bodies),
       guard_(guard),
       text_(text),
       count_(static_cast<int>(clocks.size())),
       cells_(clocks.size()),
       waits_(clocks.size()),
+      acted_(clocks.size()),
       loaders_(clocks.size()),
       clocks_(std::move(clocks)),
       timers_(std::move(timers)),
       clocks_differ_(clocks_differ) {
-  *abi_.host = RobotServices::all(text != nullptr);
+  *abi_.host = RobotServices::all();
 }
 
 RobotValues Turns::read_values() const {
@@ -52,6 +56,7 @@ void Turns::write_values(const RobotValues& values) {
 
 Fault Turns::boot(int robot) {
   start_anew(robot);
+  if (heaps_.in_use()) heaps_.forget(robot);
   write_values(bodies_.values(robot));
   std::copy(high_gain_table.begin(), high_gain_table.end(), abi_.irhigh);
   std::copy(low_gain_table.begin(), low_gain_table.end(), abi_.irlow);
@@ -165,7 +170,7 @@ void Turns::worker() {
 
 // Calls setup() or loop() once. May return many ticks later, on the same stack.
 [[gnu::always_inline]] inline void Turns::run_program() {
-  ran_ = true;
+  --loops_left_;
   delayed_ = false;
   cells_[index(robot_)].busy_ticks = 0;
   cells_[index(robot_)].waited = false;
@@ -213,7 +218,7 @@ void Turns::walk_on() {
         }
         *abi_.ticks = *abi_.ticks + beats_;
         phase_ = Phase::run;
-        ran_ = false;
+        loops_left_ = loops_per_tick_;
         if (cell.context) {
           if (cell.wake_us < (tick_ + 1) * tick_us) resume();
           phase_ = Phase::leave;
@@ -224,7 +229,8 @@ void Turns::walk_on() {
       case Phase::run: {
         const Cell& cell = cells_[index(robot_)];
         // again in the same tick after a delay that did not last to its end
-        if (cell.firmware.runs() && !cell.context && (!ran_ || (delayed_ && cursor_us_ < tick_us))) {
+        const bool again = cursor_us_ < tick_us && (delayed_ || loops_left_ > 0);
+        if (cell.firmware.runs() && !cell.context && (loops_left_ == loops_per_tick_ || again)) {
           run_program();
           break;
         }
@@ -243,7 +249,7 @@ void Turns::walk_on() {
 // The turns of robots that have nothing to do but loop, which are nearly all, up to one that has more; that one may be
 // in phase run already. As the phases of walk_on() with nothing heard, no wait and no change of state, step by step.
 void Turns::walk_quiet() {
-  if (clocks_differ_ || !inbox_->overhead.empty()) return;
+  if (clocks_differ_ || loops_per_tick_ > 1 || !inbox_->overhead.empty()) return;
   while (robot_ < count_) {
     Cell& cell = cells_[index(robot_)];
     if (!cell.firmware.only_loops() || cell.context || cell.frozen_us > 0) return;
@@ -254,6 +260,7 @@ void Turns::walk_quiet() {
     memory_.copy_in(robot_);
     *abi_.ticks = *abi_.ticks + 1;
     cursor_us_ = 0;
+    loops_left_ = loops_per_tick_;
     phase_ = Phase::run;
     // returns to this robot, on this stack, but perhaps many ticks later
     run_program();

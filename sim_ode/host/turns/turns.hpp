@@ -3,6 +3,7 @@
 // meanwhile; others cost none. All program code runs in here, guarded.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,6 +16,8 @@
 #include "sim_ode/host/turns/firmware.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
 #include "sim_ode/host/turns/robot_clock.hpp"
+#include "sim_ode/host/turns/robot_files.hpp"
+#include "sim_ode/host/turns/robot_heaps.hpp"
 #include "sim_ode/host/turns/robot_memory.hpp"
 #include "sim_ode/host/turns/send_timer.hpp"
 #include "sim_ode/host/turns/worker_stacks.hpp"
@@ -26,8 +29,9 @@ class Turns {
  public:
   // Everything given outlives the turns. One clock for each robot; they are run when they differ. `text` is null when
   // nobody listens to what programs print.
-  Turns(const arkmesh_program& program, RobotMemory& memory, RobotBodies& bodies, FaultGuard& guard,
-        std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ, ProgramText* text);
+  Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& heaps, RobotFiles& files, RobotBodies& bodies,
+        FaultGuard& guard, std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ,
+        ProgramText* text);
   Turns(const Turns&) = delete;
   Turns& operator=(const Turns&) = delete;
 
@@ -62,6 +66,7 @@ class Turns {
   void nothing_is_repeated() { repeats_ = false; }
   // What robots measure of the overhead controller's light from now on.
   void hear_overhead_at(double distance_m) { overhead_ = readings_at(distance_m); }
+  void call_loop(int times_per_tick) { loops_per_tick_ = times_per_tick; }
 
   // A program that waits in a call of `loop` that has lasted for long.
   struct Wait {
@@ -69,10 +74,13 @@ class Turns {
     std::int64_t since_us = 0;   // lab time since when it has done nothing: neither returned nor set motors or LED
     const void* from = nullptr;  // where it waits; null: not known
   };
+  // How many robots have neither driven, nor sent, nor lit their LED since the beginning.
+  std::size_t idle_robots() const { return static_cast<std::size_t>(std::ranges::count(acted_, char{0})); }
   // Those that have done nothing for so long, ascending by robot. Between walks.
   std::vector<Wait> idle_waits(std::int64_t least_us) const;
 
   int robot() const { return robot_; }
+  std::int64_t tick() const { return tick_; }
   // Lab time of the robot whose turn it is.
   std::int64_t now_us() const { return tick_ * tick_us + (booting_ ? 0 : cursor_us_); }
   // Whether an address lies below a stack that programs run on.
@@ -117,7 +125,7 @@ class Turns {
 
   // What programs ask for.
   void wait(std::int64_t us, const void* from);
-  void acts();
+  void acts(bool seen);
   void busy_at(const void* from, bool wakeable);
   void wait_for_tick(const void* from);
   void busy_in_callback(const void* from);
@@ -126,12 +134,15 @@ class Turns {
 
   const arkmesh_program abi_;
   RobotMemory& memory_;
+  RobotHeaps& heaps_;
+  RobotFiles& files_;
   RobotBodies& bodies_;
   FaultGuard& guard_;
   ProgramText* text_;
   int count_;
   std::vector<Cell> cells_;
   std::vector<Wait> waits_;
+  std::vector<char> acted_;  // since the beginning
   std::vector<BootLoader> loaders_;
   std::vector<RobotClock> clocks_;
   std::vector<SendTimer> timers_;
@@ -153,9 +164,10 @@ class Turns {
   int robot_ = 0;
   Phase phase_ = Phase::enter;
   std::size_t next_overhead_ = 0, next_infrared_ = 0, past_infrared_ = 0;
-  unsigned beats_ = 1;          // of the robot's timer in this tick
-  std::int64_t cursor_us_ = 0;  // of the robot, after the start of the tick
-  bool ran_ = false, delayed_ = false, in_callback_ = false, booting_ = false;
+  unsigned beats_ = 1;                       // of the robot's timer in this tick
+  std::int64_t cursor_us_ = 0;               // of the robot, after the start of the tick
+  int loops_per_tick_ = 1, loops_left_ = 0;  // in this tick
+  bool delayed_ = false, in_callback_ = false, booting_ = false;
   int callback_busy_ = 0;  // times that the present callback has computed for a tick
   std::uint64_t waiting_ = 0;
   Outcome outcome_{};  // of the present send turn

@@ -1,5 +1,6 @@
-/* The robot's registers, as far as a simulated robot has them. Ports are bytes that nothing is connected to; the
-   timers' counters count, for programs that draw chance from them. Whoever uses a register that would move motors,
+/* The robot's registers, as far as a simulated robot has them. Ports are bytes that nothing is connected to, but for
+   the LED's, which show what it was set to, as the motors' duties do; the timers' counters count, for programs that
+   draw chance from them. Whoever uses a register that would move motors,
    light the LED, or read a sensor past the library is told so when the program is compiled. */
 #ifndef ARKMESH_AVR_IO_H
 #define ARKMESH_AVR_IO_H
@@ -26,7 +27,16 @@ uint8_t* arkmesh_timer(void);
 #define TCNT1L (*arkmesh_timer())
 #define TCNT2 (*arkmesh_timer())
 
-static uint8_t arkmesh_registers[18];
+/* One for all files of a program; the last two are the motors'. */
+__attribute__((visibility("hidden"), weak)) uint8_t arkmesh_registers[20] = {0};
+static inline const uint8_t* arkmesh_register_OCR2A(void) {
+  return arkmesh_registers + 18;
+}
+static inline const uint8_t* arkmesh_register_OCR2B(void) {
+  return arkmesh_registers + 19;
+}
+#define OCR2A (*arkmesh_register_OCR2A())
+#define OCR2B (*arkmesh_register_OCR2B())
 #define PINB arkmesh_registers[0]
 #define DDRB arkmesh_registers[1]
 #define PORTB arkmesh_registers[2]
@@ -48,9 +58,9 @@ static uint8_t arkmesh_registers[18];
 
 #define ARKMESH_NO_REGISTER(name)                                                                              \
   (*({                                                                                                         \
-    extern volatile uint16_t* arkmesh_register_##name(void)                                                    \
+    extern volatile uint16_t* arkmesh_without_##name(void)                                                     \
         __attribute__((error("a simulated robot has no register " #name "; use the functions of kilolib.h"))); \
-    arkmesh_register_##name();                                                                                 \
+    arkmesh_without_##name();                                                                                  \
   }))
 #define ADC ARKMESH_NO_REGISTER(ADC)
 #define ADCW ARKMESH_NO_REGISTER(ADCW)
@@ -77,8 +87,6 @@ static uint8_t arkmesh_registers[18];
 #define OCR1AH ARKMESH_NO_REGISTER(OCR1AH)
 #define OCR1BL ARKMESH_NO_REGISTER(OCR1BL)
 #define OCR1BH ARKMESH_NO_REGISTER(OCR1BH)
-#define OCR2A ARKMESH_NO_REGISTER(OCR2A)
-#define OCR2B ARKMESH_NO_REGISTER(OCR2B)
 #define TIMSK0 ARKMESH_NO_REGISTER(TIMSK0)
 #define TIMSK1 ARKMESH_NO_REGISTER(TIMSK1)
 #define TIMSK2 ARKMESH_NO_REGISTER(TIMSK2)

@@ -17,6 +17,8 @@ typedef int16_t prog_int16_t;
 typedef uint16_t prog_uint16_t;
 typedef int32_t prog_int32_t;
 typedef uint32_t prog_uint32_t;
+typedef int64_t prog_int64_t;
+typedef uint64_t prog_uint64_t;
 #define pgm_read_byte(p) (*(const uint8_t*)(p))
 #define pgm_read_word(p) (*(const uint16_t*)(p))
 #define pgm_read_dword(p) (*(const uint32_t*)(p))
@@ -58,6 +60,18 @@ typedef uint32_t prog_uint32_t;
 #define snprintf_P snprintf
 #define vsnprintf_P vsnprintf
 #define sscanf_P sscanf
+#define vprintf_P vprintf
+#define vfprintf_P vfprintf
+#define vsprintf_P vsprintf
+#define fscanf_P fscanf
+#define strtok_P strtok
+#define strtok_rP strtok_r
+#define strsep_P strsep
+#define memccpy_P memccpy
+#define memrchr_P memrchr
+#define strchrnul_P strchrnul
+#define strcasestr_P strcasestr
+#define pgm_get_far_address(name) (&(name))
 #define puts_P puts
 #define fputs_P fputs
 #endif

@@ -16,6 +16,11 @@ static inline uint16_t _crc_ccitt_update(uint16_t crc, uint8_t byte) {
 static inline uint8_t _crc_ibutton_update(uint8_t crc, uint8_t byte) {
   return (uint8_t)arkmesh_crc_down(crc, byte, 0x8C);
 }
+static inline uint8_t _crc8_ccitt_update(uint8_t crc, uint8_t byte) {
+  crc ^= byte;
+  for (int i = 0; i < 8; i++) crc = crc & 0x80 ? (uint8_t)(crc << 1) ^ 0x07 : (uint8_t)(crc << 1);
+  return crc;
+}
 static inline uint16_t _crc_xmodem_update(uint16_t crc, uint8_t byte) {
   crc ^= (uint16_t)(byte << 8);
   for (int i = 0; i < 8; i++) crc = crc & 0x8000 ? (uint16_t)(crc << 1) ^ 0x1021 : (uint16_t)(crc << 1);

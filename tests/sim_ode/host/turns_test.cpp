@@ -55,7 +55,8 @@ struct Robots {
         leds(robots),
         bodies(robots, motors, leds, {}, "shark", 1, {}),
         memory(reinterpret_cast<char*>(&now), first, robots),
-        turns(program(), memory, bodies, *guard, std::vector<RobotClock>(static_cast<std::size_t>(robots)),
+        turns(program(), memory, heaps, files, bodies, *guard,
+              std::vector<RobotClock>(static_cast<std::size_t>(robots)),
               std::vector<SendTimer>(static_cast<std::size_t>(robots), SendTimer(0, {1, "send"})), false, nullptr) {
     for (int i = 0; i < robots; ++i) CHECK(turns.boot(i).kind == Fault::Kind::left);
   }
@@ -106,6 +107,8 @@ struct Robots {
   LedLights leds;
   RobotBodies bodies;
   std::shared_ptr<FaultGuard> guard = FaultGuard::acquire();
+  RobotHeaps heaps{1024, 1};
+  RobotFiles files{{}, {}};
   RobotMemory memory;
   Turns turns;
   std::int64_t tick = 0;

@@ -1,0 +1,2 @@
+/* The former name. */
+#include "../util/crc16.h"

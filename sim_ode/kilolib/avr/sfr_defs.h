@@ -1,0 +1,2 @@
+/* What of the registers is no register. */
+#include "io.h"

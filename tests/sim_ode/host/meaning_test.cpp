@@ -1,0 +1,262 @@
+// A program means here what it means on a robot: its types, its memory, its files.
+#include <doctest/doctest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "sim_ode/controller_swarm.hpp"
+#include "sim_ode/host/programs/controller_check.hpp"
+#include "sim_ode/host/programs/robot_types.hpp"
+#include "tests/sim_ode/arena_builder.hpp"
+#include "tests/support/processes/temporary_directory.hpp"
+
+namespace arkmesh::sim_ode {
+namespace {
+
+// What is warned of meanwhile.
+class Heard {
+ public:
+  Heard() : before_(spdlog::default_logger()) {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(said_)));
+  }
+  ~Heard() { spdlog::set_default_logger(before_); }
+  bool says(const std::string& words) const { return said_.str().find(words) != std::string::npos; }
+  std::string text() const { return said_.str(); }
+
+ private:
+  std::ostringstream said_;
+  std::shared_ptr<spdlog::logger> before_;
+};
+
+struct Ran {
+  std::vector<hal::Led> leds;
+  std::string printed;
+  std::uint64_t misuse;
+};
+
+Ran run(const std::string& program, int robots, double for_s, SwarmOptions options = {}) {
+  options.program = ProgramSources(controller(program));
+  options.robots = robots;
+  ControllerSwarm swarm(options);
+  Ran out;
+  swarm.run_until(seconds(for_s), [&](const hal::PoseFrame& frame) {
+    out.leds.clear();
+    for (const hal::Observation& robot : frame.robots) out.leds.push_back(robot.led);
+  });
+  for (const ProgramText::Piece& piece : swarm.take_text()) out.printed += piece.text;
+  out.misuse = swarm.arena().counters()["robots.heap_misuse"];
+  return out;
+}
+
+std::vector<hal::Led> all(std::size_t robots, hal::Led led) {
+  return std::vector<hal::Led>(robots, led);
+}
+
+std::string content(const std::filesystem::path& file) {
+  std::ostringstream out;
+  out << std::ifstream(file, std::ios::binary).rdbuf();
+  return out.str();
+}
+
+}  // namespace
+
+TEST_CASE("a program's types are a robot's") {
+  const Ran ran = run("types.c", 1, 1);
+  CHECK(ran.printed == "0\n");
+  CHECK(ran.leds == all(1, hal::Led::green));
+}
+
+TEST_CASE("types are exchanged in the program's lines only, whatever the order of their words") {
+  const std::string before =
+      "# 1 \"/usr/include/x.h\" 1 3 4\nint system;\n# 3 \"/k/kilolib.h\" 1\nlong ours;\n# 1 \"p.c\" 2\n"
+      "unsigned volatile long int a; const unsigned b; signed char c; unsigned short int d; long\nlong e; int_t f;\n"
+      "char *g = \"int \\\" long\", h = '\"'; double i = 1.5 + .5e3 + 0x1p3 + 7.f + 2.0L + 5UL + 6l + 7LL + 1ul;\n"
+      "x = __builtin_va_arg (v, int) + __builtin_va_arg(v, unsigned long) + (int)1; print(int); long double z;";
+  const std::string after =
+      "# 1 \"/usr/include/x.h\" 1 3 4\nint system;\n# 3 \"/k/kilolib.h\" 1\nlong ours;\n# 1 \"p.c\" 2\n"
+      "unsigned int volatile   a; const unsigned short b; signed char c; unsigned short int d; long\nlong e; int_t f;\n"
+      "char *g = \"int \\\" long\", h = '\"'; float i = 1.5f + .5e3f + 0x1p3f + 7.f + 2.0f + 5U + 6 + 7LL + 1u;\n"
+      "x = __builtin_va_arg (v, int) + __builtin_va_arg(v, unsigned int ) + (short)1; print(short); float  z;";
+  CHECK(with_robot_types(before, "/k") == after);
+}
+
+TEST_CASE("a program that does not compile with a robot's types runs with a PC's, and a sentence says so") {
+  const Heard heard;
+  CHECK(run("pc_types.c", 1, 1).leds == all(1, hal::Led::green));
+  CHECK_MESSAGE(heard.says("pc_types.c runs with a PC's types, int of 32 bits"), heard.text());
+  CHECK_MESSAGE(heard.says("pc_types.c:5"), heard.text());
+}
+
+TEST_CASE("a robot that writes beyond its block damages itself only, and is named") {
+  const Heard heard;
+  CHECK(run("overrun.c", 3, 4).leds == std::vector<hal::Led>{hal::Led::green, hal::Led::blue, hal::Led::green});
+  CHECK_MESSAGE(heard.says("the program of robot 1 has written beyond the 24 bytes that it got in setup (overrun.c:9): "
+                           "noticed in loop (overrun.c:13) at 0."),
+                heard.text());
+}
+
+TEST_CASE("a block that is freed twice is named, and the robot goes on") {
+  const Heard heard;
+  const Ran ran = run("double_free.c", 4, 3);
+  CHECK(ran.misuse > 10);
+  CHECK_MESSAGE(heard.says("the program of robot 2 gives back what malloc() did not give it, or gave back before, in "
+                           "loop (double_free.c:11) at 1."),
+                heard.text());
+}
+
+TEST_CASE("a robot's heap has its own end") {
+  const Heard heard;
+  CHECK(run("leaks.c", 4, 10).leds == all(4, hal::Led::blue));
+  CHECK(heard.text() == "");
+}
+
+TEST_CASE("robots' files lie in a folder of each robot's own, with what it printed") {
+  const tests::TemporaryDirectory folder;
+  const auto config = hal::Config::from_text(
+      "[arena]\nrobots = 2\n[arena.ode]\ncontroller = \"" + controller("files.c").string() + "\"\n", "test.toml");
+  {
+    const auto arena =
+        make_ode_arena(config.root().section("arena"), "lab", 1, {.text = nullptr, .folder = folder.path() / "robots"});
+    arena->robots().command({.kind = hal::FleetCommand::Kind::run});
+    hal::advance(*arena, seconds(1));
+    while (const auto frame = arena->poses().latest()) CHECK(frame->robots[0].led == hal::Led::green);
+  }
+  for (const std::string id : {"0", "1"}) {
+    const std::filesystem::path own = folder.path() / "robots" / id;
+    CHECK(content(own / "logs" / ("log_" + id + ".tsv")) ==
+          (id == "0" ? "7" : "8") + std::string("\ttext\nab\0cd", 11));
+    CHECK(content(own / "outside.txt") == "left open");
+    CHECK(content(own / "printed.txt") == "robot " + id + " says 70000\n");
+  }
+}
+
+TEST_CASE("robots have the ids that a key says, and loop is called as often") {
+  const auto with = [](std::vector<std::string> settings) {
+    SwarmOptions options;
+    options.settings = std::move(settings);
+    return run("id.c", 3, 0.8, options).leds;
+  };
+  using enum hal::Led;
+  CHECK(with({"ode.ids=[10000]", "ode.loops_per_tick=330"}) == std::vector<hal::Led>{red, green, red});
+  CHECK(with({"ode.ids=[7, 384, 10001]", "ode.loops_per_tick=330"}) == std::vector<hal::Led>{red, green, green});
+  CHECK(with({"ode.ids=[10000]"}) == all(3, off));
+  CHECK_THROWS_WITH_AS(with({"ode.ids=[7, 7, 8]"}), doctest::Contains("must be ascending"), hal::ConfigError);
+  CHECK_THROWS_WITH_AS(with({"ode.ids=[7, 8]"}), doctest::Contains("must be 3 ids up to 65535"), hal::ConfigError);
+  CHECK_THROWS_WITH_AS(with({"ode.ids=[65535]"}), doctest::Contains("must be 3 ids up to 65535"), hal::ConfigError);
+}
+
+TEST_CASE("a lab knows robots by their ids") {
+  SwarmOptions options;
+  options.program = ProgramSources(controller("id.c"));
+  options.robots = 2;
+  options.settings = {"ode.ids=[383]"};
+  ControllerSwarm swarm(options);
+  CHECK(swarm.arena().info().robots == std::vector<hal::RobotId>{383, 384});
+}
+
+TEST_CASE("names of the robot's C library are there, and registers can be read as they were set") {
+  const Ran ran = run("avr_names.c", 1, 1);
+  CHECK(ran.printed == "0\n");
+  CHECK_THROWS_WITH_AS(
+      run("sets_register.c", 1, 1),
+      doctest::Contains("sets_register.c:5:9: error: a simulated robot's register OCR2A can only be read"),
+      ProgramError);
+}
+
+TEST_CASE("a program that repeats something in main() is told what to call, whatever the length of its path") {
+  const tests::TemporaryDirectory folder;
+  const std::filesystem::path deep = folder.path() / std::string(100, 'd') / "main_loop.c";
+  std::filesystem::create_directory(deep.parent_path());
+  std::filesystem::copy_file(controller("main_loop.c"), deep);
+  SwarmOptions options;
+  options.program = ProgramSources(deep);
+  std::string sentence;
+  try {
+    ControllerSwarm swarm(options);
+  } catch (const ProgramError& error) {
+    sentence = error.what();
+  }
+  CHECK(sentence.starts_with(
+      "the program of robot 0 repeats something in main() and never calls kilo_start(setup, loop); "));
+}
+
+TEST_CASE("what robots print is heard however their program is named") {
+  const tests::TemporaryDirectory folder;
+  const std::filesystem::path place = folder.path() / "a folder, \xC3\xBC";
+  std::filesystem::create_directories(place / "x");
+  std::filesystem::copy_file(controller("types.c"), place / "p q.c");
+  std::filesystem::create_directory_symlink(place, folder.path() / "link");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(place);
+  for (const std::string path :
+       {"p q.c", "./p q.c", "x/../p q.c", "../a folder, \xC3\xBC//p q.c", "../link/p q.c", "."}) {
+    CAPTURE(path);
+    SwarmOptions options;
+    options.program = ProgramSources(std::filesystem::path(path));
+    options.robots = 1;
+    ControllerSwarm swarm(options);
+    swarm.run_until(seconds(1), [](const hal::PoseFrame&) {});
+    const auto said = swarm.take_text();
+    CHECK((!said.empty() && said.front().text == "0\n"));
+  }
+  std::filesystem::current_path(before);
+}
+
+TEST_CASE("a program is loaded once, and a file refused twice, whatever it is called") {
+  const std::filesystem::path plain = controller("types.c"), other = controller("") / "." / "types.c";
+  CHECK(RobotProgram::load(ProgramSources(plain)) == RobotProgram::load(ProgramSources(other)));
+  ProgramSources twice(plain);
+  twice.paths.push_back(other);
+  CHECK_THROWS_WITH_AS(files_of(twice), doctest::Contains("is given twice"), ProgramError);
+}
+
+TEST_CASE("a part of a program of several files names the file that is missing") {
+  const tests::TemporaryDirectory folder;
+  std::ofstream(folder.path() / "utility.c") << "void set_motion(int how)\n{ (void)how; }\n";
+  std::ofstream(folder.path() / "main.c")
+      << "#include <kilolib.h>\nvoid set_motion(int);\nstatic void loop(void) { set_motion(1); }\n"
+         "int main(void) { kilo_init(); kilo_start(loop, loop); }\n";
+  CHECK_THROWS_WITH_AS(RobotProgram::load(ProgramSources(folder.path() / "main.c")),
+                       doctest::Contains("`set_motion` stands in utility.c beside it: give both, or the folder"),
+                       ProgramError);
+  CHECK_NOTHROW(RobotProgram::load(ProgramSources(folder.path())));
+}
+
+TEST_CASE("a run says how many robots did nothing") {
+  const Heard heard;
+  SwarmOptions options;
+  options.program = ProgramSources(controller("id.c"));
+  options.robots = 2;
+  ControllerSwarm swarm(options);
+  swarm.run_until(seconds(31), [](const hal::PoseFrame&) {});
+  swarm.arena().end();
+  CHECK_MESSAGE(heard.says("2 robots neither drove, nor sent, nor lit the LED in 31 s"), heard.text());
+}
+
+TEST_CASE("what run refuses, check refuses, too") {
+  if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) return;
+  for (const std::string name : {"types.c", "avr_names.c", "sets_register.c", "double_free.c", "files.c"}) {
+    CAPTURE(name);
+    const ProgramSources program(controller(name));
+    bool runs = true, passes = true;
+    try {
+      RobotProgram::load(program);
+    } catch (const ProgramError&) {
+      runs = false;
+    }
+    try {
+      check_program(program);
+    } catch (const std::runtime_error&) {
+      passes = false;
+    }
+    CHECK((runs || !passes));
+    CHECK((runs || name == "sets_register.c"));
+  }
+}
+
+}  // namespace arkmesh::sim_ode
