@@ -20,6 +20,7 @@
 #include "cli/progress_line.hpp"
 #include "hal/config.hpp"
 #include "hal/counted.hpp"
+#include "hal/loss.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/scratch_folder.hpp"
 #include "sim_ode/controller_swarm.hpp"
@@ -250,6 +251,7 @@ int run_controller(const ControllerRunOptions& options) {
              hal::counted(options.swarm.robots, "robot"), simulated_s, run_s, run_s > 0 ? simulated_s / run_s : 0.0,
              built_s, failure.empty() || simulated_s > 0 ? report.text(swarm->arena().counters()) : "",
              text.left_out(swarm->lost_text()));
+  for (const std::string& note : hal::loss_words(swarm->arena().counters())) fmt::print("{}: {}\n", name, note);
   std::fflush(stdout);
   if (poses) sim_ode::draw_swarm(drawing, poses->finished());
   if (failure.empty()) return 0;

@@ -18,6 +18,7 @@
 #include "cli/progress_line.hpp"
 #include "hal/counted.hpp"
 #include "hal/exit_code.hpp"
+#include "hal/loss.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/result.hpp"
 #include "lab/run_folder.hpp"
@@ -53,6 +54,7 @@ int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progr
   if (!runner.finished()) return code;
   fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
+  for (const std::string& note : hal::loss_words(runner.drops(), "arena.")) fmt::print("lab {}: {}\n", what.name, note);
   std::fflush(stdout);
   return code;
 }

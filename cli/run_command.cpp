@@ -89,6 +89,8 @@ int run(const RunOptions& options) {
              wall.at("total_s").get<double>(), wall.at("speed").get<double>(),
              result.at("final_hash").get<std::string>());
   print_counts(result);
+  for (const auto& [lab, figures] : result.at("by_lab").items())
+    for (const auto& note : figures.at("notes")) fmt::print("  lab {}: {}\n", lab, note.get<std::string>());
   for (const std::string lab : result.value("absent_labs", nlohmann::json::array()))
     fmt::print("  {} of shared.labs takes no part\n", lab);
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());

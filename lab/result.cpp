@@ -149,6 +149,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["drops"] = nlohmann::json::object();
   j["counters"] = nlohmann::json::object();
   const hal::Counters counters = run.drops();
+  j["notes"] = hal::loss_words(counters, "arena.");
   for (const auto& [name, n] : counters.all()) {
     j["counters"][name] = n;
     if (n > 0 && hal::is_loss(name)) j["drops"][name] = n;
@@ -189,6 +190,7 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
     for (const char* key :
          {"counts", "pauses", "not_standing", "counters", "exchange", "wall", "peers", "between_labs"})
       joint["by_lab"][name][key] = lab.at(key);
+    joint["by_lab"][name]["notes"] = lab.value("notes", nlohmann::json::array());
   }
   return joint;
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "hal/loss.hpp"
 #include "hal/robot_words.hpp"
 #include "lab/exchange/shared_view.hpp"
 #include "lab/operator/operator_message.hpp"
@@ -345,7 +346,9 @@ void Runner::finish() {
   enter(Phase::lingering);
   end_robots();
   peers_.linger_after_last_period();
-  say_last("finished");
+  std::string state = "finished";
+  for (const std::string& note : hal::loss_words(drops(), "arena.")) state += "; " + note;
+  say_last(std::move(state));
 }
 
 // Also an arena that failed is told, as long as it listens.

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "hal/loss.hpp"
 #include "hal/result_file.hpp"
 #include "tests/lab/runner_bench.hpp"
 
@@ -85,6 +86,31 @@ TEST_CASE("a result names robots that were not seen to stand, with the reason; a
   lost.run();
   CHECK(hal::outcome_in(result_of(lost.runner)) == hal::Outcome::failed);
   CHECK(result_of(lost.runner).at("not_standing") == expected);
+}
+
+TEST_CASE("words say which messages were mostly lost, with reason and cause, and nothing of few") {
+  const auto words = [](std::initializer_list<std::pair<const char*, std::uint64_t>> counts) {
+    hal::Counters counters;
+    for (const auto& [name, n] : counts) counters.set(name, n);
+    return hal::loss_words(counters, "arena.");
+  };
+  const auto only = [&](std::initializer_list<std::pair<const char*, std::uint64_t>> counts, const char* begins) {
+    const std::vector<std::string> said = words(counts);
+    REQUIRE(said.size() == 1);
+    CHECK(said[0].starts_with(begins));
+  };
+  CHECK(words({}).empty());
+  CHECK(words({{"arena.infrared.sent", 100}, {"arena.infrared.refused.crc", 50}}).empty());
+  CHECK(words({{"to_robots.offered", 1000}, {"to_robots.replaced", 200}, {"to_robots.refused", 400}}).empty());
+  only({{"arena.infrared.sent", 24'578}, {"arena.infrared.refused.crc", 24'578}, {"arena.infrared.pairs.deaf", 3}},
+       "24578 of 24578 infrared messages refused: their checksum is not that of what is sent");
+  only({{"arena.infrared.sent", 9}, {"arena.infrared.refused.type", 9}}, "9 of 9 infrared messages kept from programs");
+  only({{"arena.infrared.sent", 999}, {"arena.infrared.pairs.in_reach", 684}, {"arena.infrared.pairs.deaf", 26}},
+       "26 of 684 pairs in reach heard nothing of each other for a minute or longer: ");
+  only({{"arena.overhead.heard", 3}, {"arena.overhead.distorted", 9}}, "9 of 12 overhead messages refused");
+  only({{"to_robots.offered", 9}, {"to_robots.refused", 8}}, "8 of 9 words to robots refused");
+  only({{"to_robots.offered", 458}, {"to_robots.replaced", 358}},
+       "358 of 458 words to robots replaced by newer ones before they were sent: they need 458 % of the overhead");
 }
 
 TEST_CASE("a joint result failed when any lab did, else it was stopped when any lab was, and names the lab") {

@@ -461,6 +461,11 @@ test("a page that hears nothing for 3 s says so, and of labs that have ended the
   assert.equal(ended_words(world)[0], "ended; results in runs/a b; replay with arkmesh view 'runs/a b'");
   assert.equal(ended_words(world)[2], "roark: stopped; robots told to stand; all robots were seen to stand");
   assert.match(silence_words(world, apart, 20_000), /has ended with its run/);
+  const lost = "finished; 26 of 684 pairs in reach heard nothing of each other: why; or why";
+  world.labs[1].absorb("status", paused({ phase: 4, outcome: 1, state: `${lost}; robots were told to stand; not seen to: 3 (moving)` }), 0);
+  assert.equal(ended_words(world)[2], `roark: ${lost}; robots told to stand; all robots were seen to stand`);
+  world.labs[1].absorb("status", paused({ phase: 4, outcome: 1, state: "finished" }), 0);
+  assert.equal(ended_words(world)[2], "roark: finished; robots told to stand; all robots were seen to stand");
 });
 
 test("a status of a former version is decoded by its own type and shown; what it does not say is unknown", () => {

@@ -1,7 +1,7 @@
 // What stands above everything: whether the page hears its labs, who keeps robots still, and how runs ended. Knows when something was heard,
 // not how.
 import { h } from "./dom.js";
-import { keeper, kept_words, standing_words, word } from "./status.js";
+import { keeper, kept_words, loss_words, standing_words, word } from "./status.js";
 import { time_words } from "./words.js";
 
 /** Who is not heard for so long is silent: a server says something each second, milliseconds. */
@@ -31,7 +31,7 @@ export function silence_words(world, connection, now_ms) {
 export function ended_words(world) {
   if (world.about.mode !== "live") return [];
   const ended = world.labs.filter((lab) => word(lab.status, "phase") === "ended");
-  const lines = ended.map((lab) => [`${lab.name}: ${word(lab.status, "outcome") ?? "ended"}`, standing_words(lab.status)].filter(Boolean).join("; "));
+  const lines = ended.map((lab) => [`${lab.name}: ${loss_words(lab.status) ?? word(lab.status, "outcome") ?? "ended"}`, standing_words(lab.status)].filter(Boolean).join("; "));
   const { folder } = world.about;
   if (!ended.length || ended.length < world.labs.length || !folder) return lines;
   const word_of_shell = /^[\w@%+=:,./-]+$/.test(folder) ? folder : `'${folder.replaceAll("'", "'\\''")}'`;

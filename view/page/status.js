@@ -107,6 +107,14 @@ export function kept_words(lab, status) {
 }
 
 /**
+ * How a run finished whose messages were mostly lost, with reasons (hal/loss); undefined: nothing was.
+ * @param {Message | null} status
+ */
+export function loss_words(status) {
+  return /^finished; \d[^;]* of \d/.test(status?.["state"] ?? "") ? status?.["state"].split("; robots were told")[0] : undefined;
+}
+
+/**
  * What a lab says of itself. While robots were not seen to stand it does not say that they are paused.
  * @param {Message} status
  */
