@@ -14,6 +14,7 @@
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
 #include "hal/platforms/kilobot/body.hpp"
+#include "testbed/robots_on_picture.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -106,6 +107,8 @@ void TrackOutputs::finish(const tracker::TableTracker& tracker) {
       throw std::runtime_error(fmt::format("{} could not be written to the end; is the disk full?", options_.csv));
   }
   if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
+  if (most_ == 0 && options_.calibration.empty())
+    fmt::print(stderr, "arkmesh: {}\n", nothing_found(options_.diameter_px));
   if (options_.json) return;
   fmt::print("{}, {} at the end, at most {}\n", hal::counted(pictures_, "picture"), hal::counted(robots_, "robot"),
              most_);
