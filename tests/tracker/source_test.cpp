@@ -45,23 +45,12 @@ TEST_CASE("a source's kind follows from its spelling") {
   CHECK(source_kind("2026") == SourceKind::recording);
 }
 
-TEST_CASE("people see a URL without its password, and the command that says why it gives no pictures") {
-  // Proves what is left out, that a path may hold an @, and that a camera's trouble is one sentence that hides it, too.
+TEST_CASE("people see a URL without its password") {
+  // Proves what is left out, and that a path may hold an @.
   CHECK(without_password("rtsp://user:word@table:554/1@2") == "rtsp://...@table:554/1@2");
   CHECK(without_password("http://us@er:w@table") == "http://...@table");
   CHECK(without_password("http://table?mail=a@b") == "http://table?mail=a@b");
   CHECK(without_password("/dev/video0") == "/dev/video0");
-  const auto camera = open_camera("http://user:word@127.0.0.1:1/table", 0, 0);
-  const std::string at_first = camera->error();
-  const std::string later =
-      "the camera http://...@127.0.0.1:1/table gives no pictures; this says what comes from there: "
-      "ffprobe 'http://...@127.0.0.1:1/table'";
-  // a busy machine asks when the trouble is known already
-  CHECK((at_first == "no picture has come yet from http://...@127.0.0.1:1/table" || at_first == later));
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (camera->error().starts_with("no picture") && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  CHECK(camera->error() == later);
 }
 
 TEST_CASE("a folder gives its pictures in the order of their numbers") {
