@@ -52,9 +52,10 @@ void StandJudge::begin() {
 
 void StandJudge::look(const PoseFrame& frame, TimePoint now) {
   for (const Observation& robot : frame.robots) {
-    if (robot.age > LabTime{0}) continue;
-    const Place place{now, robot.pose.x_m, robot.pose.y_m};
+    const Place place{now - robot.age, robot.pose.x_m, robot.pose.y_m};
     Places& places = seen_[robot.robot];
+    if (place.at <= newest_[robot.robot]) continue;
+    newest_[robot.robot] = place.at;
     if (!places.empty() && now - places.back().at > gap) places.clear();
     const auto before = std::ranges::find_if(places, [&](const Place& p) { return now - p.at <= carry_time; });
     if (before != places.end() && distance_m({before->x_m, before->y_m}, {place.x_m, place.y_m}) > carried_m) {

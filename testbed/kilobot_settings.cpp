@@ -40,6 +40,8 @@ void CameraSettings::fields(const hal::Section& camera) {
                {.help = "a camera's number, /dev/video..., or a URL", .sample = "\"0\"", .required = true});
   camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
   camera.field("camera", name, {.help = "its name there, when the file holds several"});
+  camera.field("latency_ms", latency_ms,
+               {{0, 2000}, "ms", "from light to a picture's time: the driver's at this machine, else its arrival"});
 }
 
 void KilobotSettings::fields(const hal::Section& kilobot) {
