@@ -196,7 +196,7 @@ struct LensFit::Boards {
           "the lens's middle {:.0f},{:.0f} lies far from that of the pictures; add pictures at other slants",
           fit.matrix.at<double>(0, 2), fit.matrix.at<double>(1, 2)));
     std::vector<cv::Point2f> all;
-    for (const auto& board : corners) all.insert(all.end(), board.begin(), board.end());
+    for (const auto& found : corners) all.insert(all.end(), found.begin(), found.end());
     const cv::Rect covered = cv::boundingRect(all);
     if (covered.width < min_covered * size.width || covered.height < min_covered * size.height)
       out.push_back(
