@@ -37,7 +37,8 @@ std::pair<double, double> two_positive(const std::string& text, char between, co
 
 struct CalibrateOptions {
   std::vector<std::string> pictures, corners, landmarks;
-  std::string board = "7x6", arena = "1x1", corner_picture, out, name = "camera0", png, ark, size = "2048x1536";
+  std::string board = "7x6", arena = "1x1", corner_picture, out, name = "camera0", png, ark, intrinsics,
+              size = "2048x1536";
   double square_mm = 25, camera_height_m = 1.6;
 
   // All of these throw CLI::ValidationError.
@@ -91,6 +92,9 @@ struct CalibrateOptions {
     return found;
   }
 };
+
+constexpr double worst_error_px = 2;  // of corners or landmarks: else one was clicked or measured wrongly
+constexpr int uncertain_code = 4;     // written, with a warning
 
 cv::Mat read_picture(const std::string& file) {
   cv::Mat picture = tracker::read_picture(file);
@@ -171,21 +175,32 @@ std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
                      *width_px < 12 ? ", too few: bring the camera nearer, or take more pixels" : "");
 }
 
-void calibrate(const CalibrateOptions& options) {
-  const auto [width_m, height_m] = options.arena_sides_m();
-  if (options.pictures.empty())
-    throw CLI::ValidationError("PICTURES", "give pictures of a chessboard, or --import-ark FILE");
+// Of the pictures of a chessboard, or of a file; what is uncertain of it is added to `doubts`.
+tracker::Lens lens_of(const CalibrateOptions& options, std::vector<std::string>& doubts) {
+  if (options.pictures.empty() == options.intrinsics.empty())
+    throw CLI::ValidationError("PICTURES",
+                               "give either pictures of a chessboard, --intrinsics FILE or --import-ark FILE");
+  if (!options.intrinsics.empty()) return tracker::read_intrinsics(options.intrinsics);
   const tracker::FittedLens lens = fit_lens(options);
+  doubts = lens.doubts;
   const bool fisheye = lens.lens.model == tracker::LensModel::fisheye;
   fmt::print(
       "lens: {}, focal length {:.1f} x {:.1f} px, error {:.3f} px = {:.3f} mm on the boards ({}; as {}: "
       "{:.3f} px)\n",
       fisheye ? "fisheye" : "pinhole", lens.lens.matrix[0], lens.lens.matrix[4], lens.error_px, lens.error_mm,
       hal::counted(lens.pictures, "picture"), fisheye ? "pinhole" : "fisheye", lens.other_error_px);
+  return lens.lens;
+}
+
+// False: it was written with a number that is uncertain, which was said.
+bool calibrate(const CalibrateOptions& options) {
+  const auto [width_m, height_m] = options.arena_sides_m();
+  std::vector<std::string> doubts;
+  const tracker::Lens lens = lens_of(options, doubts);
   const std::vector<tracker::Mark> landmarks = options.given_landmarks();
-  const tracker::CameraData data =
-      landmarks.empty() ? tracker::place_camera(lens.lens, corners_of(options, lens.lens), width_m, height_m)
-                        : tracker::place_camera(lens.lens, landmarks, width_m, height_m);
+  const tracker::CameraData data = landmarks.empty()
+                                       ? tracker::place_camera(lens, corners_of(options, lens), width_m, height_m)
+                                       : tracker::place_camera(lens, landmarks, width_m, height_m);
   const tracker::Calibration camera(data);
   const auto place = camera.position_m();
   fmt::print("camera: {:.3f} m above the arena, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
@@ -194,6 +209,12 @@ void calibrate(const CalibrateOptions& options) {
   draw_check(options, data);
   const std::size_t cameras = testbed::put_into(options.out, {options.name, data, landmarks_in(options, data)});
   fmt::print("{}: {} ({})\n", options.out, hal::counted(cameras, "camera"), options.name);
+  if (data.error_px > worst_error_px)
+    doubts.push_back(fmt::format("{} are off by {:.1f} px, {:.1f} mm; check their pixels and --arena",
+                                 landmarks.empty() ? "the corners" : "the landmarks", data.error_px, data.error_mm));
+  std::fflush(stdout);
+  for (const std::string& doubt : doubts) fmt::print(stderr, "arkmesh: warning: {}\n", doubt);
+  return doubts.empty();
 }
 
 void import_ark(const CalibrateOptions& options) {
@@ -208,6 +229,12 @@ void import_ark(const CalibrateOptions& options) {
   for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, table)) {
     cameras.push_back({fmt::format("camera{}", cameras.size()), data, {}});
     const auto place = tracker::Calibration(data).position_m();
+    const double robot_px = testbed::robot_width_px(data, {place[0], place[1]}).value_or(0);
+    if (robot_px < 4 || robot_px > 500)
+      throw std::runtime_error(
+          fmt::format("in pictures of {} x {} pixels a robot below camera{} would be {:.1f} px wide; is --size that of "
+                      "its pictures?",
+                      table.width_px, table.height_px, cameras.size() - 1, robot_px));
     fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1],
                robot_width(data, {place[0], place[1]}));
   }
@@ -248,6 +275,10 @@ void add_calibrate_command(CLI::App* command) {
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena's outline over its picture, to check the calibration");
   command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
+  command
+      ->add_option("--intrinsics", options->intrinsics,
+                   "The lens, as OpenCV or ROS calibrated it (YAML), in place of PICTURES")
+      ->check(CLI::ExistingFile);
   auto* ark =
       command->add_option("--import-ark", options->ark, "Convert an ARK calibration instead")->check(CLI::ExistingFile);
   command->add_option("--camera-height", options->camera_height_m, "Height of ARK's cameras above the arena, in metres")
@@ -260,10 +291,14 @@ void add_calibrate_command(CLI::App* command) {
   command->footer(
       "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners arena.png --arena 1x1 --out "
       "testbed.yaml\n"
-      "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out testbed.yaml");
+      "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out testbed.yaml\n"
+      "Exit code 4: the file was written, and a warning names a number in it that is uncertain.");
   command->callback([options] {
     tracker::quieten_libraries();
-    options->ark.empty() ? calibrate(*options) : import_ark(*options);
+    if (!options->ark.empty())
+      import_ark(*options);
+    else
+      end_with(calibrate(*options) ? 0 : uncertain_code);
   });
 }
 

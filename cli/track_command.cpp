@@ -47,6 +47,7 @@ void track_picture(const testbed::StreamOptions& options) {
     throw std::runtime_error(fmt::format(
         "{} is damaged or no picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels", options.source));
   const std::vector<tracker::Detection> robots = look_at(bgr, options, options.png);
+  if (robots.empty()) fmt::print(stderr, "arkmesh: {}\n", testbed::nothing_found(options.diameter_px));
   const double offset_rad = led_offset_rad(options);
   if (options.json)
     fmt::print("{}\n", testbed::robots_as_json(robots, offset_rad).dump(2));
@@ -65,7 +66,7 @@ bool track_folder(const testbed::StreamOptions& options) {
   ProgressLine status;
   OperatorStop stop;
   const auto begun = std::chrono::steady_clock::now();
-  std::size_t damaged = 0;
+  std::size_t damaged = 0, found = 0;
   for (std::size_t i = 0; i < files.size() && !stop.stopped(); ++i) {
     const fs::path& file = files[i];
     if (std::chrono::steady_clock::now() - begun > shown_after)
@@ -79,12 +80,14 @@ bool track_folder(const testbed::StreamOptions& options) {
     }
     const std::vector<tracker::Detection> robots = look_at(
         bgr, options, options.png.empty() ? fs::path() : fs::path(options.png) / (file.stem().string() + ".png"));
+    found += robots.size();
     if (options.json)
       all.push_back({{"picture", file.filename().string()}, {"robots", testbed::robots_as_json(robots, offset_rad)}});
     status.done();
     if (!options.json) fmt::print("{}:\n{}", file.filename().string(), testbed::robots_as_text(robots, offset_rad));
   }
   if (options.json) fmt::print("{}\n", all.dump(2));
+  if (found == 0) fmt::print(stderr, "arkmesh: {}\n", testbed::nothing_found(options.diameter_px));
   return damaged == 0;
 }
 

@@ -57,11 +57,11 @@ void StandJudge::begin() {
 
 void StandJudge::look(const PoseFrame& frame, TimePoint now) {
   for (const Observation& robot : frame.robots) {
-    if (robot.age > LabTime{0}) continue;
-    const Place place{now, robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad,
+    const Place place{now - robot.age, robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad,
                       robot.heading_sigma_rad < known_heading_rad};
-    ever_seen_.insert(robot.robot);
     Places& places = seen_[robot.robot];
+    if (place.at <= newest_[robot.robot]) continue;
+    newest_[robot.robot] = place.at;
     if (!places.empty() && now - places.back().at > gap) places.clear();
     const auto before = std::ranges::find_if(places, [&](const Place& p) { return now - p.at <= carry_time; });
     if (before != places.end() && distance_m({before->x_m, before->y_m}, {place.x_m, place.y_m}) > carried_m) {
@@ -139,9 +139,9 @@ std::vector<NotStanding> StandJudge::not_standing(TimePoint now) const {
   for (const RobotId robot : robots_) {
     const auto seen = seen_.find(robot);
     using Why = NotStanding::Why;
-    const auto why = !ever_seen_.contains(robot) ? Why::not_named
-                     : seen == seen_.end()       ? Why::not_in_sight
-                                                 : judge(seen->second, now);
+    const auto why = !newest_.contains(robot) ? Why::not_named
+                     : seen == seen_.end()    ? Why::not_in_sight
+                                              : judge(seen->second, now);
     if (why) out.push_back({robot, *why});
   }
   return out;

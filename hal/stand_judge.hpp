@@ -5,7 +5,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -25,7 +24,7 @@ class StandJudge {
 
   // Robots were told to stand, or to run: what was seen before does not count.
   void begin();
-  // A frame, in the arena frame. Who is not in it, or has an age, was not in sight.
+  // A frame, in the arena frame, at `now`. Who is not in it, or was not seen since the last one, was not in sight.
   void look(const PoseFrame& frame, TimePoint now);
   // Ascending.
   std::vector<NotStanding> not_standing(TimePoint now) const;
@@ -49,7 +48,7 @@ class StandJudge {
 
   const std::vector<RobotId> robots_;
   std::map<RobotId, Places> seen_;
-  std::set<RobotId> ever_seen_;           // also before begin()
+  std::map<RobotId, TimePoint> newest_;   // when it was seen last, also before begin()
   std::map<RobotId, Place> first_;        // since begin()
   std::map<RobotId, double> farthest_m_;  // from there
   std::vector<RobotId> carried_;

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -22,8 +23,11 @@ struct Eye {
   std::string source;
   std::unique_ptr<tracker::CameraFeed> feed;
   tracker::HungCamera still;
-  std::string error;  // as last said
-  bool hung = false;  // as last said
+  hal::LabTime latency{0};  // from light to the time of a picture
+  std::string error;        // as last said
+  bool hung = false;        // as last said
+  bool other_size = false;  // its pictures are not of the calibration's size
+  hal::LabTime taken{0};    // when the last picture was, by the time of looks
 };
 
 // What is known of where a camera should hang, and the command that finds it out anew.
@@ -53,7 +57,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   void look(hal::LabTime now) override {
     std::vector<cv::Mat> pictures;
     no_use_ = false;
-    for (Eye& eye : eyes_) pictures.push_back(newest(eye, now));
+    for (std::size_t i = 0; i < eyes_.size(); ++i) pictures.push_back(newest(i, now));
     for (std::size_t i = 0; i < eyes_.size(); ++i)
       if (!pictures[i].empty() && !placed_[i].in_place(pictures[i], tracker_, own_counters_)) {
         no_use_ = true;
@@ -67,7 +71,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       return;
     }
     seen_at_ = now;
-    const std::vector<tracker::Track>& tracks = tracker_.look(now, pictures);
+    taken_ = std::max(taken_, taken(pictures));
+    const std::vector<tracker::Track>& tracks = tracker_.look(taken_, pictures);
     for (std::size_t i = 0; i < eyes_.size(); ++i) placed_[i].learn(pictures[i], tracker_, own_counters_);
     names_->on_frame(now, tracks);
     for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
@@ -87,6 +92,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   std::span<const hal::RobotId> doubtful() const override { return doubtful_; }
   bool everybody_named() const override { return names_->everybody_named(); }
   std::string error() const override {
+    for (const Eye& eye : eyes_)
+      if (eye.other_size) return eye.error;
     const auto troubled = std::ranges::find_if(placed_, [](const auto& camera) { return !camera.error().empty(); });
     return troubled == placed_.end() ? std::string() : troubled->error();
   }
@@ -100,10 +107,32 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   }
 
  private:
+  // When these were: each has its own time; in between for cameras that take turns.
+  hal::LabTime taken(std::span<const cv::Mat> pictures) const {
+    hal::LabTime sum{0};
+    int given = 0;
+    for (std::size_t i = 0; i < eyes_.size(); ++i)
+      if (!pictures[i].empty()) sum += eyes_[i].taken, ++given;
+    return sum / given;
+  }
+
   // Empty: nothing new, or nothing that can be believed to be new.
-  cv::Mat newest(Eye& eye, hal::LabTime now) {
+  cv::Mat newest(std::size_t number, hal::LabTime now) {
+    Eye& eye = eyes_[number];
     cv::Mat picture = eye.feed->newest();
-    if (std::string error = eye.feed->error(); error != eye.error) {
+    const hal::LabTime taken = now - eye.feed->arrival().age - eye.latency;
+    const tracker::Lens& lens = tracker_.calibration(number)->data().lens;
+    const bool other_size = !picture.empty() && (picture.cols != lens.width_px || picture.rows != lens.height_px);
+    if (!picture.empty()) eye.other_size = other_size;
+    std::string error = eye.feed->error();
+    if (error.empty() && eye.other_size)
+      error = other_size
+                  ? fmt::format(
+                        "the camera {} gives pictures of {} x {} pixels, and its calibration is for {} x {}: they "
+                        "are not used; calibrate it at this resolution",
+                        eye.source, picture.cols, picture.rows, lens.width_px, lens.height_px)
+                  : eye.error;
+    if (error != eye.error) {
       if (error.empty())
         spdlog::info("the camera {} gives pictures", eye.source);
       else
@@ -111,8 +140,14 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       eye.error = std::move(error);
     }
     if (picture.empty()) return picture;
+    if (other_size) {
+      own_counters_.add("camera.refused.size");
+      no_use_ = true;
+      return {};
+    }
+    eye.taken = std::max(eye.taken, taken);
     using Verdict = tracker::HungCamera::Verdict;
-    const Verdict verdict = eye.still.look(now, picture, robots_run_ || names_->question());
+    const Verdict verdict = eye.still.look(eye.taken, picture, robots_run_ || names_->question());
     if (verdict != Verdict::changed) own_counters_.add("camera.same_picture");
     if (verdict != Verdict::hung) {
       if (std::exchange(eye.hung, false)) spdlog::info("the pictures of the camera {} change again", eye.source);
@@ -155,7 +190,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       leds.emplace(track.number, led);
       const auto robot = names_->robot_of(track.number);
       if (robot && !track.doubtful)
-        frame.robots.push_back({*robot, track.in_arena, led, track.confidence, track.age, track.heading_sigma_rad});
+        frame.robots.push_back(
+            {*robot, track.in_arena, led, track.confidence, track.age + (now - taken_), track.heading_sigma_rad});
     }
     leds_ = std::move(leds);
     std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });
@@ -174,6 +210,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   bool robots_run_ = false;  // as the arena says
   bool no_use_ = false;      // a camera gave a picture that shows nothing of now, or from elsewhere
   hal::LabTime seen_at_{0};  // when any camera last gave a picture
+  hal::LabTime taken_{0};    // when those of the last look were taken
   std::vector<hal::RobotId> expected_, doubtful_;
   std::map<tracker::TrackNumber, hal::Led> leds_;  // what the programs show
 };
@@ -191,6 +228,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
     eyes.push_back({.source = hal::without_secrets(source),
                     .feed = open(source, lens.width_px, lens.height_px),
                     .still = {},
+                    .latency = hal::LabTime(std::llround(1000 * settings.cameras[i].latency_ms)),
                     .error = {}});
     const std::string& name = settings.cameras[i].name;
     places.push_back({settings.landmarks[i],

@@ -54,7 +54,8 @@ Finding controller(const std::string& port) {
 }
 
 Finding camera(const CameraSettings& settings, std::size_t number, std::size_t all) {
-  const auto& [source, calibration, name] = settings;
+  const std::string& source = settings.source;
+  const fs::path& calibration = settings.calibration;
   Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
   try {
     if (tracker::source_kind(source) == tracker::SourceKind::recording)

@@ -32,8 +32,7 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
   auto eyes = make_arena_monitor(settings, recorded(make_viewers(settings, request), record),
-                                 record ? recorded(tracker::open_camera_with_bytes, record) : tracker::open_camera,
-                                 std::move(names));
+                                 recorded(tracker::open_camera, record), std::move(names));
   auto made =
       recorded(hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), guard), record);
   return tracks ? with_tracks(std::move(made), *tracks) : std::move(made);

@@ -44,6 +44,8 @@ void CameraSettings::fields(const hal::Section& camera) {
                 .written = hal::without_secrets});
   camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
   camera.field("camera", name, {.help = "its name there, when the file holds several"});
+  camera.field("latency_ms", latency_ms,
+               {{0, 2000}, "ms", "from light to a picture's time: the driver's at this machine, else its arrival"});
 }
 
 void KilobotSettings::fields(const hal::Section& kilobot) {

@@ -19,6 +19,7 @@ struct CameraSettings {
   std::string source;                 // required: a number, /dev/video..., or URL
   std::filesystem::path calibration;  // required: a file of `arkmesh calibrate`
   std::string name;                   // camera: its name there, when the file holds several
+  double latency_ms = 0;  // from light to the time of a picture: its driver's at this machine, else its arrival
 
   void fields(const hal::Section& camera);
 };

@@ -7,6 +7,7 @@
 
 #include "hal/counted.hpp"
 #include "testbed/arena_monitor.hpp"
+#include "tracker/camera/jpeg_stream.hpp"
 
 namespace arkmesh::testbed {
 
@@ -28,6 +29,7 @@ cv::Mat recorded_picture(const fs::path& file) {
   if (!in.read(reinterpret_cast<char*>(all.data()), static_cast<std::streamsize>(bytes))) return {};
   const auto size = picture_size(all);
   if (!size || std::int64_t{size->first} * size->second > most_pixels) return {};
+  if (file.extension() == ".jpg") return tracker::decode_jpeg(all);
   try {
     return cv::imdecode(all, cv::IMREAD_COLOR);
   } catch (const cv::Exception&) {
@@ -40,11 +42,13 @@ cv::Mat recorded_picture(const fs::path& file) {
 // What each camera shows at this look.
 struct PoseReplay::Pictures {
   std::vector<cv::Mat> newest;
+  std::vector<hal::LabTime> age;
 
   class Feed final : public tracker::CameraFeed {
    public:
     Feed(Pictures& pictures, std::size_t camera) : pictures_(pictures), camera_(camera) {}
     cv::Mat newest() override { return std::exchange(pictures_.newest[camera_], cv::Mat()); }
+    tracker::Arrival arrival() const override { return {.age = pictures_.age[camera_], .jpeg = {}}; }
     std::string error() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
@@ -60,6 +64,7 @@ PoseReplay::PoseReplay(fs::path folder, const KilobotSettings& settings)
       lines_(file_, (folder_ / looks_file).string()),
       pictures_(std::make_unique<Pictures>()) {
   pictures_->newest.resize(settings.cameras.size());
+  pictures_->age.resize(settings.cameras.size());
   const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
     return std::make_unique<Pictures::Feed>(*pictures_, next++);
   };
@@ -97,6 +102,7 @@ bool PoseReplay::show(const LookLine& look) {
     if (seen.what == LookedAt::What::nothing) continue;
     const fs::path file = folder_ / camera_folder(i) / seen.file;
     if (seen.what == LookedAt::What::picture) pictures_->newest[i] = recorded_picture(file);
+    pictures_->age[i] = hal::LabTime{look.time_us - seen.arrived_us};
     if (!pictures_->newest[i].empty()) continue;
     ended_by_ = seen.what == LookedAt::What::lost ? fmt::format("a picture of camera {} was not recorded", i)
                                                   : fmt::format("{} is missing or damaged", file.string());

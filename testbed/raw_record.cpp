@@ -82,11 +82,7 @@ void RawRecord::begin() {
 }
 
 std::int64_t RawRecord::time_us() const {
-  return time_us(wall_.now());
-}
-
-std::int64_t RawRecord::time_us(hal::TimePoint moment) const {
-  return std::chrono::duration_cast<std::chrono::microseconds>(moment - begun_).count();
+  return std::chrono::duration_cast<std::chrono::microseconds>(wall_.now() - begun_).count();
 }
 
 void RawRecord::serial(const std::string& text) {
@@ -120,13 +116,16 @@ void RawRecord::picture(std::size_t camera, const cv::Mat& bgr, tracker::Arrival
   Eye& eye = eyes_[camera];
   eye.size = bgr.size();
   const std::string file = fmt::format("{:06}.{}", eye.pictures++, arrival.jpeg.empty() ? "png" : "jpg");
-  const std::int64_t at = arrival.at == hal::TimePoint{} ? time_us() : time_us(arrival.at);
+  if (!asked_us_) asked_us_ = time_us();
+  const std::int64_t at = *asked_us_ - arrival.age.count();
   const bool kept = writer_.picture(camera_folder(camera) + "/" + file, bgr, std::move(arrival.jpeg));
   eye.look = kept ? fmt::format("{}@{}", file, std::max<std::int64_t>(0, at)) : "lost";
 }
 
 void RawRecord::looked(hal::LabTime now) {
-  std::string line = fmt::format("look {} {}", now.count(), time_us());
+  // from when its pictures were asked for to when they came is their age then, to the microsecond
+  std::string line = fmt::format("look {} {}", now.count(), asked_us_ ? *asked_us_ : time_us());
+  asked_us_.reset();
   for (Eye& eye : eyes_) line += " " + std::exchange(eye.look, "-");
   writer_.line(looks_file, line);
   if (std::string error = writer_.error(); error != error_) {

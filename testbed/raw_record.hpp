@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -62,7 +63,6 @@ class RawRecord {
 
  private:
   std::int64_t time_us() const;
-  std::int64_t time_us(hal::TimePoint moment) const;
   void serial(const std::string& text);
   void say_rate();
   void write_facts(bool ended);
@@ -80,6 +80,7 @@ class RawRecord {
     cv::Size size;
   };
   std::vector<Eye> eyes_;
+  std::optional<std::int64_t> asked_us_;      // when the next look's first picture was asked for
   std::shared_ptr<spdlog::sinks::sink> log_;  // shared with the logger
 };
 

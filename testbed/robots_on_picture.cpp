@@ -11,6 +11,7 @@
 
 #include "hal/counted.hpp"
 #include "hal/led_name.hpp"
+#include "tracker/detect/detector.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -28,6 +29,15 @@ cv::Scalar colour_of(hal::Led led) {
 }
 
 }  // namespace
+
+std::string nothing_found(double diameter_px) {
+  const tracker::DetectorSettings all;
+  const std::string range = fmt::format("{:g} to {:g} px across", all.smallest_diameter_px, all.largest_diameter_px);
+  return diameter_px > 0
+             ? fmt::format("no robot of about {:g} px across was found; without --diameter those of {} are looked for",
+                           diameter_px, range)
+             : fmt::format("no robot was found; those of {} were looked for: tell their size with --diameter", range);
+}
 
 double led_heading_rad(const tracker::Detection& robot) {
   if (robot.led == hal::Led::off) return std::numeric_limits<double>::quiet_NaN();

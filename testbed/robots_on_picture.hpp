@@ -19,6 +19,8 @@ double heading_rad(const tracker::Detection& robot, double led_offset_rad);
 // is null.
 nlohmann::json robots_as_json(const std::vector<tracker::Detection>& robots, double led_offset_rad);
 std::string robots_as_text(const std::vector<tracker::Detection>& robots, double led_offset_rad);
+// Which sizes were looked for in vain; `diameter_px` 0: none was told.
+std::string nothing_found(double diameter_px);
 cv::Mat with_robots_drawn(const cv::Mat& bgr, const std::vector<tracker::Detection>& robots, double led_offset_rad);
 
 }  // namespace arkmesh::testbed

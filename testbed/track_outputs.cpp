@@ -16,6 +16,7 @@
 #include "hal/led_name.hpp"
 #include "hal/messages.hpp"
 #include "hal/platforms/kilobot/body.hpp"
+#include "testbed/robots_on_picture.hpp"
 #include "tracker/annotate.hpp"
 
 namespace arkmesh::testbed {
@@ -109,6 +110,8 @@ void TrackOutputs::finish(const tracker::TableTracker& tracker) {
   }
   if (video_.isOpened()) tracker::finish_video(video_, options_.video, video_pictures_);
   if (!options_.png.empty()) tracker::write_picture(options_.png, last_picture_);
+  if (most_ == 0 && options_.calibration.empty())
+    fmt::print(stderr, "arkmesh: {}\n", nothing_found(options_.diameter_px));
   if (options_.json) return;
   fmt::print("{}, {} at the end, at most {}\n", hal::counted(pictures_, "picture"), hal::counted(robots_, "robot"),
              most_);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -77,25 +78,53 @@ void refuse_other_size(const StreamOptions& options, const std::optional<tracker
                   calibration->lens.height_px));
 }
 
-// False when a picture could not be read.
+// Pictures of a recording that are left out, said one by one until they are many.
+class LeftOut {
+ public:
+  explicit LeftOut(hal::Progress& progress) : progress_(progress) {}
+  void say(const std::string& what) {
+    if (++all_ > said_singly) return;
+    progress_.done();
+    fmt::print(stderr, "arkmesh: {}; left out\n", what);
+  }
+  void sum_up() const {
+    if (all_ > said_singly) fmt::print(stderr, "arkmesh: {} in all were left out\n", hal::counted(all_, "picture"));
+  }
+  bool any() const { return all_ > 0; }
+
+ private:
+  static constexpr std::size_t said_singly = 5;
+  hal::Progress& progress_;
+  std::size_t all_ = 0;
+};
+
+// False when a picture could not be read or used, or some are missing.
 bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const auto recording = tracker::open_recording(options.source);
+  if (recording->rate_is_guess())
+    fmt::print(stderr, "arkmesh: {} does not tell when its pictures were taken; times assume {:g} a second\n",
+               options.source, recording->pictures_per_s());
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
   const TimePoint begun = Clock::now();
-  std::size_t damaged = 0;
+  LeftOut left_out(progress);
+  cv::Size size;
   while (!stop.stopped()) {
     const auto picture = recording->next();
     if (!picture || (options.seconds > 0 && picture->stamp.count() > options.seconds * 1e6)) break;
     if (picture->bgr.empty()) {
-      progress.done();
-      fmt::print(stderr, "arkmesh: {} is damaged or no picture; left out\n", picture->name);
-      ++damaged;
+      left_out.say(picture->name + " is damaged or no picture");
       continue;
     }
-    refuse_other_size(options, calibration, picture->bgr);
+    if (size.empty()) refuse_other_size(options, calibration, picture->bgr);
+    if (size.empty()) size = picture->bgr.size();
+    if (picture->bgr.size() != size) {
+      left_out.say(fmt::format("{} is {} x {} pixels, those before {} x {}", picture->name, picture->bgr.cols,
+                               picture->bgr.rows, size.width, size.height));
+      continue;
+    }
     tracker.look(picture->stamp, std::span(&picture->bgr, 1));
     outputs.add(*picture, tracker);
     // Somebody who watches sees it at life speed.
@@ -103,10 +132,14 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
     if (all && picture->number % 10 == 9) progress.show(picture->number + 1, *all, 1 / recording->pictures_per_s());
   }
   progress.done();
+  left_out.sum_up();
+  const std::string error = recording->error();
   if (outputs.pictures() == 0)
-    throw std::runtime_error(fmt::format("{} holds no picture that can be read", options.source));
+    throw std::runtime_error(error.empty() ? fmt::format("{} holds no picture that can be read", options.source)
+                                           : error);
+  if (!error.empty()) fmt::print(stderr, "arkmesh: {}\n", error);
   outputs.finish(tracker);
-  return damaged == 0;
+  return !left_out.any() && error.empty();
 }
 
 void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
@@ -116,6 +149,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);
+  hal::LabTime last{0};
   const TimePoint begun = Clock::now();
   while (!stop.stopped()) {
     outputs.serve_until(Clock::now() + look_every);
@@ -123,6 +157,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
     const auto since = std::chrono::duration_cast<hal::LabTime>(now - begun);
     if (options.seconds > 0 && since.count() > options.seconds * 1e6) break;
     const cv::Mat bgr = camera->newest();
+    const hal::LabTime taken = since - camera->arrival().age;
     if (outputs.pictures() > 0) outages.watch(camera->error(), now);
     if (bgr.empty()) {
       if (outputs.pictures() > 0) continue;
@@ -131,8 +166,9 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
       continue;
     }
     refuse_other_size(options, calibration, bgr);
+    last = std::max(last, taken);
     const tracker::Picture picture{
-        .bgr = bgr, .stamp = since, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
+        .bgr = bgr, .stamp = last, .number = static_cast<std::uint32_t>(outputs.pictures()), .name = {}};
     tracker.look(picture.stamp, std::span(&picture.bgr, 1));
     outputs.add(picture, tracker);
     const double since_s = static_cast<double>(since.count()) * 1e-6;

@@ -146,7 +146,7 @@ TEST_CASE("track says what is wrong with its source") {
            {{words}, "words.png"},
            {{empty}, "empty"},
            {{"ftp://camera/1"}, "not at ftp"},
-           {{"http://127.0.0.1:1/camera"}, "ffprobe 'http://127.0.0.1:1/camera'"},
+           {{"http://127.0.0.1:1/camera"}, "nothing listens at http://127.0.0.1:1/camera"},
            {{"http://127.0.0.1:1/camera", "--seconds", "1"}, "http://127.0.0.1:1/camera"},
            {{pictures + "bodyguard_f003.png", "--png", empty + "/no/folder.png"}, "folder.png"}}) {
     const Ran ran = track(arguments);

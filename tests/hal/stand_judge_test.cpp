@@ -185,9 +185,10 @@ TEST_CASE("a robot out of sight never counts as standing, and one that is carrie
   w.change = [](Observation& seen, double) { return seen.robot != 4; };
   w.run(700ms);
   CHECK(w.with(Why::not_in_sight) == std::vector<RobotId>{4});
-  w.change = [](Observation& seen, double s) {
+  const TimePoint last_seen = w.now;
+  w.change = [&](Observation& seen, double s) {
     if (seen.robot == 5) seen.pose.y_m += std::min(0.3, 0.3 * (s - 5.7));
-    if (seen.robot == 6) seen.age = LabTime{100'000};
+    if (seen.robot == 6) seen.age = std::chrono::duration_cast<LabTime>(w.now - last_seen);
     return true;
   };
   bool called_moving = false;

@@ -49,6 +49,13 @@ class Refusals(unittest.TestCase):
         subprocess.run([ARKMESH, "run", ROOT / "experiments/dhtf/shark.toml", "--set", "run.duration_s=10", "--out", cls.run_folder], check=True, capture_output=True)
         cls.log = (cls.run_folder / "shark/log.lcm").read_bytes()
 
+    def test_film_without_its_programs(self):
+        """What a film needs and this machine lacks is named, with the way to get it."""
+        said = export(self.run_folder, "mp4", self.scratch / "film.mp4", env={**os.environ, "PATH": "/nonexistent"})
+        self.assertEqual(said.returncode, 1, said)
+        self.assertIn("film: this machine lacks ffmpeg", said.stderr)
+        self.assertNotIn("Traceback", said.stderr)
+
     def copy(self, name, log=None):
         folder = self.scratch / name
         shutil.copytree(self.run_folder, folder)

@@ -92,6 +92,46 @@ TEST_CASE("robots that stand before a camera without noise are seen, for as long
   CHECK(monitor->latest());
 }
 
+TEST_CASE("poses are as old as the pictures that show them") {
+  // Proves that a camera's latency, once told, is in the age of every robot that its newest picture shows, and that
+  // robots are named nevertheless.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text());
+  testbed.late_pictures = 2;
+  const auto monitor =
+      testbed.monitor(lab_text(folder.path() / "testbed.yaml") + "latency_ms = 200\n", folder.path() / "testbed.yaml");
+  for (int i = 0; i < 300 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  for (int i = 0; i < 20; ++i) {
+    testbed.next(*monitor);
+    const auto frame = monitor->latest();
+    REQUIRE(frame.has_value());
+    CHECK(frame->robots.size() == 8);
+    for (const hal::Observation& seen : frame->robots) CHECK(seen.age == hal::LabTime{200'000});
+  }
+}
+
+TEST_CASE("pictures of another size than the calibration's show nobody") {
+  // Proves that they make no frame, that they are counted and said, and that the next right one is used.
+  const arkmesh::tests::TemporaryDirectory folder;
+  EmulatedTestbed testbed(emulator_text());
+  const auto monitor = testbed.monitor(lab_text(folder.path() / "testbed.yaml"), folder.path() / "testbed.yaml");
+  for (int i = 0; i < 200 && !monitor->everybody_named(); ++i) testbed.next(*monitor);
+  REQUIRE(monitor->everybody_named());
+  monitor->latest();
+  testbed.scale = 0.5;
+  testbed.next(*monitor);
+  CHECK_FALSE(monitor->latest());
+  CHECK(monitor->doubtful().size() == 8);
+  CHECK(monitor->counters()["camera.refused.size"] == 1);
+  CHECK(monitor->error().find("gives pictures of 400 x 320 pixels, and its calibration is for 800 x 640") !=
+        std::string::npos);
+  testbed.scale = 1;
+  testbed.next(*monitor);
+  CHECK(monitor->latest());
+  CHECK(monitor->error().empty());
+}
+
 TEST_CASE("a lab begins with a camera that was moved since it was calibrated") {
   // Proves that the first frame already has everybody in its true place, in darker light than while calibrating.
   ObservedTestbed testbed("brightness = 0.7\n");

@@ -56,9 +56,7 @@ struct LooseRecord {
 struct JpegFeed final : tracker::CameraFeed {
   explicit JpegFeed(std::vector<std::uint8_t> jpeg) : bytes(std::move(jpeg)) {}
   cv::Mat newest() override { return cv::imdecode(bytes, cv::IMREAD_COLOR); }
-  tracker::Arrival arrival() const override {
-    return {.at = hal::TimePoint{} + std::chrono::milliseconds(3), .jpeg = bytes};
-  }
+  tracker::Arrival arrival() const override { return {.age = hal::LabTime{1000}, .jpeg = bytes}; }
   std::string error() const override { return {}; }
   hal::Counters counters() const override { return {}; }
   std::vector<std::uint8_t> bytes;

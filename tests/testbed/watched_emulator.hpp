@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +37,8 @@ class EmulatedTestbed {
   }
 
   emulator::Emulator& emulator() { return emulator_; }
+  std::size_t late_pictures = 0;  // the monitor gets those of so many looks ago
+  double scale = 1;               // of its pictures
 
   std::unique_ptr<hal::kilobot::RobotMonitor> monitor(const std::string& lab,
                                                       const std::filesystem::path& calibration) {
@@ -93,12 +97,18 @@ class EmulatedTestbed {
     cv::Mat newest() override {
       cv::Mat picture;
       if (!testbed_.emulator_.picture(camera_, picture)) return {};
-      return picture.clone();
+      on_their_way_.emplace_back();
+      cv::resize(picture, on_their_way_.back(), {}, testbed_.scale, testbed_.scale);
+      if (on_their_way_.size() <= testbed_.late_pictures) return {};
+      cv::Mat first = on_their_way_.front();
+      on_their_way_.pop_front();
+      return first;
     }
     std::string error() const override { return {}; }
     hal::Counters counters() const override { return {}; }
 
    private:
+    std::deque<cv::Mat> on_their_way_;
     EmulatedTestbed& testbed_;
     std::size_t camera_;
   };

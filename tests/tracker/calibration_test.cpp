@@ -222,6 +222,81 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
                  file.string()));
 }
 
+TEST_CASE("a lens is taken from calibrations of OpenCV and ROS") {
+  // Proves that both say the same, whatever their first line, and that what is none is refused for what it is.
+  const arkmesh::tests::TemporaryDirectory folder;
+  const auto lens_in = [&](const std::string& text) { return read_intrinsics(folder.write("lens.yaml", text)); };
+  const auto reason = [&](const std::string& text) { return refusal([&] { lens_in(text); }); };
+  const std::string size = "image_width: 1920\nimage_height: 1080\n",
+                    numbers = "[ 1500., 0., 960., 0., 1490., 540., 0., 0., 1. ]";
+  const Lens opencv = lens_in("%YAML:1.0\n---\n" + size +
+                              "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: " + numbers +
+                              "\ndistortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n" +
+                              "   data: [ 0.05, -0.1, 0., 0., 0.01 ]\n");
+  const std::string ros_head = size + "camera_name: overhead\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: " + numbers;
+  const std::string coefficients =
+      "\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.05, -0.1, 0, 0, 0.01]\n";
+  for (const std::string& first : {"", "---\n", "# of the north camera\n"}) {
+    const Lens ros = lens_in(first + ros_head + "\ndistortion_model: plumb_bob" + coefficients);
+    CHECK(ros.matrix == opencv.matrix);
+    CHECK(ros.distortion == opencv.distortion);
+    CHECK(ros.width_px == 1920);
+    CHECK(ros.height_px == 1080);
+    CHECK(ros.model == LensModel::pinhole);
+  }
+  CHECK(opencv.matrix[4] == 1490);
+  CHECK(
+      lens_in(ros_head + "\ndistortion_model: equidistant\ndistortion_coefficients:\n  data: [0.1, 0, 0, 0]\n").model ==
+      LensModel::fisheye);
+  CHECK(contains(reason(""), "is empty"));
+  CHECK(contains(reason("% Intrinsic\nfc = [ 1500.0 ; 1500.0 ];\n"), "is no"));
+  CHECK(contains(reason("words: 3\n"), "no camera_matrix"));
+  CHECK(contains(reason(ros_head + "\ndistortion_model: mirror" + coefficients), "mirror"));
+  CHECK(contains(reason(ros_head + "\n"), "distortion_coefficients should hold"));
+  const auto file = folder.write("lens.yaml", ros_head + coefficients);
+  CHECK(contains(refusal([&] { read_calibrations(file); }), "tells of a lens only"));
+}
+
+TEST_CASE("pictures of a chessboard from which no focal length follows are refused, and doubts are said") {
+  // Proves that copies of a picture count once, that boards of one slant are none, and that a corner of the view
+  // covered only is a doubt.
+  CameraData truth = tilted(LensModel::pinhole, {});
+  const Lens& lens = truth.lens;
+  // A board 0.6 m before the lens, turned about the camera's x and y, degrees.
+  const auto board = [&](double about_x, double about_y, double x_m, double y_m) {
+    cv::Mat picture(lens.height_px, lens.width_px, CV_8UC3, cv::Scalar::all(255));
+    cv::Matx33d turned;
+    cv::Rodrigues(cv::Vec3d(about_x, about_y, 0) * (CV_PI / 180), turned);
+    const auto pixel = [&](int column, int row) {
+      const cv::Vec3d at = turned * cv::Vec3d((column - 4) * 0.03, (row - 3.5) * 0.03, 0) + cv::Vec3d(x_m, y_m, 0.6);
+      return cv::Point(static_cast<int>(std::lround(16 * (lens.matrix[0] * at[0] / at[2] + lens.matrix[2]))),
+                       static_cast<int>(std::lround(16 * (lens.matrix[4] * at[1] / at[2] + lens.matrix[5]))));
+    };
+    for (int row = 0; row < 7; ++row)
+      for (int column = 0; column < 8; ++column)
+        if ((row + column) % 2 == 0) {
+          const cv::Point square[] = {pixel(column, row), pixel(column + 1, row), pixel(column + 1, row + 1),
+                                      pixel(column, row + 1)};
+          cv::fillConvexPoly(picture, square, 4, cv::Scalar::all(0), cv::LINE_AA, 4);
+        }
+    return picture;
+  };
+  const auto fit = [&](const std::vector<cv::Mat>& pictures) {
+    LensFit all(ChessboardSize{7, 6, 30});
+    for (const cv::Mat& picture : pictures) REQUIRE(all.add(picture));
+    return all.fit();
+  };
+  const cv::Mat one = board(25, 0, 0, 0);
+  CHECK(contains(refusal([&] { fit({one, one, one, one}); }), "as others do, which leaves 1 different"));
+  CHECK(contains(refusal([&] {
+                   fit({board(25, 0, 0, 0), board(25, 0, 0.05, 0), board(25, 0, 0, 0.05)});
+                 }),
+                 "one slant"));
+  const FittedLens narrow = fit({board(30, 0, 0, 0), board(-30, 0, 0, 0), board(0, 30, 0, 0), board(0, -30, 0, 0)});
+  CHECK(narrow.lens.matrix[0] == doctest::Approx(lens.matrix[0]).epsilon(0.02));
+  CHECK(std::ranges::any_of(narrow.doubts, [](const std::string& doubt) { return contains(doubt, "boards cover"); }));
+}
+
 TEST_CASE("a calibration of ARK is taken over") {
   // Proves that each camera maps the table as ARK's own path does: plane of K and R, overview, corners.
   const arkmesh::tests::TemporaryDirectory folder;

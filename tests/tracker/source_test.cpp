@@ -45,21 +45,6 @@ TEST_CASE("a source's kind follows from its spelling") {
   CHECK(source_kind("2026") == SourceKind::recording);
 }
 
-TEST_CASE("people see a URL without its password, and the command that says why it gives no pictures") {
-  // Proves that a camera's trouble is one sentence that hides it.
-  const auto camera = open_camera("http://user:word@127.0.0.1:1/table", 0, 0);
-  const std::string at_first = camera->error();
-  const std::string later =
-      "the camera http://127.0.0.1:1/table gives no pictures; this says what comes from there: "
-      "ffprobe 'http://127.0.0.1:1/table'";
-  // a busy machine asks when the trouble is known already
-  CHECK((at_first == "no picture has come yet from http://127.0.0.1:1/table" || at_first == later));
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(300);
-  while (camera->error().starts_with("no picture") && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  CHECK(camera->error() == later);
-}
-
 TEST_CASE("a folder gives its pictures in the order of their numbers") {
   // Proves natural order, stamps of ten a second, and that other files are passed over.
   const TemporaryDirectory folder;

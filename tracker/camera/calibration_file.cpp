@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/algorithm/hex.hpp>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <opencv2/core.hpp>
 #include <stdexcept>
@@ -15,17 +16,32 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr std::size_t max_cameras = 16, max_landmarks_read = 1000;
+constexpr std::uintmax_t max_file_bytes = 16u << 20;
 constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& sentence) {
   throw std::runtime_error(fmt::format("{}: {}", file.string(), sentence));
 }
 
+// YAML without its first line, as ROS writes it, is YAML, too.
+cv::FileStorage open_file(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size > max_file_bytes) refuse(file, "is no calibration: it cannot be read, or is too large");
+  std::ifstream in(file, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) refuse(file, "is empty");
+  if (!text.starts_with("%YAML") && text[first] != '<' && text[first] != '{')
+    text = "%YAML:1.0\n" + std::string(text.compare(first, 3, "---") == 0 ? "" : "---\n") + text;
+  return {text, cv::FileStorage::READ | cv::FileStorage::MEMORY};
+}
+
 // Reads one camera's keys; every error names file, camera and key.
 class CameraNode {
  public:
-  CameraNode(cv::FileNode node, const std::filesystem::path& file, std::string camera)
-      : node_(node), file_(file), camera_(std::move(camera)) {}
+  CameraNode(cv::FileNode node, const std::filesystem::path& file, const std::string& camera)
+      : node_(node), file_(file), camera_(camera.empty() ? "" : fmt::format("camera {}: ", camera)) {}
 
   std::vector<double> numbers(const char* key, std::size_t least, std::size_t most) const {
     const cv::FileNode node = node_[key];
@@ -33,30 +49,26 @@ class CameraNode {
     if (node.isSeq() && node.size() <= 16) {
       for (const cv::FileNode& element : node)
         if (element.isReal() || element.isInt()) list.push_back(static_cast<double>(element));
-    } else if (node.isMap()) {
-      cv::Mat matrix;
-      node >> matrix;
-      if (matrix.channels() == 1 && !matrix.empty() && matrix.total() <= 16) {
-        matrix.convertTo(matrix, CV_64F);
-        list.assign(matrix.begin<double>(), matrix.end<double>());
-      }
+    } else if (node.isMap() && node["data"].isSeq() && node["data"].size() <= 16) {  // a matrix of OpenCV or ROS
+      for (const cv::FileNode& element : node["data"])
+        if (element.isReal() || element.isInt()) list.push_back(static_cast<double>(element));
     }
     if (list.size() >= least && list.size() <= most) return list;
-    refuse(file_, fmt::format("camera {}: {} should hold {} numbers; {}", camera_, key,
+    refuse(file_, fmt::format("{}{} should hold {} numbers; {}", camera_, key,
                               least == most ? std::to_string(least) : fmt::format("{} to {}", least, most), make_anew));
   }
 
   double number(const char* key) const {
     const cv::FileNode node = node_[key];
     if (node.isReal() || node.isInt()) return static_cast<double>(node);
-    refuse(file_, fmt::format("camera {}: {} is missing or no number; {}", camera_, key, make_anew));
+    refuse(file_, fmt::format("{}{} is missing or no number; {}", camera_, key, make_anew));
   }
   double number(const char* key, double otherwise) const { return node_[key].empty() ? otherwise : number(key); }
 
   int pixels(const char* key) const {
     const double value = number(key);
     if (value >= 1 && value <= 100'000) return static_cast<int>(value);
-    refuse(file_, fmt::format("camera {}: {} must be 1 to 100000 pixels; {}", camera_, key, make_anew));
+    refuse(file_, fmt::format("{}{} must be 1 to 100000 pixels; {}", camera_, key, make_anew));
   }
 
   // Grey levels as pairs of hexadecimal digits.
@@ -69,8 +81,8 @@ class CameraNode {
       out.clear();
     }
     if (std::ssize(out) == count) return out;
-    refuse(file_, fmt::format("camera {}: a landmark's {} should be {} bytes in hexadecimal digits; {}", camera_, key,
-                              count, make_anew));
+    refuse(file_, fmt::format("{}a landmark's {} should be {} bytes in hexadecimal digits; {}", camera_, key, count,
+                              make_anew));
   }
 
  private:
@@ -144,8 +156,10 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file, error))
     refuse(file, "there is no such calibration file; make one with arkmesh calibrate");
   try {
-    const cv::FileStorage in(file.string(), cv::FileStorage::READ);
+    const cv::FileStorage in = open_file(file);
     const cv::FileNode cameras = in.isOpened() ? in["cameras"] : cv::FileNode();
+    if (cameras.empty() && in.isOpened() && !in["camera_matrix"].empty())
+      refuse(file, "tells of a lens only, not where the camera hangs; place it with arkmesh calibrate --intrinsics");
     if (!cameras.isSeq() || cameras.size() == 0)
       refuse(
           file,
@@ -161,6 +175,39 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
   } catch (const cv::Exception&) {
     refuse(file, fmt::format("is damaged or no YAML file as OpenCV writes it; {}", make_anew));
   }
+}
+
+Lens read_intrinsics(const std::filesystem::path& file) try {
+  const cv::FileStorage in = open_file(file);
+  const cv::FileNode root = in.root();
+  // as older versions of OpenCV wrote it
+  const bool older = root["camera_matrix"].empty() && !root["Camera_Matrix"].empty();
+  if (!older && root["camera_matrix"].empty())
+    refuse(file, "is no calibration of OpenCV or ROS: it has no camera_matrix");
+  const CameraNode keys(root, file, "");
+  Lens lens;
+  lens.width_px = keys.pixels(older ? "image_Width" : "image_width");
+  lens.height_px = keys.pixels(older ? "image_Height" : "image_height");
+  copy(keys.numbers(older ? "Camera_Matrix" : "camera_matrix", 9, 9), lens.matrix);
+  lens.distortion = keys.numbers(older ? "Distortion_Coefficients" : "distortion_coefficients", 4, 8);
+  const std::string model =
+      root["distortion_model"].isString() ? static_cast<std::string>(root["distortion_model"]) : "plumb_bob";
+  const bool fisheye = model == "equidistant" || model == "fisheye" || static_cast<int>(root["fisheye_model"]) == 1;
+  if (!fisheye && model != "plumb_bob" && model != "rational_polynomial")
+    refuse(file, fmt::format("its distortion_model {} is none that arkmesh knows: plumb_bob, rational_polynomial, "
+                             "equidistant",
+                             model));
+  lens.model = fisheye ? LensModel::fisheye : LensModel::pinhole;
+  CameraData data;
+  data.lens = lens;
+  try {
+    const Calibration possible(data);
+  } catch (const std::invalid_argument& wrong) {
+    refuse(file, wrong.what());
+  }
+  return lens;
+} catch (const cv::Exception&) {
+  refuse(file, "is no YAML or XML as OpenCV or ROS write calibrations");
 }
 
 NamedCamera read_calibration(const std::filesystem::path& file, const std::string& name) {

@@ -23,6 +23,10 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file);
 NamedCamera read_calibration(const std::filesystem::path& file, const std::string& name = {});
 void write_calibrations(const std::filesystem::path& file, const std::vector<NamedCamera>& cameras);
 
+// The lens that a calibration of OpenCV (YAML or XML) or ROS (camera_info YAML) tells of. Throws std::runtime_error
+// with one sentence.
+Lens read_intrinsics(const std::filesystem::path& file);
+
 // What ARK's file does not hold.
 struct ArkTable {
   int width_px = 2048, height_px = 1536;  // of the cameras' pictures

@@ -17,11 +17,17 @@ constexpr double clear_margin = 0.8;  // a fisheye is taken when its error is be
 constexpr double blind_margin = 1.5;  // or below this multiple when the pinhole cannot see to the picture's sides
 constexpr double worst_error_px = 5;  // a fit worse than this is none
 constexpr std::size_t min_pictures = 3;
+constexpr double same_view_px = 1;   // corners that all lie as near to those of another picture are that picture again
+constexpr double min_slant_deg = 8;  // between two boards at least: of boards that lie alike no focal length follows
+constexpr double min_covered = 0.5;  // of the picture's width and height
+constexpr double worst_focal = 0.01, worst_aspect = 0.015, worst_middle = 0.12;  // of the focal length; of the sides
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Fit {
   cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F), distortion;
+  std::vector<cv::Mat> rotations;  // of each board
   double error_px = infinity;
+  double focal_sigma_px = 0;  // 0: not known
 };
 
 Lens as_lens(LensModel model, cv::Size size, const Fit& fit) {
@@ -115,14 +121,18 @@ struct LensFit::Boards {
   ChessboardSize board;
   cv::Size size;
   std::vector<std::vector<cv::Point2f>> corners;
+  int copies = 0;                   // pictures that show a board as another one does
   std::vector<cv::Point3f> points;  // of the board, millimetres
 
   Fit pinhole() const {
     Fit fit;
-    std::vector<cv::Mat> rotations, translations;
+    std::vector<cv::Mat> translations;
+    cv::Mat sigmas;
     try {
       const std::vector<std::vector<cv::Point3f>> all(corners.size(), points);
-      fit.error_px = cv::calibrateCamera(all, corners, size, fit.matrix, fit.distortion, rotations, translations);
+      fit.error_px = cv::calibrateCamera(all, corners, size, fit.matrix, fit.distortion, fit.rotations, translations,
+                                         sigmas, cv::noArray(), cv::noArray());
+      fit.focal_sigma_px = std::max(sigmas.at<double>(0), sigmas.at<double>(1));
       fit.distortion = fit.distortion.reshape(1, 1).colRange(0, 5).clone();
     } catch (const cv::Exception&) {
       fit.error_px = infinity;
@@ -139,13 +149,13 @@ struct LensFit::Boards {
       fit.matrix =
           (cv::Mat_<double>(3, 3) << focal, 0, (size.width - 1) / 2.0, 0, focal, (size.height - 1) / 2.0, 0, 0, 1);
       fit.distortion = cv::Mat::zeros(4, 1, CV_64F);
-      std::vector<cv::Mat> rotations, translations;
+      std::vector<cv::Mat> translations;
       const int flags =
           cv::fisheye::CALIB_USE_INTRINSIC_GUESS | cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW;
       try {
         const std::vector<std::vector<cv::Point3f>> all(corners.size(), points);
         fit.error_px =
-            cv::fisheye::calibrate(all, corners, size, fit.matrix, fit.distortion, rotations, translations, flags,
+            cv::fisheye::calibrate(all, corners, size, fit.matrix, fit.distortion, fit.rotations, translations, flags,
                                    cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-9));
       } catch (const cv::Exception&) {
         continue;
@@ -154,6 +164,45 @@ struct LensFit::Boards {
       if (finite && fit.error_px < best.error_px) best = fit;
     }
     return best;
+  }
+
+  // The largest angle between two boards, degrees.
+  static double slant_deg(const std::vector<cv::Mat>& rotations) {
+    std::vector<cv::Vec3d> up;
+    for (const cv::Mat& each : rotations) {
+      cv::Matx33d turned;
+      cv::Rodrigues(each, turned);
+      up.emplace_back(turned(0, 2), turned(1, 2), turned(2, 2));
+    }
+    double least = 1;
+    for (const cv::Vec3d& a : up)
+      for (const cv::Vec3d& b : up) least = std::min(least, a.dot(b));
+    return std::acos(std::clamp(least, -1.0, 1.0)) * 180 / CV_PI;
+  }
+
+  std::vector<std::string> doubts(const Fit& fit) const {
+    std::vector<std::string> out;
+    const double fx = fit.matrix.at<double>(0, 0), fy = fit.matrix.at<double>(1, 1);
+    if (fit.focal_sigma_px > worst_focal * fx)
+      out.push_back(fmt::format("the focal length {:.0f} px is known to {:.0f} px only; add pictures at other slants",
+                                fx, fit.focal_sigma_px));
+    if (std::abs(fx / fy - 1) > worst_aspect)
+      out.push_back(fmt::format(
+          "the focal lengths {:.0f} x {:.0f} px differ, as no camera's do; add pictures at other slants", fx, fy));
+    const double off_x = fit.matrix.at<double>(0, 2) / (size.width - 1) - 0.5,
+                 off_y = fit.matrix.at<double>(1, 2) / (size.height - 1) - 0.5;
+    if (std::max(std::abs(off_x), std::abs(off_y)) > worst_middle)
+      out.push_back(fmt::format(
+          "the lens's middle {:.0f},{:.0f} lies far from that of the pictures; add pictures at other slants",
+          fit.matrix.at<double>(0, 2), fit.matrix.at<double>(1, 2)));
+    std::vector<cv::Point2f> all;
+    for (const auto& found : corners) all.insert(all.end(), found.begin(), found.end());
+    const cv::Rect covered = cv::boundingRect(all);
+    if (covered.width < min_covered * size.width || covered.height < min_covered * size.height)
+      out.push_back(
+          fmt::format("boards cover {} x {} of {} x {} px, and the distortion outside is a guess; add pictures there",
+                      covered.width, covered.height, size.width, size.height));
+    return out;
   }
 
   // Mean length of a square's side in the pictures.
@@ -191,11 +240,21 @@ bool LensFit::add(const cv::Mat& picture) {
   const int half = std::clamp(static_cast<int>(least / 3), 2, 8);
   refine(grey, size, half, corners);
   boards_->size = picture.size();
+  for (const auto& other : boards_->corners)
+    if (cv::norm(corners, other, cv::NORM_INF) < same_view_px) {
+      ++boards_->copies;
+      return true;
+    }
   boards_->corners.push_back(std::move(corners));
   return true;
 }
 
 FittedLens LensFit::fit() const {
+  if (boards_->copies > 0 && boards_->corners.size() < min_pictures)
+    throw std::runtime_error(fmt::format(
+        "{} of the pictures show the chessboard as others do, which leaves {} different, and {} are needed; "
+        "hold it at different slants all over the view",
+        boards_->copies, boards_->corners.size(), min_pictures));
   if (boards_->corners.size() < min_pictures)
     throw std::runtime_error(
         fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all "
@@ -210,7 +269,13 @@ FittedLens LensFit::fit() const {
     throw std::runtime_error(
         fmt::format("no lens fits these pictures (the best is {:.1f} pixels off); are --board and the pictures right?",
                     taken.error_px));
+  if (const double slant = Boards::slant_deg(taken.rotations); slant < min_slant_deg)
+    throw std::runtime_error(fmt::format(
+        "the chessboards all lie at one slant (within {:.0f} degrees), and from that no focal length follows; "
+        "hold them at slants of 20 to 40 degrees to each side",
+        slant));
   FittedLens fitted;
+  fitted.doubts = boards_->doubts(taken);
   fitted.lens = as_lens(bent ? LensModel::fisheye : LensModel::pinhole, boards_->size, taken);
   fitted.error_px = taken.error_px;
   fitted.other_error_px = bent ? pinhole.error_px : fisheye.error_px;

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "tracker/camera/calibration.hpp"
@@ -24,6 +25,7 @@ struct FittedLens {
   double other_error_px = 0;  // of the other one; infinite when it does not fit at all
   double error_mm = 0;        // error_px on the boards
   int pictures = 0;
+  std::vector<std::string> doubts;  // sentences, each of a number that the pictures leave uncertain
 };
 
 class LensFit {
@@ -34,7 +36,8 @@ class LensFit {
   // it has another size than those before.
   bool add(const cv::Mat& picture);
   // A fisheye when it fits clearly better, or when a pinhole's distortion folds over within the picture; else a
-  // pinhole. Throws std::runtime_error with one sentence when there are too few pictures or neither fits.
+  // pinhole. Throws std::runtime_error with one sentence when there are too few pictures, when they show the board from
+  // one direction only, or when neither fits.
   FittedLens fit() const;
 
  private:

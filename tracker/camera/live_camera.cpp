@@ -4,17 +4,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
 #include <utility>
 
 #include "hal/without_secrets.hpp"
+#include "tracker/camera/jpeg_stream.hpp"
+#include "tracker/camera/picture_child.hpp"
 #include "tracker/camera/source.hpp"
 
 namespace arkmesh::tracker {
@@ -22,22 +23,30 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int open_limit_ms = 4000, read_limit_ms = 3000;
+using Clock = std::chrono::steady_clock;
+
 constexpr std::chrono::milliseconds first_retry = 500ms, longest_retry = 8s;
+constexpr int no_picture_limit = 30;  // of a camera at this machine: damaged ones in a row, then it is opened anew
 
 // A row of undecoded bytes in place of a picture.
 bool is_undecoded(const cv::Mat& picture) {
   return picture.rows == 1 && picture.type() == CV_8UC1;
 }
 
+// When the driver had the picture: by the steady clock, as Linux's drivers stamp. One that does not is not believed.
+Clock::time_point stamped(double ms, Clock::time_point now) {
+  if (!(ms > 0 && ms < 1e15)) return now;
+  const Clock::time_point at{
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms))};
+  return at <= now && now - at < 2s ? at : now;
+}
+
 class LiveCamera final : public CameraFeed {
  public:
-  LiveCamera(std::string source, int width_px, int height_px, bool keep_bytes)
+  LiveCamera(std::string source, int width_px, int height_px)
       : source_(std::move(source)),
         shown_(hal::without_secrets(source_)),
-        width_px_(width_px),
-        height_px_(height_px),
-        keep_bytes_(keep_bytes),
+        wanted_(width_px, height_px),
         thread_([this] { run(); }) {}
 
   ~LiveCamera() override {
@@ -52,6 +61,7 @@ class LiveCamera final : public CameraFeed {
   cv::Mat newest() override {
     const std::lock_guard lock(mutex_);
     given_ = std::move(arrived_);
+    if (!newest_.empty()) given_.age = std::chrono::duration_cast<hal::LabTime>(Clock::now() - at_);
     return std::exchange(newest_, cv::Mat());
   }
   Arrival arrival() const override {
@@ -78,15 +88,15 @@ class LiveCamera final : public CameraFeed {
     std::chrono::milliseconds pause = first_retry;
     while (!stopping()) {
       std::string why;
-      bool any = false;
+      any_ = false;
       try {
-        cv::VideoCapture camera;
-        if (open(camera, why)) any = read_all(camera);
-        if (any) why = fmt::format("the camera {} gives no pictures any more", shown_);
+        why = source_kind(source_) == SourceKind::url ? read_stream() : read_device();
       } catch (const cv::Exception&) {
         why = fmt::format("the camera {} failed", shown_);
+      } catch (const std::exception& error) {
+        why = fmt::format("the camera {} cannot be read: {}", shown_, error.what());
       }
-      if (any) pause = first_retry;
+      if (any_) pause = first_retry;
       std::unique_lock lock(mutex_);
       if (error_.empty()) counters_.add("camera.gone");
       error_ = why;
@@ -95,74 +105,95 @@ class LiveCamera final : public CameraFeed {
     }
   }
 
-  bool open(cv::VideoCapture& camera, std::string& why) const {
-    if (source_kind(source_) == SourceKind::url) {
-      why = fmt::format("the camera {0} gives no pictures; this says what comes from there: ffprobe '{0}'", shown_);
-      // FFmpeg knows kinds of URLs in small letters only
-      std::string url = source_;
-      std::transform(url.begin(), url.begin() + static_cast<long>(url.find(':')), url.begin(),
-                     [](unsigned char c) { return std::tolower(c); });
-      return camera.open(
-          url, cv::CAP_FFMPEG,
-          {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, open_limit_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, read_limit_ms});
+  // Both return why it gives no more.
+  std::string read_stream() {
+    // by itself it says within 8 s that nothing comes
+    PictureChild child({.path = source_, .shown = shown_, .live = true, .patience = 15s});
+    while (true) {
+      PictureChild::Event event = child.next([this] { return stopping(); });
+      const PictureRecord& record = event.record;
+      if (record.kind == PictureRecord::Kind::failed) return event.error;
+      if (record.kind == PictureRecord::Kind::damaged) refuse_damaged(static_cast<std::uint64_t>(record.count));
+      if (record.kind == PictureRecord::Kind::jpeg || record.kind == PictureRecord::Kind::bgr)
+        take(std::move(event.bgr), Clock::time_point(std::chrono::microseconds(record.time_us)), std::move(event.jpeg));
     }
+  }
+
+  std::string read_device() {
     const std::string device = source_.starts_with('/') ? source_ : "/dev/video" + source_;
-    if (::access(device.c_str(), F_OK) != 0)
-      why = fmt::format("there is no camera {}; is it plugged in?", device);
-    else if (::access(device.c_str(), R_OK | W_OK) != 0)
-      why = fmt::format(
+    if (::access(device.c_str(), F_OK) != 0) return fmt::format("there is no camera {}; is it plugged in?", device);
+    if (::access(device.c_str(), R_OK | W_OK) != 0)
+      return fmt::format(
           "{} may not be opened; add yourself to the group video (sudo usermod -aG video $USER) and log in again",
           device);
-    else
-      why = fmt::format("{} is no camera, or another program has it", device);
-    if (!camera.open(device, cv::CAP_V4L2)) return false;
-    camera.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
-    if (width_px_ > 0 && height_px_ > 0) {
-      camera.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
-      camera.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
+    cv::VideoCapture camera;
+    if (!camera.open(device, cv::CAP_V4L2)) return fmt::format("{} is no camera, or another program has it", device);
+    const int mjpg = cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
+    camera.set(cv::CAP_PROP_FOURCC, mjpg);
+    if (!wanted_.empty()) {
+      camera.set(cv::CAP_PROP_FRAME_WIDTH, wanted_.width);
+      camera.set(cv::CAP_PROP_FRAME_HEIGHT, wanted_.height);
     }
     camera.set(cv::CAP_PROP_BUFFERSIZE, 1);
-    if (keep_bytes_ && camera.get(cv::CAP_PROP_FOURCC) == cv::VideoWriter::fourcc('M', 'J', 'P', 'G'))
-      camera.set(cv::CAP_PROP_CONVERT_RGB, 0);
+    if (camera.get(cv::CAP_PROP_FOURCC) == mjpg) camera.set(cv::CAP_PROP_CONVERT_RGB, 0);
+    for (int in_vain = 0; !stopping() && in_vain < no_picture_limit;) {
+      cv::Mat picture;  // a new one each time: the last was handed over
+      if (!camera.read(picture) || picture.empty()) break;
+      const Clock::time_point at = stamped(camera.get(cv::CAP_PROP_POS_MSEC), Clock::now());
+      std::vector<std::uint8_t> jpeg;
+      if (is_undecoded(picture)) {
+        JpegStream stream;  // cut on its way: none
+        stream.add({picture.data, picture.total()});
+        jpeg = stream.next().value_or(std::vector<std::uint8_t>());
+        picture = decode_jpeg(jpeg);
+      }
+      if (picture.channels() == 1 && !picture.empty()) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+      in_vain = take(std::move(picture), at, std::move(jpeg)) ? 0 : in_vain + 1;
+    }
+    return fmt::format("the camera {} gives no pictures any more", shown_);
+  }
+
+  void refuse_damaged(std::uint64_t count) {
+    const std::lock_guard lock(mutex_);
+    counters_.add("camera.refused.damaged", count);
+  }
+
+  // A picture has come. False: it cannot be used.
+  bool take(cv::Mat picture, Clock::time_point at, std::vector<std::uint8_t> jpeg) {
+    if (picture.empty() || picture.type() != CV_8UC3) return refuse_damaged(1), false;
+    const std::lock_guard lock(mutex_);
+    // What is known of places in the pictures is known for one size. One that was asked for may come late.
+    if (size_.empty() || picture.size() == wanted_) size_ = picture.size();
+    if (picture.size() != size_) {
+      counters_.add("camera.refused.changed");
+      refused_at_ = Clock::now();
+      if (error_.empty()) counters_.add("camera.gone");
+      error_ = fmt::format(
+          "the camera {} now gives pictures of {} x {} pixels in place of {} x {}: they are not used; set it back, or "
+          "calibrate it at this resolution and start again",
+          shown_, picture.cols, picture.rows, size_.width, size_.height);
+      return false;
+    }
+    any_ = true;
+    if (Clock::now() - refused_at_ > 2s) error_.clear();  // sizes may alternate
+    if (!newest_.empty()) counters_.add("camera.skipped");
+    newest_ = std::move(picture);
+    arrived_ = {.age = {}, .jpeg = std::move(jpeg)};
+    at_ = at;
     return true;
   }
 
-  // Until no picture comes or the end is wanted. Whether there was one.
-  bool read_all(cv::VideoCapture& camera) {
-    bool any = false;
-    while (!stopping()) {
-      cv::Mat picture;  // a new one each time: the last was handed over
-      if (!camera.read(picture) || picture.empty()) break;
-      Arrival arrived{.at = std::chrono::steady_clock::now(), .jpeg = {}};
-      if (is_undecoded(picture)) {
-        arrived.jpeg.assign(picture.data, picture.data + picture.total());
-        picture = cv::imdecode(arrived.jpeg, cv::IMREAD_COLOR);
-        if (picture.empty()) {  // cut on its way; the next one will be whole
-          const std::lock_guard lock(mutex_);
-          counters_.add("camera.refused.damaged");
-          continue;
-        }
-      }
-      if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
-      if (picture.type() != CV_8UC3) break;
-      any = true;
-      const std::lock_guard lock(mutex_);
-      error_.clear();
-      if (!newest_.empty()) counters_.add("camera.skipped");
-      newest_ = std::move(picture);
-      arrived_ = std::move(arrived);
-    }
-    return any;
-  }
-
   const std::string source_, shown_;
-  const int width_px_, height_px_;
-  const bool keep_bytes_;
+  const cv::Size wanted_;     // empty: any
+  bool any_ = false;          // the thread's: a picture since it was opened last
   mutable std::mutex mutex_;  // guards all below but the thread
   std::condition_variable wake_;
   bool stopping_ = false;
   cv::Mat newest_;
-  Arrival arrived_, given_;  // of newest_, and of the picture that newest() gave last
+  cv::Size size_;                   // of all pictures
+  Clock::time_point refused_at_{};  // one of another size
+  Clock::time_point at_;            // of newest_
+  Arrival arrived_, given_;         // of newest_, and of the picture that newest() gave last
   std::string error_ = fmt::format("no picture has come yet from {}", shown_);
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there
@@ -172,12 +203,7 @@ class LiveCamera final : public CameraFeed {
 
 std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px, int height_px) {
   quieten_libraries();
-  return std::make_unique<LiveCamera>(source, width_px, height_px, false);
-}
-
-std::unique_ptr<CameraFeed> open_camera_with_bytes(const std::string& source, int width_px, int height_px) {
-  quieten_libraries();
-  return std::make_unique<LiveCamera>(source, width_px, height_px, true);
+  return std::make_unique<LiveCamera>(source, width_px, height_px);
 }
 
 }  // namespace arkmesh::tracker

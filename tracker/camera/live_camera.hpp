@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "hal/counters.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/types.hpp"
 
 namespace arkmesh::tracker {
 
 // How a picture came.
 struct Arrival {
-  hal::TimePoint at{};             // when the camera gave it; the clock's beginning when that is not known
-  std::vector<std::uint8_t> jpeg;  // the bytes that it was decoded from (cv::imdecode, in colour); empty: not kept
+  hal::LabTime age{0};             // when it was asked for: since the camera's driver had it, else since it was here
+  std::vector<std::uint8_t> jpeg;  // the bytes that it was decoded from (decode_jpeg); empty: it was no JPEG
 };
 
 // One camera as the watch sees it. Never blocks.
@@ -27,21 +27,19 @@ class CameraFeed {
   virtual cv::Mat newest() = 0;
   // Of the picture that the last newest() gave.
   virtual Arrival arrival() const { return {}; }
-  // Empty while pictures come; else one sentence.
+  // Empty while pictures come that can be used; else one sentence.
   virtual std::string error() const = 0;
   // camera.gone (each time it went), camera.skipped (pictures nobody took before a newer one came),
-  // camera.refused.damaged (pictures whose bytes could not be decoded).
+  // camera.refused.damaged (pictures whose bytes could not be decoded), camera.refused.changed (pictures of another
+  // size than those before).
   virtual hal::Counters counters() const = 0;
 };
 
 // A camera's number, /dev/video..., or URL. Does not throw: a camera that is not there yet is looked for again and
-// again, first after half a second, then after up to 8 s. OpenCV blocks while it reads, so each camera has a thread;
-// one that hangs is given up after some seconds by OpenCV's own time limits. width_px and height_px are asked of a
-// camera at this machine when not 0.
+// again, first after half a second, then after up to 8 s. Reading blocks, so each camera has a thread, and each URL a
+// process (picture_child) that is given up when it hangs. width_px and height_px are asked of a camera at this machine
+// when not 0.
 std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px = 0, int height_px = 0);
-// The same, and arrivals hold the bytes of pictures that a camera at this machine delivers as JPEG. What is decoded
-// from them is what open_camera gives: OpenCV decodes such cameras' pictures by the same function.
-std::unique_ptr<CameraFeed> open_camera_with_bytes(const std::string& source, int width_px, int height_px);
 
 // How a watch opens a camera's source; an emulated testbed may bring its own.
 using OpenCamera = std::function<std::unique_ptr<CameraFeed>(const std::string& source, int width_px, int height_px)>;

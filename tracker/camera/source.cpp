@@ -9,13 +9,14 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
 
+#include "hal/counted.hpp"
 #include "hal/replace_file.hpp"
 #include "tracker/camera/lower_case.hpp"
+#include "tracker/camera/picture_child.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -61,6 +62,7 @@ class PictureFiles final : public Recording {
   }
   std::optional<std::uint32_t> pictures() const override { return static_cast<std::uint32_t>(files_.size()); }
   double pictures_per_s() const override { return folder_pictures_per_s; }
+  bool rate_is_guess() const override { return files_.size() > 1; }
 
  private:
   std::vector<fs::path> files_;
@@ -69,28 +71,58 @@ class PictureFiles final : public Recording {
 
 class VideoFile final : public Recording {
  public:
-  explicit VideoFile(const std::string& path) {
-    if (!video_.open(path, cv::CAP_FFMPEG) || !video_.isOpened())
-      throw std::runtime_error(fmt::format("{} is neither a video nor a picture that can be read", path));
-    const double rate = video_.get(cv::CAP_PROP_FPS), count = video_.get(cv::CAP_PROP_FRAME_COUNT);
-    if (std::isfinite(rate) && rate > 0.01 && rate < 10'000) pictures_per_s_ = rate;
-    if (std::isfinite(count) && count >= 1 && count < 1e9) pictures_ = static_cast<std::uint32_t>(count);
+  explicit VideoFile(const std::string& path) : path_(path), child_({.path = path, .shown = path, .live = false}) {
+    const PictureChild::Event opened = child_.next(never);
+    if (opened.record.kind != PictureRecord::Kind::opened) throw std::runtime_error(opened.error);
+    guess_ = !(opened.record.pictures_per_s > 0);
+    if (!guess_) pictures_per_s_ = opened.record.pictures_per_s;
+    if (opened.record.count > 0 && opened.record.count < 1'000'000'000)
+      pictures_ = static_cast<std::uint32_t>(opened.record.count);
   }
   std::optional<Picture> next() override {
-    Picture picture;
-    if (!video_.read(picture.bgr) || picture.bgr.empty()) return {};
-    picture.number = next_++;
-    picture.stamp = hal::LabTime(std::llround(picture.number * 1e6 / pictures_per_s_));
-    return picture;
+    if (damaged_ > 0) return damaged();
+    PictureChild::Event event = child_.next(never);
+    const PictureRecord& record = event.record;
+    switch (record.kind) {
+      case PictureRecord::Kind::jpeg:
+      case PictureRecord::Kind::bgr:
+        last_ = std::max(last_, hal::LabTime(record.time_us));
+        return Picture{.bgr = std::move(event.bgr), .stamp = last_, .number = next_++, .name = name()};
+      case PictureRecord::Kind::damaged:
+        damaged_ = std::clamp<std::int64_t>(record.count, 1, 1'000'000);
+        return damaged();
+      case PictureRecord::Kind::ended:
+        if (record.count > 0 && error_.empty())
+          error_ = fmt::format("{} tells of {} that it does not hold: it is cut or damaged", path_,
+                               hal::counted(static_cast<std::size_t>(record.count), "more picture"));
+        return {};
+      default:
+        if (error_.empty()) error_ = fmt::format("{}, behind {}", event.error, hal::counted(next_, "picture"));
+        return {};
+    }
   }
   std::optional<std::uint32_t> pictures() const override { return pictures_; }
   double pictures_per_s() const override { return pictures_per_s_; }
+  bool rate_is_guess() const override { return guess_; }
+  std::string error() const override { return error_; }
 
  private:
-  cv::VideoCapture video_;
+  static bool never() { return false; }
+  std::string name() const { return fmt::format("picture {} of {}", next_ - 1, path_); }
+  std::optional<Picture> damaged() {
+    --damaged_;
+    ++next_;
+    return Picture{.bgr = {}, .stamp = last_, .number = next_ - 1, .name = name()};
+  }
+
+  std::string path_, error_;
+  PictureChild child_;
   double pictures_per_s_ = 25;
+  bool guess_ = false;
   std::optional<std::uint32_t> pictures_;
   std::uint32_t next_ = 0;
+  std::int64_t damaged_ = 0;  // pictures to be given as such
+  hal::LabTime last_{0};
 };
 
 }  // namespace

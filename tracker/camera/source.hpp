@@ -19,10 +19,10 @@ class VideoWriter;
 namespace arkmesh::tracker {
 
 struct Picture {
-  cv::Mat bgr;               // 8 bit; empty: this file of a folder is damaged or no picture
+  cv::Mat bgr;               // 8 bit; empty: it is damaged or no picture
   hal::LabTime stamp{0};     // since the first picture
   std::uint32_t number = 0;  // from 0
-  std::string name;          // the file, where each picture is one
+  std::string name;          // the file, where each picture is one; else its number in words
 };
 
 class Recording {
@@ -33,6 +33,10 @@ class Recording {
   // How many there are, as far as is known beforehand.
   virtual std::optional<std::uint32_t> pictures() const = 0;
   virtual double pictures_per_s() const = 0;
+  // Nothing tells when its pictures were taken: that many a second is a guess.
+  virtual bool rate_is_guess() const = 0;
+  // After the last: why that is not the end that the source tells of, one sentence; else empty.
+  virtual std::string error() const { return {}; }
 };
 
 enum class SourceKind { camera, url, recording };

@@ -14,6 +14,12 @@
 
 namespace arkmesh::tracker {
 
+namespace {
+
+constexpr double max_single_px = 128;  // a single circle that is larger is more often something else than a robot
+
+}  // namespace
+
 class Detector::Search {
  public:
   explicit Search(const DetectorSettings& settings) : settings_(settings), diameter_px_(settings.diameter_px) {}
@@ -27,6 +33,7 @@ class Detector::Search {
       diameter_px_ = find_diameter(bgr);
       if (!diameter_px_) return {};
       found = at_diameter(bgr, *diameter_px_);
+      if (*diameter_px_ > max_single_px && found.size() < 2) found.clear();
     }
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
     if (found.size() < 3) {

@@ -18,7 +18,7 @@ namespace arkmesh::tracker {
 
 struct DetectorSettings {
   double smallest_diameter_px = 10;  // what is smaller is no robot; used only while the size is not known
-  double largest_diameter_px = 128;  // what is larger is no robot; at original resolution of the picture
+  double largest_diameter_px = 420;  // what is larger is no robot; likewise
   std::optional<double>
       diameter_px;  // known from a calibration; else found in the first picture with three robots, and remembered
   double diameter_tolerance = 0.2;  // robots of one view differ from the common size by at most this part of it

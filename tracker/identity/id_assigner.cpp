@@ -11,7 +11,7 @@ namespace {
 // Types of messages as in ARK's assignment.
 constexpr std::uint8_t draw_type = 1, store_type = 2, draw_anew_type = 3;
 // Long enough for 16, 4 and 2 copies at 60 ms; what is missed all the same is found out when everybody is read.
-constexpr hal::LabTime draw_lasts{1'000'000}, draw_anew_lasts{250'000}, store_lasts{130'000}, end_lasts{600'000};
+constexpr hal::LabTime draw_lasts{1'000'000}, draw_anew_lasts{250'000}, storing_lasts{130'000}, end_lasts{600'000};
 
 Question message(std::uint8_t type, std::array<std::uint32_t, 4> numbers) {
   Question out{.type = type};
@@ -154,7 +154,7 @@ void IdAssigner::announce_ids() {
     announcements_.add(
         message(store_type, {*waiting[i]->temporary, *waiting[i]->given, two ? *waiting[i + 1]->temporary : nobody,
                              two ? *waiting[i + 1]->given : nobody}),
-        store_lasts);
+        storing_lasts);
   }
   announced_ = announcements_.waiting();
   phase_ = waiting.empty() ? Phase::ending : Phase::storing;

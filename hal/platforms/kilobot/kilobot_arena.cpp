@@ -155,7 +155,6 @@ class KilobotArena final : public Arena {
   };
 
   TimePoint now() const { return wall_.now(); }
-  LabTime since_made() const { return std::chrono::duration_cast<LabTime>(now() - made_); }
 
   // Frame 0: everybody is seen and named, and the way to them is open. Robots stand still meanwhile: nobody has told
   // them to run. False: not yet.
@@ -244,13 +243,14 @@ class KilobotArena final : public Arena {
   }
 
   std::optional<PoseFrame> look() {
-    looked_at_ = now();
-    eyes_->look(since_made());
+    const LabTime since_made = std::chrono::duration_cast<LabTime>(now() - made_);
+    looked_at_ = made_ + since_made;  // to the microsecond, as ages are
+    eyes_->look(since_made);
     controller_.withhold(eyes_->doubtful(), now());
     controller_.ask(eyes_->question());
     serve_controller();
     auto frame = eyes_->latest();
-    if (frame) judge_.look(*frame, now());
+    if (frame) judge_.look(*frame, looked_at_);
     judged_ = judge_.not_standing(now());
     if (phase_ > Phase::beginning) supervise();
     return frame;
@@ -327,6 +327,9 @@ class KilobotArena final : public Arena {
 
   void make_frame(LabTime stamp) {
     if (auto frame = look()) {
+      // the look was a little later than its stamp
+      const auto late = std::chrono::duration_cast<LabTime>(looked_at_ - wanted_at_);
+      for (Observation& robot : frame->robots) robot.age = std::max(LabTime{0}, robot.age - late);
       if (stamp - seen_at_ > blind_after) spdlog::info("the cameras see the testbed again");
       return put(std::move(*frame), stamp);
     }

@@ -1,0 +1,138 @@
+#include "tracker/camera/jpeg_stream.hpp"
+
+#include <algorithm>
+#include <array>
+#include <opencv2/imgcodecs.hpp>
+
+namespace arkmesh::tracker {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> begin_marker{0xFF, 0xD8, 0xFF};
+constexpr std::uint8_t start_of_image = 0xD8, end_of_image = 0xD9, start_of_scan = 0xDA, first_note = 0xE0,
+                       last_note = 0xFE;
+constexpr std::size_t longest_head = 2048;  // of a part in a multipart stream; more bytes are a picture that is none
+constexpr std::int64_t max_pixels = 64ll << 20;
+
+// The size by the frame's head; nothing when there is none.
+std::optional<cv::Size> size_of(std::span<const std::uint8_t> jpeg) {
+  for (std::size_t at = 2; at + 9 < jpeg.size();) {
+    const std::uint8_t kind = jpeg[at + 1];
+    if (jpeg[at] != 0xFF || kind == start_of_scan) return {};
+    if (kind == 0xFF) {
+      ++at;
+      continue;
+    }
+    if (kind >= 0xC0 && kind <= 0xCF && kind != 0xC4 && kind != 0xC8 && kind != 0xCC)
+      return cv::Size(jpeg[at + 7] << 8 | jpeg[at + 8], jpeg[at + 5] << 8 | jpeg[at + 6]);
+    at += 2 + (static_cast<std::size_t>(jpeg[at + 2]) << 8 | jpeg[at + 3]);
+  }
+  return {};
+}
+
+}  // namespace
+
+void JpegStream::drop(std::size_t bytes) {
+  bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(bytes));
+  at_ = 0;
+  in_scan_ = false;
+}
+
+// Goes on through the picture at the front. At its end `at_` is behind its last marker; where it is damaged, at what
+// may be the next picture.
+JpegStream::Step JpegStream::walk() {
+  while (at_ + 1 < bytes_.size()) {
+    if (in_scan_) {
+      const auto mark = std::find(bytes_.begin() + static_cast<std::ptrdiff_t>(at_), bytes_.end(), 0xFF);
+      at_ = static_cast<std::size_t>(mark - bytes_.begin());
+      if (at_ + 1 >= bytes_.size()) break;
+      const std::uint8_t kind = bytes_[at_ + 1];
+      if (kind == 0 || (kind >= 0xD0 && kind <= 0xD7)) {  // a byte of the pixels, or a place to begin again
+        at_ += 2;
+        continue;
+      }
+      if (kind == 0xFF) {
+        ++at_;
+        continue;
+      }
+      in_scan_ = false;
+    }
+    const std::uint8_t kind = bytes_[at_ + 1];
+    if (bytes_[at_] != 0xFF || kind == start_of_image || kind == 0) return Step::damaged;
+    if (kind == end_of_image) {
+      at_ += 2;
+      return Step::picture;
+    }
+    if (kind == 0xFF) {
+      ++at_;
+      continue;
+    }
+    if (at_ + 3 >= bytes_.size()) break;
+    const std::size_t length = static_cast<std::size_t>(bytes_[at_ + 2]) << 8 | bytes_[at_ + 3];
+    if (length < 2) return Step::damaged;
+    const std::size_t end = at_ + 2 + length;
+    if (end > bytes_.size()) break;
+    // tables that are cut run into the next picture; notes may hold a small one
+    if (kind < first_note || kind > last_note) {
+      const auto from = bytes_.begin() + static_cast<std::ptrdiff_t>(at_),
+                 to = bytes_.begin() + static_cast<std::ptrdiff_t>(end);
+      const auto other = std::search(from, to, begin_marker.begin(), begin_marker.end());
+      if (other != to) {
+        at_ += static_cast<std::size_t>(other - from);
+        return Step::damaged;
+      }
+    }
+    in_scan_ = kind == start_of_scan;
+    at_ = end;
+  }
+  return bytes_.size() > max_bytes ? Step::damaged : Step::more;
+}
+
+std::optional<std::vector<std::uint8_t>> JpegStream::next() {
+  while (true) {
+    if (at_ == 0) {
+      const auto first = std::search(bytes_.begin(), bytes_.end(), begin_marker.begin(), begin_marker.end());
+      const bool found = first != bytes_.end();
+      // the last two may be a beginning
+      const std::size_t skipped = found ? static_cast<std::size_t>(first - bytes_.begin())
+                                        : bytes_.size() - std::min<std::size_t>(bytes_.size(), 2);
+      drop(skipped);
+      between_ += skipped;
+      if (!found) return {};
+      if (std::exchange(between_, 0) > longest_head) ++damaged_;
+      at_ = 2;
+    }
+    switch (walk()) {
+      case Step::more:
+        return {};
+      case Step::picture: {
+        const std::size_t end = at_;
+        std::vector<std::uint8_t> picture(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(end));
+        drop(end);
+        return picture;
+      }
+      case Step::damaged:
+        ++damaged_;
+        // never back to the same beginning
+        drop(std::clamp<std::size_t>(at_, 1, bytes_.size()));
+    }
+  }
+}
+
+void JpegStream::end() {
+  damaged_ += at_ > 0 || between_ > longest_head;
+  drop(bytes_.size());
+  between_ = 0;
+}
+
+cv::Mat decode_jpeg(std::span<const std::uint8_t> jpeg) {
+  const auto size = size_of(jpeg);
+  if (!size || std::int64_t{size->width} * size->height > max_pixels) return {};
+  try {
+    const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1, const_cast<std::uint8_t*>(jpeg.data()));
+    return cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+}  // namespace arkmesh::tracker
