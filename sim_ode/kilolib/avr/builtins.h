@@ -1,7 +1,7 @@
 /* What the robot's compiler knows by itself and a program may call. */
 #ifndef ARKMESH_AVR_BUILTINS_H
 #define ARKMESH_AVR_BUILTINS_H
-#include "../util/delay_basic.h"
+#include <util/delay_basic.h>
 #define __builtin_avr_nop() ((void)0)
 #define __builtin_avr_sei() ((void)0)
 #define __builtin_avr_cli() ((void)0)

@@ -1,2 +1,2 @@
 /* The former name. */
-#include "../util/crc16.h"
+#include <util/crc16.h>

@@ -1,2 +1,2 @@
 /* The former name. */
-#include "../util/delay.h"
+#include <util/delay.h>

@@ -1,2 +1,2 @@
 /* The former name. */
-#include "../util/parity.h"
+#include <util/parity.h>
