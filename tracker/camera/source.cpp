@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
