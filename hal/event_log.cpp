@@ -118,6 +118,12 @@ std::span<const std::byte> EventLogReader::bytes_at(std::uint64_t offset, std::s
   return rest.first(std::min(n, rest.size()));
 }
 
+bool EventLogReader::is_whole(std::uint64_t place, const EventHeader& header) {
+  if (place + header.size() > size_) return false;
+  const auto event = view_of(bytes_at(place, header_bytes + header.channel_bytes));
+  return event && std::ranges::all_of(event->channel, [](char c) { return static_cast<unsigned char>(c) >= ' '; });
+}
+
 bool EventLogReader::ends_at(std::uint64_t place) {
   std::array<std::byte, sync.size()> next{};
   const std::size_t n = read(place, next);
@@ -136,11 +142,9 @@ std::optional<std::uint64_t> EventLogReader::find_event(std::uint64_t from, std:
     }
     if (from >= to) return {};
     const auto header = header_of(bytes_at(from, header_bytes));
-    const std::uint64_t end = from + (header ? header->size() : 0);
-    const auto event = header && end <= size_ && ends_at(end)
-                           ? view_of(bytes_at(from, header_bytes + header->channel_bytes))
-                           : std::nullopt;
-    if (event && std::ranges::all_of(event->channel, [](char c) { return c >= ' '; })) return from;
+    if (const std::uint64_t end = from + (header ? header->size() : 0);
+        header && is_whole(from, *header) && ends_at(end))
+      return from;
     ++from;
   }
   return {};
@@ -148,9 +152,9 @@ std::optional<std::uint64_t> EventLogReader::find_event(std::uint64_t from, std:
 
 std::optional<EventView> EventLogReader::next_place() {
   auto header = header_of(bytes_at(end_, header_bytes));
-  const bool fits = header && end_ + header->size() <= size_;
   // One that no other follows is damaged if another one begins within; else what is behind it is.
-  if (!fits || !ends_at(end_ + header->size())) {
+  if (!header || end_ + header->size() > size_ || !ends_at(end_ + header->size())) {
+    const bool fits = header && is_whole(end_, *header);
     const auto place = find_event(end_ + 1, fits ? end_ + header->size() : size_);
     if (!place && !fits) return {};
     if (place) {

@@ -72,6 +72,8 @@ class EventLogReader {
   // Fewer bytes than wanted at the file's end. The second reads ahead.
   std::size_t read(std::uint64_t offset, std::span<std::byte> to);
   std::span<const std::byte> bytes_at(std::uint64_t offset, std::size_t n);
+  // Whether the file holds all of it, on a channel with a name that people can read.
+  bool is_whole(std::uint64_t place, const EventHeader& header);
   // Whether the file ends there, or another event begins.
   bool ends_at(std::uint64_t place);
   // The first place from `from` on, and before `to`, where a whole event begins that another one or the end follows.
