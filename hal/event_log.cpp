@@ -134,9 +134,9 @@ std::optional<std::uint64_t> EventLogReader::find_event(std::uint64_t from, std:
   while (from + header_bytes <= to) {
     const auto bytes = bytes_at(from, std::min<std::uint64_t>(read_ahead_bytes, size_ - from));
     if (bytes.size() < header_bytes) return {};
-    const auto at = std::ranges::search(bytes, sync);
-    from += static_cast<std::uint64_t>(at.begin() - bytes.begin());
-    if (at.empty()) {
+    const auto at = std::search(bytes.begin(), bytes.end(), sync.begin(), sync.end());
+    from += static_cast<std::uint64_t>(at - bytes.begin());
+    if (at == bytes.end()) {
       from -= sync.size() - 1;  // one may begin there
       continue;
     }

@@ -237,8 +237,7 @@ TEST_CASE("stand guard: robots of a program that hangs are told to stand, on its
   }));
   std::this_thread::sleep_for(200ms);
   for (const std::uint8_t byte : listener.read()) rest.push_back(byte);
-  const auto runs_of_dots = std::ranges::search(rest, std::vector<std::uint8_t>(3, '.'));
-  CHECK(runs_of_dots.empty());
+  CHECK(std::search_n(rest.begin(), rest.end(), 3, std::uint8_t{'.'}) == rest.end());
   listener.hang_up();
   CHECK(eventually(guard_deadline, says_dots));
   // Where it has no line, and so nobody can speak, it is ended.
