@@ -172,7 +172,8 @@ std::unique_ptr<EmulatedArena> make(const hal::Section& arena, const hal::ArenaR
   const std::filesystem::path file = arena.section("emulated").read<EmulatedConfig>().file;
   std::vector<std::string> sets{fmt::format("emulator.seed={}", request.seed)};
   if (!request.program.empty())
-    sets.push_back("arena.ode.controller=" + (sim_ode::firmware_folder() / request.program).string());
+    sets.insert(sets.end(), {"arena.ode.controller=" + (sim_ode::firmware_folder() / request.program).string(),
+                             "arena.ode.group=[]"});
   return std::make_unique<EmulatedArena>(hal::Config::from_file(file, sets), arena, request, std::move(observer),
                                          std::move(names));
 }

@@ -289,7 +289,8 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
                        seconds(found.last_stamp), seconds(run_length)));
 
   // the log's robots and frame period are in force, whatever the keys for other arenas say
-  for (const char* key : {"robots", "frame_period_s", "pace", "obstacles", "objects"}) arena.leave_alone(key);
+  for (const char* key : {"robots", "frame_period_s", "pace", "shape", "corners", "obstacles", "objects"})
+    arena.leave_alone(key);
   ArenaInfo info{robot};
   info.name = lab;
   info.platform = "replay";

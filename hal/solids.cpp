@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "hal/arena_config.hpp"
 #include "hal/fixed_math.hpp"
 
 namespace arkmesh::hal {
@@ -38,6 +39,19 @@ bool crosses_itself(const std::vector<Point>& corners) {
       if (cross(a, b, c) * cross(a, b, d) <= 0 && cross(c, d, a) * cross(c, d, b) <= 0) return true;
     }
   return false;
+}
+
+// Of a polygon, counter-clockwise.
+std::vector<Point> corners_in(const Section& s, const std::vector<double>& numbers) {
+  if (numbers.size() % 2 != 0 || numbers.size() < 6 || numbers.size() > 2 * most_corners)
+    s.refuse("corners", fmt::format("must hold x and y of 3 to {} corners", most_corners));
+  std::vector<Point> out;
+  for (std::size_t i = 0; i < numbers.size(); i += 2) out.push_back({numbers[i], numbers[i + 1]});
+  if (crosses_itself(out)) s.refuse("corners", "make a polygon that crosses itself; list them in turn around it");
+  if (std::abs(area_m2(out)) < least_area_m2)
+    s.refuse("corners", "make a polygon of less than a square millimetre; spread them, or draw a wall");
+  if (area_m2(out) < 0) std::ranges::reverse(out);
+  return out;
 }
 
 // A shape and where it lies, as people write it.
@@ -80,19 +94,7 @@ struct PlacedShape {
       if (length_m * width_m < least_area_m2)
         s.refuse("width_m", "makes it smaller than a square millimetre; make it larger");
     }
-    if (kind == Kind::polygon) read_corners(s);
-  }
-
- private:
-  void read_corners(const Section& s) {
-    if (corners.size() % 2 != 0 || corners.size() < 6 || corners.size() > 2 * most_corners)
-      s.refuse("corners", fmt::format("must hold x and y of 3 to {} corners", most_corners));
-    for (std::size_t i = 0; i < corners.size(); i += 2) shape.corners.push_back({corners[i], corners[i + 1]});
-    if (crosses_itself(shape.corners))
-      s.refuse("corners", "make a polygon that crosses itself; list them in turn around it");
-    if (std::abs(area_m2(shape.corners)) < least_area_m2)
-      s.refuse("corners", "make a polygon of less than a square millimetre; spread them, or draw a wall");
-    if (area_m2(shape.corners) < 0) std::ranges::reverse(shape.corners);
+    if (kind == Kind::polygon) shape.corners = corners_in(s, corners);
   }
 };
 
@@ -118,12 +120,54 @@ bool is_object_name(const std::string& name) {
 struct SolidLists {
   std::vector<PlacedShape> obstacles;
   std::vector<ObjectConfig> objects;
+  enum class ArenaShape { rectangle, round, polygon } shape = ArenaShape::rectangle;
+  std::vector<double> corners;
 
   void fields(const Section& arena) {
+    arena.field(
+        "shape", shape,
+        {.help = "rectangle: width_m x height_m; round: width_m across; polygon: corners, within that rectangle",
+         .one_of = {"rectangle", "round", "polygon"}});
+    arena.field("corners", corners, {{-100, 100}, "m", "x, y of each corner of an arena that is a polygon"});
     arena.field("obstacles", obstacles);
     arena.field("objects", objects);
   }
 };
+
+// Empty: a rectangle.
+std::vector<Point> rim_of(const Section& arena, const SolidLists& said) {
+  constexpr int round_sides = 96;  // at most 0.6 mm inside a circle of 2 m
+  const auto sides = arena.read<ArenaSides>();
+  if (said.shape == SolidLists::ArenaShape::polygon) {
+    const std::vector<Point> corners = corners_in(arena, said.corners);
+    for (const Point& corner : corners)
+      if (std::abs(corner.x_m) > sides.width_m / 2 || std::abs(corner.y_m) > sides.height_m / 2)
+        arena.refuse("corners", fmt::format("must lie within width_m x height_m, {} m x {} m around the origin",
+                                            sides.width_m, sides.height_m));
+    return corners;
+  }
+  if (!said.corners.empty()) arena.refuse("corners", "belong to shape = \"polygon\"; remove them, or say so");
+  std::vector<Point> out;
+  if (said.shape == SolidLists::ArenaShape::rectangle) return out;
+  if (sides.width_m != sides.height_m) arena.refuse("shape", "needs width_m and height_m alike");
+  for (int i = 0; i < round_sides; ++i) {
+    const double turn = 2 * std::numbers::pi * i / round_sides;
+    out.push_back({sides.width_m / 2 * fixed::cos(turn), sides.width_m / 2 * fixed::sin(turn)});
+  }
+  return out;
+}
+
+// A wall outside of each side.
+void add_rim(Solids& out) {
+  constexpr double thick_m = 0.01;
+  for (std::size_t i = 0; i < out.rim.size(); ++i) {
+    const Point &a = out.rim[i], &b = out.rim[(i + 1) % out.rim.size()];
+    const double x = b.x_m - a.x_m, y = b.y_m - a.y_m, length_m = std::sqrt(x * x + y * y),
+                 out_x = y / length_m * thick_m, out_y = -x / length_m * thick_m;
+    out.obstacles.push_back(
+        {.shape = {.corners = {a, {a.x_m + out_x, a.y_m + out_y}, {b.x_m + out_x, b.y_m + out_y}, b}}, .pose = {}});
+  }
+}
 
 }  // namespace
 
@@ -135,6 +179,8 @@ Solids read_solids(const Section& arena) {
     arena.refuse("objects", fmt::format("are {}; {} are the most", lists.objects.size(), most_objects));
   Solids out;
   for (const PlacedShape& one : lists.obstacles) out.obstacles.push_back({one.shape, one.pose});
+  out.rim = rim_of(arena, lists);
+  add_rim(out);
   std::set<std::string> names;
   for (std::size_t i = 0; i < lists.objects.size(); ++i) {
     const ObjectConfig& one = lists.objects[i];

@@ -1,5 +1,5 @@
 // What is in an arena beside robots: obstacles, which stay where they are, and objects, which robots can push. The keys
-// of [[arena.obstacles]] and [[arena.objects]].
+// of [[arena.obstacles]] and [[arena.objects]], and the arena's shape.
 #pragma once
 
 #include <string>
@@ -11,7 +11,8 @@
 namespace arkmesh::hal {
 
 struct Solids {
-  std::vector<Obstacle> obstacles;
+  std::vector<Obstacle> obstacles;  // the last ones are the rim, if there is one: a wall behind each of its sides
+  std::vector<Point> rim;           // corners of an arena that is no rectangle, counter-clockwise; robots stay inside
   std::vector<MovableObject> objects;
 };
 

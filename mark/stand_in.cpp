@@ -19,8 +19,8 @@ constexpr double flying_share = 0.25;  // of the ground arena's side: the origin
 
 // Keys of other arenas, which the lab may have been run with before.
 void leave_alone_other_arenas(const hal::Section& root) {
-  for (const char* key :
-       {"use", "robots", "frame_period_s", "pace", "ode", "kilobot", "emulated", "replay", "obstacles", "objects"})
+  for (const char* key : {"use", "robots", "frame_period_s", "pace", "ode", "kilobot", "emulated", "replay", "shape",
+                          "corners", "obstacles", "objects"})
     root.section("arena").leave_alone(key);
 }
 

@@ -27,7 +27,7 @@
 #include "sim_ode/host/led_lights.hpp"
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/programs/program_inputs.hpp"
-#include "sim_ode/host/robot_host.hpp"
+#include "sim_ode/host/robot_groups.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
@@ -42,7 +42,7 @@ namespace {
 class OdeArena final : public SimulatedArena {
  public:
   OdeArena(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout, const Settings& settings,
-           const hal::Solids& solids, std::shared_ptr<const RobotProgram> program, const std::vector<hal::Pose>& start,
+           const hal::Solids& solids, std::vector<RobotGroups::Group> groups, const std::vector<hal::Pose>& start,
            std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed,
            const SimulatedArenaOptions& options)
       : settings_(settings),
@@ -54,13 +54,13 @@ class OdeArena final : public SimulatedArena {
         batteries_(settings, motors_.profiles()),
         world_(config.width_m, config.height_m, settings.contacts, seed, start, solids),
         light_(settings, config.robots, lab, seed),
-        host_(std::move(program), config.robots, motors_, leds_, sensors(), lab, seed, options.ids, output_of(options)),
+        host_(std::move(groups), motors_, leds_, sensors(options.overhead != nullptr), lab, seed, options.ids,
+              output_of(options)),
         infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
         overhead_(settings_, info_, world_, infrared_, options.overhead, lab, seed, counters_) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     if (settings.leave_failed) host_.leave_failed_robots();
     host_.hear_overhead_at(settings.air.overhead_distance_m);
-    host_.call_loop(settings.loops_per_tick);
     std::vector<float> gains;
     for (const RobotProfile& robot : motors_.profiles()) gains.push_back(static_cast<float>(robot.infrared_gain));
     infrared_.set_gains(std::move(gains));
@@ -205,7 +205,13 @@ class OdeArena final : public SimulatedArena {
     return out;
   }
 
-  RobotSensors sensors() {
+  // `outside`: the overhead controller is, which hears nobody.
+  RobotSensors sensors(bool outside) {
+    std::function<void(int, std::uint8_t, std::int32_t)> say;
+    if (!outside)
+      say = [this](int robot, std::uint8_t kind, std::int32_t value) {
+        registers_.hear({info_.robots[static_cast<std::size_t>(robot)], kind, value});
+      };
     std::function<double(int)> voltage;
     if (batteries_.run_down()) voltage = [this](int robot) { return batteries_.voltage(robot); };
     return {.light =
@@ -214,7 +220,8 @@ class OdeArena final : public SimulatedArena {
                   return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
                 },
             .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); },
-            .voltage = std::move(voltage)};
+            .voltage = std::move(voltage),
+            .say = std::move(say)};
   }
 
   // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that
@@ -285,7 +292,7 @@ class OdeArena final : public SimulatedArena {
   ContactWorld world_;
   Shadows shadows_;  // of obstacles and objects
   LightField light_;
-  RobotHost host_;
+  RobotGroups host_;
   InfraredMedium infrared_;
   OverheadAir overhead_;
   mutable std::vector<std::array<float, 3>> light_of_;
@@ -311,6 +318,55 @@ SimulatedArenaOptions with_ids(const hal::Section& arena, int robots, Settings& 
   return options;
 }
 
+// All robots of the arena: its groups, and last those that are in none. Throws ConfigError.
+std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& settings, int robots) {
+  std::vector<GroupSettings> out = settings.groups;
+  int rest = robots;
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if ((rest -= out[i].robots) < 0)
+      ode.section("group", static_cast<int>(i))
+          .refuse("robots", fmt::format("makes more than the arena's {}; take fewer, or more in arena.robots",
+                                        hal::counted(robots, "robot")));
+  if (rest == 0 && !out.empty()) {
+    if (!settings.start_poses.empty())
+      ode.refuse("start_poses", "are of robots in no group, and there are none; remove it");
+    return out;
+  }
+  if (settings.controller.empty())
+    ode.refuse("controller", "is missing, and some robots are in no group; name the C file");
+  out.push_back({settings, rest, settings.controller, settings.loops_per_tick});
+  return out;
+}
+
+// Where they start. Throws ConfigError.
+std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vector<GroupSettings>& groups,
+                                std::size_t in_list, const hal::Section& ode, const SolidBodies& furniture,
+                                const std::string& lab, std::uint64_t seed) {
+  const auto keys = [&](std::size_t i) { return i < in_list ? ode.section("group", static_cast<int>(i)) : ode; };
+  std::vector<hal::Pose> given;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const std::vector<hal::Pose>& poses = groups[i].start_poses;
+    if (!poses.empty() && static_cast<int>(poses.size()) != groups[i].robots)
+      keys(i).refuse("start_poses",
+                     fmt::format("holds {} for {}; give each robot x, y, heading", hal::counted(poses.size(), "place"),
+                                 hal::counted(groups[i].robots, "robot")));
+    given.insert(given.end(), poses.begin(), poses.end());
+  }
+  StartPlaces places(config.width_m, config.height_m, furniture, given);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    hal::RandomStream chance(seed, lab + "/ode/start", i < in_list ? i + 1 : 0);
+    if (!places.add(groups[i].robots, groups[i], chance))
+      keys(i).refuse(groups[i].start_at.empty() ? "start" : "start_at",
+                     fmt::format("has no room for {}; make the region or the arena larger, or take fewer",
+                                 hal::counted(groups[i].robots, "robot")));
+    if (groups[i].start_poses.empty()) continue;
+    if (const std::string error = error_with(places.poses(), config.width_m, config.height_m, furniture);
+        !error.empty())
+      keys(i).refuse("start_poses", error);
+  }
+  return places.poses();
+}
+
 std::unique_ptr<OdeArena> make(
     const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& given,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
@@ -322,29 +378,18 @@ std::unique_ptr<OdeArena> make(
   Settings settings = read_settings(arena, program);
   const SimulatedArenaOptions options = with_ids(arena, config.robots, settings, given);
 
-  const double within_x =
-      settings.start_in_centre ? 0.4 * config.width_m : config.width_m / 2 - hal::kilobot::body_radius_m;
-  const double within_y =
-      settings.start_in_centre ? 0.4 * config.height_m : config.height_m / 2 - hal::kilobot::body_radius_m;
-  std::vector<hal::Pose> start = settings.start_poses;
-  if (!start.empty()) {
-    if (static_cast<int>(start.size()) != config.robots)
-      arena.section("ode").refuse(
-          "start_poses", fmt::format("holds {} for {}; give each robot x, y, heading",
-                                     hal::counted(start.size(), "place"), hal::counted(config.robots, "robot")));
-    if (const std::string error = error_with(start, config.width_m, config.height_m, furniture); !error.empty())
-      arena.section("ode").refuse("start_poses", error);
-  } else {
-    start = start_places(config.robots, within_x, within_y, lab, seed, furniture);
-  }
-  if (static_cast<int>(start.size()) < config.robots)
-    arena.refuse("robots", "too many for the region where they start; make the arena larger or take fewer");
+  const hal::Section ode = arena.section("ode");
+  const std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
+  const std::vector<hal::Pose> start = start_of(config, groups, settings.groups.size(), ode, furniture, lab, seed);
 
   std::vector<RobotProfile> profiles = profiles_of(settings, arena.section("ode"), config.robots, lab, seed);
   all_read();
   try {
-    return std::make_unique<OdeArena>(config, layout, settings, solids, RobotProgram::load(settings.controller), start,
-                                      std::move(profiles), lab, seed, options);
+    std::vector<RobotGroups::Group> programs;
+    for (const GroupSettings& group : groups)
+      programs.push_back({RobotProgram::load(group.controller), group.robots, group.loops_per_tick});
+    return std::make_unique<OdeArena>(config, layout, settings, solids, std::move(programs), start, std::move(profiles),
+                                      lab, seed, options);
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   } catch (const ProgramFault& fault) {
@@ -361,7 +406,15 @@ ProgramSources program_of(const hal::Section& arena) {
 
 std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
   try {
-    return files_with_headers(read_settings(arena).controller);
+    const Settings settings = read_settings(arena);
+    std::vector<std::filesystem::path> out;
+    const auto add = [&](const ProgramSources& program) {
+      for (std::filesystem::path& file : files_with_headers(program))
+        if (std::ranges::find(out, file) == out.end()) out.push_back(std::move(file));
+    };
+    if (!settings.controller.empty()) add(settings.controller);
+    for (const GroupSettings& group : settings.groups) add(group.controller);
+    return out;
   } catch (const ProgramError& error) {
     arena.section("ode").refuse("controller", error.what());
   }

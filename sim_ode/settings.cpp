@@ -1,11 +1,72 @@
 // One line per key, ranges included.
 #include "sim_ode/settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <numbers>
+#include <ranges>
 
 namespace arkmesh::sim_ode {
+namespace {
+
+void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick) {
+  s.field("include", program.include, {.help = "folders with headers of that program, beside its own"});
+  s.field("define", program.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
+  s.field("loops_per_tick", loops_per_tick,
+          {.range = {1, 100'000}, .help = "how often loop is called in a tick; on a robot thousands of times"});
+}
+
+void check_macros(const hal::Section& s, const ProgramSources& program) {
+  for (const std::string& macro : program.define)
+    if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) s.refuse("define", wrong);
+}
+
+}  // namespace
+
+void StartSettings::fields(const hal::Section& ode) {
+  ode.field("start", start,
+            {.help = "where robots start at random: anywhere, within 0.8 of the sides, or where start_at says",
+             .one_of = {"uniform", "centre80", "box", "disc", "ring", "grid"}});
+  ode.field("start_at", start_at,
+            {{-100, 100}, "m", "x, y of a centre, then: box width, height; disc radius; ring radii; grid spacing"});
+  ode.field("start_poses", start_numbers_,
+            {{-100, 100}, "m, rad", "x, y, heading of each robot in turn; wins over start"});
+}
+
+void StartSettings::check(const hal::Section& ode) {
+  const std::vector<double>& poses = start_numbers_;
+  if (poses.size() % 3 != 0)
+    ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
+  for (std::size_t i = 0; i < poses.size(); i += 3) start_poses.push_back({poses[i], poses[i + 1], poses[i + 2]});
+  static constexpr const char* meant[] = {"",
+                                          "",
+                                          "x, y, width, height of the box",
+                                          "x, y, radius of the disc",
+                                          "x, y, inner and outer radius of the ring",
+                                          "x, y, spacing of the grid"};
+  static constexpr std::size_t numbers[] = {0, 0, 4, 3, 4, 3};
+  const auto form = static_cast<std::size_t>(start);
+  if (numbers[form] == 0 && !start_at.empty())
+    ode.refuse("start_at", "belongs to start = \"box\", \"disc\", \"ring\" or \"grid\"; remove it");
+  if (start_at.size() != numbers[form] ||
+      std::ranges::any_of(start_at | std::views::drop(2), [](double m) { return m < 0; }) ||
+      (start == Start::ring && start_at[2] > start_at[3]))
+    ode.refuse("start_at", fmt::format("must hold {}; lengths are 0 or more, and ascend", meant[form]));
+}
+
+void GroupSettings::fields(const hal::Section& group) {
+  group.field("robots", robots, {{1, 100'000}, "", "how many; their ids follow those of the group before"});
+  group.field("controller", controller.paths, {.help = "the C file that they run; none: that of [arena.ode]"});
+  fields_of_program(group, controller, loops_per_tick);
+  StartSettings::fields(group);
+}
+
+void GroupSettings::check(const hal::Section& group) {
+  check_macros(group, controller);
+  StartSettings::check(group);
+}
 
 void PresetKey::fields(const hal::Section& ode) {
   ode.field("preset", preset,
@@ -18,11 +79,8 @@ void Settings::fields(const hal::Section& ode) {
   ode.field("controller", controller.paths,
             {.help = "the C file that robots run; a list of files, or a folder of them, for a program of several",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
-             .required = controller.empty()});
-  ode.field("include", controller.include, {.help = "folders with headers of that program, beside its own"});
-  ode.field("define", controller.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
-  ode.field("loops_per_tick", loops_per_tick,
-            {.range = {1, 100'000}, .help = "how often loop is called in a tick; on a robot thousands of times"});
+             .required = controller.empty() && ode.place("group").empty()});
+  fields_of_program(ode, controller, loops_per_tick);
   ode.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; one: that of the first of robots"});
   ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
@@ -30,12 +88,8 @@ void Settings::fields(const hal::Section& ode) {
             {.help = "a robot's program that crashes or hangs ends the run, or leaves that robot dead",
              .one_of = {"end", "leave"}});
   leave_failed = on_fault == OnFault::leave;
-  enum class Start { uniform, centre80 } start = start_in_centre ? Start::centre80 : Start::uniform;
-  ode.field("start", start,
-            {.help = "robots start anywhere, or within 0.8 of the sides", .one_of = {"uniform", "centre80"}});
-  start_in_centre = start == Start::centre80;
-  ode.field("start_poses", start_numbers_,
-            {{-100, 100}, "m, rad", "x, y, heading of each robot in turn; wins over start"});
+  StartSettings::fields(ode);
+  ode.field("group", groups);
   ode.field("solver", contacts.solver,
             {.help = "who solves contacts: ODE, or, for clusters of robots alone, a faster solver of our own",
              .one_of = {"ode", "fast"}});
@@ -69,17 +123,21 @@ void Settings::fields(const hal::Section& ode) {
 }
 
 void Settings::check(const hal::Section& ode) {
-  if (controller.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
-  for (const std::string& macro : controller.define)
-    if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) ode.refuse("define", wrong);
+  if (controller.empty() && groups.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
+  check_macros(ode, controller);
   if (std::ranges::adjacent_find(ids, std::greater_equal()) != ids.end())
     ode.refuse("ids", "must be ascending, each id once");
+  StartSettings::check(ode);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const hal::Section keys = ode.section("group", static_cast<int>(i));
+    ProgramSources& own = groups[i].controller;
+    if (own.empty()) own.paths = controller.paths;
+    if (own.empty()) keys.refuse("controller", "is missing, here and in [arena.ode]; name the C file");
+    own.include.insert(own.include.end(), controller.include.begin(), controller.include.end());
+    own.define.insert(own.define.begin(), controller.define.begin(), controller.define.end());
+  }
   contacts.speed_m_s = speed_m_s;
   turn_rad_s = turn_deg_per_s * std::numbers::pi / 180;
-  const std::vector<double>& poses = start_numbers_;
-  if (poses.size() % 3 != 0)
-    ode.refuse("start_poses", "must hold three numbers for each robot: x, y in metres, heading in radians");
-  for (std::size_t i = 0; i < poses.size(); i += 3) start_poses.push_back({poses[i], poses[i + 1], poses[i + 2]});
   const std::vector<double>& lamp = lamp_numbers_;
   if (lamp.size() % 2 != 0) ode.refuse("lamp", "must hold two numbers for each lamp: x, y in metres");
   for (std::size_t i = 0; i < lamp.size(); i += 2) lamps.push_back({lamp[i], lamp[i + 1], 0});
@@ -99,7 +157,10 @@ Settings read_settings(const hal::Section& arena, const std::filesystem::path& p
   Settings defaults = settings_of(ode.read<PresetKey>().preset);
   if (!program.empty()) defaults.controller = program;
   Settings out = ode.read(std::move(defaults));
-  if (!program.empty()) out.controller = program;  // also of include and define
+  if (!program.empty()) {  // also of include and define, and of all groups
+    out.controller = program;
+    for (GroupSettings& group : out.groups) group.controller = program;
+  }
   out.blank_leds = arena.read<ViewSettings>().blank_leds;
   return out;
 }

@@ -12,6 +12,7 @@
 #include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/programs/program_sources.hpp"
+#include "sim_ode/start_settings.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -31,17 +32,26 @@ struct PresetKey {
   void fields(const hal::Section& ode);
 };
 
-struct Settings : PresetKey, DriveSettings, BatterySettings {
+// Robots with ids in a row that run a program of their own, and start in a region of their own.
+struct GroupSettings : StartSettings {
+  int robots = 1;
+  ProgramSources controller;  // no path: that of [arena.ode]; include and define go with those there
+  int loops_per_tick = 1;
+
+  void fields(const hal::Section& group);
+  void check(const hal::Section& group);
+};
+
+struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
   double turn_deg_per_s = 45;
-  std::filesystem::path robots_file;   // what single robots are like; empty: as drawn
-  ProgramSources controller;           // for kilolib
-  int loops_per_tick = 1;              // how often a program's loop is called in a tick
-  std::vector<std::int64_t> ids;       // kilo_uid by robot; empty: 0, 1, 2, ...
-  bool leave_failed = false;           // on_fault = "end" | "leave"
-  bool start_in_centre = false;        // start = "uniform" | "centre80"
-  std::vector<hal::Pose> start_poses;  // of each robot in turn; wins over `start`
-  bool blank_leds = false;             // arena.blank_leds: cameras see no colours
-  ContactSettings contacts;            // solver, friction
+  std::filesystem::path robots_file;  // what single robots are like; empty: as drawn
+  ProgramSources controller;          // for kilolib
+  int loops_per_tick = 1;             // how often a program's loop is called in a tick
+  std::vector<std::int64_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
+  std::vector<GroupSettings> groups;  // from robot 0 on; the rest of the robots are as [arena.ode] says
+  bool leave_failed = false;          // on_fault = "end" | "leave"
+  bool blank_leds = false;            // arena.blank_leds: cameras see no colours
+  ContactSettings contacts;           // solver, friction
   // sensors
   std::vector<hal::Pose> lamps;  // headings mean nothing
   double light_noise = 10;       // a reading of ambient light is off by up to this much, of 1023
@@ -60,7 +70,7 @@ struct Settings : PresetKey, DriveSettings, BatterySettings {
   void check(const hal::Section& ode);
 
  private:
-  std::vector<double> start_numbers_, lamp_numbers_;
+  std::vector<double> lamp_numbers_;
 };
 
 // presets.cpp

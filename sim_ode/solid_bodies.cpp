@@ -37,6 +37,9 @@ SolidBodies::SolidBodies(double width_m, double height_m, const hal::Solids& sol
   };
   for (const hal::Obstacle& obstacle : solids.obstacles) add(obstacle.shape, obstacle.pose, false);
   first_object_ = static_cast<int>(things_.size());
+  if (!solids.rim.empty()) floor_.emplace(hal::Shape{.corners = solids.rim});
+  rim_end_ = first_object_;
+  rim_begin_ = floor_ && floor_->is_convex() ? rim_end_ - static_cast<int>(solids.rim.size()) : rim_end_;
   for (const hal::MovableObject& object : solids.objects) {
     Thing& thing = add(object.shape, object.start, true);
     const double held_n = object.friction * object.mass_kg * gravity_m_s2;
@@ -55,7 +58,9 @@ std::vector<ObjectBody> SolidBodies::objects() const {
 
 void SolidBodies::shade(Shadows& out) const {
   out.blockers.clear();
-  for (const Thing& thing : things_) {
+  for (int k = 0; k < static_cast<int>(things_.size()); ++k) {
+    if (k >= rim_begin_ && k < rim_end_) continue;
+    const Thing& thing = things_[index(k)];
     const PlacedOutline here = placed(thing);
     if (thing.outline.is_disc()) {
       out.blockers.push_back(Blocker::disc({thing.x, thing.y}, thing.outline.shape().radius_m));
@@ -212,7 +217,7 @@ void SolidBodies::poses(double share, std::vector<hal::ObjectObservation>& out) 
 }
 
 double SolidBodies::clearance_m(double x, double y, double at_most_m) const {
-  double out = at_most_m;
+  double out = floor_ ? std::min(at_most_m, -floor_->distance_m(x, y)) : at_most_m;
   for (const Thing& thing : things_) {
     const double dx = x - thing.x, dy = y - thing.y, far_m = thing.outline.bound_m() + out;
     if (far_m > 0 && dx * dx + dy * dy < far_m * far_m) out = std::min(out, placed(thing).distance_m(x, y));
@@ -225,7 +230,8 @@ std::string SolidBodies::misplaced() const {
     const Thing& object = things_[index(i)];
     touches_.clear();
     for (const int wall : {-1, -2, -3, -4}) wall_touches(object, wall, 0, touches_);
-    if (!touches_.empty()) return fmt::format("object {} is not wholly inside the walls", i - first_object_);
+    if (!touches_.empty() || (floor_ && floor_->distance_m(object.x, object.y) > 0))
+      return fmt::format("object {} is not wholly inside the walls", i - first_object_);
     for (int j = 0; j < i; ++j) {
       touches_.clear();
       touches_of(placed(object), placed(things_[index(j)]), 0, touches_);

@@ -2,6 +2,7 @@
 // Objects are rigid bodies with mass, which the table's friction holds; unlike robots they have momentum.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,11 +45,11 @@ class SolidBodies {
   void begin_tick();
   // `share` 0..1 of the way from the tick's beginning to now.
   void poses(double share, std::vector<hal::ObjectObservation>& out) const;
-  // All of them as they lie now, in light's way.
+  // All of them as they lie now, in light's way; the rim of an arena without dents is not, as walls are not.
   void shade(Shadows& out) const;
   // What is wrong with where objects start, as the end of a sentence; they count from 0. Empty when nothing is.
   std::string misplaced() const;
-  // How far a point is from the nearest of them, `at_most_m` at most; negative inside.
+  // How far a point is from the nearest of them, `at_most_m` at most; negative inside, and outside the rim.
   double clearance_m(double x, double y, double at_most_m) const;
 
  private:
@@ -80,7 +81,8 @@ class SolidBodies {
 
   double width_m_, height_m_;
   std::vector<Thing> things_;
-  int first_object_ = 0;
+  int first_object_ = 0, rim_begin_ = 0, rim_end_ = 0;  // things that shade() leaves out
+  std::optional<Outline> floor_;                        // of an arena that is no rectangle
   std::vector<Near> near_;
   std::vector<NearThings> near_things_;
   std::vector<int> body_of_;  // by thing, in this step; -1

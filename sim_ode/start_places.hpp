@@ -1,20 +1,50 @@
-// Where robots stand at the beginning: at random, not touching each other nor anything else, or on places that were
-// checked.
+// Where robots stand at the beginning: at random in a region, not touching each other nor anything else, and inside the
+// walls; or on places that were checked.
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "hal/random.hpp"
 #include "hal/types.hpp"
 #include "sim_ode/solid_bodies.hpp"
+#include "sim_ode/start_settings.hpp"
 
 namespace arkmesh::sim_ode {
 
-// Robots' centres lie at most `half_width_m`, `half_height_m` from the arena's centre; headings are random. Empty when
-// that many do not fit.
-std::vector<hal::Pose> start_places(int robots, double half_width_m, double half_height_m, const std::string& lab,
-                                    std::uint64_t seed, const SolidBodies& solids);
+class StartPlaces {
+ public:
+  // `solids` outlive it. Nobody who starts at random stands where `given` ones will.
+  StartPlaces(double width_m, double height_m, const SolidBodies& solids, std::vector<hal::Pose> given = {})
+      : sides_{width_m, height_m}, solids_(solids), given_(std::move(given)) {}
+
+  // So many more robots: on the places given by hand, unchecked, or where `start` says; headings are random then. What
+  // `chance` draws decides. False: that many do not fit.
+  bool add(int robots, const StartSettings& start, hal::RandomStream chance);
+  const std::vector<hal::Pose>& poses() const { return poses_; }
+
+ private:
+  struct Region;
+  Region region_of(const StartSettings& start) const;
+  bool is_free(double x, double y) const;
+  void take(const hal::Pose& pose);
+  void draw(int robots, const Region& region, hal::RandomStream& chance);
+  static std::vector<hal::Pose> lattice(const Region& region);
+  static std::vector<hal::Pose> grid(int robots, const std::vector<double>& at);
+  bool choose(std::vector<hal::Pose> places, int robots, hal::RandomStream& chance);
+  void forget_behind(std::size_t first);
+
+  struct {
+    double width_m, height_m;
+  } sides_;
+  const SolidBodies& solids_;
+  std::vector<hal::Pose> given_, poses_;
+  // Robots by cells of one distance: whoever is too near lies in a neighbouring cell. Only cells with somebody in them.
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells_;
+};
 
 // What is wrong with places given by hand, as the end of a sentence: a robot in or beyond a wall, two that overlap, one
 // in an obstacle or an object.

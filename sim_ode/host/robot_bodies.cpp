@@ -14,17 +14,20 @@ constexpr double full_voltage = 716;
 }  // namespace
 
 RobotBodies::RobotBodies(int robots, Motors& motors, LedLights& leds, RobotSensors sensors, const std::string& lab,
-                         std::uint64_t seed, const std::vector<std::uint16_t>& ids)
-    : motors_(motors), leds_(leds), sensors_(std::move(sensors)) {
+                         std::uint64_t seed, const std::vector<std::uint16_t>& ids, int first)
+    : first_(first), motors_(motors), leds_(leds), sensors_(std::move(sensors)) {
   hal::RandomStream sensing(seed, lab + "/ode/sensors");
   const auto around = [&sensing](int nominal, int spread) {
     return static_cast<std::int16_t>(nominal - spread +
                                      static_cast<int>(sensing.below(static_cast<std::uint64_t>(2 * spread + 1))));
   };
-  for (int i = 0; i < robots; ++i) {
+  for (int i = 0; i < first + robots; ++i) {
+    const std::int16_t voltage = around(nominal_voltage, voltage_spread),
+                       temperature = around(nominal_temperature, temperature_spread);
+    if (i < first) continue;  // as they are drawn whatever group they are in
     uid_.push_back(ids.empty() ? static_cast<std::uint16_t>(i) : ids.at(index(i)));
-    voltage_.push_back(around(nominal_voltage, voltage_spread));
-    temperature_.push_back(around(nominal_temperature, temperature_spread));
+    voltage_.push_back(voltage);
+    temperature_.push_back(temperature);
     hard_random_.emplace_back(seed, lab + "/ode/rand_hard", static_cast<std::uint64_t>(i));
   }
 }
@@ -32,22 +35,23 @@ RobotBodies::RobotBodies(int robots, Motors& motors, LedLights& leds, RobotSenso
 std::int16_t RobotBodies::voltage(int robot) const {
   const std::int16_t drawn = voltage_[index(robot)];
   if (!sensors_.voltage) return drawn;
-  return static_cast<std::int16_t>(drawn - nominal_voltage + std::lround(full_voltage * sensors_.voltage(robot)));
+  return static_cast<std::int16_t>(drawn - nominal_voltage +
+                                   std::lround(full_voltage * sensors_.voltage(number(robot))));
 }
 
 void RobotBodies::apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us) {
   if (effects.outputs != Effects::Outputs::keep) {
-    motors_.set(robot, 0, 0, us);
-    motors_.connect(robot, effects.outputs == Effects::Outputs::connect, us);
+    motors_.set(number(robot), 0, 0, us);
+    motors_.connect(number(robot), effects.outputs == Effects::Outputs::connect, us);
   }
-  if (effects.colour) leds_.set(robot, *effects.colour, us);
+  if (effects.colour) leds_.set(number(robot), *effects.colour, us);
   if (effects.save) store(robot, values);
 }
 
 void RobotBodies::stop(int robot) {
-  motors_.connect(robot, false, 0);
-  motors_.set(robot, 0, 0, 0);
-  leds_.put_out(robot);
+  motors_.connect(number(robot), false, 0);
+  motors_.set(number(robot), 0, 0, 0);
+  leds_.put_out(number(robot));
 }
 
 }  // namespace arkmesh::sim_ode

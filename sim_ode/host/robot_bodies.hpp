@@ -21,34 +21,49 @@ struct RobotSensors {
   std::function<bool(int robot, std::int64_t at_us)> receiving;
   // Its battery's voltage as a share of a full one's. Empty: batteries never run down.
   std::function<double(int robot)> voltage;
+  // What it says to its lab. Empty: nobody hears.
+  std::function<void(int robot, std::uint8_t kind, std::int32_t value)> say;
 };
 
 class RobotBodies {
  public:
-  // `motors` and `leds` outlive the bodies. Robots' ids are 0, 1, 2, ... unless `ids` holds others.
+  // `motors` and `leds` outlive the bodies. Robots' ids are 0, 1, 2, ... unless `ids` holds others. They are `robots`
+  // of the arena's from number `first` on, and are counted from 0 here.
   RobotBodies(int robots, Motors& motors, LedLights& leds, RobotSensors sensors, const std::string& lab,
-              std::uint64_t seed, const std::vector<std::uint16_t>& ids);
+              std::uint64_t seed, const std::vector<std::uint16_t>& ids, int first = 0);
+
+  // In the arena.
+  int number(int robot) const { return first_ + robot; }
 
   // What the EEPROM holds.
-  RobotValues values(int robot) const { return {uid_[index(robot)], motors_.calibration(robot)}; }
+  RobotValues values(int robot) const { return {uid_[index(robot)], motors_.calibration(number(robot))}; }
   void store(int robot, const RobotValues& values) {
     uid_[index(robot)] = values.uid;
-    motors_.calibration(robot) = values.duties;
+    motors_.calibration(number(robot)) = values.duties;
   }
 
   // What a command does, `us` after the start of the present tick. `values` are those in the robot's memory.
   void apply(int robot, const Effects& effects, const RobotValues& values, std::int64_t us);
-  void drive(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us) { motors_.set(robot, left, right, us); }
-  bool moves(int robot) const { return motors_.load(robot) > 0; }
+  void drive(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us) {
+    motors_.set(number(robot), left, right, us);
+  }
+  bool moves(int robot) const { return motors_.load(number(robot)) > 0; }
   // As it was when the present tick began.
-  std::uint8_t colour(int robot) const { return leds_.colour(robot); }
-  void show(int robot, std::uint8_t colour, std::int64_t us) { leds_.set(robot, colour, us); }
+  std::uint8_t colour(int robot) const { return leds_.colour(number(robot)); }
+  void show(int robot, std::uint8_t colour, std::int64_t us) { leds_.set(number(robot), colour, us); }
   // Dark and still.
   void stop(int robot);
 
   // Whether a message arrives at lab time at_us: no sensor can be read then.
-  bool receives(int robot, std::int64_t at_us) const { return sensors_.receiving && sensors_.receiving(robot, at_us); }
-  std::int16_t light(int robot) const { return sensors_.light ? sensors_.light(robot) : std::int16_t{0}; }
+  bool receives(int robot, std::int64_t at_us) const {
+    return sensors_.receiving && sensors_.receiving(number(robot), at_us);
+  }
+  std::int16_t light(int robot) const { return sensors_.light ? sensors_.light(number(robot)) : std::int16_t{0}; }
+  // False: nobody hears it.
+  bool say(int robot, std::uint8_t kind, std::int32_t value) const {
+    if (sensors_.say) sensors_.say(number(robot), kind, value);
+    return sensors_.say != nullptr;
+  }
   std::int16_t voltage(int robot) const;
   std::int16_t temperature(int robot) const { return temperature_[index(robot)]; }
   std::uint8_t random_byte(int robot) { return static_cast<std::uint8_t>(hard_random_[index(robot)].next()); }
@@ -56,6 +71,7 @@ class RobotBodies {
  private:
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
 
+  int first_;
   Motors& motors_;
   LedLights& leds_;
   RobotSensors sensors_;

@@ -19,21 +19,21 @@ constexpr std::int64_t idle_told_us = 5'000'000, idle_check_ticks = 16;
 constexpr std::int64_t idle_run_us = 30'000'000;  // a shorter run says nothing of robots that did nothing
 
 std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
-                                    std::uint64_t seed) {
+                                    std::uint64_t seed, int first, int robots) {
   hal::RandomStream timer_at(seed, lab + "/ode/timer_offset");
   std::vector<RobotClock> out;
   for (const RobotProfile& robot : profiles)
     out.push_back({.at_us = static_cast<std::int64_t>(timer_at.below(tick_us)),
                    .late_us = static_cast<std::int64_t>(robot.clock_slow * tick_us)});
-  return out;
+  return {out.begin() + first, out.begin() + first + robots};
 }
 
 std::vector<SendTimer> make_timers(const std::vector<RobotProfile>& profiles, const std::string& lab,
-                                   std::uint64_t seed) {
+                                   std::uint64_t seed, int first, int robots) {
   std::vector<SendTimer> out;
   for (const RobotProfile& robot : profiles)
     out.emplace_back(robot.send_spread, hal::RandomStream(seed, lab + "/ode/send_timer", out.size()));
-  return out;
+  return {out.begin() + first, out.begin() + first + robots};
 }
 
 std::vector<std::string> numbers(int robots) {
@@ -50,22 +50,24 @@ bool clocks_differ(const std::vector<RobotProfile>& profiles) {
 
 RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
                      RobotSensors sensors, const std::string& lab, std::uint64_t seed,
-                     const std::vector<std::uint16_t>& ids, const RobotOutput& output)
+                     const std::vector<std::uint16_t>& ids, const RobotOutput& output, int first)
     : program_(std::move(program)),
       guard_(FaultGuard::acquire()),
-      bodies_(robots, motors, leds, std::move(sensors), lab, seed, ids),
+      bodies_(robots, motors, leds, std::move(sensors), lab, seed, ids, first),
       heaps_(program_->heap_bytes(), robots),
       files_(output.folder, output.names.empty() ? numbers(robots) : output.names),
       memory_(program_->abi().begin, program_->first_memory(), robots),
-      turns_(program_->abi(), memory_, heaps_, files_, bodies_, *guard_, make_clocks(motors.profiles(), lab, seed),
-             make_timers(motors.profiles(), lab, seed), clocks_differ(motors.profiles()), output.text) {
+      turns_(program_->abi(), memory_, heaps_, files_, bodies_, *guard_,
+             make_clocks(motors.profiles(), lab, seed, first, robots),
+             make_timers(motors.profiles(), lab, seed, first, robots), clocks_differ(motors.profiles()), output.text) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);
-  for (int i = 0; i < robots; ++i) {
-    turns_.write_eeprom(i);
-    power_up(i);
+  for (int i = -first; i < robots; ++i) {
     // switched on by hand, not all in one tick
     const auto ticks_on = static_cast<std::uint32_t>(boot.below(16));
+    if (i < 0) continue;
+    turns_.write_eeprom(i);
+    power_up(i);
     turns_.firmware(i).count(ticks_on);
     memory_.write(i, program_->abi().ticks, ticks_on);
   }
@@ -80,7 +82,8 @@ void RobotHost::power_up(int robot) {
              .words = "repeats something in main() and never calls kilo_start(setup, loop); move it to loop()"};
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
   if (!*program_->abi().loop || !*program_->abi().setup)
-    throw ProgramFault(fmt::format("the program of robot {} never calls kilo_start(setup, loop)", robot));
+    throw ProgramFault(
+        fmt::format("the program of robot {} never calls kilo_start(setup, loop)", bodies_.number(robot)));
 }
 
 std::uint16_t RobotHost::id_of(int robot) const {
@@ -119,8 +122,8 @@ void RobotHost::tell_of_idle_waits() {
   spdlog::warn(
       "the program of robot {} has not returned from loop, and set neither motors nor LED, since {:.3f} s: it waits{} "
       "({}){}",
-      first.robot, static_cast<double>(first.since_us) * 1e-6, first.from ? program_->place_of(first.from) : "",
-      program_->source().string(), others);
+      bodies_.number(first.robot), static_cast<double>(first.since_us) * 1e-6,
+      first.from ? program_->place_of(first.from) : "", program_->source().string(), others);
 }
 
 void RobotHost::tell_of_idle_robots() const {
@@ -145,9 +148,9 @@ void RobotHost::tell_of_heap_misuse() {
                                  ? "gives back what malloc() did not give it, or gave back before,"
                                  : fmt::format("has written beyond the {} that it got{}: noticed",
                                                hal::counted(misuse.bytes, "byte"), program_->place_of(misuse.from));
-    spdlog::warn("the program of robot {} {}{} at {:.3f} s; only its own memory is damaged ({})", misuse.robot, what,
-                 program_->place_of(noticed), static_cast<double>(turns_.tick() * tick_us) * 1e-6,
-                 program_->source().string());
+    spdlog::warn("the program of robot {} {}{} at {:.3f} s; only its own memory is damaged ({})",
+                 bodies_.number(misuse.robot), what, program_->place_of(noticed),
+                 static_cast<double>(turns_.tick() * tick_us) * 1e-6, program_->source().string());
   }
 }
 
@@ -181,8 +184,9 @@ std::string RobotHost::words_for(const Fault& fault, const std::string& place) c
 
 std::string RobotHost::sentence_for(const Fault& fault) const {
   const std::string place = fault.instruction ? program_->place_of(fault.instruction) : std::string{};
-  return fmt::format("the program of robot {} {}{} at {:.3f} s ({})", turns_.robot(), words_for(fault, place), place,
-                     static_cast<double>(turns_.now_us()) * 1e-6, program_->source().string());
+  return fmt::format("the program of robot {} {}{} at {:.3f} s ({})", bodies_.number(turns_.robot()),
+                     words_for(fault, place), place, static_cast<double>(turns_.now_us()) * 1e-6,
+                     program_->source().string());
 }
 
 void RobotHost::report(const Fault& fault) const {

@@ -34,10 +34,11 @@ class ProgramFault : public std::runtime_error {
 class RobotHost {
  public:
   // Powers all robots up: main() runs until kilo_start(). `motors` and `leds` outlive the host. Robots' ids are 0, 1,
-  // 2, ... unless `ids` holds others; their clocks are those of the motors' profiles. Throws ProgramFault.
+  // 2, ... unless `ids` holds others; their clocks are those of the motors' profiles. They are `robots` of the arena's
+  // from number `first` on, and are counted from 0 here. Throws ProgramFault.
   RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Motors& motors, LedLights& leds,
             RobotSensors sensors, const std::string& lab, std::uint64_t seed,
-            const std::vector<std::uint16_t>& ids = {}, const RobotOutput& output = {});
+            const std::vector<std::uint16_t>& ids = {}, const RobotOutput& output = {}, int first = 0);
 
   // From now on a robot whose program fails stands still, dark and deaf, and the others go on. It fails all the same
   // where it boots.

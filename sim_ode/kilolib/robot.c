@@ -77,18 +77,29 @@ static void no_text(const char* text, uint32_t size) {
 #define NOTHING (void*)nothing
 #define OF_ONE(name) no_function,
 #define OF_TWO(name) no_function_of_two,
-__attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, NOTHING,
-    NOTHING, ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
+__attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               NOTHING,
+                                                                               ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
 #undef NOTHING
 #undef OF_ONE
 #undef OF_TWO
@@ -261,6 +272,11 @@ uint8_t estimate_distance(const distance_measurement_t* dist) {
 static uint8_t back_off(void) {
   arkmesh_ticks++;
   return rand() & 0xFF;
+}
+
+HIDDEN void arkmesh_say(uint8_t kind, int32_t value) {
+  SPEND(8);
+  arkmesh_calls.say(kind, value, CALLER);
 }
 
 /* ---- start and end ---- */

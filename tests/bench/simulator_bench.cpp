@@ -119,13 +119,17 @@ void ours(benchmark::State& state, Size size, const char* solver) {
 // The same parts put together by hand, to see what each one takes and how true the contacts are.
 void parts(benchmark::State& state, Size size) {
   using namespace sim_ode;
+  static const auto places_of = [](const Size& s) {
+    const SolidBodies nothing(s.side_m(), s.side_m(), {});
+    StartPlaces places(s.side_m(), s.side_m(), nothing);
+    places.add(s.robots, {}, hal::RandomStream(1, "bench/ode/start"));
+    return places.poses();
+  };
   struct Kept {
     Kept(const Size& s)
         : motors(settings, s.robots, "bench", 1),
           leds(s.robots),
-          world(s.side_m(), s.side_m(), settings.contacts, 1,
-                start_places(s.robots, s.side_m() / 2 - 0.0165, s.side_m() / 2 - 0.0165, "bench", 1,
-                             SolidBodies(s.side_m(), s.side_m(), {}))),
+          world(s.side_m(), s.side_m(), settings.contacts, 1, places_of(s)),
           host(RobotProgram::load(std::filesystem::path(program)), s.robots, motors, leds, {}, "bench", 1),
           medium(settings, s.side_m(), s.side_m(), s.robots, "bench", 1) {
       Message run;

@@ -45,8 +45,10 @@ TextbookSwarm::TextbookSwarm(int robots, double side_m) : state_(std::make_uniqu
   dCreatePlane(w.space, -1, 0, 0, -half);
   dCreatePlane(w.space, 0, 1, 0, -half);
   dCreatePlane(w.space, 0, -1, 0, -half);
-  for (const hal::Pose& pose :
-       sim_ode::start_places(robots, half - r, half - r, "bench", 1, sim_ode::SolidBodies(side_m, side_m, {}))) {
+  const sim_ode::SolidBodies nothing(side_m, side_m, {});
+  sim_ode::StartPlaces places(side_m, side_m, nothing);
+  places.add(robots, {}, hal::RandomStream(1, "bench/ode/start"));
+  for (const hal::Pose& pose : places.poses()) {
     const dBodyID body = dBodyCreate(w.world);
     dMass mass;
     dMassSetSphereTotal(&mass, 0.01, r);

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "hal/arena.hpp"
@@ -25,7 +26,12 @@ class MessageRegisters final : public hal::RobotLink {
   void offer(std::span<const hal::ToRobot> newest) override;
   hal::Airtime airtime() const override { return airtime_; }
   void command(const hal::FleetCommand& command) override;
-  std::vector<hal::FromRobot> heard() override { return {}; }
+  std::vector<hal::FromRobot> heard() override { return std::exchange(heard_, {}); }
+  // What a robot said, which only simulated ones do. At most 65536 words wait; more are dropped and counted.
+  void hear(const hal::FromRobot& said) {
+    if (heard_.size() == most_heard) return counters_.add("from_robots.dropped");
+    heard_.push_back(said);
+  }
 
   struct Outgoing {
     Message message;
@@ -71,6 +77,8 @@ class MessageRegisters final : public hal::RobotLink {
   std::map<hal::RobotId, Waiting> waiting_;  // receivers with something waiting; `everyone` is the last of a round
   hal::RobotId next_receiver_ = 0;           // where the round over receivers goes on
   hal::Airtime airtime_;
+  static constexpr std::size_t most_heard = 1 << 16;
+  std::vector<hal::FromRobot> heard_;
 };
 
 }  // namespace arkmesh::hal::kilobot

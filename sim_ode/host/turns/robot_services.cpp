@@ -30,6 +30,7 @@ arkmesh_host RobotServices::all() {
           .format = std::vsnprintf,
           .scan = std::vsscanf,
           .scan_file = std::vfscanf,
+          .say = say,
 #define MATHEMATICS(name) .name = hal::fixed::name,
           ARKMESH_MATHEMATICS(MATHEMATICS, MATHEMATICS)
 #undef MATHEMATICS
@@ -116,11 +117,16 @@ int RobotServices::print(FILE* stream, const char* format, va_list values) {
   return undisturbed([&] { return std::max(0, std::vfprintf(stream, format, values)); });
 }
 void RobotServices::text(const char* text, std::uint32_t size) {
-  if (turns().text_) return turns().text_->say(turns().robot_, turns().now_us(), text, size);
+  if (turns().text_) return turns().text_->say(turns().bodies_.number(turns().robot_), turns().now_us(), text, size);
   undisturbed([&] {
     turns().files_.print(turns().robot_, {text, size});
     return 0;
   });
+}
+void RobotServices::say(std::uint8_t kind, std::int32_t value, const void* from) {
+  turns().acts(true);
+  if (!turns().bodies_.say(turns().robot_, kind, value))
+    FaultGuard::leave(Fault::Kind::gave_up, "called arkmesh_say(), and no overhead controller hears robots", from);
 }
 
 }  // namespace arkmesh::sim_ode

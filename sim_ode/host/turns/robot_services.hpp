@@ -37,6 +37,7 @@ struct RobotServices {
   static int close(FILE* stream);
   static int write(FILE* stream, const void* data, std::size_t size);
   static int print(FILE* stream, const char* format, va_list values);
+  static void say(std::uint8_t kind, std::int32_t value, const void* from);
 };
 
 }  // namespace arkmesh::sim_ode
