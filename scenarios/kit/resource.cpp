@@ -28,8 +28,10 @@ double Resource::pass(double seconds, int robots) {
     stock_ =
         std::isfinite(factor) ? stock_ * factor / (1 + stock_ / settings_.capacity * (factor - 1)) : settings_.capacity;
   }
-  const double n = robots;
-  return take(settings_.capacity * settings_.rate_per_s * seconds * (settings_.use == Use::by_each ? n : n * n));
+  double n = robots;
+  if (settings_.use == Use::by_pairs) n *= n;
+  if (settings_.use == Use::shared) n = std::min(n, 1.0);
+  return take(settings_.capacity * settings_.rate_per_s * seconds * n);
 }
 
 double Resource::take(double amount) {

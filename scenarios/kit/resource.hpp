@@ -5,7 +5,8 @@ namespace arkmesh::scenarios::kit {
 
 class Resource {
  public:
-  enum class Use { by_each, by_pairs };  // n robots take rate * n, or rate * n^2, of the capacity a second
+  // n robots take rate * n, rate * n^2, or, however many they are, rate of the capacity a second.
+  enum class Use { by_each, by_pairs, shared };
   struct Settings {
     double capacity = 1;
     double growth_per_s = 0;  // r of logistic growth, dx/dt = r x (1 - x / capacity)

@@ -3,7 +3,6 @@
 // wall_sensor.hpp. Pure geometry.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,20 +14,20 @@ namespace arkmesh::scenarios::kit {
 // What eyes see, in the arena frame; metres.
 class Surroundings {
  public:
-  // The arena's walls, and its obstacles.
-  Surroundings(double width_m, double height_m, std::span<const hal::Obstacle> obstacles = {});
-  void add_side(const hal::Point& from, const hal::Point& to) { sides_.push_back({from, to}); }
+  // The arena's walls, its first four sides, and its obstacles, which seem nearer than they are by the margin.
+  Surroundings(double width_m, double height_m, std::span<const hal::Obstacle> obstacles = {}, double margin_m = 0);
 
   struct Side {
     hal::Point from, to;
+    double margin_m = 0;
   };
   struct Disc {
     hal::Point centre;
     double radius_m;
+    double margin_m = 0;
   };
   // Many at once cost less than one after the other.
   void add_discs(std::span<const Disc> discs);
-  void add_disc(const hal::Point& centre, double radius_m) { add_discs(std::array{Disc{centre, radius_m}}); }
 
   const std::vector<Side>& sides() const { return sides_; }
   const std::vector<Disc>& discs() const { return discs_; }
@@ -38,7 +37,7 @@ class Surroundings {
  private:
   std::vector<Side> sides_;
   std::vector<Disc> discs_;  // ascending x
-  double largest_m_ = 0;     // radius
+  double largest_m_ = 0;     // radius and margin
 };
 
 class Sectors {
@@ -47,6 +46,9 @@ class Sectors {
     int count = 8;        // 1 to 16 equal sectors
     bool around = false;  // all round, sector 0 begins straight ahead; else the front half circle, sector 0 leftmost
     double reach_m = 0.1;
+    // As the published software's eyes: a wall that is near, and the nearest of the rest, fill all sectors that lie
+    // wholly within 90 degrees of the direction to it. In front only.
+    bool half_planes = false;
     int levels = 1;  // 1: something is within reach or not; more: 0 nothing, `levels` touches the robot's centre
   };
   // Throws std::invalid_argument with one sentence for settings that make no sense.
@@ -62,6 +64,8 @@ class Sectors {
   static std::uint32_t bits(std::span<const int> levels);
 
  private:
+  std::vector<double> half_planes_m(const hal::Pose& robot, const Surroundings& what) const;
+
   Settings settings_;
 };
 

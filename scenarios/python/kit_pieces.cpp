@@ -56,8 +56,11 @@ struct KitPieces::Piece {
 // Distances in each sector; -1: nothing is within reach.
 struct KitPieces::Eyes final : Piece {
   Eyes(const lab::Lab& lab, const Said& asked)
-      : sectors({.count = asked.at("sectors"), .around = asked.at("around"), .reach_m = asked.at("reach")}),
-        walls(lab.arena().width_m, lab.arena().height_m, lab.arena().obstacles),
+      : sectors({.count = asked.at("sectors"),
+                 .around = asked.at("around"),
+                 .reach_m = asked.at("reach"),
+                 .half_planes = asked.at("half_planes")}),
+        walls(lab.arena().width_m, lab.arena().height_m, lab.arena().obstacles, asked.at("margin")),
         what(walls) {
     if (!asked.at("robots").is_null()) radius_m = asked.at("robots");
     make_imperfect(lab, asked, std::vector<Column>(columns(), {.high = asked.at("reach"), .noise = asked.at("noise")}));
@@ -79,10 +82,16 @@ struct KitPieces::Eyes final : Piece {
   std::optional<double> radius_m;  // of robots of other labs, as discs; without it they are what sensors.presence says
 };
 
+kit::LedSet leds_in(const nlohmann::ordered_json& asked) {
+  kit::LedSet out = 0;
+  for (const auto& led : asked.at("leds")) out = static_cast<kit::LedSet>(out | 1U << led.get<unsigned>());
+  return out;
+}
+
 struct KitPieces::Crowd final : Piece {
-  Crowd(const lab::Lab& lab, const Said& asked) : range_m(asked.at("range")), of_all_labs(asked.at("others")) {
+  Crowd(const lab::Lab& lab, const Said& asked)
+      : range_m(asked.at("range")), of_all_labs(asked.at("others")), leds(leds_in(asked)) {
     make_imperfect(lab, asked, {{Column::Kind::whole_number, 0, 1e6, asked.at("noise")}});
-    for (const auto& led : asked.at("leds")) leds = static_cast<kit::LedSet>(leds | 1U << led.get<unsigned>());
     kit::neighbours({}, {}, range_m);  // what is wrong is said at once
   }
 
@@ -101,8 +110,8 @@ struct KitPieces::Crowd final : Piece {
 
   double range_m;
   bool of_all_labs;
+  kit::LedSet leds;
   std::vector<kit::Seen> others;  // of other labs, as merged last
-  kit::LedSet leds = 0;
 };
 
 // Value, slope along x and y of the arena, and zones.
@@ -162,18 +171,23 @@ struct KitPieces::Trail final : Piece {
   double opening_rad = 0, radius_m = 0, least = 0;  // radius in the shared frame
 };
 
-// Whether a robot is inside; of the region how many robots of all labs are, and what is left of a resource there. The
-// resource is used and grows at boundaries, by the robots that were merged, so that it is alike in all labs.
+// Whether a robot is inside; of the region how many robots of all labs that count are, what is left of a resource
+// there, and what each of them got in the last period. The resource is used and grows at boundaries, by the robots that
+// were merged, so that it is alike in all labs.
 struct KitPieces::Zone final : Piece {
   explicit Zone(const Said& asked)
-      : region(region_of(asked)), label(asked.at("label")), colour(colour_named(asked.at("colour"))) {
+      : region(region_of(asked)),
+        leds(leds_in(asked)),
+        label(asked.at("label")),
+        colour(colour_named(asked.at("colour"))) {
     if (const Said& given = asked.at("resource"); !given.is_null())
-      stock.emplace(kit::Resource::Settings{
-          .capacity = given.at("capacity"),
-          .growth_per_s = given.at("growth"),
-          .rate_per_s = given.at("rate"),
-          .use = given.at("pairs").get<bool>() ? kit::Resource::Use::by_pairs : kit::Resource::Use::by_each,
-          .regrows_at_once_below = given.at("regrows_below")});
+      stock.emplace(kit::Resource::Settings{.capacity = given.at("capacity"),
+                                            .growth_per_s = given.at("growth"),
+                                            .rate_per_s = given.at("rate"),
+                                            .use = given.at("pairs").get<bool>()    ? kit::Resource::Use::by_pairs
+                                                   : given.at("shared").get<bool>() ? kit::Resource::Use::shared
+                                                                                    : kit::Resource::Use::by_each,
+                                            .regrows_at_once_below = given.at("regrows_below")});
   }
   static kit::Region region_of(const Said& asked) {
     std::vector<hal::Point> corners;
@@ -189,22 +203,27 @@ struct KitPieces::Zone final : Piece {
       out.push_back(region.contains({at.x_m, at.y_m}));
     }
   }
-  std::vector<double> world() const override { return {static_cast<double>(robots), stock ? stock->stock() : 0.0}; }
+  std::vector<double> world() const override {
+    return {static_cast<double>(robots), stock ? stock->stock() : 0.0, share};
+  }
   void on_period(lab::Lab& lab) override {
     robots = 0;
     for (const std::string& each : lab.labs())
       for (const lab::SharedRobot& robot : lab.state(each).robots)
-        robots += region.contains({robot.in_shared.x_m, robot.in_shared.y_m});
-    if (stock && lab.period() > 0) stock->pass(std::chrono::duration<double>(lab.period_length()).count(), robots);
+        robots += (leds & kit::only(robot.led)) != 0 && region.contains({robot.in_shared.x_m, robot.in_shared.y_m});
+    if (stock && lab.period() > 0)
+      share = stock->pass(std::chrono::duration<double>(lab.period_length()).count(), robots) / std::max(1, robots);
     region.seen_in(lab.projection())
         .draw(lab, colour, false, stock ? fmt::format("{} {:.2f}", label, stock->stock()) : label);
   }
 
   kit::Region region;
+  kit::LedSet leds;  // of robots that count
   std::string label;
   hal::Colour colour;
   std::optional<kit::Resource> stock;
   int robots = 0;
+  double share = 0;
 };
 
 struct KitPieces::Tiles final : Piece {
@@ -252,6 +271,23 @@ struct KitPieces::Towards final : Piece {
   }
 
   hal::Point place;
+};
+
+// Where robots are in the shared world: x, y, heading.
+struct KitPieces::Gps final : Piece {
+  Gps(const lab::Lab& lab, const Said& asked) {
+    const Said& noise = asked.at("noise");
+    const Column place{Column::Kind::number, -1e9, 1e9, noise.at(0)};
+    make_imperfect(lab, asked, {place, place, {Column::Kind::angle, 0, 0, noise.at(1)}});
+  }
+
+  std::size_t columns() const override { return 3; }
+  void sense(const lab::Lab& lab, const hal::PoseFrame& frame, std::vector<double>& out) override {
+    for (const hal::Observation& robot : frame.robots) {
+      const hal::Pose at = lab.projection().to_shared(robot.pose);
+      out.insert(out.end(), {at.x_m, at.y_m, at.heading_rad});
+    }
+  }
 };
 
 struct KitPieces::Talk final : Piece {
@@ -321,6 +357,8 @@ void KitPieces::add(lab::Lab& lab, const Said& asked) {
     pieces_.push_back(std::make_unique<Tiles>(lab, asked));
   else if (piece == "towards")
     pieces_.push_back(std::make_unique<Towards>(lab, asked));
+  else if (piece == "gps")
+    pieces_.push_back(std::make_unique<Gps>(lab, asked));
   else if (piece == "light")
     pieces_.push_back(std::make_unique<Shine>(lab, asked));
   else if (piece == "voices")

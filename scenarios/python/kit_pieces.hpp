@@ -38,6 +38,7 @@ class KitPieces {
   struct Zone;
   struct Tiles;
   struct Towards;
+  struct Gps;
   struct Talk;
   struct Shine;
   std::vector<std::unique_ptr<Piece>> pieces_;

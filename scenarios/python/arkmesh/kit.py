@@ -68,6 +68,13 @@ class Piece:
             self.sensed[rows] = sensed
 
 
+def _leds(leds):
+    leds = sorted({_whole("an LED", led, 0, 7) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
+    if not leds:
+        raise ValueError("leds are numbers 0 to 7, and there are none")
+    return leds
+
+
 class Eyes(Piece):
     """What is near in each sector: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
 
@@ -124,8 +131,8 @@ class Trail(Piece):
 
 
 class Region(Piece):
-    """A part of the shared world. `inside` (n): whether a robot is in it. `robots`: how many of all labs are, and `stock`: what is left of
-    its resource, both as merged at the last boundary, alike in all labs."""
+    """A part of the shared world. `inside` (n): whether a robot is in it. As merged at the last boundary, alike in all labs: `robots`, how many
+    of all labs are in it and count; `stock`, what is left of its resource; `share`, what each of them got of it in the last period."""
 
     @property
     def inside(self):
@@ -138,6 +145,10 @@ class Region(Piece):
     @property
     def stock(self):
         return float(self._world[1])
+
+    @property
+    def share(self):
+        return float(self._world[2])
 
 
 class Floor(Piece):
@@ -165,6 +176,23 @@ class Towards(Piece):
     def sector(self, sectors):
         """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise; 0 where a robot was never seen."""
         return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
+
+
+class Gps(Piece):
+    """Where each robot is, as whole numbers: `column` and `row` (n) of the cell that it is in or next to, from the left and from below, and
+    `heading` (n) as one of so many directions, 0 around x, then counter-clockwise; -1 where a robot was never seen."""
+
+    def _cell(self, axis):
+        cells = numpy.floor((self.sensed[:, axis] / self.size[axis] + 0.5) * self.cells[axis])
+        return numpy.nan_to_num(numpy.clip(cells, 0, self.cells[axis] - 1), nan=-1).astype(int)
+
+    column = property(lambda self: self._cell(0))
+    row = property(lambda self: self._cell(1))
+
+    @property
+    def heading(self):
+        turned = numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2]
+        return numpy.nan_to_num(turned, nan=-1).astype(int)
 
 
 class Light(Piece):
@@ -195,22 +223,24 @@ class Kit:
     reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
     frame. A robot that a frame does not hold keeps its last reading."""
 
-    def eyes(self, sectors=8, reach=0.1, around=False, robots=None, noise=0.0, every_s=0.0):
+    def eyes(self, sectors=8, reach=0.1, around=False, robots=None, margin=0.0, half_planes=False, noise=0.0, every_s=0.0):
         """A virtual proximity sensor for walls and obstacles: 1 to 16 equal sectors of the half circle in front, the leftmost first, or
         `around` the robot, counter-clockwise, of which the first begins straight ahead. `reach` in metres from the robot's centre.
         `robots`: robots of other labs are seen as discs of that radius in this arena, unless sensors.presence is "none"; without it
-        they are seen where that key is "no-walk"."""
+        they are seen where that key is "no-walk". `margin`: obstacles seem so many metres nearer than they are. `half_planes`: as in the
+        software published with M-ARK, a wall within reach fills all sectors in front that lie wholly within 90 degrees of its direction;
+        so does the nearest of obstacles and robots."""
         sectors = _whole("sectors", sectors, 1, 16)
+        if half_planes and around:
+            raise ValueError("half_planes are of the half circle in front; leave around out")
         return self._sensor(Eyes, {"piece": "eyes", "sectors": sectors, "reach": _number("reach", reach, 1e-6, 1e3), "around": bool(around),
+                                   "margin": _number("margin", margin, 0, 1e3), "half_planes": bool(half_planes),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
     def crowd(self, range, leds=None, others=True, noise=0.0, every_s=0.0):  # pylint: disable=redefined-builtin
         """How many robots are within `range` metres of each robot: of this lab and, `others` true, of other labs where they are in this
         arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
-        leds = sorted({_whole("an LED", led, 0, 7) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
-        if not leds:
-            raise ValueError("leds are numbers 0 to 7, and there are none")
-        return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": leds, "others": bool(others)}, noise, every_s)
+        return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
     def trail(self, name, width, height, cell, half_life=0.0, linear=0.0, diffusion=0.0, wind=(0.0, 0.0), cap=1e6, cut_off=0.0,
               zones=None, full=1.0):
@@ -228,26 +258,29 @@ class Kit:
         self._must_be_alike("trail", name, {key: value for key, value in asked.items() if key not in ("zones", "full")})
         return self._piece(Trail, asked)
 
-    def region(self, centre=None, radius=None, corners=None, resource=None, label="", colour="note"):
-        """A disc or a polygon of the shared world, which is drawn. `resource`: a stock that all robots inside use, a dict of capacity (1),
-        growth (r of logistic growth, a second), rate (of the capacity that each takes, a second), pairs (true: n robots take n times as
-        much each) and regrows_below (below which it is full again)."""
+    def region(self, centre=None, radius=None, corners=None, resource=None, leds=None, label="", colour="note"):
+        """A disc or a polygon of the shared world, which is drawn. `leds`: only robots whose LED is one of these numbers count, and use the
+        resource. `resource`: a stock that they use, a dict of capacity (1), growth (r of logistic growth, a second), rate (of the capacity
+        that each takes, a second), pairs (true: n robots take n times as much each), shared (true: all together take no more than one) and
+        regrows_below (below which it is full again)."""
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region is a disc with centre and radius, or has corners")
-        known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "regrows_below": 0.0}
+        known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "shared": False, "regrows_below": 0.0}
         if resource is not None:
             if not isinstance(resource, dict) or set(resource) - set(known):
                 raise ValueError(f"a resource is a dict that may have {', '.join(known)}, and not {resource!r}")
             resource = {**known, **resource}
-            resource = {key: bool(value) if key == "pairs" else _number(f"{key} of a resource", value, 0) for key, value in resource.items()}
+            if resource["pairs"] and resource["shared"]:
+                raise ValueError("a resource is used by pairs or shared, not both")
+            resource = {key: bool(value) if key in ("pairs", "shared") else _number(f"{key} of a resource", value, 0) for key, value in resource.items()}
         places = numpy.asarray([centre] if corners is None else corners, dtype=float)
         if places.ndim != 2 or places.shape[1] != 2 or not numpy.isfinite(places).all():
             raise ValueError(f"places of a region are pairs of numbers, and these have the shape {places.shape}")
-        asked = {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else _number("radius", radius, 0), "resource": resource}
+        asked = {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else _number("radius", radius, 0), "resource": resource, "leds": _leds(leds)}
         if resource is not None:
             self._must_be_alike("resource", sum(key.startswith("resource.") for key in self._alike), asked)
         piece = self._piece(Region, {**asked, "label": str(label), "colour": str(colour)})
-        piece._merge(numpy.array([0.0, resource["capacity"] if resource else 0.0]))  # until the first boundary
+        piece._merge(numpy.array([0.0, resource["capacity"] if resource else 0.0, 0.0]))  # until the first boundary
         return piece
 
     def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None, image=None, levels=2, noise=0.0, every_s=0.0):
@@ -306,6 +339,17 @@ class Kit:
         """Bearing and distance to a place of the shared world. `noise`: of the bearing in radians, and of the distance in metres."""
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
+
+    def gps(self, columns=32, rows=32, headings=32, width=None, height=None, noise=(0.0, 0.0), every_s=0.0):
+        """Places in the shared world in few bits: of columns and rows of cells around its origin, and of so many `headings`, 1 to 65536 each.
+        `width` and `height` are metres of the shared world; without them they are the sides of this arena. `noise`: of x and y in
+        metres, and of the heading in radians."""
+        cells = [_whole(name, n, 1, 65536) for name, n in (("columns", columns), ("rows", rows), ("headings", headings))]
+        size = [self.scale * side if given is None else _number(name, given, 1e-6, 1e6)
+                for name, given, side in (("width", width, self.width_m), ("height", height, self.height_m))]
+        piece = self._sensor(Gps, {"piece": "gps"}, noise, every_s, 3, count=2)
+        piece.cells, piece.size = cells, size
+        return piece
 
     def light(self, ambient=0.0, slope=(0.0, 0.0), beams=(), noise=0.0, every_s=0.0):
         """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023: `ambient` at the origin, `slope` more for each

@@ -86,6 +86,10 @@ TEST_CASE("kit: a resource grows as the logistic equation says, and is taken as 
   CHECK(pairs.pass(2, 4) == doctest::Approx(1.6));
   CHECK(pairs.pass(1000, 40) == doctest::Approx(8.4));
   CHECK(pairs.pass(1, 1) == 0);
+  Resource common({.capacity = 10, .rate_per_s = 0.005, .use = Resource::Use::shared});
+  CHECK(common.pass(2, 4) == doctest::Approx(0.1));
+  CHECK(common.pass(2, 1) == doctest::Approx(0.1));
+  CHECK(common.pass(2, 0) == 0);
   Resource renewed({.capacity = 10, .regrows_at_once_below = 1});
   renewed.take(9.5);
   CHECK(renewed.stock() == 10);

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "hal/random.hpp"
+#include "scenarios/wall_sensor.hpp"
 
 namespace arkmesh::scenarios::kit {
 namespace {
@@ -90,6 +91,48 @@ TEST_CASE("kit: levels grow with nearness, and bits have the leftmost sector fir
   CHECK(levels == std::vector<int>{0, 0, 6, 7});
   CHECK(Sectors::bits(levels) == 0b0011);
   CHECK(front.levels({0, 0, 0}, arena) == std::vector<int>(4, 0));
+}
+
+TEST_CASE("kit: half planes are what the published eyes see of walls") {
+  hal::RandomStream random(1, "test/half_planes");
+  const Surroundings arena(1, 0.7);
+  const Sectors front({.count = 8, .reach_m = 0.1, .half_planes = true, .levels = 1});
+  int seen = 0;
+  for (int round = 0; round < 5000; ++round) {
+    const hal::Pose robot{random.uniform(-0.49, 0.49), random.uniform(-0.34, 0.34), random.uniform(-pi, pi)};
+    const auto bits = Sectors::bits(front.levels(robot, arena));
+    CHECK(bits == blocked_sectors(robot, 1, 0.7, 0.1));
+    seen += bits != 0;
+  }
+  CHECK(seen > 1000);
+  // of two obstacles the nearer one, straight ahead, and not the other one's half plane
+  std::vector<hal::Obstacle> obstacles(2);
+  obstacles[0].shape.radius_m = obstacles[1].shape.radius_m = 0.05;
+  obstacles[0].pose = {0.1, 0, 0};
+  obstacles[1].pose = {0, 0.12, 0};
+  CHECK(Sectors::bits(front.levels({0, 0, 0}, {1, 1, obstacles})) == 0xff);
+  obstacles[0].pose = {0, -0.11, 0};
+  CHECK(Sectors::bits(front.levels({0, 0, 0}, {1, 1, obstacles})) == 0x0f);
+}
+
+TEST_CASE("kit: with a margin, obstacles seem nearer in the sectors where they are, and walls do not") {
+  std::vector<hal::Obstacle> obstacles(2);
+  obstacles[0].shape.radius_m = 0.08;
+  obstacles[0].pose = {0.2, 0.1, 0};
+  obstacles[1].shape.corners = {{-0.1, -0.03}, {0.1, -0.03}, {0.1, 0.03}, {-0.1, 0.03}};
+  obstacles[1].pose = {-0.2, -0.1, 0.7};
+  constexpr double reach = 0.1, margin = 0.04;
+  const Sectors far({.count = 6, .around = true, .reach_m = reach + margin}),
+      near({.count = 6, .around = true, .reach_m = reach});
+  const Surroundings bare(4, 4, obstacles), padded(4, 4, obstacles, margin), walls(0.5, 0.5, {}, margin);
+  hal::RandomStream random(1, "test/margin");
+  for (int round = 0; round < 2000; ++round) {
+    const hal::Pose robot{random.uniform(-0.5, 0.5), random.uniform(-0.4, 0.4), random.uniform(-pi, pi)};
+    const auto wanted = far.distances_m(robot, bare), seen = near.distances_m(robot, padded);
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      CHECK(seen[i] == (wanted[i] < 1 ? std::max(0.0, wanted[i] - margin) : none));
+  }
+  CHECK(near.distances_m({0.2, 0, 0}, walls)[0] == doctest::Approx(0.05));
 }
 
 TEST_CASE("kit: sensors that are none are refused in one sentence") {
