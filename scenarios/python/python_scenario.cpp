@@ -124,15 +124,14 @@ void draw(lab::Lab& lab, const Said& drawn) {
     lab.draw(hal::Text{points.at(0), label, colour});
 }
 
-void say_whole(lab::Lab& lab, const Said& given) {
-  hal::ToRobot message{
-      .robot = hal::everyone, .slot = given.at("slot"), .whole = hal::WholeMessage{given.at("type"), given.at("data")}};
+std::vector<hal::ToRobot> whole_messages(const Said& given) {
   const Said& robots = given.at("robots");
-  if (robots.is_null()) return lab.say(message);
-  for (const auto& robot : robots) {
-    message.robot = robot;
-    lab.say(message);
-  }
+  std::vector<hal::ToRobot> out(robots.is_null() ? 1 : robots.size(),
+                                {.robot = hal::everyone,
+                                 .slot = given.at("slot"),
+                                 .whole = hal::WholeMessage{given.at("type"), given.at("data")}});
+  for (std::size_t i = 0; i < robots.size(); ++i) out[i].robot = robots.at(i);
+  return out;
 }
 
 }  // namespace
@@ -273,7 +272,7 @@ void PythonScenario::begin(lab::Lab& lab) {
 
 void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const hal::Observation& seen : frame.robots) leds_[seen.robot] = seen.led;
-  if (!merged_ || frame.number % every_ != 0) return;
+  if (frame.number % every_ != 0) return;
   collect(lab, real_time_wait);
   if (open_answers_ > 0) {
     lab.counts().add("scenario.frames_skipped");
@@ -289,8 +288,9 @@ void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> mes
 }
 
 void PythonScenario::on_period(lab::Lab& lab) {
-  merged_ = true;
   collect(lab, real_time_wait);
+  merged_ = true;
+  for (const hal::ToRobot& message : std::exchange(early_, {})) lab.say(message);
   kit_.on_period(lab);
   ask(lab, 'P', encode_period(lab, initial_only_) + kit_.world());
 }
@@ -384,7 +384,8 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     }
     for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
-    for (const auto& given : said.value("whole", Said::array())) say_whole(lab, given);
+    for (const auto& given : said.value("whole", Said::array()))
+      for (const hal::ToRobot& message : whole_messages(given)) say(lab, message);
     for (const auto& asked : said.value("kit", Said::array())) add_piece(lab, asked);
     if (said.contains("kit_acts")) {
       for (const auto& done : said.at("kit_acts")) kit_.act(lab, done);
@@ -427,8 +428,14 @@ void PythonScenario::take_words(lab::Lab& lab, std::string_view words) {
       message = words_.next(lab.now(), word.message, led == leds_.end() ? hal::Led::off : led->second);
     else if (word.how != Word::once)
       message = words_.next(lab.now(), word.message, word.how == Word::shown);
-    if (message) lab.say(*message);
+    if (message) say(lab, *message);
   }
+}
+
+// What is said of frame 0 waits until robots may be told something: for the first merge.
+void PythonScenario::say(lab::Lab& lab, const hal::ToRobot& message) {
+  if (merged_) return lab.say(message);
+  early_.push_back(message);
 }
 
 // What it prints, with the traceback of what it raised.

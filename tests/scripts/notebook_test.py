@@ -121,10 +121,10 @@ class Notebook(unittest.TestCase):
             with arkmesh.lab(A, seconds=10, seed=1, settings={"scenario.loop.kind": 1}) as lab:
                 kind, frames = lab.setting("kind", 0), 0
                 for frame in lab:
+                    assert frame is lab and frame.now_s == frames / 10
                     frames += 1
                     frame.tell(frame.seen, kind=kind)
-                    assert frame is lab and frame.now_s == frames / 10
-            assert frames == 100 and not lab.run.led[0].any() and (lab.run.led[-1] == 7).all()
+            assert frames == 101 and not lab.run.led[0].any() and (lab.run.led[-1] == 7).all()
             with arkmesh.lab(A, seconds=1000, every=5) as lab:
                 for frame in lab:
                     if lab.now_s > 3:

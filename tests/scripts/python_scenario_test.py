@@ -56,7 +56,7 @@ class Places(unittest.TestCase):
                 self.assertTrue((arkmesh.within(xy, others, reach) == wanted).all(), (k, n, m, size, reach))
 
 
-KIT = """import numpy, arkmesh
+KIT = """import math, numpy, arkmesh
 class Mine(arkmesh.Scenario):
     def begin(self, lab):
         self.trail = lab.trail("trail", 2, 2, cell=0.02, half_life=30, zones=(4, 3.14, 0.05, 0.2), full=3)
@@ -70,6 +70,10 @@ class Mine(arkmesh.Scenario):
         self.ring = lab.voices("ring", 2, graph=[(("a", i), ("b", i)) for i in range(20)])
         self.image = lab.floor("h", 0.8, 0.6, 4, 3, image="floor.png", levels=4)
         self.lamp, self.dim = lab.light(100, slope=(50, 0), beams=[{"path": [(0.1, 0), (0.2, 0)], "speed": 0.01}]), lab.light(500, noise=20)
+        self.gps, self.vague = lab.gps(20, 10, headings=30), lab.gps(1000, 1000, 360, width=2, height=2, noise=(0.01, 0.1), every_s=1)
+        self.half, self.whole = lab.eyes(8, reach=0.08, half_planes=True), lab.eyes(8, reach=0.08)
+        self.dark = lab.region(centre=(0.1, 0), radius=0.2, leds=[0], resource={"rate": 0.001, "shared": True})
+        self.lit = lab.region(centre=(0.1, 0), radius=0.2, leds=[1, 2], resource={"rate": 0.001})
         self.common, self.own_chance = lab.random("x", common=True), lab.random("x")
         assert lab.random("x", common=True) is self.common and (self.common.random() != self.own_chance.random())
         self.rare, self.rough = lab.towards((0.3, 0.1), every_s=1), lab.towards((0.3, 0.1), noise=(0.1, 0.02))
@@ -78,6 +82,9 @@ class Mine(arkmesh.Scenario):
     def period(self, lab):
         self.merged = True
         lab.row("chance", common=self.common.random(), own=self.own_chance.random())
+        assert self.dark.robots + self.lit.robots <= self.disc.robots and numpy.isclose(self.lit.share, 0.0005 * (lab.periods > 0 and self.lit.robots > 0))
+        if lab.periods > 0 and self.dark.robots > 0:
+            assert numpy.isclose(self.dark.share * self.dark.robots, 0.0005)
     def frame(self, lab):
         def near(others, reach):
             return (numpy.hypot(*(lab.xy[:, None] - others[None]).T).T <= reach)
@@ -85,7 +92,7 @@ class Mine(arkmesh.Scenario):
         assert (self.crowd.count == own + near(lab.others.xy, 0.12).sum(axis=1)).all()
         assert (self.own.count == near(lab.xy[lab.led == 0], 0.12).sum(axis=1) - (lab.led == 0)).all()
         wall = numpy.minimum(lab.width_m / 2 - abs(lab.xy[:, 0]), lab.height_m / 2 - abs(lab.xy[:, 1]))
-        apart = numpy.hypot(*(lab.xy[:, None] - lab.others.xy[None]).T).T.min(axis=1) - 0.02
+        apart = numpy.hypot(*(lab.xy[:, None] - lab.others.xy[None]).T).T.min(axis=1, initial=numpy.inf) - 0.02
         nearest = numpy.minimum(wall, numpy.maximum(apart, 0))
         seen = self.around.distance.min(axis=1)
         assert numpy.allclose(seen[nearest < 0.0999], nearest[nearest < 0.0999]) and (seen[nearest > 0.1001] > 1).all()
@@ -96,6 +103,13 @@ class Mine(arkmesh.Scenario):
         row, column = numpy.floor((y + 0.3) / 0.2).clip(0, 2), numpy.floor((x + 0.4) / 0.2).clip(0, 3)
         assert (self.tiles.level == row * 4 + column).all() and set(self.drawn.level) <= {0, 1}
         assert (self.image.level == (row * 4 + column).astype(int) % 4).all()
+        turned = lab.heading + (0.5 if lab.name == "b" else 0)
+        assert (self.gps.column == numpy.floor((x + 0.3) / 0.03).clip(0, 19)).all() and (self.gps.row == numpy.floor((y + 0.3) / 0.06).clip(0, 9)).all()
+        off = (turned - self.gps.heading * math.radians(12) + math.pi) % (2 * math.pi) - math.pi
+        assert (abs(off) <= math.radians(6) + 1e-9).all() and set(self.gps.heading) <= set(range(30))
+        assert abs((self.vague.column - 500) * 0.002 - x).max() < 0.08 and (self.vague.column != numpy.floor((x + 1) / 0.002)).any()
+        assert (wall[self.half.bits > 0] < 0.08).all() and (self.half.bits >= self.whole.bits).any()
+        lab.count("half", int((self.half.bits > 0).sum()))
         beam = 0.1 + abs((lab.now_s * 0.01 + 0.1) % 0.2 - 0.1)
         lit = numpy.hypot(x - beam, y)
         assert ((self.lamp.level == numpy.where(lit <= 0.1, 1023, numpy.rint(100 + 50 * x)))[abs(lit - 0.1) > 1e-6]).all()
@@ -226,15 +240,50 @@ class PythonScenario(unittest.TestCase):
                 "    lab.message(bytes([0, 0, colour << 1, 1, 2, 3, 4, 5, 6]), type=20)\n"
                 "    if lab.now_s >= 3: lab.message([0, 4 << 8 | 1, 0x020304], 20, who=[3])\n"
                 "    lab.row('leds', t=lab.now_s, shown=' '.join(map(str, lab.led)))\n")
-        for program, layout, middle, last in (("layout_7_1_16", "7+1+16", "1 2 1 2 1 2", "1 2 1 2 1 2"), ("layout_whole", "7+1+16", "1 1 1 1 1 1", "4 4 4 7 4 4")):
+        for program, layout, at, middle, last in (("layout_7_1_16", "7+1+16", 29, "1 2 1 2 1 2", "1 2 1 2 1 2"), ("layout_whole", "7+1+16", 19, "1 1 1 1 1 1", "4 4 4 7 4 4")):
             (self.folder / "a.toml").write_text(
                 '[lab]\nname = "a"\n[run]\nscenario = "mine.py"\nduration_s = 4\n[arena]\nuse = "ode"\nrobots = 6\n[arena.ode]\noverhead_loss = 0.3\n'
                 f'controller = "{programs / program}.c"\n[arena.kilobot]\nlayout = "{layout}"\n')
             code, said = self.run_it(mine, "--force")
             self.assertEqual(code, 0, said)
             rows = [line.partition(",")[2] for line in (self.folder / "out/a/leds.csv").read_text().splitlines()[1:]]
-            self.assertEqual((rows[18], rows[-1]), (middle, last), program)
+            self.assertEqual((rows[at], rows[-1]), (middle, last), program)
             self.assertNotIn("refused", json.dumps({k: v for k, v in json.loads((self.folder / "out/a/result.json").read_text())["drops"].items() if v}))
+
+    def test_the_first_frame_comes_before_the_first_period(self):
+        """Poses are there in period 0, without states of other labs; what it says goes out with that period, and is heard."""
+        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def frame(self, lab):\n"
+                "    if lab.now_s == 0: lab.say(lab.seen, kind=2); lab.message(bytes(9), 5); print('frame', len(lab.others.ids), lab.field('a', 'x').tolist())\n"
+                "    lab.count('frames')\n  def begin(self, lab):\n    lab.declare('x'); lab.publish('x', 7); self.disc = lab.region(centre=(0, 0), radius=9)\n"
+                "  def period(self, lab):\n    if lab.periods == 0: print('period', numpy.isfinite(lab.xy).all(), self.disc.inside.all(), self.disc.robots)\n")
+        code, said = self.run_it(mine, "--set", "arena.use=ode", "--set", f"arena.ode.controller={ROOT}/tests/programs/labs_random_walk.c")
+        self.assertEqual(code, 0, said)
+        self.assertEqual((self.folder / "out/a/scenario.log").read_text().splitlines(), ["frame 0 []", "period True True 5"])
+        result = json.loads((self.folder / "out/a/result.json").read_text())
+        self.assertEqual(result["counts"]["frames"], 41)
+        self.assertIn('"to_robots.sent": 6', json.dumps(result))
+
+    def test_robots_that_speak_to_their_lab(self):
+        """What a simulated robot says is there in the next frame, once, with its id; behind an overhead controller it ends the run by name."""
+        (self.folder / "says.c").write_text("""#include <kilolib.h>
+#include <arkmesh_say.h>
+static void setup(void) {}
+static void loop(void) {
+  static uint32_t last = 0;
+  if (kilo_ticks < last + 31) return;
+  last = kilo_ticks;
+  arkmesh_say(7, kilo_uid == 3 ? -300000 : kilo_uid);
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+""")
+        mine = ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def frame(self, lab):\n"
+                "    for word in lab.heard: lab.row('heard', t=lab.now_s, robot=word['robot'], kind=word['kind'], value=word['value'])\n")
+        says = ("--set", f"arena.ode.controller={self.folder}/says.c")
+        code, said = self.run_it(mine, "--set", "arena.use=ode", *says)
+        self.assertEqual(code, 0, said)
+        rows = [line.split(",") for line in (self.folder / "out/a/heard.csv").read_text().splitlines()[1:]]
+        self.assertEqual({(row[1], row[2], row[3]) for row in rows}, {(str(i), "7", "-300000" if i == 3 else str(i)) for i in range(5)})
+        self.assertTrue(15 <= len(rows) <= 20, rows)
 
     def test_the_page_for_newcomers_has_an_example_that_runs(self):
         """Its three files, as they stand: robots are blue inside the site and red outside, and few beyond the control's chance are inside at the start."""
@@ -247,6 +296,8 @@ class PythonScenario(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         run = arkmesh.open(self.folder / "site")
         inside = numpy.hypot(run.xy[:, :, 0] - 0.2, run.xy[:, :, 1]) <= 0.15
+        self.assertEqual(inside[0].sum(), 0)
+        self.assertTrue((numpy.hypot(run.xy[0, :, 0] + 0.2, run.xy[0, :, 1]) <= 0.2).all())
         late = inside[100:]
         self.assertGreater(late.sum(), 20)
         self.assertGreater((run.led[100:][late] == 4).mean(), 0.7)
@@ -415,6 +466,7 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
             results.append(json.loads((self.folder / out / "result.json").read_text()))
         self.assertEqual(results[0]["final_hash"], results[1]["final_hash"])
         self.assertGreater(results[0]["counts"]["smelt"], 100)
+        self.assertGreater(results[0]["counts"]["half"], 100)
         chance = [[line.split(",") for line in (self.folder / f"one/{name}/chance.csv").read_text().splitlines()[1:]] for name in "ab"]
         self.assertEqual([row[0] for row in chance[0]], [row[0] for row in chance[1]])
         self.assertTrue(all(mine[1] != other[1] for mine, other in zip(*chance)))
@@ -512,7 +564,7 @@ class Mine(arkmesh.Scenario):
         shutil.rmtree(self.folder / "out")
         code, said = self.run_it(begin + "self.every = numpy.int64(5)\n  def frame(self, lab):\n    lab.count('frames')\n")
         self.assertEqual(code, 0, said)
-        self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["counts"]["frames"], 8)
+        self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["counts"]["frames"], 9)
 
     def test_an_initial_field_stays_readable(self):
         """Of the own lab and of others, in each period; one that is told in each period is as told last."""

@@ -47,7 +47,7 @@ class Scenario:
         """Once, before lab time passes: settings, fields, what this lab decides."""
 
     def frame(self, lab):
-        """For each frame of poses after the first merge, 10 a second."""
+        """For each frame of poses, 10 a second. The first one comes before the first period(), and nothing is known of other labs then."""
 
     def period(self, lab):
         """At each boundary, right after the states of all labs were merged."""
