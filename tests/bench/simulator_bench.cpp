@@ -21,6 +21,7 @@
 
 #include "hal/config.hpp"
 #include "sim_ode/contact_world.hpp"
+#include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "sim_ode/start_places.hpp"

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim_ode/contact_world.hpp"
+#include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
