@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
-#include <ranges>
+#include <span>
 
 namespace arkmesh::sim_ode {
 namespace {
@@ -51,7 +51,8 @@ void StartSettings::check(const hal::Section& ode) {
   if (numbers[form] == 0 && !start_at.empty())
     ode.refuse("start_at", "belongs to start = \"box\", \"disc\", \"ring\" or \"grid\"; remove it");
   if (start_at.size() != numbers[form] ||
-      std::ranges::any_of(start_at | std::views::drop(2), [](double m) { return m < 0; }) ||
+      std::ranges::any_of(std::span(start_at).subspan(std::min<std::size_t>(2, start_at.size())),
+                          [](double m) { return m < 0; }) ||
       (start == Start::ring && start_at[2] > start_at[3]))
     ode.refuse("start_at", fmt::format("must hold {}; lengths are 0 or more, and ascend", meant[form]));
 }
