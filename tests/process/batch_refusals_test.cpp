@@ -40,7 +40,7 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
   refused(small_labs + "seeds = 1\n[sweep]\ngate.period_s = [2, 2.0]\n", "2.0 is there twice");
   refused(small_labs + "seeds = 1\n[sweep]\nrun.duration_s = \"0..9223372036854775807 step 4611686018427387904\"\n",
-          "goes beyond numbers of 64 bits");
+          "run.duration_s = 0: must be between");  // both values fit into 64 bits, and neither is a duration
   refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is another column of the table");
   refused("labs = [\"/tmp\"]\nseeds = 1\n", "/tmp is a folder; name the lab's file");
   refused("labs = [3]\nseeds = 1\n", "3 is no file's name");

@@ -130,7 +130,7 @@ TEST_CASE("a run is repeated from its folder, which holds the program, its heade
   std::ofstream(mine / "robots.toml") << "[[robot]]\nid = 0\nspeed_m_per_s = 0.02\n";
   std::ofstream(mine / "lab/a.toml")
       << "[lab]\nname = \"a\"\n[shared]\nlabs = [\"a\"]\n[run]\nscenario = \"still.py\"\nduration_s = 6\n[bus]\nurl = "
-         "\"memq://\"\n"
+         "\"udpm://239.255.76.67:7719?ttl=0\"\n"
          "[arena]\nrobots = 3\n[arena.ode]\ncontroller = \"robots/walk.c\"\ninclude = [\"own\"]\n"
          "define = ['NAMED=\"named.h\"']\nrobots_file = \"../robots.toml\"\n";
   std::ofstream(mine / "lab/still.py") << "import arkmesh\n\n\nclass Still(arkmesh.Scenario):\n    pass\n";
