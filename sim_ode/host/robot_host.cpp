@@ -79,7 +79,7 @@ void RobotHost::power_up(int robot) {
   if (fault.kind == Fault::Kind::hang)
     fault = {.kind = Fault::Kind::gave_up,
              .instruction = fault.instruction,
-             .words = "repeats something in main() and never calls kilo_start(setup, loop); move it to loop()"};
+             .words = "never calls kilo_start(setup, loop); move to loop() what it repeats"};
   if (fault.kind != Fault::Kind::none && fault.kind != Fault::Kind::left) report(fault);
   if (!*program_->abi().loop || !*program_->abi().setup)
     throw ProgramFault(

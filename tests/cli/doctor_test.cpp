@@ -162,7 +162,7 @@ TEST_CASE("missing programs") {
         "problem  cc: the program cc is missing: it compiles robot controllers when a run begins -> apt-get install "
         "gcc libc6-dev");
   CHECK(has(line_of(words, "problem  lcm-logger"), "apt-get install liblcm-bin"));
-  CHECK(has(line_of(words, "problem  Java for lcm-spy"), "scripts/setup spy"));
+  CHECK(has(line_of(words, "problem  Java for lcm-spy"), "apt-get install default-jdk liblcm-java libjchart2d-java"));
   CHECK(has(words, " problems.\n"));
 }
 

@@ -181,8 +181,7 @@ TEST_CASE("a program that repeats something in main() is told what to call, what
   } catch (const ProgramError& error) {
     sentence = error.what();
   }
-  CHECK(sentence.starts_with(
-      "the program of robot 0 repeats something in main() and never calls kilo_start(setup, loop); "));
+  CHECK(sentence.starts_with("the program of robot 0 never calls kilo_start(setup, loop); "));
 }
 
 TEST_CASE("what robots print is heard however their program is named") {
