@@ -246,7 +246,8 @@ TEST_CASE("types above 127") {
 
 TEST_CASE("distance of the overhead controller") {
   // Its messages come from farther away than any neighbour's, or from as far as a key says.
-  for (const auto& [key_m, from_mm, to_mm] : {std::tuple{0.143, 100, 255}, {0.05, 49, 50}, {0.0, 33, 33}}) {
+  for (const auto& [distance_m, from_mm, to_mm] : {std::tuple{0.143, 100, 255}, {0.05, 49, 50}, {0.0, 33, 33}}) {
+    const double key_m = distance_m;
     CAPTURE(key_m);
     Standing one({{0, 0, 0}}, {}, 1, "overhead_distance.c");
     one.host.hear_overhead_at(key_m);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr double frame_s = 0.1;
-const MotionSettings kilobot = testbed::kilobot_following().motion;
+const tracker::MotionSettings kilobot = testbed::kilobot_following().motion;
 
 // The truth: a Kilobot whose rear axle's middle drives at a speed and turns at a rate.
 struct Walker {
