@@ -320,7 +320,7 @@ class Cell:
         words = f"{self.said(lab)}\n{result.get('ended', '')}\n{self.waits if lab == 'roark' else ''}"
         if says and not re.search(says, words):
             self.problems.append(f"{lab} does not say /{says}/ but: {str(result.get('ended') or self.labs.last_words('lab', lab))[:200]}")
-        if end == "finished" and self.arena == "simulated" and result.get("final_hash") not in (self.hash, None):
+        if (end == "finished" or self.fault == "full disk") and self.arena == "simulated" and result.get("final_hash") not in (self.hash, None):
             self.problems.append(f"{lab} has hash {result['final_hash']} instead of {self.hash}")
 
     def judge_recording(self):

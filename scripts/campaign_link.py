@@ -346,7 +346,7 @@ class LinkCell(LinkFaults, Cell):
                 time.sleep(1)
                 self.judge_others(self.began, returned + 1)
                 for lab in PORTS:
-                    self.judge_lab(lab, "finished", "")
+                    self.judge_lab(lab, "failed" if self.fault == "full disk" else "finished", "")  # a log that is not whole
                 self.marks.stop()
         except Failed as failure:
             self.problems.append(f"not brought about: {failure}")

@@ -97,7 +97,8 @@ LINK_FAULTS = {
                                      after="its link is cut within 1 s"),
     "certificate of another lab": LinkFault("a gateway expects a trusted lab where there is another",
                                             {TLS: r"raven\.session\.refused\.certificate_of_other_lab"}),
-    "full disk": LinkFault("the disk is full on which labs record and gateways' output is kept, and the link is cut", "", None),
+    "full disk": LinkFault("the disk is full on which labs record and gateways' output is kept, and the link is cut", "", None,
+                           after="both labs run to the end with that hash, and fail, for their logs are not whole"),
     "descriptors exhausted": LinkFault("strangers connect to a gateway that may open few files", r"shark\.session\.failed\.accept"),
 }
 LINK_FAULTS |= {
