@@ -309,9 +309,11 @@ class Cell:
             return
         code = self.process(lab).poll()
         wanted = campaign_promises.EXIT_CODES[end] if lab != "roark" or self.promise.code is None else self.promise.code
+        result = self.result_of(lab)
+        if code == 4 and wanted == campaign_promises.EXIT_CODES["stopped"] and result.get("not_standing"):
+            wanted = 4  # its cameras did not see robots stand in time; whether they do, the emulator's record says
         if code != wanted:
             self.problems.append(f"{lab} ended with code {code} instead of {wanted}: {self.labs.last_words('lab', lab)[:200]}")
-        result = self.result_of(lab)
         state, wanted = result.get("state", "no result"), "running" if end == "killed" else end
         # another lab has been started beside it
         wanted = end if self.fault.startswith("second lab") and lab == "roark" else wanted
@@ -326,7 +328,7 @@ class Cell:
     def judge_recording(self):
         if self.fault == "run folder removed":
             said = self.said()
-            if said.count("the folder was removed") > 1 or not re.search("the folder was removed|is printed instead", said):
+            if said.count("stopped: the folder was removed") > 1 or not re.search("the folder was removed|is printed instead", said):
                 self.problems.append(f"that the folder was removed is said {said.count('the folder was removed')} times")
             return
         try:

@@ -281,7 +281,8 @@ def page():
              "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and that of its peer where it differs. In each cell the lab ends or",
              "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
              "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 3.5 s of the lab's end, and",
-             "of when its controller can be reached again, by the emulator's record, however it ended. A strict run that finishes has the hash of an undisturbed one.", ""]
+             "of when its controller can be reached again, by the emulator's record, however it ended; a lab that",
+             "is stopped ends with 4 where its cameras did not see them stand in time. A strict run that finishes has the hash of an undisturbed one.", ""]
     lines += links_page()
     notes = []
     for arena, words in ARENAS.items():
