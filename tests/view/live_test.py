@@ -180,7 +180,7 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             delays = self.run_delays()
             self.driver.find_element(By.ID, "stop").click()
             clicked = self.driver.execute_script("return window.clicked_ms") / 1000 - offset
-            self.assertEqual(labs.wait(300), 3, "the operator stopped the run")
+            self.assertIn(labs.wait(300), (3, 4), "the operator stopped the run; 4: a busy machine did not see robots stand in time")
             machine_late = sum(delay - delays.get(process, 0) for process, delay in self.run_delays().items())
             ended = max(self.truth())
             self.wait_for(lambda: max(self.truth()) > ended + STANDS_WITHIN_S + 3)
