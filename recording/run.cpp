@@ -125,9 +125,10 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
   for (RecordedLab& lab : labs_)
     if (times[lab.name] > 1) lab.name = lab.folder.filename().string();
   std::ranges::sort(labs_, {}, &RecordedLab::name);
-  const nlohmann::json absent = hal::ResultFile(folder_).content().value("absent_labs", nlohmann::json::array());
-  for (const auto& lab : absent)
-    left_out_.push_back(fmt::format("{} of shared.labs takes no part", lab.get<std::string>()));
+  const nlohmann::json result = hal::ResultFile(folder_).content();  // null: there is none
+  if (!result.contains("absent_labs")) return;
+  for (const auto& lab : result["absent_labs"])
+    if (lab.is_string()) left_out_.push_back(fmt::format("{} of shared.labs takes no part", lab.get<std::string>()));
 }
 
 std::string Run::name() const {
