@@ -151,7 +151,7 @@ TEST_CASE("what a file may not say") {
        "of "
        "link; there is: tcp://, tls://, nats://, tls+nats://"},
       {peer + "lab = \"roark\"\nconnect = \"nats://user@nats.example.org\"",
-       "shark.toml:3: gateway.peers[0].connect = \"nats://user@nats.example.org\": must be one or more of"},
+       "shark.toml:3: gateway.peers[0].connect = \"nats://nats.example.org\": must be one or more of"},
       {"gateway.connect = \"nats://\"", "shark.toml:1: gateway.connect = \"nats://\": must be one or more of"},
       {"gateway.connect = \"nats://a,,b\"", "gateway.connect = \"nats://a,,b\": must be one or more of"},
       {"gateway.connect = \"nats.example.org\"",

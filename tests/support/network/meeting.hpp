@@ -156,7 +156,7 @@ class RogueMember {
 
   // Signed with its own key, as a packet of `from`.
   HostileNats::Message signed_packet(const gateway::PacketBody& body, const std::string& from) const {
-    std::vector<std::byte> packet = gateway::encode_head({gateway::PacketKind::signed_open, from, 1, 1});
+    std::vector<std::byte> packet = gateway::encode_head({gateway::PacketKind::signed_open, from, 1, ++number_});
     const auto encoded = gateway::encode_body(body);
     packet.insert(packet.end(), encoded.begin(), encoded.end());
     const auto signature = keys_->seals().sign(federation_context("dhtf", {}, packet));
@@ -166,7 +166,7 @@ class RogueMember {
   // Sealed with what it and `to` have in common, as a packet of `from`.
   HostileNats::Message sealed_packet(const gateway::PacketBody& body, const std::string& to,
                                      const std::string& from) const {
-    std::vector<std::byte> packet = gateway::encode_head({gateway::PacketKind::sealed, from, 1, 1});
+    std::vector<std::byte> packet = gateway::encode_head({gateway::PacketKind::sealed, from, 1, ++number_});
     const auto* const seal = keys_->seals().of(to);
     REQUIRE(seal);
     const auto sealed = gateway::seal(seal->shared, gateway::encode_body(body), federation_context("dhtf", to, packet));
@@ -234,6 +234,7 @@ class RogueMember {
   const std::shared_ptr<gateway::TlsKeys> keys_;
   std::string victim_;
   std::vector<gateway::ChunkPointer> held_;
+  mutable std::uint64_t number_ = 0;  // of its packets: one that comes twice is not looked at
 };
 
 }  // namespace arkmesh::tests
