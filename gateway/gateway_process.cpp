@@ -55,7 +55,7 @@ constexpr auto tick_period = 100ms;
 // before ends us.
 constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
 // How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
-constexpr std::chrono::milliseconds port_time{900};
+constexpr std::chrono::milliseconds port_time{5000};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
 constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
