@@ -136,7 +136,6 @@ class GatewayProcess {
   // Returns when it was asked to stop.
   void run() {
     await_signal();
-    if (!door_.is_open()) say("arkmesh reload does not reach it: too many gateways of its file run");
     serve_bus();
     monitor_.ask();
     // Nobody is met before the answers are in, but who is first loses no more than that: its port is open, so that

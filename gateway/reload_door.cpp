@@ -2,12 +2,17 @@
 
 #include <fmt/format.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
+#include <chrono>
 #include <cstddef>
+#include <fstream>
+#include <optional>
+#include <random>
+#include <string_view>
 #include <utility>
 
 #include "hal/config.hpp"
@@ -18,61 +23,88 @@ namespace {
 namespace asio = boost::asio;
 using Local = asio::local::stream_protocol;
 
-constexpr int max_doors = 8;
+constexpr std::size_t max_answer_bytes = 64 << 10;
+constexpr timeval answers_within{5, 0};
+constexpr int asked_at_most = 1000;  // sockets; others may bind as many of these names as they like
+
+// The end of the names of all doors of a file; a name has 107 bytes at most.
+std::string end_of_names(const std::filesystem::path& file) {
+  const std::string path = std::filesystem::weakly_canonical(file).string();
+  return path.substr(path.size() - std::min<std::size_t>(path.size(), 70));
+}
+
+constexpr std::string_view begin_of_names = "arkmesh-gateway-";
+
+// Nobody can take it first.
+Local::endpoint new_door(const std::filesystem::path& file) {
+  std::random_device device;
+  return std::string(1, '\0') + fmt::format("{}{:08x}{:08x}{}", begin_of_names, device(), device(), end_of_names(file));
+}
 
 std::vector<Local::endpoint> doors_of(const std::filesystem::path& file) {
-  const std::string path = std::filesystem::weakly_canonical(file).string();
+  const std::string end = end_of_names(file);
+  std::ifstream sockets("/proc/net/unix");
   std::vector<Local::endpoint> doors;
-  for (int i = 0; i < max_doors; ++i)  // a name has 107 bytes at most
-    doors.emplace_back(
-        std::string(1, '\0') +
-        fmt::format("arkmesh-gateway-{}{}", i, path.substr(path.size() - std::min<std::size_t>(path.size(), 80))));
+  for (std::string line; std::getline(sockets, line) && std::ssize(doors) < asked_at_most;) {
+    const auto name = line.find('@' + std::string(begin_of_names));
+    if (name == std::string::npos || line.substr(std::min(line.size(), name + 1 + begin_of_names.size() + 16)) != end)
+      continue;
+    doors.emplace_back(std::string(1, '\0') + line.substr(name + 1));
+  }
   return doors;
 }
 
-// By the kernel's word: of our user, or root's.
-bool is_trusted(Local::socket& other) {
+// By the kernel's word; nothing when it says none.
+std::optional<uid_t> user_of(Local::socket& other) {
   ucred who{};
   socklen_t size = sizeof who;
-  return ::getsockopt(other.native_handle(), SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 &&
-         (who.uid == ::geteuid() || who.uid == 0 || ::geteuid() == 0);
+  if (::getsockopt(other.native_handle(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) return {};
+  return who.uid;
 }
 
 }  // namespace
 
 ReloadDoor::ReloadDoor(asio::io_context& io, const std::filesystem::path& file, std::function<std::string()> reload)
-    : acceptor_(io), reload_(std::move(reload)) {
-  for (const Local::endpoint& door : doors_of(file)) {
-    boost::system::error_code taken;
-    acceptor_ = Local::acceptor(io, Local());
-    acceptor_.bind(door, taken);
-    if (taken) continue;
-    acceptor_.listen();
-    await_request();
-    return;
-  }
-  acceptor_.close();
+    : acceptor_(io, new_door(file)), again_(io), reload_(std::move(reload)) {
+  await_request();
 }
 
 void ReloadDoor::await_request() {
   acceptor_.async_accept([this](auto error, Local::socket asking) {
-    if (error) return;
+    if (error == asio::error::operation_aborted) return;
+    if (error) {  // no descriptor is free, say
+      again_.expires_after(std::chrono::milliseconds(200));
+      return again_.async_wait([this](auto closed) {
+        if (!closed) await_request();
+      });
+    }
     boost::system::error_code gone;
-    if (is_trusted(asking)) asio::write(asking, asio::buffer(reload_()), gone);
+    asking.non_blocking(true, gone);
+    if (const auto user = user_of(asking); user == ::geteuid() || user == 0)
+      asio::write(asking, asio::buffer(reload_()), gone);
     await_request();
   });
 }
 
 std::vector<std::string> reload_gateways(const std::filesystem::path& file) {
+  struct stat of_file {};
+  const bool is_root = ::geteuid() == 0 && ::stat(file.c_str(), &of_file) == 0;
   std::vector<std::string> answers;
   for (const Local::endpoint& door : doors_of(file)) {
     asio::io_context io;
-    Local::socket gateway(io);
-    boost::system::error_code error;
-    gateway.connect(door, error);
-    if (error || !is_trusted(gateway)) continue;
-    asio::read(gateway, asio::dynamic_buffer(answers.emplace_back()), error);
-    if (answers.back().starts_with('!')) throw hal::ConfigError(answers.back().substr(1));
+    Local::socket gateway(io, Local());
+    ::setsockopt(gateway.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &answers_within, sizeof answers_within);
+    ::setsockopt(gateway.native_handle(), SOL_SOCKET, SO_SNDTIMEO, &answers_within, sizeof answers_within);  // connects
+    if (::connect(gateway.native_handle(), door.data(), static_cast<socklen_t>(door.size())) != 0) continue;
+    const auto user = user_of(gateway);
+    if (user != ::geteuid() && user != 0 && !(is_root && user == of_file.st_uid)) continue;
+    std::string& answer = answers.emplace_back(max_answer_bytes, '\0');
+    std::size_t bytes = 0;
+    for (ssize_t n = 1; n > 0 && bytes < answer.size(); bytes += static_cast<std::size_t>(std::max<ssize_t>(n, 0)))
+      n = ::recv(gateway.native_handle(), answer.data() + bytes, answer.size() - bytes, 0);
+    answer.resize(bytes);
+    if (answer.starts_with('!')) throw hal::ConfigError(answer.substr(1));
+    if (answer.empty()) answer = "a gateway has not answered within 5 s; it is asked the same by SIGHUP\n";
   }
   return answers;
 }
