@@ -147,6 +147,8 @@ void Session::on_frame(const FrameDecoder::Frame& frame) {
   if (frame.kind == FrameKind::bye) {
     return end("session.closed.bye", "the peer says: " + hal::printable(text_of(frame.payload), longest_bye));
   }
+  if (state_ != State::up)  // later every few milliseconds (check())
+    if (const StreamFailure objection = stream_->objection(); !objection.counter.empty()) return end(objection);
   if (state_ == State::greeting) {
     if (frame.kind != FrameKind::hello) return end("session.closed.no_hello", "the peer did not say hello first");
     const auto hello = read_hello(frame.payload);

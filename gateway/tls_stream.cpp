@@ -110,13 +110,19 @@ class TlsStream final : public AsioStream<TlsSocket> {
     });
   }
 
-  // Of the certificate that was shown, which check_peer() has let pass.
+  // Of the certificate that was shown. check_peer() has let it pass, but keys may have been taken back, or be replaced
+  // at this moment, since then: who is not trusted now has no name, and gets no word.
   StreamFailure take_name() {
     const X509Pointer shown = std::move(shown_);
     const auto pin = shown ? pin_of(*shown) : std::nullopt;
     if (!pin) return {"session.refused.certificate_unknown", "the other end showed no certificate"};
     pin_ = *pin;
-    peer_ = keys_->judge(pin_).lab;
+    const TlsKeys::Verdict verdict = keys_->judge(pin_);
+    peer_ = verdict.lab;
+    if (verdict.standing != TlsKeys::Verdict::trusted)
+      return {verdict.standing == TlsKeys::Verdict::revoked ? "session.refused.certificate_revoked"
+                                                            : "session.refused.certificate_unknown",
+              "its certificate ceased to be trusted here while hands were shaken"};
     if (!expected_.empty() && peer_ != expected_)
       return {"session.refused.certificate_of_other_lab",
               fmt::format("the certificate there is of lab {}, not of lab {}", peer_, expected_)};

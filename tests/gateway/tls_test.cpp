@@ -218,6 +218,32 @@ TEST_CASE("trust and revocation act on a gateway that runs") {
   CHECK(pair.both_up());
 }
 
+TEST_CASE("trust that ends while hands are shaken opens nothing") {
+  // At each moment of the handshake: what began with a trusted key is refused when the key is not trusted at its end.
+  int during = 0;
+  for (int step = 1; step < 60; ++step) {
+    CAPTURE(step);
+    TlsPair pair;
+    const auto keys = pair.keys.tls("shark");
+    pair.shark = std::make_unique<TlsEnd>(pair.io, "shark", keys, "tls://127.0.0.1:0");
+    pair.shark->expect("roark");
+    pair.roark = std::make_unique<TlsEnd>(pair.io, "roark", pair.keys.tls("roark"));
+    pair.roark->connect("shark", *pair.shark);
+    for (int i = 0; i < step; ++i) pair.io.run_one_for(std::chrono::seconds(10));
+    const bool opened = pair.shark->count("session.opened") > 0;
+    std::filesystem::remove_all(pair.keys.of("shark").path() / "trusted");
+    keys->refresh();
+    REQUIRE(pair.comes_to([&] {
+      return pair.shark->count("session.refused.certificate_unknown") > 0 ||
+             pair.shark->count("session.closed.certificate_untrusted") > 0;
+    }));
+    if (opened) break;
+    CHECK(pair.shark->count("session.opened") == 0);
+    ++during;
+  }
+  CHECK(during > 3);
+}
+
 TEST_CASE("plain TCP and TLS do not mix, and both ends say so") {
   TlsPair pair;
   SUBCASE("plain to a TLS port") {
