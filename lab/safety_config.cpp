@@ -9,10 +9,10 @@ namespace arkmesh::lab {
 void SafetyConfig::fields(const hal::Section& safety) {
   safety.field(
       "commands_from", commands_from,
-      {.help = "labs whose operators may pause and resume robots here, and end the run, while this lab is armed "
+      {.help = "labs whose operators may pause robots here and end the run, and resume while this lab is armed "
                "(arkmesh arm)"});
   safety.field("commands_per_s", commands_per_s,
-               {.range = {0.001, 100}, .unit = "1/s", .help = "commands of each of these labs, at most"});
+               {.range = {0.001, 100}, .unit = "1/s", .help = "times that each of these labs may resume, at most"});
   safety.field(
       "pause_after_s", pause_after,
       {.range = {0, 1e6},

@@ -64,7 +64,7 @@ std::optional<Refusal> CommandRights::admit(const std::string& peer, int command
   if (command == operator_command_t::arm && givers_.size() == 1)
     return Refusal{"no_peers", "there is nobody to arm it for: safety.commands_from names no lab"};
   Giver& giver = givers_.find(peer)->second;
-  giver.last = now;
+  if (command == fleet_command_t::run) giver.last_run = now;
   ++giver.admitted;
   // Who makes robots stand still here may be about to reach among them.
   if (command == operator_command_t::arm)
@@ -85,9 +85,12 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
   const int command = message.command.command;
   if (command != operator_command_t::stop && command != fleet_command_t::pause && command != fleet_command_t::run)
     return Refusal{"not_for_peers", "other labs may pause and resume robots, and end the run, no more"};
-  if (!armed_) return Refusal{"not_armed", fmt::format("{} is not armed for commands of other labs", lab_)};
-  if (giver->second.last && now - *giver->second.last < gap_)
-    return Refusal{"too_often", fmt::format("{} gives more than safety.commands_per_s", peer)};
+  if (command != fleet_command_t::run) return {};  // who makes robots stand need not wait for anybody
+  if (!armed_)
+    return Refusal{"not_armed",
+                   fmt::format("{} is not armed, so other labs' operators may not let its robots run", lab_)};
+  if (giver->second.last_run && now - *giver->second.last_run < gap_)
+    return Refusal{"too_often", fmt::format("{} resumes more often than safety.commands_per_s", peer)};
   return {};
 }
 

@@ -1,5 +1,6 @@
-// Which commands of operators a lab admits: those that are proved to be its own user's, or, while it is armed, those of
-// labs that have the permission; meant for this run, new, and not too many. The caller owns time.
+// Which commands of operators a lab admits: those that are proved to be its own user's, or those of labs that have the
+// permission; meant for this run and new. To let robots run, another lab's command needs an armed lab, too, and may not
+// come too often; to make them stand it needs neither. The caller owns time.
 #pragma once
 
 #include <chrono>
@@ -30,7 +31,7 @@ class CommandRights {
   std::optional<Refusal> refusal(const std::string& peer, const operator_command_t& message, Now now);
   // Of a command that the own operator gives in this process, which knows who they are: nothing is to be proved.
   std::optional<Refusal> refusal_here(int command, Now now);
-  // Whether other labs' operators are obeyed. Not before the own operator has said so.
+  // Whether other labs' operators may let robots run. Not before the own operator has said so.
   bool armed() const { return armed_; }
   void disarm() { armed_ = false; }
 
@@ -41,7 +42,7 @@ class CommandRights {
   struct Giver {
     std::int64_t newest = 0;  // number of the command admitted last
     std::uint64_t admitted = 0;
-    std::optional<Now> last;  // when
+    std::optional<Now> last_run;  // when it resumed last
   };
   std::optional<Refusal> forbidden(const std::string& peer, const operator_command_t& message, Now now) const;
   std::optional<Refusal> unfit(const Giver& giver, const operator_command_t& message, Now now) const;
@@ -51,7 +52,7 @@ class CommandRights {
 
   const std::string lab_;
   const std::int64_t run_id_;
-  const Now gap_;  // least time between two commands of a peer
+  const Now gap_;  // least time between two times that a peer resumes
   OperatorKey key_;
   std::string no_key_;  // why it cannot be read
   std::optional<Now> read_;

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 constexpr int attempts = 3;
 const std::string own_number = "operator.number";
 // Another attempt would be refused as well.
-constexpr std::string_view final_reasons[] = {"no_peers", "no_permission", "not_armed", "not_for_peers", "too_often"};
+constexpr std::string_view final_reasons[] = {"no_peers", "no_permission", "not_armed", "not_for_peers"};
 constexpr std::string_view refused_prefix = "operator.refused.";
 
 // By reason.

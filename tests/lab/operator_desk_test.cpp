@@ -144,7 +144,7 @@ TEST_CASE("what is refused is not recorded") {
   CHECK(events == 1);
 }
 
-TEST_CASE("another lab's operator is obeyed with permission, while the lab is armed, and not too often") {
+TEST_CASE("another lab's operator makes robots stand with permission, and run while the lab is armed, not too often") {
   DeskBench bench;
   ByteSignatures signatures;
   bench.desk.ask(&signatures);
@@ -156,8 +156,10 @@ TEST_CASE("another lab's operator is obeyed with permission, while the lab is ar
   };
   const auto armed = [&] { return bench.desk.counters()["operator.armed"] == 1 && bench.desk.armed(); };
 
-  peer("b", command_of("b", pause_robots, 1));  // never armed after a start
+  peer("b", command_of("b", run, 1));  // never armed after a start
   CHECK(bench.refused("not_armed") == 1);
+  for (std::int64_t n = 1; n <= 20; ++n) peer("c", command_of("c", pause_robots, n));  // in 20 ms, unarmed
+  CHECK(bench.taken() == std::vector<int>(20, pause_robots));
   peer("b", command_of("b", arm, 1));
   CHECK(bench.refused("not_for_peers") == 1);
   CHECK_FALSE(armed());
@@ -174,19 +176,22 @@ TEST_CASE("another lab's operator is obeyed with permission, while the lab is ar
   CHECK(bench.taken() == std::vector<int>{pause_robots});
   CHECK(armed());
   peer("b", command_of("b", run, 2));
+  peer("b", command_of("b", run, 3));
   CHECK(bench.refused("too_often") == 1);
+  peer("b", command_of("b", pause_robots, 3));
+  CHECK(bench.taken() == std::vector<int>{run, pause_robots});
   bench.now += 1s;
   peer("b", command_of("b", pause_robots, 1));
   CHECK(bench.refused("replayed") == 1);
-  peer("b", command_of("b", reset_robots, 2));
-  peer("b", command_of("b", disarm, 2));
+  peer("b", command_of("b", reset_robots, 4));
+  peer("b", command_of("b", disarm, 4));
   CHECK(bench.refused("not_for_peers") == 3);
-  peer("b", command_of("b", run, 2));
-  peer("c", command_of("c", run, 1));
+  peer("b", command_of("b", run, 4));
+  peer("c", command_of("c", run, 21));
   CHECK(bench.taken() == std::vector<int>{run, run});
-  CHECK(bench.desk.counters()["operator.commands.b"] == 2);
-  CHECK(bench.desk.counters()["operator.number.c"] == 1);
-  operator_command_t for_b = command_of("b", pause_robots, 3);
+  CHECK(bench.desk.counters()["operator.commands.b"] == 4);
+  CHECK(bench.desk.counters()["operator.number.c"] == 21);
+  operator_command_t for_b = command_of("b", pause_robots, 5);
   for_b.lab = "b";  // what that lab's operator tells that lab comes here, too
   peer("b", for_b);
   CHECK(bench.desk.counters()["operator.for_other_lab"] == 1);
@@ -198,11 +203,10 @@ TEST_CASE("another lab's operator is obeyed with permission, while the lab is ar
     CHECK(armed());
     own(last);
     CHECK_FALSE(armed());
-    peer("b", command_of("b", run, 3));
+    peer("b", command_of("b", run, 5));
   }
   CHECK(bench.refused("not_armed") == 4);
-  own(arm);
-  peer("b", command_of("b", operator_command_t::stop, 4));
+  peer("b", command_of("b", operator_command_t::stop, 6));
   CHECK(bench.desk.end_asked());
   CHECK_FALSE(armed());
 }
