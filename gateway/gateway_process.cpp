@@ -53,7 +53,7 @@ using namespace std::chrono_literals;
 constexpr auto tick_period = 100ms;
 // How long others on our LCM port have to answer before we meet any peer, and how long after that one who was here
 // before ends us.
-constexpr std::chrono::milliseconds answer_time{300}, start_time{3000};
+constexpr std::chrono::milliseconds answer_time{300}, start_time{6000};
 // How long our TCP port may be taken: by a later gateway of this lab that is about to give way to us.
 constexpr std::chrono::milliseconds port_time{5000};
 // Messages taken from the bus before the sockets have their turn; together they make one write per peer.
@@ -226,6 +226,7 @@ class GatewayProcess {
       if (error) return;
       // An answer that is here has been heard: the loop turns to descriptors before timers.
       refuse_if_not_alone();
+      if (monitor_.heard_other()) monitor_.ask();  // a later one that has our port has to hear that we were here before
       if (failure_) try_to_begin();
       if (failure_ && Clock::now() - begun_ >= port_time) std::rethrow_exception(failure_);
       if (failure_) return look_around();
