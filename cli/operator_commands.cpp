@@ -1,10 +1,12 @@
 // `arkmesh stop`, `pause`, `resume`, `reset`, `arm` and `disarm`: an operator's word to a lab that runs, from any
 // terminal, over the lab's bus; with --at to a lab that it is joined with.
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -12,16 +14,21 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "arkmesh/fleet_command_t.hpp"
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "gateway/key_folder.hpp"
 #include "gateway/signature.hpp"
+#include "hal/child_process.hpp"
 #include "hal/config.hpp"
 #include "hal/exit_code.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
+#include "hal/own_files.hpp"
+#include "hal/participants.hpp"
 #include "lab/operator/operator_key.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/operator/running_lab.hpp"
@@ -34,7 +41,7 @@ struct OperatorWord {
   std::uint8_t command;
   const char* done;  // what is said of the lab afterwards
   bool makes_stand;  // robots are to be seen to stand
-  bool at_others;    // may be given to another lab
+  bool at_others;    // may be given to another lab, and to all of the world
 };
 
 constexpr OperatorWord words[] = {
@@ -49,7 +56,8 @@ constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were
 constexpr std::chrono::seconds seen_within{12};
 
 struct OperatorOptions : BusOptions {
-  std::string at;  // another lab
+  std::string at;      // another lab
+  bool world = false;  // all labs
 };
 
 // Fills in the proof of a command.
@@ -110,9 +118,13 @@ void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, co
              word.makes_stand && !missing.empty() ? "; nothing is known of robots " + missing : "");
 }
 
-void tell_own(const OperatorWord& word, const BusOptions& options) {
+void tell_own(const OperatorWord& word, const BusOptions& options, bool as_one_of_world = false) {
   const hal::BusConfig bus = options.bus();
-  const Prove prove = prove_as_user();
+  const Prove as_user = prove_as_user();
+  const Prove prove = [&](operator_command_t& message) {
+    message.command.type = as_one_of_world ? operator_command_t::of_world : 0;
+    as_user(message);
+  };
   lab::RunningLab lab(bus, options.lab());
   if (!lab.speaks()) throw no_lab(bus.url, word, options);
   tell(word, lab, prove, options);
@@ -137,6 +149,45 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   tell(word, lab, prove, {});
 }
 
+// To all labs of shared.labs at once: this one here, each other one by a process of its own. Each says what came of it;
+// the exit code is that of robots that may walk, before any other failure.
+void tell_world(const OperatorWord& word, const OperatorOptions& options) {
+  if (options.file.empty())
+    throw hal::ConfigError(fmt::format("--world needs the file of this lab: arkmesh {} --world FILE", word.name));
+  const auto shared = hal::Config::from_file(options.file, options.sets).root().read<hal::Participants>();
+  std::vector<hal::ChildProcess> others;
+  for (const std::string& lab : shared.labs) {
+    if (lab == shared.lab) continue;
+    hal::ChildStart start{.command = {hal::this_program().string(), std::string(word.name), "--at", lab, options.file},
+                          .last_signal = SIGTERM};
+    for (const std::string& set : options.sets) start.command.insert(start.command.end(), {"--set", set});
+    others.emplace_back(std::move(start));
+  }
+  int code = hal::Exit::done;
+  const auto note = [&code](int one) {
+    if (one == hal::Exit::not_standing || code == hal::Exit::done) code = one > 128 ? hal::Exit::failed : one;
+  };
+  try {
+    tell_own(word, options, true);
+  } catch (const CLI::RuntimeError& error) {
+    note(error.get_exit_code());
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "arkmesh: {}\n", error.what());
+    note(hal::Exit::failed);
+  }
+  for (hal::ChildProcess& other : others) {
+    std::string said;
+    while (other.read(said)) {
+      pollfd more{other.output(), POLLIN, 0};
+      ::poll(&more, 1, -1);
+    }
+    const int one = other.wait().code;
+    fmt::print(one == hal::Exit::done ? stdout : stderr, "{}", said);
+    note(one);
+  }
+  if (code != hal::Exit::done) throw CLI::RuntimeError(code);
+}
+
 }  // namespace
 
 void add_operator_command(CLI::App* command) {
@@ -147,11 +198,18 @@ void add_operator_command(CLI::App* command) {
   if (word.at_others) {
     command->add_option("--at", options->at, "Another lab, which lets this one's operator: the file is this lab's")
         ->type_name("LAB");
-    examples +=
-        fmt::format("\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark; shark is armed", word.name);
+    command->add_flag("--world", options->world, "All labs of shared.labs, as far as they let this one's operator")
+        ->excludes("--at");
+    examples += fmt::format(
+        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark; shark lets it (docs/security.md)"
+        "\n  arkmesh {} --world experiments/dhtf/roark.toml      # both",
+        word.name, word.name);
   }
   command->footer(examples);
-  command->callback([&word, options] { options->at.empty() ? tell_own(word, *options) : tell_other(word, *options); });
+  command->callback([&word, options] {
+    if (options->world) return tell_world(word, *options);
+    options->at.empty() ? tell_own(word, *options) : tell_other(word, *options);
+  });
 }
 
 }  // namespace arkmesh::cli

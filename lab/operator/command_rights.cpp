@@ -49,28 +49,31 @@ std::optional<Refusal> CommandRights::refusal(const std::string& peer, const ope
   if (auto refusal = unfit(giver, message, now)) return refusal;
   if (!peer.empty())
     if (auto refusal = unsigned_by(peer, message, now)) return refusal;
-  if (auto refusal = admit(peer, command, now)) return refusal;
+  if (auto refusal = admit(peer, message.command, now)) return refusal;
   giver.newest = message.number;
   return {};
 }
 
 std::optional<Refusal> CommandRights::refusal_here(int command, Now now) {
   if (auto refusal = unknown(command, {})) return refusal;
-  return admit("", command, now);
+  fleet_command_t here{};
+  here.command = static_cast<std::uint8_t>(command);
+  return admit("", here, now);
 }
 
 // What all others have let pass.
-std::optional<Refusal> CommandRights::admit(const std::string& peer, int command, Now now) {
+std::optional<Refusal> CommandRights::admit(const std::string& peer, const fleet_command_t& given, Now now) {
+  const int command = given.command;
   if (command == operator_command_t::arm && givers_.size() == 1)
     return Refusal{"no_peers", "there is nobody to arm it for: safety.commands_from names no lab"};
   Giver& giver = givers_.find(peer)->second;
   if (command == fleet_command_t::run) giver.last_run = now;
   ++giver.admitted;
-  // Who makes robots stand still here may be about to reach among them.
+  // Who makes robots stand still here may be about to reach among them; who makes all labs' robots stand goes on here.
   if (command == operator_command_t::arm)
     armed_ = true;
-  else if (is_for_lab(command) ||
-           (peer.empty() && (command == fleet_command_t::pause || command == fleet_command_t::reset)))
+  else if (is_for_lab(command) || (peer.empty() && given.type != operator_command_t::of_world &&
+                                   (command == fleet_command_t::pause || command == fleet_command_t::reset)))
     armed_ = false;
   return {};
 }

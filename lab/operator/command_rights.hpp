@@ -46,7 +46,7 @@ class CommandRights {
   };
   std::optional<Refusal> forbidden(const std::string& peer, const operator_command_t& message, Now now) const;
   std::optional<Refusal> unfit(const Giver& giver, const operator_command_t& message, Now now) const;
-  std::optional<Refusal> admit(const std::string& peer, int command, Now now);
+  std::optional<Refusal> admit(const std::string& peer, const fleet_command_t& given, Now now);
   std::optional<Refusal> unproved(const operator_command_t& message, Now now);
   std::optional<Refusal> unsigned_by(const std::string& peer, const operator_command_t& message, Now now);
 

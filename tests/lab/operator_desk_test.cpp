@@ -196,7 +196,13 @@ TEST_CASE("another lab's operator makes robots stand with permission, and run wh
   peer("b", for_b);
   CHECK(bench.desk.counters()["operator.for_other_lab"] == 1);
 
-  // The own operator's pause, reset, stop and disarm end it.
+  // The own operator's pause of the whole world leaves it armed; pause, reset, stop and disarm here end it.
+  own(arm);
+  operator_command_t world = command_for_a(bench.key, pause_robots, ++number);
+  world.command.type = operator_command_t::of_world;
+  std::ranges::copy(bench.key.prove(lab::proved_bytes(world)).value(), world.proof);
+  bench.hear(world);
+  CHECK(armed());
   bench.now += 1s;
   for (const std::uint8_t last : {pause_robots, reset_robots, disarm}) {
     own(arm);

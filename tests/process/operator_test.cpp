@@ -181,12 +181,17 @@ TEST_CASE("an operator pauses another lab that names it, and resumes it while it
   CHECK(tell({"arm"}, "shark", 0).find(", armed") != std::string::npos);
   CHECK(tell({"status"}, "shark", 0).find(", armed") != std::string::npos);
   CHECK(tell({"resume", "--at", "shark"}, "roark", 0).starts_with("shark lets its robots go on from period"));
+  const std::string world = tell({"pause", "--world"}, "roark", 0);
+  CHECK(world.find("roark paused its robots at period") != std::string::npos);
+  CHECK(world.find("shark paused its robots at period") != std::string::npos);
+  CHECK(tell({"resume", "--world"}, "roark", 0).find("shark lets its robots go on") != std::string::npos);
+  CHECK(tell({"pause", "--world"}, "shark", 1).find("roark") != std::string::npos);  // which does not name shark
   CHECK(tell({"pause"}, "shark", 0).find("armed") == std::string::npos);
   CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
   CHECK(tell({"stop"}, "shark", 0).starts_with("shark ended at period"));
   CHECK(labs.lab("shark").wait(300s) == 3);
   const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
-  CHECK(counters.at("operator.commands.roark") == 2);
+  CHECK(counters.at("operator.commands.roark") == 4);
   CHECK(counters.at("operator.refused.not_armed") == 2);
   const std::string audit = tests::read_file(labs.directory("shark") / "audit.csv");
   CHECK(audit.find(",roark,resume,not_armed\n") != std::string::npos);
