@@ -5,7 +5,6 @@ import csv
 import dataclasses
 import json
 import os
-import pathlib
 import re
 import shutil
 import signal
@@ -17,8 +16,9 @@ import campaign_files
 import campaign_promises
 import read_log
 from campaign_files import LISTENS, PORTS, THROUGH
-from campaign_network import BusEar, Impostor, Link
+from campaign_network import Impostor, Link
 from demo_run import emulated_testbed
+from lab_bus import BusEar
 from lab_processes import Failed, LabProcesses, run_delay_s
 
 CONTROL = 8092                          # of the emulator

@@ -13,14 +13,14 @@ import subprocess
 import threading
 import time
 
-import campaign_files
 from campaign_cell import Cell, Pace
 from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_link_faults import RAVEN_BUS, ROUTES, SECOND_LISTENS, LinkFaults
-from campaign_network import BusEar, Marks, Path
+from campaign_network import Marks, Path
 from campaign_promises import LINK_FAULTS
+from lab_bus import BusEar
 from lab_processes import ROOT, Failed, end_with_parent, run_delay_s
-from joined_networks import call
+from joined_networks import call, start_nats_server
 
 BUSES = PORTS | {"lynx": 7703}
 LYNX_LISTENS = 7803
@@ -121,15 +121,11 @@ class LinkCell(LinkFaults, Cell):
         text = SERVER_TEXT.format(port=port, max_payload=max_payload, max_pending=max(max_pending, max_payload))
         if self.in_cluster():
             text += CLUSTER_TEXT.format(listens=ROUTES[port], routes="" if port == LISTENS else f'"nats://127.0.0.1:{ROUTES[LISTENS]}"')
-        file = self.out / f"server-{port}.conf"
-        file.write_text(text)
-
         def begin():
             end_with_parent()
             if memory:
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-        with open(self.server_said(port), "ab") as said:
-            self.servers[port] = subprocess.Popen(["/usr/sbin/nats-server", "-c", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=begin)
+        self.servers[port] = start_nats_server(self.out, text, name=f"server-{port}", begin=begin)
 
     def server_said(self, port=LISTENS):
         return self.out / f"server-{port}.txt"
@@ -185,12 +181,8 @@ class LinkCell(LinkFaults, Cell):
     def note(self, lab):
         """Of each `peers`: when, which peers are up, all counters."""
         message = self.ears[lab].message("peers")
-        counters = {counter.name: counter.value for counter in message.counters}
-        for peer in message.peers:
-            for counter in peer.counters:
-                counters[counter.name] = counters.get(counter.name, 0) + counter.value
         offsets = {peer.lab: peer.clock_offset_us / 1e6 for peer in message.peers}
-        self.views.setdefault(lab, []).append((time.monotonic(), {peer.lab: bool(peer.up) for peer in message.peers}, counters, offsets))
+        self.views.setdefault(lab, []).append((time.monotonic(), {peer.lab: bool(peer.up) for peer in message.peers}, self.ears[lab].counters(), offsets))
 
     def is_up(self, lab, peer):
         return bool(self.views.get(lab)) and self.views[lab][-1][1].get(peer, False)

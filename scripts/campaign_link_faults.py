@@ -8,8 +8,8 @@ import time
 
 import campaign_strangers as strangers
 from campaign_files import LISTENS, THROUGH
-from campaign_network import say
 from joined_networks import call
+from lab_bus import say
 from lab_processes import Failed
 
 RAVEN_BUS = 7704

@@ -1,5 +1,5 @@
-"""What a cell of the campaign does between labs: hears what a lab says on its LCM bus, cuts and mends the link between two gateways, and speaks
-in place of a lab that stands still. See scripts/campaign."""
+"""What a cell of the campaign does between labs: cuts and mends the link between two gateways, and speaks in place of a lab that stands still. See
+scripts/campaign."""
 import contextlib
 import copy
 import functools
@@ -12,59 +12,8 @@ import threading
 import time
 
 import read_log
+from lab_bus import BusEar, say
 from lab_processes import Failed
-
-GROUP = "239.255.76.67"
-SHORT_MESSAGE = 0x4C433032  # LCM's datagram: magic, number, channel, 0, bytes
-
-
-def say(sender, port, number, channel, data):
-    """Sends one message of at most a datagram's size on the lab's bus, from a UDP socket."""
-    head = struct.pack(">II", SHORT_MESSAGE, number & 0xFFFFFFFF) + channel.encode() + b"\0"
-    with contextlib.suppress(OSError):
-        sender.sendto(head + data, (GROUP, port))
-
-
-class BusEar:
-    """Hears one lab's bus, on a thread of its own: the newest message of each channel that is asked for; `each(channel, bytes)` is told of all."""
-
-    def __init__(self, port, channels, each=None):
-        self.newest, self.channels, self.each = {}, {channel.encode() for channel in channels}, each
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
-        self.socket.bind((GROUP, port))
-        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, struct.pack("4sl", socket.inet_aton(GROUP), socket.INADDR_ANY))
-        self.ended = False
-        self.socket.settimeout(0.2)
-        threading.Thread(target=self.hear, daemon=True).start()
-
-    def hear(self):
-        while not self.ended:
-            try:
-                datagram = self.socket.recv(1 << 16)
-            except TimeoutError:
-                continue
-            channel, _, data = datagram[8:].partition(b"\0")
-            if channel in self.channels and datagram[:4] == struct.pack(">I", SHORT_MESSAGE):
-                self.newest[channel.decode()] = data
-                if self.each:
-                    self.each(channel.decode(), data)
-
-    def message(self, channel):
-        """The newest message of a channel, decoded; None before the first."""
-        data = self.newest.get(channel)
-        return None if data is None else read_log.decode(data)
-
-    def state(self):
-        """What the lab says that it is doing."""
-        status = self.message("status")
-        return status.state if status else ""
-
-    def period(self):
-        """Of the newest state that it has published; -1 before the first."""
-        world = self.message("world")
-        return world.window[-1].period if world and world.window else -1
 
 
 class Link:

@@ -1,5 +1,6 @@
 """Networks of their own for labs, joined by a cable or behind routers, as if each lab were a machine; and keys, with which the labs trust each other."""
 import contextlib
+import shutil
 import subprocess
 
 from lab_processes import PROGRAM, ROOT, Failed, end_with_parent
@@ -90,20 +91,25 @@ def networks_behind_routers(labs):
         yield enter, hall
 
 
+def start_nats_server(folder, text, words=(), name="nats-server", begin=end_with_parent):
+    """The server with this configuration, which lies in the folder beside what it says; `words` go before its command."""
+    file = folder / f"{name}.conf"
+    file.write_text(text)
+    with open(file.with_suffix(".txt"), "ab") as said:
+        try:
+            return subprocess.Popen([*words, "/usr/sbin/nats-server", "-c", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=begin)
+        except OSError as error:
+            raise Failed(f"nats-server cannot be started ({error.strerror}); scripts/setup federation installs it.") from None
+
+
 @contextlib.contextmanager
 def nats_server(words, out):
     """The server of experiments/federation/server.conf, at HALL in the network of these words."""
-    said = out / "nats-server.txt"
-    with open(said, "wb") as file:
-        try:
-            server = subprocess.Popen([*words, "/usr/sbin/nats-server", "-c", ROOT / "experiments/federation/server.conf", "-a", HALL], stdin=subprocess.DEVNULL,
-                                      stdout=file, stderr=file, preexec_fn=end_with_parent)
-        except OSError as error:
-            raise Failed(f"nats-server cannot be started ({error.strerror}); scripts/setup federation installs it.") from None
+    server = start_nats_server(out, (ROOT / "experiments/federation/server.conf").read_text().replace("127.0.0.1:4222", f"{HALL}:4222"), words)
     try:
         yield
         if server.poll() is not None:
-            raise Failed(f"The NATS server has ended: {(said.read_text(errors='replace').strip().splitlines() or ['it said nothing'])[-1]}")
+            raise Failed(f"The NATS server has ended: {((out / 'nats-server.txt').read_text(errors='replace').strip().splitlines() or ['it said nothing'])[-1]}")
     finally:
         server.terminate()
         server.wait()
@@ -115,8 +121,9 @@ def make_keys(labs, folder, program=PROGRAM):
         call(program, "keys", "init", lab, "--keys", folder / lab)
     for lab in labs:
         for other in labs:
-            if other != lab:
-                call(program, "keys", "trust", folder / other / f"{other}.crt", "--keys", folder / lab)
+            if other != lab:  # what `arkmesh keys trust` does, without a process for each pair
+                (folder / lab / "trusted").mkdir(exist_ok=True)
+                shutil.copy(folder / other / f"{other}.crt", folder / lab / "trusted")
 
 
 def join_at_server(labs, folder, servers, program=PROGRAM):

@@ -1,10 +1,8 @@
 """What it costs to have many labs in one process."""
-import json
-import os
 import shutil
 import subprocess
 
-from lab_processes import PROGRAM, ROOT, Failed
+from lab_processes import ROOT, Failed
 
 ROUNDS = 3
 LAB = """
@@ -37,15 +35,8 @@ def run_labs(bench, number, solver="ode"):
     for name, file in zip(names, files):
         file.write_text(LAB.format(name=name, seconds=seconds, labs=", ".join(f'"{n}"' for n in names), solver=solver,
                                    program=ROOT / "experiments/light_up/light_up.c"))
-    with open(bench.scratch / "said.txt", "w+") as said:
-        process = subprocess.Popen([PROGRAM, "run", *files, "--out", folder / "run", "--set", "view.use=false"], stdout=said, stderr=said)
-        _, status, usage = os.wait4(process.pid, 0)
-        if status != 0:
-            said.seek(0)
-            raise Failed(f"a run of {number} labs failed: {(said.read().strip().splitlines() or ['it said nothing'])[-1]}")
-    speed = json.loads((folder / "run/result.json").read_text())["wall"]["speed"]
-    shutil.rmtree(folder)
-    return speed, (usage.ru_utime + usage.ru_stime) / seconds, usage.ru_maxrss / 1024
+    run = bench.run(*files, "--set", "view.use=false")
+    return run["wall"]["speed"], run["cpu_s"] / seconds, run["peak_mb"]
 
 
 def fastest(bench, numbers, solver="ode"):
@@ -74,18 +65,12 @@ def labs_growth(bench):
 
 def labs_addition(bench):
     """Processor time of the 48+12 pair of DHTF beside that of its two arenas alone, which hear the same words, by turns: what gate, bus, recorder and scenario add."""
-    files = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
     whole, bare = [], []
     for _ in range(1 if bench.short else ROUNDS):
-        folder = bench.folder()
-        with open(bench.scratch / "said.txt", "w+") as said:
-            process = subprocess.Popen([PROGRAM, "run", *files, "--seed", "1", "--out", folder, "--set", f"run.duration_s={bench.seconds}", "--set", "view.use=false"],
-                                       stdout=said, stderr=said)
-            _, status, usage = os.wait4(process.pid, 0)
-        if status != 0:
-            raise Failed("the pair's run failed")
-        whole.append(usage.ru_utime + usage.ru_stime)
-        told = subprocess.run([bench.built("bare_arenas"), folder, "1", *files], capture_output=True, text=True, check=True).stdout.split()
+        run = bench.run(*bench.pair_files, "--seed", 1, "--seconds", bench.seconds, "--set", "view.use=false", keep=True)
+        folder = run["folder"]
+        whole.append(run["cpu_s"])
+        told = subprocess.run([bench.built("bare_arenas"), folder, "1", *bench.pair_files], capture_output=True, text=True, check=True).stdout.split()
         if told[4] != told[6]:
             raise Failed(f"the arenas alone went another way: {told[6]} of {told[4]} frames are the same")
         bare.append(float(told[2]))
@@ -118,13 +103,7 @@ def kit_sensors(bench):
         for lab, file in zip("ab", files):
             file.write_text(LAB.format(name=lab, seconds=seconds, labs='"a", "b"', solver="ode", program=ROOT / "experiments/light_up/light_up.c")
                             .replace('"light_up"', f'"{name}.py"').replace("robots = 12", f"robots = {robots}").replace("_m = 0.5", "_m = 3.2"))
-        runs = []
-        for i in range(ROUNDS):
-            done = subprocess.run([PROGRAM, "run", *files, "--out", folder / f"{name}{i}", "--set", "view.use=false"], capture_output=True, text=True)
-            if done.returncode != 0:
-                raise Failed(f"a run with the kit failed: {done.stderr.strip().splitlines()[-1]}")
-            runs.append(json.loads((folder / f"{name}{i}/result.json").read_text())["wall"]["speed"])
-        speed[name] = max(runs)
+        speed[name] = max(bench.run(*files, "--set", "view.use=false")["wall"]["speed"] for _ in range(ROUNDS))
     each_us = 1e6 * (1 / speed["five"] - 1 / speed["none"]) / (2 * robots * 10)
     alone = subprocess.run([bench.built("bench_kit")], capture_output=True, text=True, check=True).stdout.split()
     return (speed["five"] >= 20 and float(alone[3]) >= 20,

@@ -1,24 +1,21 @@
-"""Figures of gateways as real processes: what a peer costs in a mesh, what poses take on the wire, what an idle gateway holds. See scripts/measure."""
+"""Figures of gateways as real processes: what labs cost that are joined each with each or at a NATS server, what poses take on the wire, what an idle gateway
+holds. See scripts/measure."""
 import contextlib
-import ctypes
+import functools
+import json
 import os
 import pathlib
-import random
 import re
-import selectors
-import shutil
-import socket
-import struct
+import resource
 import subprocess
 import time
+import urllib.request
 
-import read_log
-from campaign_network import GROUP, say
-from joined_networks import call, join_by_tls, joined_networks
-from lab_processes import PROGRAM, Failed, end_all, end_with_parent
+from joined_networks import join_by_tls, joined_networks, make_keys, start_nats_server
+from lab_bus import BusEar, Talkers
+from lab_processes import Failed, LabProcesses, end_all
 
-FIRST_BUS, FIRST_PORT, RATE_HZ, NUMBER_AT = 7720, 7840, 10, 16
-CLONE_NEWNET, SO_RCVBUFFORCE = 0x40000000, 33
+FIRST_BUS, FIRST_PORT, NATS_PORT, MONITOR_PORT = 7720, 7840, 7970, 7971
 FILE_TEXT = """[lab]
 name = "{lab}"
 [bus]
@@ -32,96 +29,6 @@ exports = []
 ordered = ["poses"]
 imports = ["poses"]
 """
-
-
-def pose_frame(robots):
-    """A message of channel `poses` with that many robots at random places."""
-    poses = [read_log.new("robot_pose_t", robot=robot, x_m=random.uniform(-1, 1), y_m=random.uniform(-1, 1), heading_rad=random.uniform(-3, 3), led=2,
-                          confidence=1.0, age_us=random.randrange(100000)) for robot in range(robots)]
-    return bytearray(read_log.new("pose_frame_t", stamp_us=0, number=0, part=0, parts=1, robots=poses).encode())
-
-
-@contextlib.contextmanager
-def inside(words):
-    """This thread is in the network namespace that `nsenter` would enter with these words; {} leaves it where it is."""
-    if not words:
-        yield
-        return
-    libc = ctypes.CDLL(None, use_errno=True)
-    home, there = os.open("/proc/thread-self/ns/net", os.O_RDONLY), os.open(f"/proc/{words[2]}/ns/net", os.O_RDONLY)
-    try:
-        if libc.setns(there, CLONE_NEWNET) != 0:
-            raise Failed("a network namespace cannot be entered")
-        yield
-    finally:
-        libc.setns(home, CLONE_NEWNET)
-        os.close(there)
-        os.close(home)
-
-
-class Talkers:
-    """Labs in this process: each sends `poses` on its bus ten times a second, and notes by number what it hears of the others'."""
-
-    def __init__(self, labs, robots, enter=None):
-        self.labs, self.frame, self.number, self.came = labs, pose_frame(robots), 0, {}
-        self.selector, self.mouths = selectors.DefaultSelector(), {}
-        for lab, bus in labs.items():
-            with inside((enter or {}).get(lab)):
-                self.mouths[lab] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-                ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-                ear.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                try:
-                    ear.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, 8 << 20)
-                except PermissionError:
-                    ear.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
-                ear.bind((GROUP, bus))
-                ear.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, struct.pack("4s4s", socket.inet_aton(GROUP), socket.inet_aton("127.0.0.1")))
-            ear.setblocking(False)
-            self.selector.register(ear, selectors.EVENT_READ, lab)
-
-    def hear(self, seconds):
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            for key, _ in self.selector.select(left):
-                with contextlib.suppress(BlockingIOError):
-                    while True:
-                        self.note(key.data, key.fileobj.recv(1 << 16))
-
-    def note(self, lab, datagram):
-        channel, _, data = datagram[8:].partition(b"\0")
-        if channel.endswith(b"/poses"):
-            self.came.setdefault((channel[:-6].decode(), lab), []).append(struct.unpack_from(">i", data, NUMBER_AT)[0])
-
-    def talk(self, seconds):
-        """Ten frames a second; returns the first and the last number."""
-        first, due = self.number + 1, time.monotonic()
-        for _ in range(round(seconds * RATE_HZ)):
-            self.number += 1
-            struct.pack_into(">i", self.frame, NUMBER_AT, self.number)
-            for lab, bus in self.labs.items():
-                say(self.mouths[lab], bus, self.number, "poses", bytes(self.frame))
-            due += 1 / RATE_HZ
-            self.hear(max(0.001, due - time.monotonic()))
-        return first, self.number
-
-    def until_joined(self, patience_s=120):
-        """Until each has heard each."""
-        end, wanted = time.monotonic() + patience_s, len(self.labs) * (len(self.labs) - 1)
-        while len(self.came) < wanted:
-            if time.monotonic() > end:
-                raise Failed(f"{wanted - len(self.came)} of {wanted} ways of the mesh carry nothing after {patience_s} s")
-            self.talk(0.5)
-
-    def lost(self, first, last):
-        """How many of these numbers did not come, or not once and in order, on all ways together; waits for the last."""
-        end = time.monotonic() + 300
-        while any(way[-1] < last for way in self.came.values()) and time.monotonic() < end:
-            self.hear(0.1)
-        wrong = 0
-        for way in self.came.values():
-            numbers = [number for number in way if number >= first]
-            wrong += 0 if numbers == list(range(first, last + 1)) else max(1, last - first + 1 - len(set(numbers)))
-        return wrong
 
 
 def cpu_s(process):
@@ -138,77 +45,141 @@ def memory_mb(process):
 @contextlib.contextmanager
 def gateways(files, folder, enter=None, sets=None):
     """{lab: process}"""
-    running = {}
+    labs = LabProcesses(files.values(), folder, own_overrides=sets, enter=enter)
     try:
-        for lab, file in files.items():
-            with open(folder / f"{lab}.txt", "wb") as said:
-                more = [part for each in (sets or {}).get(lab, []) for part in ("--set", each)]
-                running[lab] = subprocess.Popen([*(enter or {}).get(lab, []), PROGRAM, "gateway", file, *more], stdin=subprocess.DEVNULL, stdout=said, stderr=said,
-                                                preexec_fn=end_with_parent)
-        yield running
-        for lab, process in running.items():
-            if process.poll() is not None:
-                raise Failed(f"the gateway of {lab} has ended: {(folder / f'{lab}.txt').read_text().strip()[-200:]}")
+        for lab in files:
+            labs.start("gateway", lab)
+        yield {lab: labs.processes["gateway", lab] for lab in files}
+        labs.running()  # none has ended
     finally:
-        end_all(running.values())
+        labs.stop()
 
 
-def mesh(folder, number, tls, seconds):
-    """Labs that are all joined with each other: (ways with a loss, CPU per cent of a core, resident MB, private MB), each of a gateway's mean."""
-    folder.mkdir(parents=True)
-    labs = {f"lab{index:02}": FIRST_BUS + index for index in range(number)}
-    names, files, kind = list(labs), {}, "tls://" if tls else ""
-    if tls:
-        for lab in names:
-            call(PROGRAM, "keys", "init", lab, "--keys", folder / "keys" / lab)
-        for lab in names:
-            (folder / "keys" / lab / "trusted").mkdir(exist_ok=True)
-            for other in names:
-                if other != lab:
-                    shutil.copy(folder / "keys" / other / f"{other}.crt", folder / "keys" / lab / "trusted")
+@contextlib.contextmanager
+def nats_server(folder):
+    """A server on this machine, ready: its process."""
+    text = f'listen: "127.0.0.1:{NATS_PORT}"\nhttp: "127.0.0.1:{MONITOR_PORT}"\nmax_pending: 64MB\n'
+    server, said = start_nats_server(folder, text), folder / "nats-server.txt"
+    try:
+        end = time.monotonic() + 300
+        while "Server is ready" not in said.read_text(errors="replace"):
+            if server.poll() is not None or time.monotonic() > end:
+                raise Failed(f"the NATS server did not start: {(said.read_text().strip().splitlines() or ['it said nothing'])[-1]}")
+            time.sleep(0.05)
+        yield server
+    finally:
+        end_all([server])
+
+
+def server_bytes():
+    """What the server has taken and given, by itself."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{MONITOR_PORT}/varz", timeout=10) as told:
+        of = json.load(told)
+    return of["in_bytes"], of["out_bytes"]
+
+
+def part(values, of):
+    return values[min(len(values) - 1, int(of * len(values)))] if values else float("nan")
+
+
+def gateway_counters(bus):
+    """{counter: value} of what a gateway says of itself on its lab's bus, peers' own added up."""
+    ear, end = BusEar(bus, ["peers"]), time.monotonic() + 5
+    while "peers" not in ear.newest:
+        if time.monotonic() > end:
+            raise Failed("a gateway says nothing of itself")
+        time.sleep(0.05)
+    ear.ended = True
+    return ear.counters()
+
+
+def raise_open_files():
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 65536), hard))
+
+
+def write_files(folder, names, kind):
+    """Labs that meet at the server, or are joined by TCP or TLS each with each: {lab: file}."""
+    files, scheme = {}, "tls://" if kind == "tls" else ""
+    if kind != "tcp":
+        make_keys(names, folder / "keys")
     for index, lab in enumerate(names):
-        lines = [f'listen = "{kind}127.0.0.1:{FIRST_PORT + index}"', f'keys = "{folder / "keys" / lab}"']
-        for earlier, other in enumerate(names):
-            if other != lab:
-                lines += ["[[gateway.peers]]", f'lab = "{other}"', *([f'connect = "{kind}127.0.0.1:{FIRST_PORT + earlier}"'] if earlier < index else [])]
+        lines = [f'keys = "{folder / "keys" / lab}"']
+        if kind == "nats":
+            lines.append(f'connect = "nats://127.0.0.1:{NATS_PORT}"')
+        else:
+            lines.append(f'listen = "{scheme}127.0.0.1:{FIRST_PORT + index}"')
+            for earlier, other in enumerate(names):
+                if other != lab:
+                    lines += ["[[gateway.peers]]", f'lab = "{other}"', *([f'connect = "{scheme}127.0.0.1:{FIRST_PORT + earlier}"'] if earlier < index else [])]
         files[lab] = folder / f"{lab}.toml"
-        files[lab].write_text(FILE_TEXT.format(lab=lab, bus=labs[lab], labs=str(names).replace("'", '"')) + "\n".join(lines) + "\n")
-    talkers = Talkers(labs, robots=100)
-    with gateways(files, folder) as running:
+        files[lab].write_text(FILE_TEXT.format(lab=lab, bus=FIRST_BUS + index, labs=str(names).replace("'", '"')) + "\n".join(lines) + "\n")
+    return files
+
+
+@functools.cache
+def crowd(bench, number, kind, seconds, speakers=None, rate_hz=1, at_once=False):
+    """So many labs, all or some of which say a state of 100 robots: what that costs, and how long states take."""
+    folder = bench.folder()
+    folder.mkdir(parents=True)
+    names = [f"lab{index:02}" for index in range(number)]
+    files = write_files(folder, names, kind)
+    labs = {lab: FIRST_BUS + index for index, lab in enumerate(names)}
+    with contextlib.ExitStack() as ending:
+        server = ending.enter_context(nats_server(folder)) if kind == "nats" else None
+        running = ending.enter_context(gateways(files, folder))
+        talkers = Talkers(labs, 100, rate_hz, names[:speakers], at_once)
+        ending.callback(talkers.end)
         talkers.until_joined()
-        talkers.talk(1)
-        before, begin = {lab: cpu_s(process) for lab, process in running.items()}, time.monotonic()
+        talkers.talk(2)
+        watched = running | ({"server": server} if server else {})
+        used_idle, begin = cpu_s(running[names[0]]), time.monotonic()
+        talkers.hear(5 if speakers == 1 else 0)
+        idle = 100 * (cpu_s(running[names[0]]) - used_idle) / (time.monotonic() - begin)
+        before, bytes_before, begin = {name: cpu_s(process) for name, process in watched.items()}, server_bytes() if server else (0, 0), time.monotonic()
         numbers = talkers.talk(seconds)
         took = time.monotonic() - begin
-        used = sum(cpu_s(process) - before[lab] for lab, process in running.items())
-        memory = [memory_mb(process) for process in running.values()]
+        passed = [(after - was) / took / 1e6 for was, after in zip(bytes_before, server_bytes() if server else (0, 0))]
+        used = {name: 100 * (cpu_s(process) - before[name]) / took for name, process in watched.items()}
         lost = talkers.lost(*numbers)
-    return lost, 100 * used / took / number, sum(each[0] for each in memory) / number, sum(each[1] for each in memory) / number
+        latencies = talkers.latencies_ms(*numbers)
+        memory = {name: memory_mb(process) for name, process in watched.items()}
+        counters = [gateway_counters(labs[lab]) for lab in (names[0], names[-1])]
+    others = [lab for lab in names if lab != names[0]] if speakers == 1 else names
+    return {"labs": number, "kind": kind, "lost": lost, "sent": numbers[1] - numbers[0] + 1, "p50_ms": part(latencies, 0.5), "p99_ms": part(latencies, 0.99),
+            "gateway_cpu": sum(used[lab] for lab in others) / len(others), "sender_cpu": used[names[0]], "sender_idle_cpu": idle,
+            "gateway_mb": sum(memory[lab][0] for lab in names) / number,
+            "private_mb": sum(memory[lab][1] for lab in names) / number,
+            "server_cpu": used.get("server", 0), "server_mb": memory["server"][0] if server else 0, "passed": passed, "refused": sum(value for each in counters for name, value in each.items() if "refused" in name),
+            "sent_again": sum(each.get("federation.pieces.sent_again", 0) for each in counters)}
 
 
-def mesh_figure(bench, tls):
+def told(row):
+    server = f"; server {row['server_cpu']:.1f} %, {row['server_mb']:.0f} MB" if row["server_mb"] else ""
+    return (f"{row['labs']} labs by {row['kind']}: each gateway {row['gateway_cpu']:.2f} % of a core, {row['gateway_mb']:.1f} MB{server}; "
+            f"p50 {row['p50_ms']:.2f} ms, p99 {row['p99_ms']:.2f} ms; {row['lost']} lost, {row['refused']} refused")
+
+
+def mesh_figure(bench, kind):
     sizes, seconds = ((2, 4, 8), 3) if bench.short else ((4, 8, 16), 30)
-    rows = {number: mesh(bench.folder(), number, tls, seconds) for number in sizes}
-    for number, (lost, cpu, resident, private) in rows.items():
-        peers = number - 1
-        print(f"  {number:>2} labs: of each gateway {cpu:.2f} % of a core, {cpu / peers:.3f} % a peer; {resident:.1f} MB resident, {private:.2f} MB private; "
-              f"{lost} of {number * peers * seconds * RATE_HZ} messages lost")
-    lost = sum(row[0] for row in rows.values())
-    (few, first), (many, last) = min(rows.items()), max(rows.items())
-    ratio = (last[1] / (many - 1)) / (first[1] / (few - 1)) if first[1] else float("nan")
-    each_mb = (last[3] - first[3]) / (many - few)
-    value = f"lost {lost}; {last[1]:.1f} % of a core at {many} labs, {ratio:.2f}x a peer's cost at {few}, {each_mb:.2f} MB a peer"
+    rows = [crowd(bench, number, kind, seconds, None, 10, True) for number in sizes]
+    for row in rows:
+        print(f"  {told(row)}; {row['gateway_cpu'] / (row['labs'] - 1):.3f} % a peer, {row['private_mb']:.2f} MB private")
+    lost, first, last = sum(row["lost"] for row in rows), rows[0], rows[-1]
+    ratio = (last["gateway_cpu"] / (last["labs"] - 1)) / (first["gateway_cpu"] / (first["labs"] - 1)) if first["gateway_cpu"] else float("nan")
+    each_mb = (last["private_mb"] - first["private_mb"]) / (last["labs"] - first["labs"])
+    value = f"lost {lost}; {last['gateway_cpu']:.1f} % of a core at {last['labs']} labs, {ratio:.2f}x a peer's cost at {first['labs']}, {each_mb:.2f} MB a peer"
     return lost == 0 and (bench.short or ratio <= 1.2), value, "lost 0" + ("" if bench.short else ", at most 1.2x a peer")
 
 
 def links_mesh_tcp(bench):
     """4, 8 and 16 labs, each joined with all others over plain TCP, 100-robot poses at 10 Hz each: losses; processor time and memory of a gateway."""
-    return mesh_figure(bench, tls=False)
+    return mesh_figure(bench, "tcp")
 
 
 def links_mesh_tls(bench):
     """The same over TLS."""
-    return mesh_figure(bench, tls=True)
+    return mesh_figure(bench, "tls")
 
 
 @contextlib.contextmanager
@@ -233,8 +204,8 @@ def links_poses(bench):
     """Poses of 1000 robots at 10 Hz to one peer over TLS: kB/s that leave the lab."""
     seconds = 3 if bench.short else 20
     with pair(bench) as (enter, _, labs):
-        talkers = Talkers({"shark": labs["shark"]}, 1000, enter)
-        ears = Talkers({"roark": labs["roark"]}, 1, enter)
+        talkers = Talkers({"shark": labs["shark"]}, 1000, enter=enter)
+        ears = Talkers({"roark": labs["roark"]}, 1, enter=enter)
         end = time.monotonic() + 300
         while not ears.came:
             if time.monotonic() > end:
@@ -245,7 +216,7 @@ def links_poses(bench):
         first, last = talkers.talk(seconds)
         rate = (sent_bytes(enter["shark"]) - before) / (time.monotonic() - begin) / 1000
         lost = ears.lost(first, last)
-    return lost == 0, f"{rate:.0f} kB/s of {len(talkers.frame) * RATE_HZ / 1000:.0f} kB/s of messages, lost {lost}", "lost 0"
+    return lost == 0, f"{rate:.0f} kB/s of {len(talkers.frame) * talkers.rate_hz / 1000:.0f} kB/s of messages, lost {lost}", "lost 0"
 
 
 def links_idle(bench):
@@ -253,7 +224,7 @@ def links_idle(bench):
     seconds = 4 if bench.short else 60
     with pair(bench) as (enter, running, labs):
         # nsenter executes the program: the process is the gateway
-        talkers = Talkers(labs, 1, enter)
+        talkers = Talkers(labs, 1, enter=enter)
         talkers.until_joined()
         time.sleep(2)
         before, begin = {lab: cpu_s(process) for lab, process in running.items()}, time.monotonic()

@@ -1,7 +1,7 @@
-"""Figures beside other people's programs, whose sources the user fetches; without them a row is left out.
+"""Figures beside other people's programs, which the user has built; without them a row is left out.
 
-ARKMESH_KILOMBO: a checkout of JIC-CSB/kilombo (needs libjansson-dev).
-ARKMESH_LIBBOT2: a checkout of libbot2/libbot2, for its bot-lcm-tunnel.
+ARKMESH_KILOMBO: a folder with Kilombo's programs walk_SIDE, as docs/simulator-speed.md builds them.
+ARKMESH_TUNNEL: libbot2's program bot-lcm-tunnel, built with -O2.
 """
 import json
 import os
@@ -19,8 +19,7 @@ sys.path.insert(0, str(ROOT / "scripts/figures"))
 from pages import write_between  # noqa: E402
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
-LIBBOT2 = os.environ.get("ARKMESH_LIBBOT2", "")
-KILOMBO_SOURCES = ["skilobot", "kbapi", "params", "stateio", "runsim", "neighbors", "distribution"]
+TUNNEL = os.environ.get("ARKMESH_TUNNEL", "")
 # robots, per m2, seconds that Kilombo simulates, and what "ode" and "fast" must reach of it
 SIZES = [(100, 48, 4000, 0.55, 1.10), (1000, 48, 400, 1.0, 1.50), (10000, 48, 20, 1.9, 3.0),
          (100, 400, 2000, 0.24, 0.75), (1000, 400, 200, 0.46, 1.50), (10000, 400, 10, 0.60, 2.6)]
@@ -37,23 +36,12 @@ def cpu_of(command, folder):
     return usage.ru_utime + usage.ru_stime
 
 
-def build_kilombo(folder, side_mm):
-    """Its headless simulator with the benchmark's program, with its own flags; -fcommon, which GCC 10 and later need."""
-    source = pathlib.Path(KILOMBO) / "src"
-    if not (folder / "kilombo").exists():
-        (folder / "kilombo").symlink_to(source.resolve())
-    program = folder / f"walk_{side_mm}"
-    subprocess.run(["gcc", "-std=c99", "-w", "-O2", "-g", "-fcommon", "-DSKILO_HEADLESS", "-DSIMULATOR", f"-DSIDE_MM={side_mm}", f"-I{folder}", f"-I{source}",
-                    ROOT / "tests/bench/peers/kilombo_walk_and_talk.c", *(source / f"{name}.c" for name in KILOMBO_SOURCES), "-ljansson", "-lm", "-o", program], check=True)
-    return program
-
-
 def kilombo_rate(folder, robots, per_m2, seconds):
     """Robot-seconds per second of processor time."""
     side_mm = round((robots / per_m2) ** 0.5 * 1000)
-    program = folder / f"walk_{side_mm}"
+    program = pathlib.Path(KILOMBO).resolve() / f"walk_{side_mm}"
     if not program.exists():
-        build_kilombo(folder, side_mm)
+        raise Failed(f"{program} is not there; docs/simulator-speed.md says how it is built")
     settings = {"nBots": robots, "randSeed": 1, "timeStep": 1 / 31, "simulationTime": seconds, "commsRadius": 100, "msgSuccessRate": 0.8, "distanceNoise": 2,
                 "useGrid": 1, "GUI": 0, "storeHistory": 0, "stateFileSteps": 0, "displayWidth": side_mm, "displayHeight": side_mm, "distributePercent": 0.95}
     (folder / "kilombo.json").write_text(json.dumps(settings))
@@ -92,28 +80,11 @@ def peers_kilombo(bench):
     return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)
 
 
-def build_tunnel(folder):
-    """bot-lcm-tunnel with -O2."""
-    source = pathlib.Path(LIBBOT2) / "bot2-lcm-utils/src/tunnel"
-    flags = subprocess.run(["pkg-config", "--cflags", "--libs", "lcm", "glib-2.0", "gthread-2.0"], capture_output=True, text=True, check=True).stdout.split()
-    objects = []
-    for file in [*source.glob("*.c"), *source.glob("*.cpp"), *(source / "ldpc").glob("*.cpp")]:
-        if file.stem == "ldpc_wrapper_test":
-            continue
-        objects.append(folder / f"{file.stem}{file.suffix}.o")
-        compiler = ["gcc", "-std=gnu99"] if file.suffix == ".c" else ["g++", "-std=gnu++98"]
-        subprocess.run([*compiler, "-O2", "-w", "-c", file, f"-I{source}", *flags, "-o", objects[-1]], check=True)
-    subprocess.run(["g++", *objects, *flags, "-lpthread", "-lm", "-o", folder / "bot-lcm-tunnel"], check=True)
-    return folder / "bot-lcm-tunnel"
-
-
 def peers_tunnel(bench):
     """100 kB messages of two gateways and of bot-lcm-tunnel by turns: most without loss, processor time of both ends, p99."""
-    if not LIBBOT2:
+    if not TUNNEL:
         return None
-    folder = bench.folder()
-    folder.mkdir()
-    words = lines_of([bench.built("bench_gateway"), "2", PROGRAM, build_tunnel(folder)]).split()
+    words = lines_of([bench.built("bench_gateway"), "2", PROGRAM, TUNNEL]).split()
     values = dict(zip(words[1::2], map(float, words[2::2])))
     most = values["gateways_most"] / values["tunnel_most"]
     return (most >= 1.1 and values["gateways_cpu_us"] <= 230,

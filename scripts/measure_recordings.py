@@ -1,32 +1,23 @@
 """Figures of recorded runs: how long it takes to open one, to go to a moment, and to export it. See scripts/measure."""
-import base64
 import functools
 import json
-import os
 import random
 import re
 import shutil
-import socket
 import struct
 import subprocess
 import time
 
-from lab_processes import PROGRAM, ROOT, Failed, end_all
-
-FILES = [ROOT / f"experiments/dhtf/{lab}.toml" for lab in ("shark", "roark")]
+from lab_processes import PROGRAM, Failed, end_all
+from page_viewers import join
 
 
 class Viewer:
     """A viewer of a page, on its WebSocket."""
 
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
-        key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nOrigin: http://127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
-                             f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n").encode())
+        self.socket = join(port)
         self.stream = self.socket.makefile("rb")
-        if b" 101 " not in self.stream.readline():
-            raise Failed("the page took no WebSocket")
         while self.stream.readline() not in (b"\r\n", b""):
             pass
 
@@ -66,9 +57,7 @@ class Viewer:
 @functools.cache
 def hour(bench):
     """A recorded hour of 48 + 12 robots."""
-    out = bench.folder()
-    subprocess.run([PROGRAM, "run", *FILES, "--out", out, "--set", f"run.duration_s={600 if bench.short else 3600}"], check=True, capture_output=True)
-    return out
+    return bench.run(*bench.pair_files, "--seconds", 600 if bench.short else 3600, keep=True)["folder"]
 
 
 def opened(folder):
@@ -115,9 +104,7 @@ def recording_seek(bench):
 
 def recording_export(bench):
     """1800 s of 60 robots to CSV, HDF5 and MCAP."""
-    run = bench.folder()
-    seconds = 240 if bench.short else 1800
-    subprocess.run([PROGRAM, "run", *FILES, "--out", run, "--set", f"run.duration_s={seconds}"], check=True, capture_output=True)
+    run = bench.run(*bench.pair_files, "--seconds", bench.seconds, keep=True)["folder"]
     took = {}
     for kind in ("csv", "hdf5", "mcap"):
         begin = time.monotonic()

@@ -4,7 +4,7 @@ import re
 import statistics
 import subprocess
 
-from lab_processes import PROGRAM, ROOT, Failed
+from lab_processes import ROOT, Failed
 
 DHTF = ROOT / "experiments/dhtf"
 
@@ -88,10 +88,8 @@ def testbed_dhtf(bench):
     completed = {}
     for kind, file in (("emulator", "roark_emulated.toml"), ("ode", "roark.toml")):
         for seed in seeds:
-            out = bench.folder()
-            lines_of([PROGRAM, "run", DHTF / "shark.toml", DHTF / file, "--set", f"run.duration_s={seconds}", "--set", "scenario.dhtf.types=easy",
-                      "--seed", str(seed), "--out", out])
-            completed.setdefault(kind, []).append(json.loads((out / "result.json").read_text())["counts"]["completed"])
+            run = bench.run(DHTF / "shark.toml", DHTF / file, "--seconds", seconds, "--set", "scenario.dhtf.types=easy", "--seed", seed)
+            completed.setdefault(kind, []).append(run["counts"]["completed"])
     emulator, ode = (statistics.mean(completed[kind]) for kind in ("emulator", "ode"))
     off = 100 * (emulator / ode - 1) if ode else float("nan")
     spread = {kind: f" sd {statistics.stdev(values):.1f}" if len(values) > 1 else "" for kind, values in completed.items()}
