@@ -27,7 +27,7 @@ solver = "{solver}"
 
 def run_labs(bench, number, solver="ode"):
     """light_up of so many labs of 12 robots, a period of 1 s, in one process: (simulated seconds in one of the wall, CPU seconds, peak MB)."""
-    seconds = (240 if bench.short else 4800) // number
+    seconds = 4800 // number
     folder = bench.folder()
     folder.mkdir()
     names = [f"l{i:02}" for i in range(number)]
@@ -42,7 +42,7 @@ def run_labs(bench, number, solver="ode"):
 def fastest(bench, numbers, solver="ode"):
     """{number: (speed, CPU seconds of a simulated one, peak MB)}: the fastest of some runs of each, by turns."""
     all_ = {number: [] for number in numbers}
-    for _ in range(1 if bench.short else ROUNDS):
+    for _ in range(ROUNDS):
         for number in numbers:
             all_[number].append(run_labs(bench, number, solver))
     return {number: max(rows) for number, rows in all_.items()}
@@ -66,7 +66,7 @@ def labs_growth(bench):
 def labs_addition(bench):
     """Processor time of the 48+12 pair of DHTF beside that of its two arenas alone, which hear the same words, by turns: what gate, bus, recorder and scenario add."""
     whole, bare = [], []
-    for _ in range(1 if bench.short else ROUNDS):
+    for _ in range(ROUNDS):
         run = bench.run(*bench.pair_files, "--seed", 1, "--seconds", bench.seconds, "--set", "view.use=false", keep=True)
         folder = run["folder"]
         whole.append(run["cpu_s"])
@@ -110,5 +110,5 @@ def kit_sensors(bench):
             f"Python {speed['five']:.0f} (without {speed['none']:.0f}), {each_us:.1f} us a robot and frame; C++, sensors alone, {float(alone[3]):.0f}, {float(alone[1]):.1f} us", "20")
 
 
-LABS = [labs_sixteen, labs_growth, labs_addition, kit_sensors]
-NOT_JUDGED_SHORT = set(LABS)
+MEASURES = [labs_sixteen, labs_growth, labs_addition, kit_sensors]
+NOT_JUDGED_SHORT = set(MEASURES)

@@ -235,4 +235,5 @@ def links_idle(bench):
     return met, f"{resident:.1f} MB resident, {private:.1f} MB private, {cpu:.2f} % of a core", "18 MB, 5 MB, 0.5 %"
 
 
-LINKS = [links_mesh_tcp, links_mesh_tls, links_poses, links_idle]
+MEASURES = [links_mesh_tcp, links_mesh_tls, links_poses, links_idle]
+NOT_JUDGED_SHORT = set()

@@ -30,16 +30,16 @@ def testbed_accuracy(bench):
 
 def tracker_rows(bench, names):
     """Rows of the tracker's benchmark whose names begin with one of `names`, by name; times are milliseconds of processor time."""
-    command = [bench.built("bench_tracker"), "--benchmark_format=json", f"--benchmark_min_time={0.2 if bench.short else 2}",
+    command = [bench.built("bench_tracker"), "--benchmark_format=json", "--benchmark_min_time=2",
                f"--benchmark_filter=^({'|'.join(names)})"]
     rows = json.loads(lines_of(command))["benchmarks"]
-    return {row["name"].split("/iterations")[0].removesuffix("_short"): row for row in rows}
+    return {row["name"].split("/iterations")[0]: row for row in rows}
 
 
 def testbed_speed(bench):
     """From a decoded picture of 2048 x 1536 with 100 walking robots to poses, one core, beside OpenCV's HoughCircles on the same pictures, by turns."""
     rows = tracker_rows(bench, ["search/100", "follow/100", "read_jpeg/100",
-                               *(f"whole_way/{robots}{'_short' if bench.short else ''}/" for robots in ("photographed", "drawn"))])
+                               "whole_way/photographed/", "whole_way/drawn/"])
     print(f"  reading the JPEG {rows['read_jpeg/100']['cpu_time']:.1f} ms; of one picture, a whole search {rows['search/100']['cpu_time']:.1f} ms, "
           f"following {rows['follow/100']['cpu_time']:.1f} ms")
     ways = {robots: rows[f"whole_way/{robots}"] for robots in ("photographed", "drawn")}
@@ -53,7 +53,7 @@ def testbed_speed(bench):
 
 def testbed_thousand(bench):
     """1000 walking robots under four cameras of 2048 x 1536 at 10 sets of pictures a second: processor time of a set, of two cores' 200 ms."""
-    (row,) = tracker_rows(bench, [f"whole_table/{'short' if bench.short else 'long'}/"]).values()
+    (row,) = tracker_rows(bench, ["whole_table/long/"]).values()
     print(f"  to poses {row['real_time']:.1f} ms a set (longest {row['longest_ms']:.1f} ms), reading four JPEGs {row['read_jpegs_ms']:.1f} ms, "
           f"{row['free_percent']:.0f} % of two cores are left; {row['wrong_ids']:.0f} wrong ids, {row['twice']:.0f} robots seen twice, "
           f"{row['strangers']:.0f} strangers, centre {row['centre_rms_mm']:.2f} mm RMS")
@@ -64,8 +64,6 @@ def testbed_thousand(bench):
 
 def testbed_naming(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080: how long after everything was switched on each has its name, by both protocols."""
-    if bench.short:
-        return None  # a test has the deadline
     emulator, seconds, wrong = ROOT / "experiments/emulator/hundred.toml", {}, 0
     for protocol, seeds in (("spelled", [1, 2, 3, 4, 5]), ("ark", [1])):
         for seed in seeds:
@@ -84,7 +82,7 @@ def testbed_naming(bench):
 
 def testbed_dhtf(bench):
     """DHTF, all easy, with roark on the emulated testbed and with roark in ODE: completed tasks."""
-    seconds, seeds = (30, [1]) if bench.short else (600, [1, 2, 3])
+    seconds, seeds = 600, [1, 2, 3]
     completed = {}
     for kind, file in (("emulator", "roark_emulated.toml"), ("ode", "roark.toml")):
         for seed in seeds:
@@ -92,14 +90,14 @@ def testbed_dhtf(bench):
             completed.setdefault(kind, []).append(run["counts"]["completed"])
     emulator, ode = (statistics.mean(completed[kind]) for kind in ("emulator", "ode"))
     off = 100 * (emulator / ode - 1) if ode else float("nan")
-    spread = {kind: f" sd {statistics.stdev(values):.1f}" if len(values) > 1 else "" for kind, values in completed.items()}
-    value = f"emulator {emulator:.1f}{spread['emulator']}, ODE {ode:.1f}{spread['ode']}: {off:+.0f} %"
-    return (emulator > 0 if bench.short else abs(off) <= 25), value, "tasks" if bench.short else "within 25 %"
+    spread = {kind: statistics.stdev(values) for kind, values in completed.items()}
+    value = f"emulator {emulator:.1f} sd {spread['emulator']:.1f}, ODE {ode:.1f} sd {spread['ode']:.1f}: {off:+.0f} %"
+    return abs(off) <= 25, value, "within 25 %"
 
 
 def testbed_swap(bench):
     """Two robots swapped by hand in an arena of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
-    seeds, held_s = 1 if bench.short else 5, 1.5
+    seeds, held_s = 5, 1.5
     rows = re.findall(r"right after ([-\d.]+) s, wrong frames (\d+), blind messages (\d+)",
                       lines_of([bench.built("faults_emulated"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
     seconds = [float(row[0]) - held_s for row in rows]
@@ -109,5 +107,6 @@ def testbed_swap(bench):
     return met, f"at most {max(seconds):.1f} s, {wrong} wrong frames, {blind} messages meanwhile", "20 s, 0, 0"
 
 
-TESTBED = [testbed_accuracy, testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap]
-NOT_JUDGED_SHORT = {testbed_speed, testbed_thousand}
+MEASURES = [testbed_accuracy, testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap]
+# tests have the others in short
+NOT_JUDGED_SHORT = {testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap}

@@ -57,5 +57,5 @@ def view_nobody(bench):
     return result(bench, cost < 1, cost, same, read, "nothing: below 1 %")
 
 
-VIEW = [view_one, view_ten, view_stopped, view_nobody]
-NOT_JUDGED_SHORT = set(VIEW)
+MEASURES = [view_one, view_ten, view_stopped, view_nobody]
+NOT_JUDGED_SHORT = set(MEASURES)

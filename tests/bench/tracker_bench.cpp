@@ -245,16 +245,7 @@ BENCHMARK_CAPTURE(whole_way, drawn, bench::Robots::drawn)
     ->UseManualTime()
     ->Iterations(100)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(whole_way, photographed_short, bench::Robots::photographed)
-    ->UseManualTime()
-    ->Iterations(20)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(whole_way, drawn_short, bench::Robots::drawn)
-    ->UseManualTime()
-    ->Iterations(20)
-    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(whole_table, long, 30)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(whole_table, short, 12)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
 BENCHMARK(read_jpeg)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 
 }  // namespace
