@@ -41,7 +41,7 @@ struct ArenaInfo : RobotModel {
   double height_m = 1;            // along y
   std::vector<RobotId> robots;    // ids that are expected, ascending
   bool can_wait = true;           // false: lab time passes by itself, as on a testbed
-  bool starts_with_labs = false;  // advance_to(0) starts what should not run before the other labs are there
+  bool starts_with_labs = false;  // starts when all labs are there, and passes no boundary before their states came
   LabTime frame_period{100'000};  // frames are stamped n * frame_period, n = 0, 1, ...
   std::vector<Obstacle> obstacles;
   std::vector<MovableObject> objects;

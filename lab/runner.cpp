@@ -42,7 +42,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       port_(arena, private_bus),
       register_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
-      peers_(config_, arena.info().can_wait, run_id, private_bus, std::move(worlds)),
+      peers_(config_, arena.info(), run_id, private_bus, std::move(worlds)),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
       data_(make_lab_data(config_, arena.info())) {
   peers_.on_heard([this](std::string_view channel, std::span<const std::byte> bytes, bool accepted) {
@@ -92,8 +92,7 @@ Runner::Step Runner::go_on() {
     case Phase::running:
       return next_event();
     case Phase::at_boundary:
-      if (!asked_ && !peers_.may_merge(boundary_))
-        return wait_for_peers(boundary_ > config_.slack ? boundary_ - config_.slack : 0);
+      if (!asked_ && !peers_.may_merge(boundary_)) return wait_for_peers(peers_.gate().wanted(boundary_));
       return merge_period();
     case Phase::completing:
       if (strict() && !peers_.gate().received_from_all(boundary_)) return wait_for_peers(boundary_);

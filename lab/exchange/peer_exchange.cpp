@@ -23,12 +23,13 @@ std::string_view origin_of(std::string_view channel) {
 
 }  // namespace
 
-PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus,
-                           std::shared_ptr<WorldReader> worlds)
+PeerExchange::PeerExchange(const RunConfig& config, const hal::ArenaInfo& arena, std::uint64_t run_id,
+                           hal::Bus& private_bus, std::shared_ptr<WorldReader> worlds)
     : lab_(config.lab),
       owner_(config.owner),
       exchange_(config.exchange),
       by_events_(config.exchange.by_events(config.lab == config.owner)),
+      with_labs_(arena.starts_with_labs),
       period_length_(config.period),
       max_message_bytes_(config.max_message_bytes),
       bus_(private_bus),
@@ -38,10 +39,10 @@ PeerExchange::PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t
              .slack = config.slack,
              .last_period = config.last_period,
              .run_id = run_id,
-             .can_wait = can_wait,
+             .can_wait = arena.can_wait,
              .exchange = config.exchange,
              .until_confirmed = by_events_ && config.exchange.mode == Exchange::Mode::mixed}),
-      peers_(config, can_wait, gate_),
+      peers_(config, arena.can_wait, gate_),
       events_(config.exchange.confirmed_within(config.slack)) {
   subscriptions_.push_back(
       bus_.subscribe("[^/]+/(world|status)", [this](std::string_view channel, std::span<const std::byte> bytes) {
@@ -146,6 +147,7 @@ std::vector<MergedState> PeerExchange::merge(std::uint32_t k) {
 
 bool PeerExchange::may_merge(std::uint32_t k) const {
   if (!gate_.may_merge(k)) return false;
+  if (with_labs_ && !strict()) return !peers_.awaits(k);
   if (gate_.has_real_time_states(k)) return true;
   return peers_.now() - last_state_ > 2 * period_length_ && peers_.now() - merged_ >= period_length_;
 }

@@ -29,9 +29,9 @@ class PeerExchange {
  public:
   using Now = Peers::Now;
 
-  // The bus outlives the exchange. `can_wait`: the own arena can. `run_id`: of this run, never 0. `worlds` may be that
-  // of all labs of this process.
-  PeerExchange(const RunConfig& config, bool can_wait, std::uint64_t run_id, hal::Bus& private_bus,
+  // The bus outlives the exchange. `arena`: the own one. `run_id`: of this run, never 0. `worlds` may be that of all
+  // labs of this process.
+  PeerExchange(const RunConfig& config, const hal::ArenaInfo& arena, std::uint64_t run_id, hal::Bus& private_bus,
                std::shared_ptr<WorldReader> worlds = std::make_shared<WorldReader>());
   PeerExchange(const PeerExchange&) = delete;
 
@@ -55,7 +55,8 @@ class PeerExchange {
   // As PeriodGate::merge; from now on the lab has passed boundary `k`.
   std::vector<MergedState> merge(std::uint32_t k);
   // As PeriodGate::may_merge. Free mode, arena that can wait: with the states of that boundary of the real-time arenas;
-  // without a state of any of them for two periods, at real time by the own clock.
+  // without a state of any of them for two periods, at real time by the own clock. One that starts with labs: with the
+  // states of all that it does not go on without.
   bool may_merge(std::uint32_t k) const;
   void publish_world();
   bool repeat_world();  // when it is due; says whether it was
@@ -92,6 +93,7 @@ class PeerExchange {
   const std::string lab_, owner_;
   const Exchange exchange_;
   const bool by_events_;  // the own payloads go by event
+  const bool with_labs_;  // hal::ArenaInfo::starts_with_labs
   const std::chrono::microseconds period_length_;
   const std::size_t max_message_bytes_;
   hal::Bus& bus_;

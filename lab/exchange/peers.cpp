@@ -240,6 +240,10 @@ PeerLook Peers::look() {
 PeerWait Peers::lose(Peer& peer) {
   using Lost = Peer::Lost;
   using OnPeerLost = RunConfig::OnPeerLost;
+  if (state(peer) == State::failed && peer.said.find(all_again) != std::string::npos) {
+    const std::string why = fmt::format("{} is gone at period {}: {}", peer.name, period_, peer.said);
+    return {.text = why, .give_up = why};
+  }
   Lost is = Lost::no;
   if (now_ - peer.counted > lost_after && !gate_.done(peer.name))
     is = peer.refusal.empty() ? Lost::silent : Lost::refused;
@@ -266,6 +270,13 @@ PeerWait Peers::lose(Peer& peer) {
   else if (was == Lost::silent && is == Lost::refused)
     spdlog::warn("{} refuses what comes from {} at period {}: {}", lab_, peer.name, period_, why);
   return wait;
+}
+
+bool Peers::awaits(std::uint32_t k) const {
+  return std::ranges::any_of(peers_, [&](const Peer& peer) {
+    const bool gone_on = peer.lost != Peer::Lost::no && on_peer_lost_ == RunConfig::OnPeerLost::go_on;
+    return !gate_.has(peer.name, gate_.wanted(k)) && !gate_.done(peer.name) && !gone_on;
+  });
 }
 
 // Peers that have reached their last period have nothing new to tell.

@@ -36,6 +36,8 @@ class Peers {
   using Now = std::chrono::microseconds;
   static constexpr Now status_limit{5'000'000};   // link up and no status for so long: dead
   static constexpr Now gateway_limit{3'000'000};  // no `peers` for so long: our own gateway is silent
+  // What a lab says that failed and cannot come back into this world: its peers do not wait for it.
+  static constexpr std::string_view all_again = "start all labs again";
 
   // `gate` outlives it. `can_wait`: the own arena can.
   Peers(const RunConfig& config, bool can_wait, const PeriodGate& gate);
@@ -79,6 +81,9 @@ class Peers {
   // count, for what came meanwhile is only about to be heard. Says in the log what begins and who is back, and counts
   // it as `gate.lost.<lab>` and `safety.paused`.
   PeerLook look();
+  // Free mode: a state for boundary k may still come, of a peer that has not ended and that the lab does not go on
+  // without.
+  bool awaits(std::uint32_t k) const;
 
   // --- ending ---
   // A lab that failed stays for a second, so that its peers hear why. One that has finished stays to repeat its last

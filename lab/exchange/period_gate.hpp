@@ -79,6 +79,8 @@ class PeriodGate {
   const std::string& newest_refusal() const { return newest_refusal_; }
 
   Mode mode() const { return mode_; }
+  // The period of the states that boundary k merges, the newest until then in free mode.
+  std::uint32_t wanted(std::uint32_t k) const { return k > options_.slack ? k - options_.slack : 0; }
   // The states that boundary k merges are there.
   bool may_merge(std::uint32_t k) const;
   // The states to merge at boundary k, ascending by lab, own included. Call once per boundary, in order, when
@@ -142,7 +144,6 @@ class PeriodGate {
   void decide_mode();
   // Free: a peer whose clock is ahead has gone on when this lab finishes, and is still heard.
   std::uint32_t newest_of_peers() const { return mode_ == Mode::free ? options_.last_period : last_period_; }
-  std::uint32_t wanted(std::uint32_t k) const { return k > options_.slack ? k - options_.slack : 0; }
   std::size_t kept() const;
 
   Options options_;

@@ -33,8 +33,15 @@ lab::RunConfig lab_a(std::vector<std::string> labs, lab::RunConfig::OnPeerLost t
 // Lab a at a boundary, and what its peers and its gateway tell it.
 struct LabA {
   explicit LabA(std::vector<std::string> labs = {"a", "b"}, bool can_wait = true,
-                lab::RunConfig::OnPeerLost then = lab::RunConfig::OnPeerLost::pause)
-      : config(lab_a(std::move(labs), then)), exchange(config, can_wait, 1, bus) {}
+                lab::RunConfig::OnPeerLost then = lab::RunConfig::OnPeerLost::pause, bool with_labs = false)
+      : config(lab_a(std::move(labs), then)), exchange(config, arena(can_wait, with_labs), 1, bus) {}
+
+  static hal::ArenaInfo arena(bool can_wait, bool with_labs) {
+    hal::ArenaInfo info;
+    info.can_wait = can_wait;
+    info.starts_with_labs = with_labs;
+    return info;
+  }
 
   void own(std::uint32_t period) {
     exchange.publish(state(period));
@@ -51,8 +58,10 @@ struct LabA {
     bus.publish(peer + "/world", lab::to_message(m));
     bus.drain();
   }
-  void status(const std::string& peer, const std::string& text = "running", std::int64_t run_id = 2) {
+  void status(const std::string& peer, const std::string& text = "running", std::int64_t run_id = 2,
+              std::int8_t outcome = lab_status_t::open) {
     lab_status_t m{};
+    m.outcome = static_cast<std::uint8_t>(outcome);
     m.lab = peer;
     m.nonce = run_id;
     m.state = text;
@@ -218,6 +227,38 @@ TEST_CASE("exchange: in free mode a lost peer is waited for, gone without, or th
     CHECK(a.exchange.look().lost.text == "");
     CHECK(a.exchange.failure() == "");
     CHECK(a.exchange.counters()["gate.lost.b"] == 1);
+  }
+}
+
+TEST_CASE("exchange: nobody waits for a peer that failed and says that all labs must start again") {
+  for (const bool for_all : {true, false}) {
+    LabA a({"a", "b"}, false);
+    a.own(0);
+    a.world("b", {LabA::state(0)});
+    a.exchange.merge(0);
+    const std::string said = for_all ? "failed: start all labs again: it was x and is y" : "failed: its camera is gone";
+    a.status("b", said, 2, lab_status_t::failed);
+    CHECK(a.lost(8s).give_up == (for_all ? "b is gone at period 0: " + said : ""));
+  }
+}
+
+TEST_CASE("exchange: an arena that starts with labs passes no boundary without what labs say of it") {
+  // In free mode, too. With gate.on_peer_lost = "go_on" it goes on once a peer is lost.
+  using OnPeerLost = lab::RunConfig::OnPeerLost;
+  for (const OnPeerLost then : {OnPeerLost::pause, OnPeerLost::go_on}) {
+    LabA a({"a", "b"}, false, then, true);
+    a.own(0);
+    a.world("b", {LabA::state(0)});
+    CHECK(a.exchange.may_merge(0));
+    a.exchange.merge(0);
+    a.own(1);
+    CHECK_FALSE(a.exchange.may_merge(1));
+    a.world("b", {LabA::state(1)});
+    CHECK(a.exchange.may_merge(1));
+    a.exchange.merge(1);
+    a.own(2);
+    a.lost(60s);
+    CHECK(a.exchange.may_merge(2) == (then == OnPeerLost::go_on));
   }
 }
 
