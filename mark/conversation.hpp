@@ -15,7 +15,7 @@ class Conversation {
   virtual ~Conversation() = default;
   // The original is there, anew: it knows nothing.
   virtual void came() = 0;
-  // It is gone: nobody of it is ready, and no robot of it is anywhere.
+  // It is gone, or labs stand still while it goes on: nobody is ready for the other until news comes of him.
   virtual void gone() = 0;
   virtual void hear(const Message& message) = 0;
   // What it is to be told now, without delimiter; none: nothing. Asked each time that something can be sent.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "hal/counted.hpp"
 
 namespace arkmesh::mark {
@@ -10,18 +12,20 @@ void CreServerConversation::hear(const Message& message) {
   const auto active = read_resources(message.text);
   if (message.word != Word::resources || !active) return;
   // Places 0 to 49 are the north's.
-  for (std::size_t i = 0; i < active_.size(); ++i)
+  for (std::size_t i = 0; i < active_.size() && !is_new_; ++i)
     if (active_[i] == 1 && (*active)[i] == 0) ++harvested_[i < places / 2 ? 0 : 1];
   active_ = *active;
+  begun_ += std::exchange(is_new_, false);
+}
+
+// Nobody is led by robots of which nothing is known.
+void CreServerConversation::gone() {
+  for (FlyingRobot& robot : robots_) robot.commitment = 0;
 }
 
 std::optional<std::string> CreServerConversation::say() const {
   if (robots_.empty()) return {};
-  if (!ended_) return to_text(robots_);
-  // Nobody is led by robots that are no longer there.
-  std::vector<FlyingRobot> silent = robots_;
-  for (FlyingRobot& robot : silent) robot.commitment = 0;
-  return to_text(silent);
+  return to_text(robots_);
 }
 
 void CreClientConversation::hear(const Message& message) {

@@ -14,23 +14,26 @@ namespace arkmesh::mark {
 // The original is the client, the ground swarm: it is told the flying robots.
 class CreServerConversation final : public Conversation {
  public:
-  void came() override {}
-  void gone() override {}
+  void came() override { is_new_ = true; }
+  void gone() override;
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
   void said() override {}
   bool may_begin() const override { return !active_.empty(); }
   std::string awaited() const override { return "its resources"; }
-  void end() override { ended_ = true; }
+  void end() override { gone(); }
 
   void set_robots(std::vector<FlyingRobot> robots) { robots_ = std::move(robots); }
   // Per place, as it said last: 1 where a resource is; empty before.
   const std::vector<int>& active() const { return active_; }
+  // How often it began with some.
+  int begun() const { return begun_; }
   // How often a place of the north, of the south lost its resource.
   const std::array<std::int64_t, 2>& harvested() const { return harvested_; }
 
  private:
-  bool ended_ = false;
+  bool is_new_ = false;  // its next resources are those that it begins with: none was harvested
+  int begun_ = 0;
   std::vector<FlyingRobot> robots_;
   std::vector<int> active_;
   std::array<std::int64_t, 2> harvested_{};

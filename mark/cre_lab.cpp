@@ -49,9 +49,9 @@ void CreGroundLab::check_resources() const {
                       its, key, its));
 }
 
-void CreGroundLab::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
+void CreGroundLab::on_poses(lab::Lab& lab, const hal::PoseFrame&) {
   if (talk_.active().empty()) return;
-  if (frame.number == 0) check_resources();
+  if (std::exchange(begun_, talk_.begun()) != talk_.begun()) check_resources();
   lab.publish("active", {talk_.active().begin(), talk_.active().end()});
   lab.publish("harvested", {talk_.harvested()[0], talk_.harvested()[1]});
 }

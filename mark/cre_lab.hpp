@@ -29,6 +29,7 @@ class CreGroundLab final : public lab::Scenario {
   scenarios::cre::Settings settings_;
   CreServerConversation& talk_;
   double flying_side_m_;
+  int begun_ = 0;            // connections of the original whose resources were checked
   std::uint32_t heard_ = 0;  // period of the flying lab's state at the last boundary
 };
 

@@ -1,6 +1,11 @@
 #include "mark/dhtf_conversation.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "lab/exchange/peers.hpp"
 
 namespace arkmesh::mark {
 
@@ -13,6 +18,8 @@ void DhtfServerConversation::hear(const Message& message) {
       ready_.assign(ready_.size(), 0);
       break;
     case Word::ack:
+      if (const auto n = std::ranges::count(inactive_, 1); n > 0 && init_ && !acked_)
+        spdlog::warn("{} of the labs' sites are inactive: the original client takes their tasks for done by it", n);
       acked_ = init_.has_value();
       break;
     case Word::ready:
@@ -59,9 +66,9 @@ void DhtfClientConversation::hear_init(const std::string& text) {
         fmt::format("{}: scenario.dhtf.sites = {}, and the Init of the original server has {} sites ('{}'): "
                     "set scenario.dhtf.sites = {} in all labs",
                     file_, ready_.size(), init->cells.size(), text, init->cells.size()));
-  if (init_ && *init != *init_)
-    return conflict(
-        fmt::format("start all labs again: the original server was '{}' and came back as '{}'", to_text(*init_), text));
+  if (is_kept_ && *init != *init_)
+    return conflict(fmt::format("{}: the original server was '{}' and came back as '{}'", lab::Peers::all_again,
+                                to_text(*init_), text));
   init_ = init;
   is_told_ = true;
 }
@@ -69,7 +76,13 @@ void DhtfClientConversation::hear_init(const std::string& text) {
 void DhtfClientConversation::hear_accomplished(const std::string& text) {
   const auto levels = read_levels(text, inactive_.size());
   if (!levels) return;
-  for (std::size_t i = 0; i < levels->size(); ++i) executed_[i] += (*levels)[i] == 1 && inactive_[i] == 0;
+  for (std::size_t i = 0; i < levels->size(); ++i) {
+    const bool is_done = (*levels)[i] == 1 && inactive_[i] == 0;
+    executed_[i] += is_done;
+    if (is_done && ended_)
+      spdlog::warn("the original server did the task of cell {} when the labs had ended: they do not count it",
+                   init_->cells[i]);
+  }
   inactive_ = *levels;
 }
 

@@ -44,7 +44,7 @@ class DhtfClientConversation final : public Conversation {
   DhtfClientConversation(std::size_t sites, Flavour flavour, std::string file)
       : flavour_(flavour), file_(std::move(file)), ready_(sites, 0), inactive_(sites, 0), executed_(sites, 0) {}
   void came() override { is_told_ = acked_ = ready_said_ = false; }
-  void gone() override {}
+  void gone() override { ready_.assign(ready_.size(), 0); }
   void hear(const Message& message) override;
   std::optional<std::string> say() const override;
   void said() override;
@@ -53,6 +53,8 @@ class DhtfClientConversation final : public Conversation {
   void end() override { ended_ = true; }
 
   const std::optional<Init>& init() const { return init_; }
+  // It is the labs' world from now on: another one is refused.
+  void keep() { is_kept_ = true; }
   // All labs have met: Init is acknowledged from now on.
   void go() { go_ = true; }
   // Per site: the teams of all other labs are complete.
@@ -68,7 +70,7 @@ class DhtfClientConversation final : public Conversation {
   Flavour flavour_;
   std::string file_;
   std::optional<Init> init_;
-  bool go_ = false, ended_ = false;
+  bool is_kept_ = false, go_ = false, ended_ = false;
   bool is_told_ = false;     // Init, on this connection: another server draws other sites
   bool acked_ = false;       // what comes next is T
   bool ready_said_ = false;  // ARK-Qt, since the acknowledgement

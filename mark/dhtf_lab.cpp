@@ -132,6 +132,7 @@ void DhtfServerLab::begin(lab::Lab& lab) {
 }
 
 void DhtfServerLab::publish_sites(lab::Lab& lab) {
+  talk_.keep();
   const Init& init = *talk_.init();
   Levels cells, x_um, y_um;
   for (const int cell : init.cells) {

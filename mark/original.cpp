@@ -11,12 +11,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t most_to_hear = 4096;    // more than 400 s of ARGoS's time
-constexpr std::uint64_t read_within = 2;      // ticks
-constexpr hal::LabTime quiet_after = 5s;      // as other labs: a peer of which nothing has counted for so long is lost
-constexpr auto ark_qt_reads_each = 250ms;     // it looks each 100 ms
-constexpr std::uint64_t surely = 3;           // NULs behind messages: no accident
-constexpr hal::LabTime frame_period = 100ms;  // of ARK-Qt's lab
+constexpr std::uint64_t read_within = 2;   // ticks
+constexpr hal::LabTime quiet_after = 5s;   // as other labs: a peer of which nothing has counted for so long is lost
+constexpr auto ark_qt_reads_each = 250ms;  // it looks each 100 ms
+constexpr std::uint64_t surely = 3;        // NULs behind messages: no accident
 
 }  // namespace
 
@@ -29,7 +27,6 @@ Original::Original(const Settings& settings, Role role, const Grammar& grammar, 
       counters_(counters),
       wall_(wall),
       splitter_(grammar),
-      pacer_(frame_period, counters, wall),
       link_(std::move(link)) {
   link_->start(*this);
 }
@@ -45,6 +42,7 @@ void Original::serve() {
     spdlog::warn("{}", absence());
     conversation_.gone();
   }
+  skip();
   say();
 }
 
@@ -65,7 +63,7 @@ void Original::came() {
   heard_at_ = wall_.now();
   quiet_ = false;
   if (away_since_)
-    spdlog::warn("{} is back at {}", name(), link_->place());
+    spdlog::warn("{} is back at {}, at {:.1f} s of lab time", name(), link_->place(), seconds(told_));
   else
     spdlog::info("{} is there, at {}", name(), link_->place());
   away_since_.reset();
@@ -95,18 +93,6 @@ void Original::heard(std::string_view bytes) {
       continue;
     }
     to_hear_.push_back(std::move(message));
-    if (const hal::LabTime behind = static_cast<std::int64_t>(to_hear_.size()) * settings_.period;
-        behind >= 2 * behind_) {
-      behind_ = behind;
-      counters_.set("mark.behind_s", static_cast<std::uint64_t>(behind_ / 1s));
-      spdlog::warn("lab time is {} s behind {}, which hears of tasks so late: slow it down", behind_ / 1s, name());
-    }
-    if (to_hear_.size() <= most_to_hear) continue;
-    to_hear_.pop_front();
-    counters_.add("mark.dropped.too_far_ahead");
-    conversation_.conflict(
-        fmt::format("start all labs again, the original slower: lab time is more than {} s behind {}",
-                    most_to_hear * settings_.period / 1s, name()));
   }
   unended_ = ticks_ == before ? unended_ + bytes.size() : 0;
   if (splitter_.counters()["mark.refused.nul"] >= surely)
@@ -124,11 +110,17 @@ void Original::hear(const Message& message) {
   }
 }
 
-void Original::hear_waiting() {
-  for (; !to_hear_.empty(); to_hear_.pop_front()) {
+// Ticks, each of which takes so long.
+void Original::hear_ticks(std::size_t ticks, hal::LabTime each) {
+  for (; ticks > 0 && !to_hear_.empty(); --ticks, to_hear_.pop_front()) {
     hear(to_hear_.front());
-    told_ += settings_.period;
+    told_ += each;
   }
+}
+
+void Original::hear_waiting() {
+  skip();
+  hear_ticks(to_hear_.size(), settings_.period);
 }
 
 // Connected, and for longer than usual without a message.
@@ -143,31 +135,66 @@ std::optional<hal::TimePoint> Original::away_since() const {
 // ---------------------------------------------------------------- its time
 
 bool Original::reached(hal::LabTime t) {
+  const bool argos = settings_.flavour == Flavour::argos;
   if (!std::exchange(begun_, true)) {
-    heard_at_ = wall_.now();  // before it need not have said anything
+    zero_ = heard_at_ = wall_.now();  // before it need not have said anything
     ticks_before_ = ticks_;
-    if (settings_.flavour == Flavour::argos) spdlog::info("lab time begins with tick {} of {}", ticks_, name());
+    if (argos) spdlog::info("lab time begins with tick {} of {}", ticks_, name());
   }
-  const bool is_away = away_since().has_value();
-  if (settings_.flavour == Flavour::ark_qt) {
-    // The wall's time goes on without it, and is caught up with.
-    return pacer_.reached(t) && (!is_away || away_ == Away::goes_on);
-  }
-  for (; told_ < t && !to_hear_.empty(); to_hear_.pop_front()) {
-    hear(to_hear_.front());
-    told_ += settings_.period;
-  }
-  if (is_away && away_ == Away::goes_on && told_ < t) {
+  const bool goes_on = !away_since() || away_ == Away::goes_on;
+  if (!argos && goes_on && wall_.now() >= zero_ + t) told_ = t;
+  while (told_ < t && !to_hear_.empty()) hear_ticks(1, settings_.period);
+  if (argos && away_since() && goes_on && told_ < t) {
     const auto passed = std::chrono::duration_cast<hal::LabTime>(wall_.now() - *away_since_);
     if (t <= told_before_ + passed) told_ = t;
   }
+  if (standing_ > hal::LabTime{0} && told_ - stood_at_ >= settings_.ahead) say_skipped();
   return told_ >= t;
 }
 
+// It waits for nobody. What it does while labs stand still is heard at the lab time at which they do, and has no time:
+// labs that caught up would act for moments that have passed, and it would hear of that late.
+void Original::skip() {
+  if (!begun_ || ended_) return;
+  const bool argos = settings_.flavour == Flavour::argos;
+  const hal::LabTime ahead = argos ? static_cast<std::int64_t>(to_hear_.size()) * settings_.period
+                                   : std::chrono::duration_cast<hal::LabTime>(wall_.now() - zero_) - told_;
+  const hal::LabTime more = ahead - settings_.ahead;
+  if (more <= hal::LabTime{0}) return;
+  if (standing_ == hal::LabTime{0}) stood_at_ = told_;
+  const bool stood = standing_ > settings_.ahead;
+  skipped_ += more;
+  standing_ += more;
+  counters_.set("mark.skipped.ms", static_cast<std::uint64_t>(skipped_ / 1ms));
+  if (!stood && standing_ > settings_.ahead && !away_since()) {
+    spdlog::warn(
+        "lab time stands still at {:.1f} s, {:.1f} s behind {}: it goes on meanwhile, with teams of its own only",
+        seconds(told_), seconds(settings_.ahead), name());
+    conversation_.gone();
+  }
+  zero_ += more;
+  hear_ticks(static_cast<std::size_t>(more / settings_.period), hal::LabTime{0});
+}
+
+// Where both are now, once that is more than Settings::ahead from where it was said to be.
+void Original::say_skipped() {
+  standing_ = hal::LabTime{0};
+  if (skipped_ - skipped_said_ < settings_.ahead) return;
+  const std::string tick =
+      settings_.flavour == Flavour::argos ? fmt::format(" is tick {} of {}", ticks_ - to_hear_.size(), name()) : "";
+  spdlog::warn(
+      "lab time {:.1f} s{}: {:.1f} s of the original have no lab time, since labs stood still or were slow; "
+      "{:.1f} s in all",
+      seconds(told_), tick, seconds(skipped_ - skipped_said_), seconds(skipped_));
+  skipped_said_ = skipped_;
+}
+
 void Original::end() {
-  if (std::exchange(ended_, true)) return;
-  hear_waiting();
+  if (ended_) return;
+  say_skipped();
+  ended_ = true;
   conversation_.end();
+  hear_waiting();
 }
 
 // ---------------------------------------------------------------- what it is told

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "hal/counters.hpp"
-#include "hal/pacer.hpp"
 #include "hal/types.hpp"
 #include "hal/wall_time.hpp"
 #include "mark/conversation.hpp"
@@ -38,7 +37,8 @@ class Original final : private Link::Events {
   // It is connected, and has said what the lab's state 0 needs.
   bool may_begin() const { return link_->up() && conversation_.may_begin(); }
   // Whether its time is at lab time t > 0: what it said until then has been heard. The first call begins lab time; what
-  // it said before has no time.
+  // it said before has no time. So is, from then on, what it does while it is Settings::ahead before lab time: labs
+  // that were paused do not catch up. That is said.
   bool reached(hal::LabTime t);
   // Of ARGoS, on its first connection: how many of its ticks came before lab time began.
   std::uint64_t ticks_before() const { return ticks_before_; }
@@ -63,8 +63,11 @@ class Original final : private Link::Events {
   void heard(std::string_view bytes) override;
   void gone(const std::string& why) override;
   void hear(const Message& message);
+  void hear_ticks(std::size_t ticks, hal::LabTime each);
   void hear_waiting();
   bool quiet() const;
+  void skip();
+  void say_skipped();
   void say();
   bool may_say(std::size_t size);
 
@@ -82,15 +85,16 @@ class Original final : private Link::Events {
   hal::Counters& counters_;
   hal::WallTime& wall_;
   Splitter splitter_;
-  hal::Pacer pacer_;  // ARK-Qt
   bool begun_ = false, ended_ = false;
-  hal::LabTime told_{0};         // its time, by what has been heard (ARGoS)
+  hal::TimePoint zero_{};        // when lab time 0 was, where the wall is its clock: ARK-Qt
+  hal::LabTime told_{0};         // lab time that was reached; of ARGoS, by what has been heard
   std::deque<Message> to_hear_;  // of ticks to come
-  std::uint64_t ticks_ = 0;      // messages that came on this connection
+  // What it was further ahead than it may be: in all, as said last, and since lab time `stood_at_`.
+  hal::LabTime skipped_{0}, skipped_said_{0}, standing_{0}, stood_at_{0};
+  std::uint64_t ticks_ = 0;  // messages that came on this connection
   std::uint64_t ticks_before_ = 0;
-  std::uint64_t answered_ = 0;      // of these, when something was sent last
-  std::size_t unended_ = 0;         // bytes that came since
-  hal::LabTime behind_{1'000'000};  // how far lab time was behind it when that was said last (ARGoS)
+  std::uint64_t answered_ = 0;  // of these, when something was sent last
+  std::size_t unended_ = 0;     // bytes that came since
   std::deque<Unread> unread_;
   std::string said_;                       // last, on this connection
   hal::TimePoint said_at_{}, heard_at_{};  // the latter: it came, or said something that it may say

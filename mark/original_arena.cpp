@@ -47,11 +47,12 @@ OriginalArena::OriginalArena(OriginalParts parts, const lab::RunConfig& run, hal
 void OriginalArena::serve() {
   original_.serve();
   for (const auto& [name, total] : original_.refusals().all()) counters_.set(name, total);
+  if (!conversation_->conflict().empty() && std::exchange(may_refuse_, false))
+    throw std::runtime_error(conversation_->conflict());
 }
 
 bool OriginalArena::advance_to(hal::LabTime t) {
   if (made_ >= 0 && t <= clock_.now()) return true;
-  if (!conversation_->conflict().empty()) throw std::runtime_error(conversation_->conflict());
   original_.open();
   if (t == hal::LabTime{0} ? !original_.may_begin() : !original_.reached(t)) {
     give_up_on_the_absent();
@@ -104,6 +105,7 @@ std::string OriginalArena::waiting_for() const {
 
 // Nothing of it depends on lab time any more. Its connection stays.
 bool OriginalArena::end() {
+  may_refuse_ = false;
   original_.end();
   return true;
 }

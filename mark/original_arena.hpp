@@ -35,8 +35,9 @@ class OriginalArena final : public hal::Arena {
   const hal::Clock& clock() const override { return clock_; }
   hal::PoseSource& poses() override { return poses_; }
   hal::RobotLink& robots() override { return robots_; }
-  // Throws when the original and this lab cannot share a world, and when it stays away as lab.gate says.
+  // Throws when the original stays away, as lab.gate says.
   bool advance_to(hal::LabTime t) override;
+  // Throws, once, when the original and this lab cannot share a world.
   void serve() override;
   hal::TimePoint next_service() const override { return original_.next_service(); }
   std::string waiting_for() const override;
@@ -64,6 +65,7 @@ class OriginalArena final : public hal::Arena {
   hal::NewestFrame poses_{counters_};
   hal::SilentLink robots_{info_, counters_};
   std::int64_t made_ = -1;  // number of the newest frame
+  bool may_refuse_ = true;
   Original original_;
 };
 

@@ -12,10 +12,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-double seconds(hal::LabTime t) {
-  return static_cast<double>(t.count()) / 1e6;
-}
-
 // As the published software is compiled or, ARK-Qt, configured; of the original, whose role is the other one.
 double published_side_m(Flavour flavour, Role role, Experiment experiment) {
   const bool original_is_server = role == Role::client;
@@ -53,6 +49,10 @@ void check_period(const hal::Section& root, const lab::RunConfig& run, const Set
 
 }  // namespace
 
+double seconds(hal::LabTime t) {
+  return static_cast<double>(t.count()) / 1e6;
+}
+
 void Settings::fields(const hal::Section& mark) {
   mark.field("flavour", flavour, {.help = "which published program the original is", .one_of = {"argos", "ark_qt"}});
   mark.field("address", address,
@@ -81,6 +81,7 @@ Settings read_settings(const hal::Config& config, const lab::RunConfig& run, Rol
   auto s = mark.read<Settings>();
   const bool argos = s.flavour == Flavour::argos;
   if (s.period == hal::LabTime{0}) s.period = argos ? 100ms : 2s;
+  s.ahead = run.period;
   if (s.side_m == 0) s.side_m = published_side_m(s.flavour, role, experiment);
   if (s.read_bytes == 0) s.read_bytes = !argos ? 2047 : experiment == Experiment::dhtf ? 30 : 2000;
   if (experiment == Experiment::cre && !argos)

@@ -20,10 +20,11 @@ struct Settings {
   std::string address = "127.0.0.1";  // server: of this machine, where the original comes; client: where it is
   std::uint16_t port = 7001;          // a constant in the original
   bool allow_plaintext = false;
-  hal::LabTime period{0};  // between two messages of the original; 0: its flavour's
-  double side_m = 0;       // of the original's square arena; 0: the published one's
-  int robots = 20;         // of an original flying swarm
-  int read_bytes = 0;      // what it reads at once; 0: the published one's
+  hal::LabTime period{0};         // between two messages of the original; 0: its flavour's
+  hal::LabTime ahead{2'000'000};  // by what it may be before lab time: gate.period_s
+  double side_m = 0;              // of the original's square arena; 0: the published one's
+  int robots = 20;                // of an original flying swarm
+  int read_bytes = 0;             // what it reads at once; 0: the published one's
 
   void fields(const hal::Section& mark);
 };
@@ -32,6 +33,7 @@ struct Settings {
 // both names. Throws ConfigError.
 Settings read_settings(const hal::Config& config, const lab::RunConfig& run, Role role, Experiment experiment);
 
+double seconds(hal::LabTime t);
 // "ARGoS" or "ARK-Qt".
 const char* name_of(Flavour flavour);
 // What the original is: "server" when this side is the client.

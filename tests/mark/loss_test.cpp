@@ -1,7 +1,9 @@
 // Either side goes away: the labs go on or end as they are configured, by name, and the original is not hurt.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,7 +38,146 @@ class MovedWall final : public hal::WallTime {
   hal::TimePoint now_{1h};
 };
 
+// Both sides have the same tasks when the labs have ended. An original server may have done one more in the last
+// period.
+void check_counts(StandInRun& run, const ScriptedOriginal& original, std::size_t done_before = 0) {
+  run_out(run);
+  CHECK(run.labs().finished());
+  hal::Arena& arena = run.labs().lab("argos").arena();
+  arena.end();
+  for (int i = 0; i < 400; ++i) arena.serve();  // what is on its way arrives
+  const std::uint64_t done = done_before + original.done.size();
+  const auto late =
+      std::ranges::count_if(original.done, [&](const auto& one) { return one.tick + 60 > original.ticks; });
+  const std::uint64_t known = run.lab("argos").lab().counts()["completed"];
+  CHECK(known == run.lab("shark").lab().counts()["completed"]);
+  CHECK(known <= done);
+  CHECK(known + static_cast<std::uint64_t>(late) >= done);
+  CHECK(done > 5);
+}
+
+const std::string init = "Ibcghijko0000000000000000";  // easy tasks only, so that there are many
+
 }  // namespace
+
+TEST_CASE("labs and an original that is not waited for know of the same tasks, at any pace") {
+  // Shark is cut off for 25 s of the original's; then the stand-in itself is not served for 100 s. Neither side acts
+  // for moments that have passed.
+  for (const bool is_server : {false, true})
+    for (const unsigned serves_per_tick : {20u, 5u}) {
+      CAPTURE(is_server);
+      CAPTURE(serves_per_tick);
+      DhtfOriginalClient client(1);
+      DhtfOriginalServer server(2, init);
+      ScriptedOriginal& original = is_server ? static_cast<ScriptedOriginal&>(server) : client;
+      ScriptedNetwork network{.options = {.serves_per_tick = serves_per_tick}, .original = &original};
+      StandInRun run(
+          is_server ? mark::Role::client : mark::Role::server, "dhtf", "shark", network,
+          {"run.duration_s=200", is_server ? "shared.owner=argos" : "shared.owner=shark", "scenario.dhtf.types=easy"});
+      const auto pass = [&](std::uint64_t ticks) {
+        for (const std::uint64_t until = original.ticks + ticks; original.ticks < until;) run.step();
+      };
+      REQUIRE(reach(run, 20));
+      run.labs().kill_gateway("shark");
+      pass(250);
+      CHECK(run.lab("argos").period() <= 22);
+      run.labs().start_gateway("shark");
+      REQUIRE(reach(run, 50));
+      network.stands = true;
+      pass(1000);
+      network.stands = false;
+      check_counts(run, original);
+      CHECK(original.most_unread <= 30);
+      CHECK(run.lab("argos").drops()["arena.mark.skipped.ms"] > 110'000);
+      CHECK(run.lab("argos").drops()["arena.mark.skipped.ms"] < 130'000);
+    }
+}
+
+TEST_CASE("an original that is started again, three times, goes on with the same tasks") {
+  for (const bool is_server : {false, true}) {
+    CAPTURE(is_server);
+    std::vector<std::unique_ptr<DhtfOriginal>> originals;
+    for (unsigned i = 0; i < 4; ++i)
+      if (is_server)
+        originals.push_back(std::make_unique<DhtfOriginalServer>(2, init));
+      else
+        originals.push_back(std::make_unique<DhtfOriginalClient>(1 + i));
+    ScriptedNetwork network{.options = {}, .original = originals[0].get()};
+    StandInRun run(
+        is_server ? mark::Role::client : mark::Role::server, "dhtf", "shark", network,
+        {"run.duration_s=200", is_server ? "shared.owner=argos" : "shared.owner=shark", "scenario.dhtf.types=easy"});
+    std::size_t before = 0;
+    // In the handshake, at once; later; and after a while without.
+    for (std::size_t i = 1; i < 4; ++i) {
+      if (i == 1)
+        for (const auto& first = *originals[0]; first.ticks < 3;) run.step();
+      else
+        REQUIRE(reach(run, 15 * static_cast<std::uint32_t>(i)));
+      before += originals[i - 1]->done.size();
+      network.original = i == 3 ? nullptr : originals[i].get();
+      network.was_replaced = i < 3;
+      for (int steps = 0; i == 3 && steps < 4000; ++steps) run.step();
+      network.original = originals[i].get();
+    }
+    check_counts(run, *originals[3], before);
+    CHECK(run.lab("argos").drops()["arena.mark.connections"] == 4);
+  }
+}
+
+TEST_CASE("an ark-qt original is told what it can read, restarts by name, and does not act for moments that passed") {
+  // 5 ms of the wall with each step, 20 of which are a service tick of it. It is stopped for 8 s, which must not kill
+  // it.
+  for (const bool is_server : {false, true}) {
+    CAPTURE(is_server);
+    MovedWall wall;
+    ArkQtOriginalClient client(1);
+    ArkQtOriginalServer server(2, init), other(2, "Ibcghijkn0000000000000000");
+    ArkQtOriginal& original = is_server ? static_cast<ArkQtOriginal&>(server) : client;
+    ScriptedNetwork network{.options = {}, .original = &original};
+    StandInRun run(
+        is_server ? mark::Role::client : mark::Role::server, "dhtf", "shark", network,
+        {"run.duration_s=120", is_server ? "shared.owner=argos" : "shared.owner=shark", "scenario.dhtf.types=easy",
+         "scenario.dhtf.requirements.argos=[2,6]", "mark.flavour=ark_qt", "mark.side_m=1.0"},
+        wall);
+    const auto step = [&] { return wall.pass(5ms), run.step(); };
+    const auto go_to = [&](std::uint32_t period) {
+      while (run.lab("argos").period() < period && step()) {
+      }
+      return run.lab("argos").period() >= period;
+    };
+    REQUIRE(go_to(10));
+    network.options.serves_per_tick = 1u << 30;  // stopped
+    for (int i = 0; i < 1600; ++i) step();
+    network.options.serves_per_tick = 20;
+    REQUIRE(go_to(20));
+    CHECK_FALSE(original.died);
+    run.labs().kill_gateway("shark");
+    for (int i = 0; i < 4000; ++i) step();
+    CHECK(run.lab("argos").period() <= 22);
+    run.labs().start_gateway("shark");
+    if (!is_server) {
+      while (step()) {
+      }
+      check_counts(run, original);
+    } else {
+      REQUIRE(go_to(30));
+      network.original = &other;
+      network.was_replaced = true;
+      int steps = 0;
+      for (; step(); ++steps) {
+      }
+      CHECK(steps < 10'000);  // nobody waits for gate.patience_s
+      for (const char* lab : {"argos", "shark"}) {
+        const std::string& reason = run.lab(lab).reason();
+        CHECK(
+            reason.ends_with("start all labs again: the original server was 'Ibcghijko0000000000000000' and came back "
+                             "as 'Ibcghijkn0000000000000000'"));
+      }
+    }
+    CHECK_FALSE(original.died);
+    CHECK_FALSE(other.died);
+  }
+}
 
 TEST_CASE("an original client that is started again goes on where it was") {
   // It is gone at 20 s: lab time stands still, and its sites are ready for nobody. Another one comes, asks for Init,

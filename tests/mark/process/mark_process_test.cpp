@@ -19,6 +19,7 @@
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/mark/scripted_originals.hpp"
 #include "tests/support/processes/process.hpp"
+#include "tests/support/processes/thorough.hpp"
 
 using namespace arkmesh::tests;
 using namespace std::chrono_literals;
@@ -109,15 +110,73 @@ class Programs {
   std::map<std::string, std::unique_ptr<Process>> processes_;
 };
 
-// Ticks of an original at 20 times real time, until `condition` or until the other end closes.
+// Ticks of an original at 20 times real time, or so long each, until `condition` or until the other end closes.
 template <class Condition>
-bool tick_until(SocketOriginal& socket, Condition condition) {
+bool tick_until(SocketOriginal& socket, Condition condition, std::chrono::microseconds tick = 5ms) {
   const auto until = std::chrono::steady_clock::now() + 300s;
   while (!condition()) {
     if (!socket.tick() || std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(tick);
   }
   return true;
+}
+
+// One of both sides is stopped for a while, as by SIGSTOP; nobody: the original.
+struct Stop {
+  const char* lab;
+  const char* command;
+  std::chrono::seconds length;
+};
+
+// Both sides have the same tasks at the end, or the log says why they have not.
+void check_stops(bool is_server, std::chrono::microseconds tick, const std::vector<Stop>& stops) {
+  CAPTURE(is_server);
+  CAPTURE(tick.count());
+  DhtfOriginalClient client(1);
+  DhtfOriginalServer server(2, "Ibcghijko0000000000000000");
+  ScriptedOriginal& original = is_server ? static_cast<ScriptedOriginal&>(server) : client;
+  SocketOriginal socket(original);
+  Programs programs(is_server ? "--client" : "--server", {"run.duration_s=120", "scenario.dhtf.types=easy",
+                                                          is_server ? "shared.owner=argos" : "shared.owner=shark"});
+  REQUIRE((is_server ? socket.accept() : socket.connect()));
+  Process& stand_in = programs.of("argos", "mark");
+  const auto begun = [&] { return stand_in.output().find("lab time begins") != std::string::npos; };
+  REQUIRE(tick_until(socket, begun, tick));
+  for (const Stop& stop : stops) {
+    CAPTURE(stop.command);
+    CAPTURE(stop.length.count());
+    // For 20 s of its time all goes well, and then not.
+    const std::uint64_t then = original.ticks + 200;
+    REQUIRE(tick_until(
+        socket, [&] { return original.ticks >= then; }, tick));
+    const auto until = std::chrono::steady_clock::now() + stop.length;
+    const auto over = [&] { return std::chrono::steady_clock::now() >= until; };
+    if (!stop.lab) {
+      std::this_thread::sleep_until(until);
+      continue;
+    }
+    programs.of(stop.lab, stop.command).signal(SIGSTOP);
+    CHECK(tick_until(socket, over, tick));
+    programs.of(stop.lab, stop.command).signal(SIGCONT);
+  }
+  INFO(stand_in.output());
+  INFO(programs.of("shark", "lab").output());
+  REQUIRE(tick_until(
+      socket, [&] { return stand_in.output().find("still runs") != std::string::npos; }, tick));
+  CHECK(tick_until(
+      socket, [&, then = original.ticks + 20] { return original.ticks >= then; }, tick));
+  CHECK(programs.comes_to("argos", "finished"));
+  const std::uint64_t known = programs.result("argos").at("counts").at("completed");
+  std::size_t unknown = 0;
+  const std::string log = stand_in.output();
+  for (std::size_t at = 0; (at = log.find("when the labs had ended", at)) != std::string::npos; ++at) ++unknown;
+  CHECK(known + unknown == original.done.size());
+  CHECK(known > 5);
+  socket.close();
+  CHECK(stand_in.wait(300s) == 0);
+  CHECK(programs.of("shark", "lab").wait(300s) == 0);
+  CHECK(programs.result("shark").at("counts").at("completed") == known);
+  CHECK(original.cut_reads == 0);
 }
 
 }  // namespace
@@ -158,6 +217,19 @@ TEST_CASE("the programs with an original server that is killed: both end by name
   CHECK(stand_in.output().find("the original M-ARK server (ARGoS), which is gone") != std::string::npos);
   CHECK(programs.of("shark", "lab").wait(300s) == 1);
   CHECK(programs.of("shark", "lab").output().find("argos") != std::string::npos);
+}
+
+TEST_CASE("the programs, any of which stands still: both sides have done the same") {
+  if (!thorough()) return check_stops(false, 5ms, {{"shark", "lab", 2s}, {"argos", "mark", 2s}});
+  for (const bool is_server : {false, true})
+    for (const std::chrono::microseconds tick : {100'000us, 2500us})
+      for (const auto length : {3s, 8s, 20s})
+        check_stops(is_server, tick,
+                    {{"shark", "lab", length},
+                     {"argos", "mark", length},
+                     {"argos", "gateway", length},
+                     {"shark", "gateway", length},
+                     {nullptr, "the original", length}});
 }
 
 TEST_CASE("an operator ends the lab, and the original is still not closed on") {

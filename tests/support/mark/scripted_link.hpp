@@ -23,6 +23,7 @@ struct ScriptedNetwork {
   NetworkOptions options;
   ScriptedOriginal* original = nullptr;  // none: nobody is there
   bool was_replaced = false;             // by another one, with another connection
+  bool stands = false;                   // the stand-in: it is not served while its original goes on
 };
 
 class ScriptedLink final : public mark::Link {
@@ -46,7 +47,7 @@ class ScriptedLink final : public mark::Link {
       events_->came();
     }
     if (++serves_ % network_.options.serves_per_tick == 0) tick();
-    deliver();
+    if (!network_.stands) deliver();
   }
   // At once, without that others stand still meanwhile: a simulated lab is ahead by what it may, as it is in life.
   hal::TimePoint next_service() const override { return hal::TimePoint{}; }

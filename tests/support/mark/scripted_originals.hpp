@@ -22,8 +22,8 @@ class ScriptedOriginal {
     socket_ += segment;
     most_unread = std::max(most_unread, socket_.size());
   }
-  // One tick. What it sends in it, by one send().
-  std::string tick() {
+  // One tick. What it sends in it, by one send(); nothing: it sends nothing.
+  virtual std::string tick() {
     ++ticks;
     // A read per robot; each overwrites the last message.
     for (int robot = 0; robot < 32 && !socket_.empty(); ++robot) {
@@ -48,6 +48,7 @@ class ScriptedOriginal {
   ScriptedOriginal(std::size_t read_bytes, unsigned seed) : read_bytes_(read_bytes), dice_(seed) {}
   virtual void heard(const std::string& text) = 0;
   virtual std::string think() = 0;
+  std::string take_all() { return std::exchange(socket_, {}); }
   bool one_in(unsigned n) { return dice_() % n == 0; }
   const std::string& last() const { return last_; }
 
@@ -104,12 +105,14 @@ class DhtfOriginalClient final : public DhtfOriginal {
     for (std::size_t i = 0; i < active.size() && 1 + i < text.size(); ++i) {
       const int now = text[1 + i] == '0';
       if (active[i] == 1 && now == 0) {
-        done.push_back({i, ticks});
+        if (knows_activity_) done.push_back({i, ticks});
         release(i);
       }
       active[i] = now;
     }
+    knows_activity_ = true;
   }
+  bool knows_activity_ = false;  // sites that are inactive when it begins it takes for done by it
   std::string think() override {
     if (sites.empty()) return "Missing parameters";
     if (last().starts_with('I')) return "Received parameters";
@@ -156,6 +159,91 @@ class DhtfOriginalServer final : public DhtfOriginal {
 
   std::string init_;
   bool acked_ = false;
+  std::vector<std::uint64_t> inactive_since_;
+};
+
+// ARK-Qt's service tick of 100 ms: it takes all that has come for one message, and what is longer kills it.
+class ArkQtOriginal : public DhtfOriginal {
+ public:
+  bool died = false;
+  std::string tick() final {
+    ++ticks;
+    if (const std::string bytes = take_all(); !bytes.empty()) {
+      died = died || ((bytes[0] == 'T' || bytes[0] == 'A') && bytes.size() != 1 + active.size());
+      heard(bytes);
+    }
+    return died ? "" : think();
+  }
+
+ protected:
+  using DhtfOriginal::DhtfOriginal;
+};
+
+class ArkQtOriginalClient final : public ArkQtOriginal {
+ public:
+  explicit ArkQtOriginalClient(unsigned seed) : ArkQtOriginal(seed) {}
+  std::string sites;
+
+ private:
+  void heard(const std::string& text) override {
+    acknowledges_ = text[0] == 'I';
+    if (acknowledges_ && sites.empty()) {
+      const std::size_t m = text.size() / 3;
+      sites = text.substr(1, m);
+      types = text.substr(1 + m);
+      begin(std::vector<int>(m, 0));
+    }
+    for (std::size_t i = 0; text[0] == 'A' && i < active.size(); ++i) {
+      const int now = text[1 + i] == '0';
+      if (active[i] == 1 && now == 0) done.push_back({i, ticks}), release(i);
+      active[i] = now;
+    }
+  }
+  std::string think() override {
+    if (sites.empty()) return ticks % 20 == 0 ? "Missing initialisation" : "";
+    walk();
+    if (std::exchange(acknowledges_, false)) return "Received initialisation";
+    if (ticks % 15 != 0) return "";
+    std::string text = "T";
+    for (std::size_t i = 0; i < active.size(); ++i) text += active[i] == 1 && ready(i) ? '1' : '0';
+    return text;
+  }
+  bool acknowledges_ = false;
+};
+
+// Silent while what it has heard last is the acknowledgement; T takes its place.
+class ArkQtOriginalServer final : public ArkQtOriginal {
+ public:
+  ArkQtOriginalServer(unsigned seed, std::string init) : ArkQtOriginal(seed), init_(std::move(init)) {
+    const std::size_t m = init_.size() / 3;
+    begin(std::vector<int>(m, 0));
+    inactive_since_.assign(m, 0);
+  }
+
+ private:
+  void heard(const std::string& text) override { held_ = text; }
+  std::string think() override {
+    if (ticks == 1) return "Reply: connection established";
+    if (held_.starts_with('R')) return known_ = true, "";
+    if (!known_ || held_.starts_with('M')) return init_;
+    walk();
+    if (ticks % 20 != 0) return "";
+    std::string text = "A";
+    for (std::size_t i = 0; i < active.size(); ++i) {
+      if (active[i] == 0 && ticks - inactive_since_[i] >= 400) active[i] = 1;
+      if (active[i] == 1 && held_.starts_with('T') && held_[1 + i] == '1' && ready(i)) {
+        active[i] = 0;
+        inactive_since_[i] = ticks;
+        release(i);
+        done.push_back({i, ticks});
+      }
+      text += active[i] == 1 ? '0' : '1';
+    }
+    held_.clear();
+    return text;
+  }
+  std::string init_, held_;
+  bool known_ = false;
   std::vector<std::uint64_t> inactive_since_;
 };
 

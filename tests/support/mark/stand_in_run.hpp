@@ -33,8 +33,10 @@ class StandInRun {
     std::vector<std::string> all = {"recorder.log=false"};
     all.insert(all.end(), overrides.begin(), overrides.end());
     std::vector<hal::Config> configs;
-    for (const std::string& lab : {std::string("argos"), other})
+    for (const std::string& lab : {std::string("argos"), other}) {
+      if (lab == other) std::erase_if(all, [](const std::string& set) { return set.starts_with("mark."); });
       configs.push_back(hal::Config::from_file(experiments() / "mark" / folder / (lab + ".toml"), all));
+    }
     run_ = std::make_unique<app::JointRun>(std::move(configs), folder_.path(), app::JointRun::Folder::must_be_empty,
                                            std::map<std::string, app::OwnParts*, std::less<>>{{"argos", &stand_in_}});
   }
