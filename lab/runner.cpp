@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Runner::Now repeat_status = 1s;
+constexpr Runner::Now repeat_status = 1s, answer_status = 50ms;
 constexpr hal::LabTime repeat_info = 60s;
 constexpr Runner::Now look_each = 10ms;  // at peers that are waited for at a boundary; most are there before
 
@@ -67,6 +67,7 @@ Runner::Step Runner::step(Now now) {
         register_.say(RunRegister::Who::operators, *command, arena_.clock().now(),
                       peer.empty() ? "operator" : "operator of " + peer);
     if (operators_.end_asked()) stop("stopped by the operator");
+    if (operators_.take_asked()) status_due_ = std::min(status_due_, status_said_ + answer_status);
     if (!strict() && (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0)))
       look_for_lost_peers();
     return go_on();
@@ -286,6 +287,7 @@ void Runner::keep_still(RunRegister::Who who, bool still, bool& kept) {
 void Runner::publish_status() {
   if (public_bus_) peers_.note_unsent(public_bus_->counters()["refused.send_failed"]);
   bus_.publish(hal::channel::status, status_of(*this));
+  status_said_ = now_;
   status_due_ = now_ + repeat_status;
   recorder_.flush();
   // A peer that waits while this lab computes, or waits for its arena, hears that it still counts.

@@ -174,7 +174,7 @@ class Runner {
   std::uint32_t next_frame_ = 0;  // number of the next frame to come
   std::uint32_t boundary_ = 0;    // the one whose own state was published last
   Now now_{0};                    // of the current step
-  Now status_due_{0};
+  Now status_due_{0}, status_said_{0};
   Now look_due_{0};           // at peers that are waited for
   std::optional<Now> moved_;  // when the first period was over
 };

@@ -28,6 +28,8 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   operator_command_t message;
   if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
   const int command = message.command.command;
+  asked_ = true;
+  if (command == operator_command_t::ask) return;
   if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
   if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);

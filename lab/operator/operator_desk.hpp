@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "arkmesh/fleet_command_t.hpp"
@@ -44,6 +45,8 @@ class OperatorDesk {
     fleet_command_t command;
   };
   std::vector<ForRobots> take();
+  // Somebody waits for a status since the last call: who asked for one, or gave a command.
+  bool take_asked() { return std::exchange(asked_, false); }
   // The run is to end.
   bool end_asked() const { return end_asked_; }
   // From now on everything is refused.
@@ -65,7 +68,7 @@ class OperatorDesk {
   CommandRights rights_;
   CommandAudit audit_;
   std::vector<ForRobots> for_robots_;
-  bool end_asked_ = false, closed_ = false;
+  bool end_asked_ = false, closed_ = false, asked_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;
 };

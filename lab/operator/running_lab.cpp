@@ -48,7 +48,12 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
             status_.state = hal::printable(status.state, 200);
             ++statuses_heard_;
             heard_at_ = std::chrono::steady_clock::now();
-          })) {}
+          })) {
+  if (!own.empty()) return;  // another lab's status crosses each second
+  operator_command_t ask{};
+  ask.command.command = operator_command_t::ask;
+  bus_.publish(operator_channel, ask);
+}
 
 bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition) {
   const auto until = std::chrono::steady_clock::now() + within;

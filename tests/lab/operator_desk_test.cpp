@@ -119,6 +119,20 @@ TEST_CASE("what the own operator says in the lab's process needs no proof, and i
   CHECK(events == 5);
 }
 
+TEST_CASE("who asks for a status gets one, without a proof, and nothing else comes of it") {
+  DeskBench bench;
+  CHECK_FALSE(bench.desk.take_asked());
+  operator_command_t ask{};
+  ask.command.command = operator_command_t::ask;
+  for (int i = 0; i < 3; ++i) bench.hear(ask);
+  CHECK(bench.desk.take_asked());
+  CHECK_FALSE(bench.desk.take_asked());
+  bench.hear(command_for_a(bench.key, pause_robots, 1));
+  CHECK(bench.desk.take_asked());
+  CHECK(bench.taken() == std::vector<int>{pause_robots});
+  for (const auto& [name, n] : bench.desk.counters().all()) CHECK(name.find("refused") == std::string::npos);
+}
+
 TEST_CASE("every bit of a command is proved") {
   DeskBench bench;
   const std::vector<std::byte> good = encoded(command_for_a(bench.key, pause_robots, 1));

@@ -252,6 +252,36 @@ TEST_CASE("the status says that robots are paused by command") {
   CHECK(bench.runner.state_text() == "running");
 }
 
+TEST_CASE("an operator is answered at once, and no crowd of them fills the bus") {
+  lab::RunConfig config = tests::config_of_one_lab();
+  config.last_period = 10'000;
+  Bench bench(config);
+  int said = 0;
+  const auto statuses = bench.bus.subscribe("status", [&](std::string_view, auto) { ++said; });
+  while (bench.runner.period() == 0) bench.step();
+  const auto until_said = [&](int more) {
+    const int before = said;
+    for (const auto from = bench.now; said < before + more && bench.now - from < 900ms;) bench.step();
+    return said - before;
+  };
+  bench.runner.hear_command(lab::operator_channel, tests::encoded([] {
+                              operator_command_t ask{};
+                              ask.command.command = operator_command_t::ask;
+                              return ask;
+                            }()));
+  const auto asked = bench.now;
+  CHECK(until_said(1) == 1);
+  CHECK(bench.now - asked <= 60ms);
+  bench.tell(fleet_command_t::pause);
+  const auto told = bench.now;
+  CHECK(until_said(1) == 1);
+  CHECK(bench.now - told <= 60ms);
+  CHECK(bench.state_heard.find("paused by the operator") != std::string::npos);
+  const int before = said;
+  for (int i = 0; i < 500; ++i) bench.tell(fleet_command_t::pause), bench.step();
+  CHECK(said - before <= 12);
+}
+
 TEST_CASE("an operator ends the run with its results") {
   Bench bench;
   bench.step();
