@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -19,6 +22,7 @@
 #include "hal/fault_port.hpp"
 #include "hal/label.hpp"
 #include "hal/messages.hpp"
+#include "hal/own_files.hpp"
 #include "lab/status.hpp"
 
 namespace arkmesh::app {
@@ -27,8 +31,8 @@ namespace {
 using nlohmann::json;
 using namespace std::chrono_literals;
 
-constexpr auto last_words_within = 300ms;
-constexpr std::size_t max_fault_bytes = 300, max_said_bytes = 400;
+constexpr auto last_words_within = 300ms, others_answer_within = 4000ms;
+constexpr std::size_t max_fault_bytes = 300, max_said_bytes = 400, max_told = 16;
 
 struct CommandName {
   std::string_view name;
@@ -215,6 +219,9 @@ std::string LiveView::url() const {
 }
 
 void LiveView::finish(hal::LoopTime& time) {
+  // Others have yet to hear, and to answer, what this lab may have ended by.
+  for (const auto until = time.now() + others_answer_within; !told_.empty() && time.now() < until; hear_others())
+    time.wait_for_anything(time.now() + 20ms);
   refresh();
   server_.sample();
   for (const auto until = time.now() + last_words_within; server_.sending() && time.now() < until;)
@@ -243,7 +250,38 @@ void LiveView::request(const json& what, view::Answer& answer) {
   answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
 }
 
+void LiveView::tell_others(std::string_view word) {
+  const ConfiguredLab& own = *labs_.front();
+  for (const std::string& lab : own.config().labs) {
+    const bool is_here = std::ranges::find(labs_, lab, &ConfiguredLab::name) != labs_.end();
+    if (is_here || std::ranges::count(own.config().absent, lab) > 0 || told_.size() >= max_told) continue;
+    const auto set = [](const char* key, const std::string& value) {
+      return fmt::format("{}={}", key, json(value).dump());
+    };
+    try {
+      told_.emplace_back(hal::ChildStart{
+          .command = {hal::this_program().string(), std::string(word), "--at", lab, own.file(), "--set",
+                      set("bus.url", own.bus_config().url), "--set", set("gateway.keys", own.gateway().keys.string())},
+          .last_signal = SIGTERM});
+    } catch (const std::runtime_error& error) {
+      eyes_.front()->tell(fmt::format("{} is not told: {}", lab, error.what()));
+    }
+  }
+}
+
+void LiveView::hear_others() {
+  std::erase_if(told_, [this](Told& each) {
+    const bool ended = each.process.end().has_value();
+    each.process.read(each.said);
+    if (!ended) return false;
+    std::istringstream lines(each.said);
+    for (std::string line; std::getline(lines, line);) eyes_.front()->tell(hal::printable(line, max_said_bytes));
+    return true;
+  });
+}
+
 void LiveView::refresh() {
+  hear_others();
   for (const auto& eye : eyes_) eye->show_status();
 }
 
@@ -291,6 +329,9 @@ std::size_t LiveView::lab_of(const json& what) const {
 // Without a lab it is for all. Returns why it was refused.
 std::string LiveView::perform(const json& what, std::uint8_t command) {
   std::string refused;
+  if (!what.contains("lab") &&
+      (command == operator_command_t::stop || command == fleet_command_t::pause || command == fleet_command_t::run))
+    tell_others(what["name"].get<std::string>());
   for (std::size_t i = 0; i < labs_.size(); ++i) {
     if (what.contains("lab") && lab_of(what) != i) continue;
     const std::string why = labs_[i]->has_run() ? labs_[i]->runner().perform(command) : "the lab has not begun yet";

@@ -1,14 +1,18 @@
 // The page of labs that run in this process: passes what is on their private buses to browsers, and what browsers
-// command to the labs. Whoever has shown the page's token counts as the labs' own operator.
+// command to the labs. Whoever has shown the page's token counts as the labs' own operator. What they say to all labs
+// goes to those of other processes, too, as far as these let this one's operator.
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/configured_lab.hpp"
+#include "hal/child_process.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/loop_time.hpp"
 #include "view/server.hpp"
@@ -48,12 +52,21 @@ class LiveView final : public view::Desk, public hal::Counting {
   std::string perform(const nlohmann::json& what, std::uint8_t command);
   void to_emulator(const nlohmann::json& what, view::Answer& answer);
   std::size_t lab_of(const nlohmann::json& what) const;
+  void tell_others(std::string_view word);
+  void hear_others();
 
   std::vector<ConfiguredLab*> labs_;
   std::string run_;
   bool control_;
   view::Server server_;
   std::vector<std::unique_ptr<Eye>> eyes_;
+  // What labs of other processes are told: `arkmesh WORD --at LAB`, which signs it by the first lab's key.
+  struct Told {
+    explicit Told(hal::ChildStart start) : process(std::move(start)) {}
+    hal::ChildProcess process;
+    std::string said;
+  };
+  std::list<Told> told_;
 };
 
 }  // namespace arkmesh::app

@@ -16,6 +16,7 @@
 #include "hal/config.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
+#include "tests/support/network/test_keys.hpp"
 #include "tests/support/view/browser.hpp"
 
 using namespace arkmesh;
@@ -117,6 +118,33 @@ TEST_CASE("viewers of labs whose clock counts steps have their status as it is n
   const double wall_s = static_cast<double>(last.stamp_us - before.stamp_us) * 1e-6 / last.speed;
   CHECK(wall_s > 0.4);
   CHECK(wall_s < 15);
+}
+
+TEST_CASE("the page's STOP ends the labs of other processes, too, which let this lab's operator") {
+  const tests::TestKeys keys;
+  keys.join("shark", "roark");
+  const auto keys_of = [&](const std::string& lab) { return "gateway.keys=\"" + keys.of(lab).path().string() + "\""; };
+  tests::LabProcesses labs(
+      {.overrides = {"arena.use=null", "arena.pace=1.0", "gate.period_s=0.5", "gateway.ordered=[\"operator_command\"]"},
+       .by_lab = {{"shark",
+                   {keys_of("shark"), "safety.commands_from=[\"roark\"]",
+                    "gateway.imports=[\"world\",\"status\",\"operator_command\"]"}},
+                  {"roark", {keys_of("roark")}}}});
+  labs.start();
+  REQUIRE(labs.reached("shark", 1, 300s));
+  REQUIRE(labs.reached("roark", 1, 300s));
+  const std::string url = printed_url(labs.lab_output("roark"));
+  Browser browser(elsewhere, port_in(url));
+  REQUIRE(browser.join() == 101);
+  browser.say({{"token", token_in(url)}});
+  browser.say({{"command", {{"name", "pause"}}}, {"request", 1}});
+  REQUIRE(browser.hears("done"));
+  const auto audit = [&] { return tests::read_file(labs.directory("shark") / "audit.csv"); };
+  CHECK(tests::comes_to(elsewhere, [&] { return audit().find(",roark,pause,admitted") != std::string::npos; }));
+  browser.say({{"command", {{"name", "stop"}}}});
+  CHECK(labs.lab("roark").wait(300s) == 3);
+  CHECK(labs.lab("shark").wait(300s) == 3);
+  CHECK(audit().find(",roark,stop,admitted") != std::string::npos);
 }
 
 TEST_CASE("who has the token of a lab's page commands it as its own operator, and nobody else") {
