@@ -245,7 +245,8 @@ PeerWait Peers::lose(Peer& peer) {
     return {.text = why, .give_up = why};
   }
   Lost is = Lost::no;
-  if (now_ - peer.counted > lost_after && !gate_.done(peer.name))
+  // Who says that it failed, or that its operator stopped it, is not heard of any more.
+  if ((now_ - peer.counted > lost_after || state(peer) == State::failed) && !gate_.done(peer.name))
     is = peer.refusal.empty() ? Lost::silent : Lost::refused;
   const Lost was = std::exchange(peer.lost, is);
   if (is == Lost::no) {

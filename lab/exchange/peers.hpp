@@ -75,7 +75,8 @@ class Peers {
   // gate.patience_s. That time begins with the peer's first sign of life: who waits for labs to be started waits long.
   PeerWait wait_for(std::uint32_t wanted) const;
 
-  // Free mode: the peers of which nothing has counted for 5 s while this lab looked, whatever the reason, and whether
+  // Free mode: the peers that say they failed or were stopped, or of which nothing has counted for 5 s while this lab
+  // looked, whatever the reason, and whether
   // that ends the run; and whether robots that nobody holds back by waiting have gone on for safety.pause_after_s
   // without a new state of any peer. To be called at every step: time in which the lab itself stood still does not
   // count, for what came meanwhile is only about to be heard. Says in the log what begins and who is back, and counts

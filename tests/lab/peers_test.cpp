@@ -55,7 +55,9 @@ struct Shark {
     m.lab = "roark";
     m.nonce = run_id;
     m.state = text;
-    m.outcome = text.starts_with("failed") ? lab_status_t::failed : lab_status_t::open;
+    m.outcome = text.starts_with("failed")    ? lab_status_t::failed
+                : text.starts_with("stopped") ? lab_status_t::stopped
+                                              : lab_status_t::open;
     hear_status("roark", encoded(m), now);
   }
   void hear_status(const std::string& lab, const std::vector<std::byte>& bytes, Now now) {
@@ -120,6 +122,20 @@ TEST_CASE("a peer that dies before its first status came is dead too") {
   s.links(12s, true);
   CHECK(s.is(12s) == "running");
   CHECK(s.is(12s + 1us) == "silent for 5 s with its link up");
+}
+
+TEST_CASE("a free lab has lost a peer at once that says its operator stopped it") {
+  // And not 5 s later, in which robots would walk on; it is back when it speaks of a run that goes on.
+  Shark s;
+  s.join(1s);
+  s.links(1s, true);
+  s.status(1s);
+  CHECK(s.peers.look().lost.text.empty());
+  s.status(1100ms, "stopped by the operator");
+  CHECK(s.peers.look().lost.text.find("roark: stopped by the operator") == 0);
+  CHECK(s.peers.counters()["gate.lost.roark"] == 1);
+  s.status(1200ms);
+  CHECK(s.peers.look().lost.text.empty());
 }
 
 TEST_CASE("labs that wait for each other do not quote each other's quotations") {
