@@ -31,7 +31,7 @@ install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DE
 # Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp, scenarios/kit), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those
 # include. A test builds such a program from them alone.
 foreach(header
-    app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp scenarios/robot_words.hpp scenarios/wall_sensor.hpp
+    app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp lab/robots/robot_words.hpp scenarios/wall_sensor.hpp
     lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp lab/sensor_config.hpp
     lab/exchange/exchange.hpp lab/exchange/lab_state.hpp lab/exchange/merged_state.hpp lab/exchange/state_rules.hpp
     hal/arena.hpp hal/bus.hpp hal/clock.hpp hal/colour.hpp hal/config.hpp hal/counters.hpp hal/drawing.hpp hal/fixed_math.hpp hal/own_files.hpp

@@ -1,5 +1,5 @@
 // A lab's arena on the lab's private bus. A pose passes here once on its way out (arena -> bus, and to the caller), and
-// what is said to single robots once on its way back (bus and arena); what is said to all of them passes RunRegister.
+// what is said to single robots once on its way back (bus and arena); what is said to all of them passes RobotBook.
 // The bus has it for the recorder and the tap; nothing is decoded again from it.
 #pragma once
 

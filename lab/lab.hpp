@@ -70,7 +70,7 @@ class Lab {
   void say(const hal::ToRobot& message) { data_.to_robots.push_back(message); }
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
   // What robots have to know before they run: the lab repeats it to all of them right before they begin, and before
-  // they run after a reset. The newest of each type counts; of at most 8 types (RunRegister::prepare). What comes while
+  // they run after a reset. The newest of each type counts; of at most 8 types (RobotBook::prepare). What comes while
   // they run is said before their next run.
   void parameters(const hal::WholeMessage& message) { data_.parameters.push_back(message); }
   // The stream "<lab>/<purpose>"; the reference stays good.

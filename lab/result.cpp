@@ -53,10 +53,10 @@ nlohmann::json joint_counts(const std::vector<nlohmann::json>& labs) {
   return joint;
 }
 
-nlohmann::json pauses_of(const RunRegister& run) {
+nlohmann::json pauses_of(const RobotBook& run) {
   const auto seconds = [](hal::LabTime t) { return static_cast<double>(t.count()) / 1e6; };
   nlohmann::json out = nlohmann::json::array();
-  for (const RunRegister::Pause& pause : run.pauses()) {
+  for (const RobotBook::Pause& pause : run.pauses()) {
     nlohmann::json& told = out.emplace_back();
     told = {{"who", pause.who}, {"from_s", seconds(pause.from)}, {"until_s", nullptr}};
     if (pause.until) told["until_s"] = seconds(*pause.until);
@@ -142,7 +142,7 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["counts"] = nlohmann::json::object();
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
   j["shared_counts"] = run.lab().shared_totals();
-  j["pauses"] = pauses_of(run.run_register());
+  j["pauses"] = pauses_of(run.robot_book());
   j["not_standing"] = nlohmann::json::array();
   for (const hal::NotStanding& robot : run.not_standing())
     j["not_standing"].push_back({{"robot", robot.robot}, {"why", reason_of(robot)}});

@@ -40,7 +40,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       run_id_(run_id),
       recording_(recorder_.record_all(bus_, arena_.clock(), &is_of_others)),
       port_(arena, private_bus),
-      register_(arena, private_bus),
+      book_(arena, private_bus),
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info(), run_id, private_bus, std::move(worlds)),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
@@ -64,8 +64,8 @@ Runner::Step Runner::step(Now now) {
     if (!peers_.failure().empty()) fail(peers_.failure());
     for (const auto& [peer, message] : operators_.take())
       if (const auto command = hal::from_message(message))
-        register_.say(RunRegister::Who::operators, *command, arena_.clock().now(),
-                      peer.empty() ? "operator" : "operator of " + peer);
+        book_.say(RobotBook::Who::operators, *command, arena_.clock().now(),
+                  peer.empty() ? "operator" : "operator of " + peer);
     if (operators_.end_asked()) stop("stopped by the operator");
     if (operators_.take_asked()) status_due_ = std::min(status_due_, status_said_ + answer_status);
     if (!strict() && (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0)))
@@ -187,8 +187,8 @@ void Runner::await_scenario(std::chrono::milliseconds wait) {
 // What the scenario said: to robots as one batch, and to people.
 void Runner::deliver() {
   port_.say(data_.to_robots, data_.now, own_.frame().number);
-  for (const hal::WholeMessage& message : data_.parameters) register_.prepare(message);
-  for (const hal::FleetCommand& command : data_.commands) register_.say(RunRegister::Who::scenario, command, data_.now);
+  for (const hal::WholeMessage& message : data_.parameters) book_.prepare(message);
+  for (const hal::FleetCommand& command : data_.commands) book_.say(RobotBook::Who::scenario, command, data_.now);
   write_rows(data_, recorder_);
   forget_sent(data_);
 }
@@ -242,7 +242,7 @@ void Runner::end_period() {
   const std::uint32_t k = boundary_;
   if (k == 0) recorder_.start_now();
   deliver();
-  if (k == 0) register_.begin(data_.now);  // robots move once all states 0 are merged
+  if (k == 0) book_.begin(data_.now);  // robots move once all states 0 are merged
   publish_shared(bus_, data_, view_);
   if (data_.now % repeat_info == hal::LabTime{0}) port_.publish_info();
   bus_.drain();
@@ -268,8 +268,8 @@ void Runner::look_for_lost_peers() {
   const auto [lost, silence] = peers_.look();
   if (!lost.give_up.empty()) return fail(lost.give_up);
   const bool pauses = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
-  keep_still(RunRegister::Who::lost_peer, pauses, peer_lost_);
-  keep_still(RunRegister::Who::safety, !silence.empty(), no_news_);
+  keep_still(RobotBook::Who::lost_peer, pauses, peer_lost_);
+  keep_still(RobotBook::Who::safety, !silence.empty(), no_news_);
   const bool paused = peer_lost_ || no_news_;
   if (!lost.text.empty())
     state_.does = fmt::format("{} without {}", paused ? "paused" : "running", lost.text);
@@ -278,10 +278,10 @@ void Runner::look_for_lost_peers() {
 }
 
 // `kept`: whether it was so before.
-void Runner::keep_still(RunRegister::Who who, bool still, bool& kept) {
+void Runner::keep_still(RobotBook::Who who, bool still, bool& kept) {
   using Kind = hal::FleetCommand::Kind;
   if (std::exchange(kept, still) == still) return;
-  register_.say(who, {.kind = still ? Kind::pause : Kind::run}, arena_.clock().now());
+  book_.say(who, {.kind = still ? Kind::pause : Kind::run}, arena_.clock().now());
 }
 
 void Runner::publish_status() {
@@ -356,7 +356,7 @@ void Runner::finish() {
 void Runner::end_robots() {
   operators_.close();
   try {
-    register_.end(arena_.clock().now());
+    book_.end(arena_.clock().now());
   } catch (const std::exception& error) {
     lose_arena(error.what());
   }
@@ -389,9 +389,9 @@ Runner::Step Runner::linger() {
 }
 
 std::string Runner::state_text() const {
-  if (phase_ < Phase::lingering && !register_.is_paused()) return state_.text();
+  if (phase_ < Phase::lingering && !book_.is_paused()) return state_.text();
   std::string out = state_.text();
-  if (out == "running") out += fmt::format(", with its robots paused by the {}", register_.kept_still_by());
+  if (out == "running") out += fmt::format(", with its robots paused by the {}", book_.kept_still_by());
   if (const std::string seen = hal::in_words(not_standing()); !seen.empty())
     out += fmt::format("; robots were told to stand; not seen to: {}", seen);
   return out;
@@ -420,7 +420,7 @@ std::uint8_t Runner::outcome_code() const {
 }
 
 std::vector<hal::NotStanding> Runner::not_standing() const {
-  if (register_.wanted() == hal::FleetCommand::Kind::run) return {};
+  if (book_.wanted() == hal::FleetCommand::Kind::run) return {};
   return arena_.not_standing();
 }
 
@@ -430,7 +430,7 @@ nlohmann::json Runner::exchange_figures() const {
 
 hal::Counters Runner::drops() const {
   hal::Counters all = peers_.counters();
-  all.merge(register_.counters());
+  all.merge(book_.counters());
   all.merge(port_.counters());
   all.merge(operators_.counters());
   all.merge(recorder_.counters());

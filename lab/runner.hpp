@@ -23,8 +23,8 @@
 #include "lab/lab_data.hpp"
 #include "lab/operator/operator_desk.hpp"
 #include "lab/own_state.hpp"
+#include "lab/robots/robot_book.hpp"
 #include "lab/run_config.hpp"
-#include "lab/run_register.hpp"
 #include "lab/scenario.hpp"
 #include "lab/status.hpp"
 
@@ -89,7 +89,7 @@ class Runner {
   // How far it is, and what came of it: constants of lab_status_t.
   std::uint8_t phase() const;
   std::uint8_t outcome_code() const;
-  const RunRegister& run_register() const { return register_; }
+  const RobotBook& robot_book() const { return book_; }
   // Of robots that should stand those that were not seen to.
   std::vector<hal::NotStanding> not_standing() const;
   // None of them, but for robots that safety.missing lets go.
@@ -131,7 +131,7 @@ class Runner {
   bool settled();
   void fail_at_period(std::string_view why);
   void look_for_lost_peers();
-  void keep_still(RunRegister::Who who, bool still, bool& kept);
+  void keep_still(RobotBook::Who who, bool still, bool& kept);
   void lose_arena(std::string_view why);
   void publish_status();
   Step wait();
@@ -154,7 +154,7 @@ class Runner {
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;
-  RunRegister register_;
+  RobotBook book_;
   OperatorDesk operators_;
   PeerExchange peers_;
   OwnState own_;

@@ -36,8 +36,8 @@ lab_status_t status_of(const Runner& run) {
   m.phase = run.phase();
   m.outcome = run.outcome_code();
   m.state = run.state_text() + (run.armed() ? ", armed" : "");
-  m.wanted = wanted_of(run.run_register().wanted());
-  m.kept_still = run.run_register().kept_still_by();
+  m.wanted = wanted_of(run.robot_book().wanted());
+  m.kept_still = run.robot_book().kept_still_by();
   for (const hal::NotStanding& robot : run.not_standing()) {
     if (m.not_standing.size() == most_not_standing) break;
     m.not_standing.push_back(hal::to_message(robot));

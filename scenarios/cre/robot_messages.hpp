@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "hal/types.hpp"
+#include "lab/robots/robot_words.hpp"
 #include "scenarios/cre/places.hpp"
-#include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::cre {
 
@@ -45,7 +45,7 @@ class GroundMessages {
 
  private:
   hal::LabTime repeat_;
-  RobotWords words_{repeat_};        // of walls
+  lab::RobotWords words_{repeat_};   // of walls
   std::vector<hal::LabTime> heard_;  // when it was told last, by robot id
 };
 

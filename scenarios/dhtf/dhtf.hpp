@@ -47,7 +47,7 @@ class Dhtf final : public lab::Scenario {
   Settings settings_;
   std::vector<Site> sites_;         // empty until the first merge
   std::vector<std::int64_t> team_;  // own, per site, as last published
-  RobotWords words_;
+  lab::RobotWords words_;
   std::optional<TaskCoordinator> coordinator_;  // the owner's
   std::vector<std::uint32_t> heard_;            // the owner's: period of each lab's state at the last boundary
 };

@@ -25,8 +25,8 @@ Told message_for(const Place& place, hal::Led led) {
   return {DHTF_CLOSED, place.wall_sectors};
 }
 
-std::optional<hal::ToRobot> next_message(RobotWords& words, hal::LabTime now, hal::RobotId robot, const Place& place,
-                                         hal::Led led) {
+std::optional<hal::ToRobot> next_message(lab::RobotWords& words, hal::LabTime now, hal::RobotId robot,
+                                         const Place& place, hal::Led led) {
   const Told told = message_for(place, led);
   return words.next(now, {.robot = robot, .slot = DHTF_SLOT, .kind = told.kind, .value = told.value},
                     !needs_repeating(told, led));

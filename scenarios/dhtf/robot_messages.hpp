@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "hal/types.hpp"
-#include "scenarios/robot_words.hpp"
+#include "lab/robots/robot_words.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
@@ -30,7 +30,7 @@ Told message_for(const Place& place, hal::Led led);
 
 // The message to send now, if any. A robot has to be told again while its LED does not show that it heard, and while a
 // wall is near.
-std::optional<hal::ToRobot> next_message(RobotWords& words, hal::LabTime now, hal::RobotId robot, const Place& place,
-                                         hal::Led led);
+std::optional<hal::ToRobot> next_message(lab::RobotWords& words, hal::LabTime now, hal::RobotId robot,
+                                         const Place& place, hal::Led led);
 
 }  // namespace arkmesh::scenarios::dhtf

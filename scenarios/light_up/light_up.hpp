@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hal/config.hpp"
+#include "lab/robots/robot_words.hpp"
 #include "lab/scenario.hpp"
-#include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::light_up {
 
@@ -40,7 +40,7 @@ class LightUp final : public lab::Scenario {
 
   Settings settings_;
   bool merged_ = false;
-  RobotWords words_{std::chrono::seconds(1)};
+  lab::RobotWords words_{std::chrono::seconds(1)};
 };
 
 }  // namespace arkmesh::scenarios::light_up

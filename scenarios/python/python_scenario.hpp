@@ -15,11 +15,11 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
+#include "lab/robots/robot_words.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
 #include "scenarios/python/child.hpp"
 #include "scenarios/python/kit_pieces.hpp"
-#include "scenarios/robot_words.hpp"
 
 namespace arkmesh::scenarios::python {
 
@@ -90,7 +90,7 @@ class PythonScenario final : public lab::Scenario {
   std::ofstream log_;
   std::string output_;  // before there is a folder for it
   KitPieces kit_;
-  RobotWords words_{std::chrono::seconds(1)};
+  lab::RobotWords words_{std::chrono::seconds(1)};
   std::map<hal::RobotId, hal::Led> leds_;  // as seen last; words of robots that were never seen wait
   std::vector<hal::FromRobot> heard_;      // and not told yet
   std::vector<hal::ToRobot> early_;        // said before the first merge

@@ -200,11 +200,11 @@ TEST_CASE("quick words of an operator leave the last one, and the end outlasts t
     CHECK(bench.runner.perform(fleet_command_t::run).empty());
   }
   bench.step();
-  CHECK(bench.runner.run_register().wanted() == FleetKind::run);
+  CHECK(bench.runner.robot_book().wanted() == FleetKind::run);
   CHECK(bench.runner.perform(operator_command_t::stop).empty());
   bench.run();
   CHECK(bench.arena.robots().commands.back() == FleetKind::pause);
-  CHECK(bench.runner.run_register().kept_still_by() == "end");
+  CHECK(bench.runner.robot_book().kept_still_by() == "end");
 }
 
 TEST_CASE("a run has ended when its arena has, and says who was not seen to stand") {

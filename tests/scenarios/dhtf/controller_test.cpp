@@ -126,7 +126,7 @@ TEST_CASE("dhtf controller: walls") {
   // do.
   const auto touching = [](bool sensor) {
     Robots robots(12, 0.5, 7);
-    scenarios::RobotWords messages(1s);
+    lab::RobotWords messages(1s);
     int touches = 0, seen = 0;
     for (int n = 0; n < 3000; ++n) {
       robots.advance(100ms);

@@ -19,7 +19,7 @@ constexpr Place outside{}, near_wall{.wall_sectors = 0x0f},
 // How many messages a robot gets in ten seconds at the same place, showing the same LED, after those of the first
 // frame.
 int repeats(const Place& place, Led led) {
-  arkmesh::scenarios::RobotWords messages(hal::LabTime(1'000'000));
+  arkmesh::lab::RobotWords messages(hal::LabTime(1'000'000));
   next_message(messages, hal::LabTime(0), 3, place, led);
   int n = 0;
   for (int frame = 1; frame <= 100; ++frame) n += next_message(messages, frame * tenth, 3, place, led).has_value();
@@ -50,7 +50,7 @@ TEST_CASE("dhtf messages: contents of the messages") {
 
 TEST_CASE("dhtf messages: changes at once, addressed") {
   // A robot hears of every change in the frame in which it is seen, in the one slot, and others are left alone.
-  arkmesh::scenarios::RobotWords messages(hal::LabTime(1'000'000));
+  arkmesh::lab::RobotWords messages(hal::LabTime(1'000'000));
   CHECK(!next_message(messages, 0 * tenth, 7, outside, walking));
   const auto wall = next_message(messages, 1 * tenth, 7, near_wall, walking);
   REQUIRE(wall);

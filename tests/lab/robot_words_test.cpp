@@ -1,10 +1,10 @@
-#include "scenarios/robot_words.hpp"
+#include "lab/robots/robot_words.hpp"
 
 #include <doctest/doctest.h>
 
 using namespace arkmesh;
 using namespace std::chrono_literals;
-using scenarios::RobotWords;
+using lab::RobotWords;
 
 TEST_CASE("robot words: at once when it changes, again until it shows, then never") {
   // Proves when a word goes out: on a change, after each interval while the robot does not show it, in each slot apart.

@@ -1,5 +1,5 @@
 // The register decides alone whether robots run; what it decides is told once to the arena and the bus.
-#include "lab/run_register.hpp"
+#include "lab/robots/robot_book.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -12,14 +12,14 @@
 
 using namespace arkmesh;
 using Kind = hal::FleetCommand::Kind;
-using Who = lab::RunRegister::Who;
+using Who = lab::RobotBook::Who;
 
 namespace {
 
 struct RegisterBench {
   tests::SlowArena arena;
   hal::Bus bus{"memq://"};
-  lab::RunRegister wishes{arena, bus};
+  lab::RobotBook wishes{arena, bus};
 
   const std::vector<Kind>& told() { return arena.robots().commands; }
   void say(Who who, Kind kind, hal::LabTime now = {}) { wishes.say(who, {.kind = kind}, now); }

@@ -9,7 +9,7 @@
 
 #include "hal/types.hpp"
 
-namespace arkmesh::scenarios {
+namespace arkmesh::lab {
 
 class RobotWords {
  public:
@@ -35,4 +35,4 @@ class RobotWords {
   std::unordered_map<std::uint64_t, Last> last_;  // by robot and slot; looked up only, so its order does not matter
 };
 
-}  // namespace arkmesh::scenarios
+}  // namespace arkmesh::lab

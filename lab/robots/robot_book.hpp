@@ -19,7 +19,7 @@
 
 namespace arkmesh::lab {
 
-class RunRegister {
+class RobotBook {
  public:
   using Kind = hal::FleetCommand::Kind;
   // Who may want robots to stand. Of several the first is named.
@@ -32,8 +32,8 @@ class RunRegister {
   };
 
   // Both outlive it.
-  RunRegister(hal::Arena& arena, hal::Bus& private_bus) : arena_(arena), bus_(private_bus) {}
-  RunRegister(const RunRegister&) = delete;
+  RobotBook(hal::Arena& arena, hal::Bus& private_bus) : arena_(arena), bus_(private_bus) {}
+  RobotBook(const RobotBook&) = delete;
 
   // From now on robots run, unless somebody wants otherwise.
   void begin(hal::LabTime now);
@@ -64,7 +64,7 @@ class RunRegister {
   void tell(const hal::FleetCommand& command, hal::LabTime now);
   void tell_parameters(hal::LabTime now);
   void update(hal::LabTime now);
-  void keep_books(hal::LabTime now);
+  void keep_records(hal::LabTime now);
 
   hal::Arena& arena_;
   hal::Bus& bus_;

@@ -1,6 +1,6 @@
-#include "scenarios/robot_words.hpp"
+#include "lab/robots/robot_words.hpp"
 
-namespace arkmesh::scenarios {
+namespace arkmesh::lab {
 
 std::optional<hal::ToRobot> RobotWords::next(hal::LabTime now, const hal::ToRobot& word, bool shown) {
   Last& known = last(word);
@@ -18,4 +18,4 @@ std::optional<hal::ToRobot> RobotWords::next(hal::LabTime now, const hal::ToRobo
   return next(now, word, led != known.led);
 }
 
-}  // namespace arkmesh::scenarios
+}  // namespace arkmesh::lab

@@ -1,4 +1,4 @@
-#include "lab/run_register.hpp"
+#include "lab/robots/robot_book.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -13,24 +13,24 @@ constexpr std::size_t most_parameters = 8;
 constexpr int rounds = 4;  // of parameters: an arena may say a broadcast once, and a robot may miss every tenth message
 
 // Robots rest, and a word that makes them stand would wake them.
-bool rests(RunRegister::Kind kind) {
-  using Kind = RunRegister::Kind;
+bool rests(RobotBook::Kind kind) {
+  using Kind = RobotBook::Kind;
   return kind == Kind::sleep || kind == Kind::charge || kind == Kind::voltage;
 }
 
 }  // namespace
 
-void RunRegister::begin(hal::LabTime now) {
+void RobotBook::begin(hal::LabTime now) {
   begun_ = true;
   update(now);
 }
 
-void RunRegister::end(hal::LabTime now) {
+void RobotBook::end(hal::LabTime now) {
   ended_ = true;
   update(now);
 }
 
-void RunRegister::say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name) {
+void RobotBook::say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name) {
   if (command.kind == Kind::broadcast || std::ranges::count(arena_.info().commands, command.kind) == 0)
     return tell(command, now);
   Wish& wish = wishes_[static_cast<std::size_t>(who)];
@@ -46,7 +46,7 @@ void RunRegister::say(Who who, const hal::FleetCommand& command, hal::LabTime no
   if (again && told_ == command.kind) tell(command, now);  // for robots that did not hear it
 }
 
-void RunRegister::prepare(const hal::WholeMessage& parameters) {
+void RobotBook::prepare(const hal::WholeMessage& parameters) {
   const auto known = parameters_.find(parameters.type);
   if (known == parameters_.end() && parameters_.size() == most_parameters)
     return counters_.add("parameters.refused.too_many");
@@ -55,41 +55,41 @@ void RunRegister::prepare(const hal::WholeMessage& parameters) {
   parameters_due_ = true;
 }
 
-RunRegister::Kind RunRegister::wanted() const {
+RobotBook::Kind RobotBook::wanted() const {
   const auto resting = std::ranges::find_if(wishes_, rests, &Wish::kind);
   if (resting != wishes_.end()) return resting->kind;
   const bool runs = begun_ && !ended_ && std::ranges::count(wishes_, Kind::run, &Wish::kind) == std::ssize(wishes_);
   return runs ? Kind::run : Kind::pause;
 }
 
-std::string RunRegister::kept_still_by() const {
+std::string RobotBook::kept_still_by() const {
   if (ended_) return "end";
   const auto otherwise = std::ranges::find_if(wishes_, [](const Wish& wish) { return wish.kind != Kind::run; });
   if (otherwise != wishes_.end()) return otherwise->name;
   return begun_ ? "" : "not begun";
 }
 
-void RunRegister::tell(const hal::FleetCommand& command, hal::LabTime now) {
+void RobotBook::tell(const hal::FleetCommand& command, hal::LabTime now) {
   bus_.publish(hal::channel::fleet_command, hal::to_message(command, now));
   arena_.robots().command(command);
 }
 
 // In turns, so that what spoils the air for a moment spoils no parameter.
-void RunRegister::tell_parameters(hal::LabTime now) {
+void RobotBook::tell_parameters(hal::LabTime now) {
   for (int round = 0; round < rounds; ++round)
     for (const auto& [type, data] : parameters_) tell({.kind = Kind::broadcast, .type = type, .data = data}, now);
 }
 
 // The arena repeats what robots may not have heard.
-void RunRegister::update(hal::LabTime now) {
-  keep_books(now);
+void RobotBook::update(hal::LabTime now) {
+  keep_records(now);
   if (std::exchange(told_, wanted()) == told_) return;
   if (told_ == Kind::run && std::exchange(parameters_due_, false)) tell_parameters(now);
   tell({.kind = told_}, now);
 }
 
 // The end leaves open what stands.
-void RunRegister::keep_books(hal::LabTime now) {
+void RobotBook::keep_records(hal::LabTime now) {
   if (ended_) return;
   for (std::size_t who = 0; who < wishes_.size(); ++who) {
     const bool keeps = begun_ && wishes_[who].kind != Kind::run;
