@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -56,6 +57,14 @@ class PoseSource {
   virtual std::optional<PoseFrame> latest() = 0;
 };
 
+// What robots lack, as far as an arena knows. One that speaks to nobody, or whose robots hear all, knows of nothing.
+struct NotHeard {
+  std::uint64_t openings = 0;         // of the line to the robots, in all: what it was saying before may be lost
+  std::set<std::uint8_t> broadcasts;  // their types: given up since the last call
+  std::set<RobotId> words;            // whom they were for, likewise
+  std::set<RobotId> restarted;        // who may have begun anew since, with nothing that it was told
+};
+
 // The way to the robots. Airtime is scarce: one register per (robot, slot), newest wins, never a queue.
 class RobotLink {
  public:
@@ -71,6 +80,8 @@ class RobotLink {
   // done once; it leaves robots paused until `run`. A command that ArenaInfo does not list is refused and counted as
   // `fleet_command.refused.` and its name. Never blocks.
   virtual void command(const FleetCommand& command) = 0;
+  // Each thing given up is told once; asking changes nothing else.
+  virtual NotHeard not_heard() = 0;
   // What robots said since the last call. Always empty for Kilobots.
   virtual std::vector<FromRobot> heard() = 0;
 };

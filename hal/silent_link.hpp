@@ -17,6 +17,7 @@ class SilentLink final : public RobotLink {
   void offer(std::span<const ToRobot> newest) override;
   Airtime airtime() const override { return airtime_; }
   void command(const FleetCommand& command) override;
+  NotHeard not_heard() override { return {}; }
   std::vector<FromRobot> heard() override { return {}; }
 
  private:

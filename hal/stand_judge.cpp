@@ -51,8 +51,8 @@ Spot spot(const Places& places, std::size_t i) {
 
 void StandJudge::begin() {
   seen_.clear();
-  first_.clear();
-  farthest_m_.clear();
+  rests_.clear();
+  resting_.clear();
 }
 
 void StandJudge::look(const PoseFrame& frame, TimePoint now) {
@@ -70,9 +70,13 @@ void StandJudge::look(const PoseFrame& frame, TimePoint now) {
     }
     places.push_back(place);
     while (places.size() > 2 && now - places[1].at >= looks_for) places.pop_front();
-    const Place& first = first_.try_emplace(robot.robot, place).first->second;
-    double& far_m = farthest_m_[robot.robot];
-    far_m = std::max(far_m, distance_m({first.x_m, first.y_m}, {place.x_m, place.y_m}));
+    Rest& rest = rests_.try_emplace(robot.robot, Rest{place}).first->second;
+    if (distance_m({rest.at.x_m, rest.at.y_m}, {place.x_m, place.y_m}) > still_within_m) {
+      rest = {place};
+    } else if (place.at - rest.at.at >= rest.until) {
+      rest.until *= 2;
+      resting_.push_back(robot.robot);
+    }
   }
 }
 
@@ -151,13 +155,6 @@ std::vector<RobotId> StandJudge::take_carried() {
   std::ranges::sort(carried_);
   carried_.erase(std::unique(carried_.begin(), carried_.end()), carried_.end());
   return std::exchange(carried_, {});
-}
-
-std::vector<RobotId> StandJudge::at_their_place() const {
-  std::vector<RobotId> out;
-  for (const auto& [robot, far_m] : farthest_m_)
-    if (far_m <= still_within_m) out.push_back(robot);
-  return out;
 }
 
 }  // namespace arkmesh::hal

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "hal/types.hpp"
@@ -30,14 +31,20 @@ class StandJudge {
   std::vector<NotStanding> not_standing(TimePoint now) const;
   // Robots that came so fast to where they are that somebody must have carried them; each once, ascending.
   std::vector<RobotId> take_carried();
-  // Robots in sight that have not left their place since begin().
-  std::vector<RobotId> at_their_place() const;
+  // Robots that have not left their place for rests_after, since begin() or since they came there; then for twice as
+  // long, and so on. Each such time once.
+  std::vector<RobotId> take_resting() { return std::exchange(resting_, {}); }
+  static constexpr std::chrono::seconds rests_after{10};
 
  private:
   struct Place {
     TimePoint at;
     double x_m, y_m, heading_rad;
     bool heading_known;
+  };
+  struct Rest {
+    Place at;
+    std::chrono::seconds until = rests_after;
   };
   // Without a gap, oldest first; the newest that is older than the time for which it is looked at is kept.
   using Places = std::deque<Place>;
@@ -48,10 +55,9 @@ class StandJudge {
 
   const std::vector<RobotId> robots_;
   std::map<RobotId, Places> seen_;
-  std::map<RobotId, TimePoint> newest_;   // when it was seen last, also before begin()
-  std::map<RobotId, Place> first_;        // since begin()
-  std::map<RobotId, double> farthest_m_;  // from there
-  std::vector<RobotId> carried_;
+  std::map<RobotId, TimePoint> newest_;  // when it was seen last, also before begin()
+  std::map<RobotId, Rest> rests_;        // since begin()
+  std::vector<RobotId> carried_, resting_;
 };
 
 }  // namespace arkmesh::hal

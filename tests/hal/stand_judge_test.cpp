@@ -204,12 +204,19 @@ TEST_CASE("a robot out of sight never counts as standing, and one that is carrie
   CHECK(w.judge.not_standing(w.now).size() == 1);
 }
 
-TEST_CASE("who has not left its place is told") {
+TEST_CASE("who has not left its place is told, less and less often") {
   Watch w;
   w.change = [](Observation& seen, double s) {
     if (seen.robot >= 2) seen.pose.y_m += 0.01 * s;
     return seen.robot != 9;
   };
-  w.run(10s);
-  CHECK(w.judge.at_their_place() == std::vector<RobotId>{0, 1});
+  const std::vector<RobotId> both{0, 1};
+  w.run(9s);
+  CHECK(w.judge.take_resting().empty());
+  w.run(3s);
+  CHECK(w.judge.take_resting() == both);
+  w.run(7s);
+  CHECK(w.judge.take_resting().empty());
+  w.run(3s);
+  CHECK(w.judge.take_resting() == both);
 }

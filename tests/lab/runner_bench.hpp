@@ -32,11 +32,15 @@ class NotingLink final : public hal::RobotLink {
     commands.push_back(command.kind);
     if (command.kind == hal::FleetCommand::Kind::broadcast) broadcasts.push_back({command.type, command.data});
   }
+  hal::NotHeard not_heard() override {
+    return std::exchange(lost, {.openings = lost.openings, .broadcasts{}, .words{}, .restarted{}});
+  }
   std::vector<hal::FromRobot> heard() override { return std::exchange(to_hear, {}); }
   std::vector<hal::ToRobot> offered;
   std::vector<hal::FleetCommand::Kind> commands;
   std::vector<hal::WholeMessage> broadcasts;
   std::vector<hal::FromRobot> to_hear;
+  hal::NotHeard lost;
 };
 
 // A frame each 100 ms with odd numbers in it; not there yet for the next `late` calls.

@@ -63,7 +63,9 @@ const char* FleetQueue::put(const hal::FleetCommand& command) {
     return nullptr;
   }
   // a reset leaves robots paused, whatever they should have done
-  const auto replaced = std::erase_if(waiting_, [&](const Waiting& waits) {
+  std::size_t replaced = 0;
+  std::erase_if(waiting_, [&](const Waiting& waits) {
+    replaced += is_word(waits.command) && waits.command.kind != command.kind;
     return is_word(waits.command) || (command.kind == Kind::reset && waits.command.kind == Kind::reset);
   });
   if (makes_stand(command))
@@ -88,16 +90,17 @@ void FleetQueue::note_time(hal::TimePoint now) {
     if (!waits.since) waits.since = now;
 }
 
-std::size_t FleetQueue::expire(hal::TimePoint since) {
+std::vector<std::uint8_t> FleetQueue::expire(hal::TimePoint since) {
   // from behind the last `run` on
   const auto run = std::ranges::find(waiting_.rbegin(), waiting_.rend(), Kind::run,
                                      [](const Waiting& waits) { return waits.command.kind; });
-  const auto expired = std::remove_if(run.base(), waiting_.end(), [&](const Waiting& waits) {
-    return waits.command.kind == Kind::broadcast && waits.since && *waits.since <= since;
+  const auto expired = std::stable_partition(run.base(), waiting_.end(), [&](const Waiting& waits) {
+    return waits.command.kind != Kind::broadcast || !waits.since || *waits.since > since;
   });
-  const auto n = static_cast<std::size_t>(waiting_.end() - expired);
+  std::vector<std::uint8_t> out;
+  for (auto at = expired; at != waiting_.end(); ++at) out.push_back(at->command.type);
   waiting_.erase(expired, waiting_.end());
-  return n;
+  return out;
 }
 
 std::size_t FleetQueue::drop_all() {

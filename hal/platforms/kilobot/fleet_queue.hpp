@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "hal/arena.hpp"
 #include "hal/platforms/kilobot/message.hpp"
@@ -35,12 +36,13 @@ class FleetQueue {
   bool has_word() const;
   // Call these two only when there is something.
   const hal::FleetCommand& front() const { return waiting_.front().command; }
+  const hal::FleetCommand& back() const { return waiting_.back().command; }
   hal::FleetCommand take();
   // What was put since the last call waits from `now` on.
   void note_time(hal::TimePoint now);
-  // Drops broadcasts that wait since that moment or an earlier one; gives their number. Words and a reset never expire,
+  // Drops broadcasts that wait since that moment or an earlier one; gives their types. Words and a reset never expire,
   // nor does what robots are to hear before a `run` that waits.
-  std::size_t expire(hal::TimePoint since);
+  std::vector<std::uint8_t> expire(hal::TimePoint since);
   std::size_t drop_all();
 
  private:

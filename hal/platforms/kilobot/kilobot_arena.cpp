@@ -31,7 +31,6 @@ constexpr std::chrono::milliseconds seen_to_stand_within = 10s;  // robots that 
 constexpr std::chrono::milliseconds told_within = 2s;            // robots that never did
 constexpr std::chrono::milliseconds last_stop_takes = 300ms;     // for a stop, after that
 constexpr LabTime blind_after = 1s;                              // no frame for so long is worth a line in the log
-constexpr std::chrono::milliseconds sets_out_within = 10s;       // who has not moved then is worth one, too
 
 class KilobotArena final : public Arena {
  public:
@@ -273,18 +272,17 @@ class KilobotArena final : public Arena {
     judge_.begin();
     judged_ = judge_.not_standing(now());
     walkers_.clear();
-    set_out_at_.reset();
-    if (told_.second && !should_stand()) set_out_at_ = *told_.second + sets_out_within;
   }
 
   // Says who does not do what all were told, once each.
   void supervise() {
     const std::vector<RobotId> moved_by_hand = judge_.take_carried();
-    if (set_out_at_ && now() >= *set_out_at_) {
-      set_out_at_.reset();
-      if (const auto resting = judge_.at_their_place(); !resting.empty())
-        spdlog::info("{} of {} robots have not moved since they were told to run: {}", resting.size(),
-                     info_.robots.size(), in_words(resting));
+    const std::vector<RobotId> resting = judge_.take_resting();
+    if (!should_stand() && !resting.empty()) {
+      // one that was switched off and on waits for everything; many programs let robots stand
+      spdlog::info("{} of {} robots have not moved for a while although they were told to run: {}", resting.size(),
+                   info_.robots.size(), in_words(resting));
+      for (const RobotId robot : resting) controller_.note_restart(robot);
     }
     if (!should_stand() || !controller_.said_since()) return;
     std::vector<RobotId> walkers, fresh, carried;
@@ -388,7 +386,6 @@ class KilobotArena final : public Arena {
   bool ran_ = false;                                                             // robots were told to, at any time
   std::vector<RobotId> walkers_;                                                 // as last said
   std::set<RobotId> carried_;                                                    // likewise, until they stand
-  std::optional<TimePoint> set_out_at_;                                          // when all should have
   TimePoint last_until_{};                                                       // of the ending
   std::vector<NotStanding> judged_;  // at the last look: whoever asks between looks learns nothing newer
   std::int64_t frames_ = 0;          // made or lost so far; also the next one's number

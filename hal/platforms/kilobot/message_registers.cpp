@@ -25,7 +25,14 @@ void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
 
 void MessageRegisters::command(const hal::FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
-  if (const char* reason = commands_.put(command)) counters_.add(reason);
+  put(command);
+}
+
+void MessageRegisters::put(const hal::FleetCommand& command) {
+  const char* const cost = commands_.put(command);
+  if (!cost) return;
+  counters_.add(cost);
+  if (!is_word(command) && !makes_stand(command)) not_heard_.broadcasts.insert(command.type);
 }
 
 MessageRegisters::Register MessageRegisters::take(hal::RobotId receiver, Waiting& waiting) {
@@ -78,17 +85,20 @@ std::uint64_t MessageRegisters::drop(hal::RobotId robot) {
   if (at == waiting_.end()) return 0;
   const std::uint64_t messages = at->second.by_slot.size();
   waiting_.erase(at);
+  not_heard_.words.insert(robot);
   return give_up(messages);
 }
 
 std::uint64_t MessageRegisters::drop_all() {
+  for (const auto& [robot, waiting] : waiting_) not_heard_.words.insert(robot);
   waiting_.clear();
   return give_up(airtime_.waiting);
 }
 
-void MessageRegisters::decline() {
+void MessageRegisters::decline(hal::RobotId robot) {
   ++airtime_.offered;
   ++airtime_.not_sent;
+  not_heard_.words.insert(robot);
 }
 
 std::uint64_t MessageRegisters::give_up(std::uint64_t messages) {

@@ -26,6 +26,7 @@ class MessageRegisters final : public hal::RobotLink {
   void offer(std::span<const hal::ToRobot> newest) override;
   hal::Airtime airtime() const override { return airtime_; }
   void command(const hal::FleetCommand& command) override;
+  hal::NotHeard not_heard() override { return std::exchange(not_heard_, {}); }
   std::vector<hal::FromRobot> heard() override { return std::exchange(heard_, {}); }
   // What a robot said, which only simulated ones do. At most 65536 words wait; more are dropped and counted.
   void hear(const hal::FromRobot& said) {
@@ -44,13 +45,16 @@ class MessageRegisters final : public hal::RobotLink {
   bool has_waiting() const { return !commands_.empty() || !waiting_.empty(); }
   // For controllers that know better when commands go out: next() does not see what they take.
   FleetQueue& commands() { return commands_; }
+  // A command that the platform carries, without asking.
+  void put(const hal::FleetCommand& command);
 
   // For controllers that know better than to send: take back what waits for one robot or for all, and account for a
   // message that is not even stored. All give the number of messages, which Airtime then holds as not_sent; the caller
-  // counts why.
+  // counts why. not_heard() tells of them, as of what else the controller gives up.
   std::uint64_t drop(hal::RobotId robot);
   std::uint64_t drop_all();
-  void decline();
+  void decline(hal::RobotId robot);
+  hal::NotHeard& given_up() { return not_heard_; }
 
  private:
   std::uint64_t give_up(std::uint64_t messages);
@@ -79,6 +83,7 @@ class MessageRegisters final : public hal::RobotLink {
   hal::Airtime airtime_;
   static constexpr std::size_t most_heard = 1 << 16;
   std::vector<hal::FromRobot> heard_;
+  hal::NotHeard not_heard_;
 };
 
 }  // namespace arkmesh::hal::kilobot

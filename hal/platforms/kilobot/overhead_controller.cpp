@@ -17,16 +17,17 @@ constexpr int stops_for_sure = 3;  // where the line may spoil one
 constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
 constexpr microseconds urged_again_after{500'000};  // half of the airtime stays for questions and messages
 
-// Gives the words that are for robots in the list to nobody. Returns how many.
-int blank(MessageRegisters::Outgoing& outgoing, const WordLayout& layout, std::span<const RobotId> robots) {
-  if (!outgoing.has_words) return 0;
+// Gives the words that are for robots in the list to nobody. Returns for whom they were.
+std::vector<RobotId> blank(MessageRegisters::Outgoing& outgoing, const WordLayout& layout,
+                           std::span<const RobotId> robots) {
+  std::vector<RobotId> blanked;
+  if (!outgoing.has_words) return blanked;
   Message& composite = outgoing.message;
-  int blanked = 0;
   for (std::size_t group = 0; group < groups; ++group) {
     const RobotId robot = word_in(composite, group, layout).robot;
     if (robot == nobody(layout) || !std::ranges::binary_search(robots, robot)) continue;
     put_word(composite, group, layout, {.robot = nobody(layout)});
-    ++blanked;
+    blanked.push_back(robot);
   }
   composite.crc = message_crc(composite);
   return blanked;
@@ -63,7 +64,7 @@ void OverheadController::offer(std::span<const ToRobot> newest) {
   if (withheld_.empty()) return registers_.offer(newest);
   for (const ToRobot& message : newest) {
     if (std::ranges::binary_search(withheld_, message.robot)) {
-      registers_.decline();
+      registers_.decline(message.robot);
       counters_.add("to_robots.withheld.doubtful");
     } else {
       registers_.offer({&message, 1});
@@ -75,17 +76,27 @@ void OverheadController::command(const FleetCommand& command) {
   if (const char* reason = command_refusal(info_, command)) return counters_.add(reason);
   if (is_word(command) && command.kind == wanted_) {
     // whoever says it once more wants it heard by robots that did not, such as one that was switched on since
-    const bool is_on_its_way =
-        commands_.has_word() || (on_air_command_ && on_air_command_->command.kind == command.kind);
-    if (!is_on_its_way) commands_.put(command);
+    if (!is_on_its_way(command.kind)) commands_.put(command);
     return;
   }
-  if (const char* cost = commands_.put(command)) counters_.add(cost);
+  registers_.put(command);
   if (command.kind == Kind::broadcast) return;
   wanted_ = command.kind == Kind::reset ? Kind::pause : command.kind;
   said_since_.reset();
   urged_ = false;
   cut_ = makes_stand(command);
+}
+
+// `run` is not while robots have to hear something before it.
+bool OverheadController::is_on_its_way(Kind word) const {
+  if (word == Kind::run && !commands_.empty()) return commands_.back().kind == word;
+  return commands_.has_word() || (on_air_command_ && on_air_command_->command.kind == word);
+}
+
+NotHeard OverheadController::not_heard() {
+  NotHeard out = registers_.not_heard();
+  out.openings = sender_.openings();
+  return out;
 }
 
 void OverheadController::urge(TimePoint now) {
@@ -98,9 +109,12 @@ void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now
   withheld_.assign(robots.begin(), robots.end());
   for (const RobotId robot : withheld_) counters_.add("to_robots.withheld.doubtful", registers_.drop(robot));
   if (composite_)
-    counters_.add("to_robots.withheld.doubtful",
-                  static_cast<std::uint64_t>(blank(*composite_, layout_of(info_), withheld_)));
-  if (auto heard = on_air_composite_; heard && blank(*heard, layout_of(info_), withheld_) > 0) sender_.cut_short(now);
+    for (const RobotId robot : blank(*composite_, layout_of(info_), withheld_)) {
+      counters_.add("to_robots.withheld.doubtful");
+      registers_.given_up().words.insert(robot);
+    }
+  if (auto heard = on_air_composite_; heard && !blank(*heard, layout_of(info_), withheld_).empty())
+    sender_.cut_short(now);
 }
 
 void OverheadController::poll(TimePoint now) {
@@ -157,9 +171,19 @@ void OverheadController::expire(TimePoint now) {
   if (sender_.is_up()) return down_since_.reset();
   if (!down_since_) down_since_ = now;
   if (now - *down_since_ <= settings_.expire_after) return;
-  counters_.add("fleet_command.expired", commands_.expire(now - settings_.expire_after));
+  const std::vector<std::uint8_t> expired = commands_.expire(now - settings_.expire_after);
+  counters_.add("fleet_command.expired", expired.size());
+  registers_.given_up().broadcasts.insert(expired.begin(), expired.end());
+  drop_waiting();
+}
+
+// What waits for single robots.
+void OverheadController::drop_waiting() {
   counters_.add("to_robots.expired", registers_.drop_all());
-  if (composite_) counters_.add("overhead.dropped.composite");
+  if (!composite_) return;
+  counters_.add("overhead.dropped.composite");
+  const std::vector<RobotId> robots = blank(*composite_, layout_of(info_), info_.robots);
+  registers_.given_up().words.insert(robots.begin(), robots.end());
   composite_.reset();
 }
 
@@ -260,9 +284,7 @@ bool OverheadController::send_composite(TimePoint now) {
 
 void OverheadController::finish() {
   held_ = false;
-  counters_.add("to_robots.expired", registers_.drop_all());
-  if (composite_) counters_.add("overhead.dropped.composite");
-  composite_.reset();
+  drop_waiting();
   question_.reset();
 }
 

@@ -55,6 +55,7 @@ class OverheadController final : public RobotLink {
   void offer(std::span<const ToRobot> newest) override;
   Airtime airtime() const override { return registers_.airtime(); }
   void command(const FleetCommand& command) override;
+  NotHeard not_heard() override;
   std::vector<FromRobot> heard() override { return {}; }
 
   // What all robots should hear over and over; nothing ends it. While it stands it takes every second packet if single
@@ -63,6 +64,8 @@ class OverheadController final : public RobotLink {
   // Robots, ascending, to whom nothing may be said: what waits for them is dropped, what is on the air ends, new offers
   // are dropped.
   void withhold(std::span<const RobotId> robots, TimePoint now);
+  // A robot that may have begun anew since.
+  void note_restart(RobotId robot) { registers_.given_up().restarted.insert(robot); }
   // While on hold only questions go out, and what makes robots stand; the rest waits, without ageing. For the time
   // before an experiment begins.
   void hold(bool on) { held_ = on; }
@@ -93,7 +96,9 @@ class OverheadController final : public RobotLink {
     std::chrono::microseconds left{0};  // of the time for which it is repeated
   };
   void expire(TimePoint now);
+  void drop_waiting();
   void note_loss();
+  bool is_on_its_way(FleetCommand::Kind word) const;
   void cut_short(TimePoint now);
   bool send_command(TimePoint now);
   bool repeat_command(TimePoint now);

@@ -23,6 +23,7 @@ class RoverBase final : public hal::RobotLink {
   void offer(std::span<const hal::ToRobot> newest) override;
   hal::Airtime airtime() const override { return airtime_; }
   void command(const hal::FleetCommand& command) override;
+  hal::NotHeard not_heard() override { return {}; }
   std::vector<hal::FromRobot> heard() override { return std::exchange(heard_, {}); }
 
   // For the arena.

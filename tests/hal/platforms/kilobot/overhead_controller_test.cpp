@@ -356,6 +356,7 @@ TEST_CASE("overhead controller: doubtful robots") {
   for (const auto& one : later)
     for (const hal::RobotId robot : robots_of(one.packet)) CHECK((robot == 1 || robot == 3 || robot == 5));
   CHECK(bench.counters["to_robots.withheld.doubtful"] == 4);
+  CHECK(bench.controller.not_heard().words == std::set<hal::RobotId>{2, 4});
   const hal::Airtime airtime = bench.controller.airtime();
   CHECK(airtime.offered == 10);
   CHECK(airtime.sent == 6);

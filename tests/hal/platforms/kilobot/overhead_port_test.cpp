@@ -105,6 +105,41 @@ TEST_CASE("overhead controller: a pause while the line is away") {
   }
 }
 
+TEST_CASE(
+    "overhead controller: what was given up is told once, and run comes behind what robots are to hear before it") {
+  // What its owner says anew after an opening, in the time that a controller takes to start, goes ahead of the `run`
+  // that stands, and none goes out before.
+  OverheadBench bench;
+  bench.start();
+  bench.controller.command({Kind::run});
+  bench.run(1s);
+  CHECK(bench.controller.not_heard().openings == 1);
+  bench.cable->plugged = false;
+  bench.run(1s);
+  bench.controller.command({Kind::broadcast, 10, {1}});
+  bench.offer(3);
+  CHECK(bench.controller.not_heard().broadcasts.empty());
+  bench.run(8s);
+  const hal::NotHeard lost = bench.controller.not_heard(), again = bench.controller.not_heard();
+  CHECK(lost.broadcasts == std::set<std::uint8_t>{10});
+  CHECK(lost.words == std::set<hal::RobotId>{3});
+  CHECK(lost.restarted.empty());
+  CHECK(again.openings == 1);
+  CHECK((again.broadcasts.empty() && again.words.empty()));
+  bench.cable->take();
+  bench.cable->plugged = true;
+  bench.run(500ms);
+  CHECK(bench.controller.not_heard().openings == 2);
+  bench.controller.command({Kind::broadcast, 10, {1}});
+  bench.controller.command({Kind::run});
+  bench.run(6s);
+  std::vector<int> types;
+  for (const auto& one : bench.cable->take())
+    if (one.type() != PacketType::stop) types.push_back(one.message_type());
+  CHECK(types == std::vector<int>{10, type_run});
+  CHECK(bench.counters["fleet_command.replaced"] == 0);
+}
+
 TEST_CASE("overhead controller: a slow line") {
   // A packet that the system takes byte by byte arrives whole, and its time on the air begins when it has arrived.
   OverheadBench bench;
