@@ -74,6 +74,8 @@ std::vector<AirtimeNeed> try_airtime(LabFiles labs, double seconds, hal::StopReq
   for (std::size_t i = 0; i < run.size(); ++i) {
     hal::Arena& arena = run.lab(i).arena();
     needs[i].air = arena.robots().airtime();
+    const lab::RobotBook& book = run.lab(i).runner().robot_book();
+    needs[i].anew = book.words_anew() + words_of_whole * book.parameters_anew();
     needs[i].seconds = static_cast<double>(arena.clock().now().count()) * 1e-6;
   }
   return needs;

@@ -28,8 +28,9 @@ struct AirtimeNeed {
   double room = 0;  // words in a second
   std::map<std::uint8_t, SlotNeed> slots;
   SlotNeed all;
-  hal::Airtime air;    // what became of the messages
-  double seconds = 0;  // of lab time
+  hal::Airtime air;        // what became of the messages
+  std::uint64_t anew = 0;  // words to tell all robots everything again, as after a reset; not in the slots
+  double seconds = 0;      // of lab time
 };
 
 // Runs the labs for `seconds` in simulation, whatever arena they use, as `arkmesh run` does, and keeps nothing. Throws

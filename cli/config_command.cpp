@@ -29,6 +29,9 @@ void print(const app::AirtimeNeed& need) {
   };
   for (const auto& [slot, slot_need] : need.slots) line(fmt::format("{}", slot), slot_need);
   if (need.slots.size() > 1) line("all", need.all);
+  if (need.anew > 0)
+    fmt::print("  to tell robots everything anew, after a reset or when the line was away: {} words, {:.1f} s\n",
+               need.anew, static_cast<double>(need.anew) / room);
   const auto share = [&](std::uint64_t messages) {
     return 100 * static_cast<double>(messages) / static_cast<double>(need.air.offered);
   };

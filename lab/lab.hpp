@@ -66,12 +66,23 @@ class Lab {
   const std::vector<std::int64_t>& initial_field(std::string_view lab, std::string_view field) const;
 
   // --- acting ---
-  // Tells a robot something; goes out after on_poses, on_heard or on_period returns. Newest per (robot, slot) wins.
+  // Says something to a robot, once; goes out after on_poses, on_heard or on_period returns, the first time at the
+  // first boundary. Newest per (robot, slot) wins.
   void say(const hal::ToRobot& message) { data_.to_robots.push_back(message); }
+  // Says `word` when it has changed and, called for each frame, every `again` until the robot shows it. The lab keeps
+  // it, and says it anew by itself when the robot may have missed or forgotten it: after a reset, out of sight or
+  // switched off, when the line was away. `shown`: whether it shows that it knows, or need not be told again; or what
+  // its LED shows, which is then another than when the word changed (RobotWords).
+  void tell(const hal::ToRobot& word, bool shown, hal::LabTime again = std::chrono::seconds(1)) {
+    if (data_.words.due(data_.now, word, shown, again)) say(word);
+  }
+  void tell(const hal::ToRobot& word, hal::Led led, hal::LabTime again = std::chrono::seconds(1)) {
+    if (data_.words.due(data_.now, word, led, again)) say(word);
+  }
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
-  // What robots have to know before they run: the lab repeats it to all of them right before they begin, and before
-  // they run after a reset. The newest of each type counts; of at most 8 types (RobotBook::prepare). What comes while
-  // they run is said before their next run.
+  // What robots have to know before they run: the lab repeats it to all of them right before they begin, before they
+  // run after a reset, and when some may lack it. The newest of each type counts; of at most 8 types
+  // (RobotBook::prepare). What comes while they run is said before their next run, or with that.
   void parameters(const hal::WholeMessage& message) { data_.parameters.push_back(message); }
   // The stream "<lab>/<purpose>"; the reference stays good.
   hal::RandomStream& random(std::string_view purpose);

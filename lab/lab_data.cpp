@@ -34,7 +34,6 @@ void write_rows(LabData& data, hal::Recorder& recorder) {
 }
 
 void forget_sent(LabData& data) {
-  data.to_robots.clear();
   data.commands.clear();
   data.parameters.clear();
   data.rows.clear();

@@ -19,6 +19,7 @@
 #include "lab/exchange/lab_state.hpp"
 #include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/state_rules.hpp"
+#include "lab/robots/robot_words.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::lab {
@@ -50,6 +51,7 @@ struct LabData {
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, hal::RandomStream, std::less<>> streams;
   std::vector<hal::ToRobot> to_robots;
+  RobotWords words;  // of which RobotBook is told what robots may have forgotten
   std::vector<hal::FleetCommand> commands;
   std::vector<hal::WholeMessage> parameters;
   hal::Drawing drawing;       // since the last boundary

@@ -37,6 +37,12 @@ void RunConfig::fields(const hal::Section& root) {
              {.range = {0, 1e6},
               .unit = "s",
               .help = "how long a peer is waited for of which nothing counts, since its first sign of life"});
+  root.section("robots").field(
+      "absent_s", absent_after,
+      {.range = {0.1, 1e6},
+       .unit = "s",
+       .help = "robots seen again after so long are told anew what they should know, in arenas that "
+               "keep real time"});
   safety.fields(root.section("safety"));
   sensors.fields(root.section("sensors"));
 }

@@ -32,7 +32,8 @@ struct RunConfig : hal::Participants {
   enum class OnPeerLost { pause, go_on, end } on_peer_lost = OnPeerLost::pause;  // in free mode; strict: end
   // To other labs: of the gateway, and of LCM, whose receivers join no longer ones.
   std::size_t max_message_bytes = 1 << 24;
-  std::vector<std::string> absent;  // labs that a file names and that take no part, for people; `run` says so
+  std::vector<std::string> absent;        // labs that a file names and that take no part, for people; `run` says so
+  hal::LabTime absent_after{10'000'000};  // robots.absent_s
   SafetyConfig safety;
   SensorConfig sensors;
   std::filesystem::path operator_key;  // its file (OperatorKey); empty: the usual one

@@ -40,11 +40,11 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       run_id_(run_id),
       recording_(recorder_.record_all(bus_, arena_.clock(), &is_of_others)),
       port_(arena, private_bus),
-      book_(arena, private_bus),
+      data_(make_lab_data(config_, arena.info())),
+      book_(arena, private_bus, data_.words, config_.absent_after),
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info(), run_id, private_bus, std::move(worlds)),
-      own_(std::move(settings), config_.exchange, config_.lab == config_.owner),
-      data_(make_lab_data(config_, arena.info())) {
+      own_(std::move(settings), config_.exchange, config_.lab == config_.owner) {
   peers_.on_heard([this](std::string_view channel, std::span<const std::byte> bytes, bool accepted) {
     const hal::LabTime now = arena_.clock().now();
     return accepted ? recorder_.record(now, channel, bytes) : recorder_.record_refused(now, channel, bytes);
@@ -57,7 +57,10 @@ Runner::Step Runner::step(Now now) {
   now_ = now;
   peers_.set_now(now);
   try {
-    if (!arena_lost_) arena_.serve();
+    if (!arena_lost_) {
+      arena_.serve();
+      book_.catch_up(arena_.clock().now());
+    }
     if (now_ >= status_due_) publish_status();
     bus_.drain();  // also what the status brought here, so that it leaves in this step
     if (peers_.answer()) bus_.drain();
@@ -147,6 +150,7 @@ bool Runner::advance_to(hal::LabTime t) {
     asked_ = snapshot.frame || !snapshot.heard.empty();
     if (snapshot.frame) {
       own_.add(*snapshot.frame);
+      if (!arena_.info().can_wait) book_.see(*snapshot.frame);
       data_.now = snapshot.frame->stamp;
       scenario_.on_poses(lab_, *snapshot.frame);
     }
@@ -184,9 +188,10 @@ void Runner::await_scenario(std::chrono::milliseconds wait) {
   }
 }
 
-// What the scenario said: to robots as one batch, and to people.
+// What the scenario said: to robots as one batch, from the first merge on, and to people.
 void Runner::deliver() {
-  port_.say(data_.to_robots, data_.now, own_.frame().number);
+  data_.words.retell(data_.now, own_.frame().robots, data_.to_robots);
+  if (!data_.states.empty()) port_.say(std::exchange(data_.to_robots, {}), data_.now, own_.frame().number);
   for (const hal::WholeMessage& message : data_.parameters) book_.prepare(message);
   for (const hal::FleetCommand& command : data_.commands) book_.say(RobotBook::Who::scenario, command, data_.now);
   write_rows(data_, recorder_);

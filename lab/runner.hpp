@@ -154,12 +154,12 @@ class Runner {
   std::unique_ptr<hal::Bus::Subscription>
       recording_;  // the first of all, so that nothing happens before it is recorded
   ArenaPort port_;
+  LabData data_;
+  Lab lab_{data_};
   RobotBook book_;
   OperatorDesk operators_;
   PeerExchange peers_;
   OwnState own_;
-  LabData data_;
-  Lab lab_{data_};
   Phase phase_ = Phase::starting;
   bool begun_ = false, failed_ = false, stopped_ = false, awaits_arena_ = false;
   bool asked_ = false;            // the scenario, which may not have settled

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t most_pauses = 1000;  // in the result; a scenario may pause its robots all the time
 constexpr std::size_t most_parameters = 8;
-constexpr int rounds = 4;  // of parameters: an arena may say a broadcast once, and a robot may miss every tenth message
+constexpr hal::LabTime again_after{5'000'000};
 
 // Robots rest, and a word that makes them stand would wake them.
 bool rests(RobotBook::Kind kind) {
@@ -37,7 +37,8 @@ void RobotBook::say(Who who, const hal::FleetCommand& command, hal::LabTime now,
   if (command.kind == Kind::reset) {
     tell(command, now);
     told_ = Kind::pause;
-    parameters_due_ = true;
+    parameters_due_ = reset_ = true;
+    words_.doubt(hal::everyone, RobotWords::for_sure);
   }
   wish.kind = command.kind == Kind::reset ? Kind::pause : command.kind;
   if (!name.empty()) wish.name = name;
@@ -53,6 +54,46 @@ void RobotBook::prepare(const hal::WholeMessage& parameters) {
   if (known != parameters_.end() && known->second == parameters.data) return;
   parameters_.insert_or_assign(parameters.type, parameters.data);
   parameters_due_ = true;
+}
+
+void RobotBook::see(const hal::PoseFrame& frame) {
+  for (const hal::Observation& robot : frame.robots) {
+    const hal::LabTime seen = frame.stamp - robot.age;
+    const auto [last, is_new] = seen_.try_emplace(robot.robot, seen);
+    if (is_new ? begun_ : seen - last->second >= absent_) {
+      counters_.add("robots.seen_again");
+      doubt(robot.robot);
+    }
+    last->second = std::max(last->second, seen);
+  }
+}
+
+void RobotBook::catch_up(hal::LabTime now) {
+  const hal::NotHeard lost = arena_.robots().not_heard();
+  for (const hal::RobotId robot : lost.words) words_.doubt(robot, 1);
+  counters_.add("robots.restarted", lost.restarted.size());
+  for (const hal::RobotId robot : lost.restarted) doubt(robot);
+  if (std::exchange(openings_, lost.openings) != lost.openings) doubt(hal::everyone);
+  for (const std::uint8_t type : lost.broadcasts)
+    if (parameters_.contains(type)) parameters_due_ = lack_ = true;
+  if (told_ != Kind::run || !lack_ || now - lack_told_ < again_after) return;
+  lack_told_ = now;
+  parameters_due_ = lack_ = false;
+  tell_parameters(1, now);
+  tell({.kind = Kind::run}, now);
+  counters_.add("parameters.told_again", parameters_.size());
+  counters_.add("run.told_again");
+}
+
+void RobotBook::doubt(hal::RobotId robot) {
+  words_.doubt(robot, RobotWords::for_sure);
+  parameters_due_ = lack_ = true;
+}
+
+hal::Counters RobotBook::counters() const {
+  hal::Counters all = counters_;
+  all.add("to_robots.told_again", words_.told_again());
+  return all;
 }
 
 RobotBook::Kind RobotBook::wanted() const {
@@ -75,7 +116,7 @@ void RobotBook::tell(const hal::FleetCommand& command, hal::LabTime now) {
 }
 
 // In turns, so that what spoils the air for a moment spoils no parameter.
-void RobotBook::tell_parameters(hal::LabTime now) {
+void RobotBook::tell_parameters(int rounds, hal::LabTime now) {
   for (int round = 0; round < rounds; ++round)
     for (const auto& [type, data] : parameters_) tell({.kind = Kind::broadcast, .type = type, .data = data}, now);
 }
@@ -84,7 +125,12 @@ void RobotBook::tell_parameters(hal::LabTime now) {
 void RobotBook::update(hal::LabTime now) {
   keep_records(now);
   if (std::exchange(told_, wanted()) == told_) return;
-  if (told_ == Kind::run && std::exchange(parameters_due_, false)) tell_parameters(now);
+  if (told_ == Kind::run) {
+    if (std::exchange(parameters_due_, false)) tell_parameters(start_rounds, now);
+    // what was said before `setup` may be lost in it
+    if (std::exchange(reset_, false)) words_.doubt(hal::everyone, RobotWords::for_sure);
+    lack_ = false;
+  }
   tell({.kind = told_}, now);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "scenarios/cre/controller/cre_messages.h"
 #include "scenarios/cre/fields.hpp"
 #include "scenarios/wall_sensor.hpp"
 
@@ -52,7 +53,8 @@ void Cre::ground_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   bool harvested = false;
   for (const hal::Observation& seen : frame.robots) {
     harvested |= resources_->harvest(seen.pose, settings_.resource_radius_m, lab.random("respawn"));
-    if (const auto wall = messages_.wall(lab.now(), seen.robot, wall_near(lab, seen.pose))) lab.say(*wall);
+    const std::uint8_t wall = wall_near(lab, seen.pose);
+    lab.tell({.robot = seen.robot, .slot = CRE_WALL_SLOT, .kind = wall}, wall == CRE_NO_WALL, settings_.repeat);
     const Speaker* speaker = nearest_speaker(speakers_, seen.pose, settings_.hear_radius_m);
     if (const auto heard = messages_.heard(lab.now(), seen.robot, seen.pose, seen.led, speaker)) lab.say(*heard);
   }

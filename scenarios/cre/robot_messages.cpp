@@ -53,10 +53,6 @@ const Speaker* nearest_speaker(const std::vector<Speaker>& speakers, const hal::
   return nearest;
 }
 
-std::optional<hal::ToRobot> GroundMessages::wall(hal::LabTime now, hal::RobotId robot, std::uint8_t wall) {
-  return words_.next(now, {.robot = robot, .slot = CRE_WALL_SLOT, .kind = wall, .value = 0}, wall == CRE_NO_WALL);
-}
-
 std::optional<hal::ToRobot> GroundMessages::heard(hal::LabTime now, hal::RobotId robot, const hal::Pose& in_ground,
                                                   hal::Led led, const Speaker* speaker) {
   if (!speaker || led != walking) return std::nullopt;

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "hal/types.hpp"
-#include "lab/robots/robot_words.hpp"
 #include "scenarios/cre/places.hpp"
 
 namespace arkmesh::scenarios::cre {
@@ -38,14 +37,12 @@ const Speaker* nearest_speaker(const std::vector<Speaker>& speakers, const hal::
 class GroundMessages {
  public:
   explicit GroundMessages(hal::LabTime repeat) : repeat_(repeat) {}
-  std::optional<hal::ToRobot> wall(hal::LabTime now, hal::RobotId robot, std::uint8_t wall);
   // `speaker` may be null. Only a robot that walks is told.
   std::optional<hal::ToRobot> heard(hal::LabTime now, hal::RobotId robot, const hal::Pose& in_ground, hal::Led led,
                                     const Speaker* speaker);
 
  private:
   hal::LabTime repeat_;
-  lab::RobotWords words_{repeat_};   // of walls
   std::vector<hal::LabTime> heard_;  // when it was told last, by robot id
 };
 

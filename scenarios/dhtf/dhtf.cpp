@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "hal/fixed_math.hpp"
+#include "scenarios/dhtf/controller/dhtf_messages.h"
 #include "scenarios/dhtf/fields.hpp"
+#include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/dhtf/sites.hpp"
 #include "scenarios/kit/bearing.hpp"
 #include "scenarios/wall_sensor.hpp"
@@ -29,8 +31,7 @@ double seconds(hal::LabTime t) {
 
 }  // namespace
 
-Dhtf::Dhtf(Settings settings)
-    : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0), words_(settings_.repeat) {}
+Dhtf::Dhtf(Settings settings) : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0) {}
 
 void Dhtf::begin(lab::Lab& lab) {
   declare_fields(lab, settings_);
@@ -114,7 +115,9 @@ void Dhtf::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
         .active = site && site->active,
         .timeout_s = site ? site->timeout_s : 0,
         .wall_sectors = blocked_sectors(seen.pose, lab.arena().width_m, lab.arena().height_m, settings_.wall_zone_m)};
-    if (const auto message = next_message(words_, frame.stamp, seen.robot, place, seen.led)) lab.say(*message);
+    const Told told = message_for(place, seen.led);
+    lab.tell({.robot = seen.robot, .slot = DHTF_SLOT, .kind = told.kind, .value = told.value}, told.shown,
+             settings_.repeat);
   }
   if (team == team_) return;
   team_ = team;

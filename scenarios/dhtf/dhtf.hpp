@@ -45,9 +45,8 @@ class Dhtf final : public lab::Scenario {
   const Site* site_at(const hal::Pose& in_shared) const;
 
   Settings settings_;
-  std::vector<Site> sites_;         // empty until the first merge
-  std::vector<std::int64_t> team_;  // own, per site, as last published
-  lab::RobotWords words_;
+  std::vector<Site> sites_;                     // empty until the first merge
+  std::vector<std::int64_t> team_;              // own, per site, as last published
   std::optional<TaskCoordinator> coordinator_;  // the owner's
   std::vector<std::uint32_t> heard_;            // the owner's: period of each lab's state at the last boundary
 };

@@ -20,16 +20,13 @@ bool needs_repeating(const Told& told, hal::Led led) {
 }  // namespace
 
 Told message_for(const Place& place, hal::Led led) {
-  if (!place.in_site) return {DHTF_OUTSIDE, place.wall_sectors};
-  if (place.active && led != leaving) return {DHTF_TASK, static_cast<std::uint16_t>(place.timeout_s)};
-  return {DHTF_CLOSED, place.wall_sectors};
-}
-
-std::optional<hal::ToRobot> next_message(lab::RobotWords& words, hal::LabTime now, hal::RobotId robot,
-                                         const Place& place, hal::Led led) {
-  const Told told = message_for(place, led);
-  return words.next(now, {.robot = robot, .slot = DHTF_SLOT, .kind = told.kind, .value = told.value},
-                    !needs_repeating(told, led));
+  Told told{DHTF_CLOSED, place.wall_sectors};
+  if (!place.in_site)
+    told.kind = DHTF_OUTSIDE;
+  else if (place.active && led != leaving)
+    told = {DHTF_TASK, static_cast<std::uint16_t>(place.timeout_s)};
+  told.shown = !needs_repeating(told, led);
+  return told;
 }
 
 }  // namespace arkmesh::scenarios::dhtf

@@ -1,11 +1,9 @@
-// The table of what a robot has to be told, for robot_words: by where it is, and by what its LED shows.
+// The table of what a robot has to be told, for Lab::tell: by where it is, and by what its LED shows.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "hal/types.hpp"
-#include "lab/robots/robot_words.hpp"
 
 namespace arkmesh::scenarios::dhtf {
 
@@ -23,14 +21,10 @@ struct Place {
 struct Told {
   std::uint8_t kind = 0;
   std::uint16_t value = 0;
+  bool shown = false;  // it shows that it heard, and no wall is near
 };
 
 // The message for a robot at `place` that shows `led`.
 Told message_for(const Place& place, hal::Led led);
-
-// The message to send now, if any. A robot has to be told again while its LED does not show that it heard, and while a
-// wall is near.
-std::optional<hal::ToRobot> next_message(lab::RobotWords& words, hal::LabTime now, hal::RobotId robot,
-                                         const Place& place, hal::Led led);
 
 }  // namespace arkmesh::scenarios::dhtf

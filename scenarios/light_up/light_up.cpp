@@ -19,8 +19,7 @@ void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const hal::Observation& seen : frame.robots) {
     const bool near = is_near(projection.to_shared(seen.pose), others);
     n_lit += near;
-    const hal::ToRobot word{.robot = seen.robot, .kind = near ? lit : dark};
-    if (const auto message = words_.next(frame.stamp, word, (seen.led != hal::Led::off) == near)) lab.say(*message);
+    lab.tell({.robot = seen.robot, .kind = near ? lit : dark}, (seen.led != hal::Led::off) == near);
   }
   lab.publish("lit", {n_lit});
 }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "hal/config.hpp"
-#include "lab/robots/robot_words.hpp"
 #include "lab/scenario.hpp"
 
 namespace arkmesh::scenarios::light_up {
@@ -40,7 +39,6 @@ class LightUp final : public lab::Scenario {
 
   Settings settings_;
   bool merged_ = false;
-  lab::RobotWords words_{std::chrono::seconds(1)};
 };
 
 }  // namespace arkmesh::scenarios::light_up

@@ -289,8 +289,6 @@ void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> mes
 
 void PythonScenario::on_period(lab::Lab& lab) {
   collect(lab, real_time_wait);
-  merged_ = true;
-  for (const hal::ToRobot& message : std::exchange(early_, {})) lab.say(message);
   kit_.on_period(lab);
   ask(lab, 'P', encode_period(lab, initial_only_) + kit_.world());
 }
@@ -385,7 +383,7 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     for (const auto& given : said.value("parameters", Said::array()))
       lab.parameters({given.at("type"), given.at("data")});
     for (const auto& given : said.value("whole", Said::array()))
-      for (const hal::ToRobot& message : whole_messages(given)) say(lab, message);
+      for (const hal::ToRobot& message : whole_messages(given)) lab.say(message);
     for (const auto& asked : said.value("kit", Said::array())) add_piece(lab, asked);
     if (said.contains("kit_acts")) {
       for (const auto& done : said.at("kit_acts")) kit_.act(lab, done);
@@ -423,19 +421,13 @@ void PythonScenario::take_words(lab::Lab& lab, std::string_view words) {
   for (std::size_t at = 0; at < words.size(); at += word_bytes) {
     const Word word = decode_word(words.substr(at));
     const auto led = leds_.find(word.message.robot);
-    std::optional<hal::ToRobot> message = word.message;
-    if (word.how == Word::until_led_changes)
-      message = words_.next(lab.now(), word.message, led == leds_.end() ? hal::Led::off : led->second);
-    else if (word.how != Word::once)
-      message = words_.next(lab.now(), word.message, word.how == Word::shown);
-    if (message) say(lab, *message);
+    if (word.how == Word::once)
+      lab.say(word.message);
+    else if (word.how == Word::until_led_changes)
+      lab.tell(word.message, led == leds_.end() ? hal::Led::off : led->second);
+    else
+      lab.tell(word.message, word.how == Word::shown);
   }
-}
-
-// What is said of frame 0 waits until robots may be told something: for the first merge.
-void PythonScenario::say(lab::Lab& lab, const hal::ToRobot& message) {
-  if (merged_) return lab.say(message);
-  early_.push_back(message);
 }
 
 // What it prints, with the traceback of what it raised.

@@ -15,7 +15,6 @@
 
 #include "hal/arena.hpp"
 #include "hal/config.hpp"
-#include "lab/robots/robot_words.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
 #include "scenarios/python/child.hpp"
@@ -72,7 +71,6 @@ class PythonScenario final : public lab::Scenario {
   void take(lab::Lab& lab, const std::string& answer);
   void add_piece(lab::Lab& lab, const nlohmann::ordered_json& asked);
   void take_words(lab::Lab& lab, std::string_view words);
-  void say(lab::Lab& lab, const hal::ToRobot& message);
   void ask(lab::Lab& lab, char kind, const std::string& content);
   void collect(lab::Lab& lab, std::chrono::milliseconds wait);
   [[noreturn]] void fail_silent();
@@ -90,11 +88,9 @@ class PythonScenario final : public lab::Scenario {
   std::ofstream log_;
   std::string output_;  // before there is a folder for it
   KitPieces kit_;
-  lab::RobotWords words_{std::chrono::seconds(1)};
   std::map<hal::RobotId, hal::Led> leds_;  // as seen last; words of robots that were never seen wait
   std::vector<hal::FromRobot> heard_;      // and not told yet
-  std::vector<hal::ToRobot> early_;        // said before the first merge
-  bool merged_ = false, finished_ = false;
+  bool finished_ = false;
   int open_answers_ = 0;                         // that the child still owes
   std::chrono::steady_clock::time_point asked_;  // when it was asked, or has answered, last
 };

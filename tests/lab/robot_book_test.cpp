@@ -19,7 +19,8 @@ namespace {
 struct RegisterBench {
   tests::SlowArena arena;
   hal::Bus bus{"memq://"};
-  lab::RobotBook wishes{arena, bus};
+  lab::RobotWords words;
+  lab::RobotBook wishes{arena, bus, words, hal::LabTime{10'000'000}};
 
   const std::vector<Kind>& told() { return arena.robots().commands; }
   void say(Who who, Kind kind, hal::LabTime now = {}) { wishes.say(who, {.kind = kind}, now); }
@@ -156,4 +157,97 @@ TEST_CASE("each pause is listed with who wanted it, from when and until when") {
     lines.push_back(
         fmt::format("{} {} {}", pause.who, pause.from.count(), pause.until.value_or(hal::LabTime{-1}).count()));
   CHECK(lines == std::vector<std::string>{"operator 1 3", "safety 2 4", "operator of roark 5 6", "operator 6 -1"});
+}
+
+namespace {
+
+// Robots run, with one start parameter and a word each, and everything that was told is forgotten by the test.
+struct RunningBench : RegisterBench {
+  RunningBench() {
+    wishes.prepare({10, {1}});
+    wishes.begin({});
+    for (const hal::RobotId robot : {1, 2}) words.due({}, {.robot = robot, .kind = 1}, true, second);
+    arena.robots().commands.clear();
+  }
+  std::size_t words_due(hal::LabTime now) {
+    std::size_t n = 0;
+    for (const hal::RobotId robot : {1, 2}) n += words.due(now, {.robot = robot, .kind = 1}, true, second);
+    return n;
+  }
+  // What is told when the arena says this.
+  std::vector<Kind> after(hal::NotHeard lost, hal::LabTime now) {
+    arena.robots().lost = std::move(lost);
+    arena.robots().commands.clear();
+    wishes.catch_up(now);
+    return told();
+  }
+  void see(hal::RobotId robot, hal::LabTime now, hal::LabTime age = {}) {
+    wishes.see({.stamp = now, .robots = {{.robot = robot, .age = age}}});
+  }
+  static constexpr hal::LabTime second{1'000'000};
+};
+using namespace std::chrono_literals;
+const std::vector<Kind> all_again{Kind::broadcast, Kind::run};
+
+}  // namespace
+
+TEST_CASE(
+    "after each opening of the line robots that run hear parameters, run and words again, and others before they run") {
+  RunningBench b;
+  CHECK(b.after({}, 1s).empty());
+  CHECK(b.after({.openings = 1}, 2s) == all_again);
+  CHECK(b.words_due(2s) == 2);
+  CHECK(b.after({.openings = 1}, 3s).empty());
+  CHECK(b.after({.openings = 2}, 4s).empty());  // a line that flaps leaves time for others
+  CHECK(b.after({.openings = 2}, 7s) == all_again);
+  b.say(Who::operators, Kind::pause);
+  CHECK(b.after({.openings = 3}, 20s).empty());  // the arena keeps them still
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told() == std::vector{Kind::broadcast, Kind::broadcast, Kind::broadcast, Kind::broadcast, Kind::run});
+  CHECK(b.after({.openings = 3}, 30s).empty());
+  CHECK(b.wishes.counters()["run.told_again"] == 2);
+  CHECK(b.wishes.counters()["parameters.told_again"] == 2);
+}
+
+TEST_CASE("start parameters that did not go out are not told") {
+  // They are before the next run; a broadcast of the scenario's own is never said again.
+  RunningBench b;
+  b.say(Who::operators, Kind::pause);
+  CHECK(b.after({.broadcasts = {99}}, 1s).empty());
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told() == std::vector{Kind::run});
+  b.say(Who::operators, Kind::pause);
+  CHECK(b.after({.broadcasts = {10}}, 1s).empty());
+  b.say(Who::operators, Kind::run);
+  CHECK(b.told().size() == 5);
+  CHECK(b.after({.broadcasts = {10}}, 20s) == all_again);
+}
+
+TEST_CASE("a robot that was out of sight for long, comes late or began anew is told everything again") {
+  RunningBench b;
+  b.see(1, 1s);  // the first time, after the beginning
+  CHECK(b.after({}, 1s) == all_again);
+  b.see(1, 9s);
+  b.see(1, 18s, 8s);  // not seen since
+  CHECK(b.after({}, 18s).empty());
+  CHECK(b.words_due(18s) == 1);
+  b.see(1, 20s);
+  CHECK(b.after({}, 20s) == all_again);
+  CHECK(b.words_due(20s) == 1);
+  CHECK(b.after({.restarted = {2}}, 30s) == all_again);
+  CHECK(b.words_due(30s) == 2);
+  CHECK(b.wishes.counters()["robots.seen_again"] == 2);
+  CHECK(b.wishes.counters()["robots.restarted"] == 1);
+}
+
+TEST_CASE("words that were given up are told once more, those of a reset before and after robots run") {
+  RunningBench b;
+  CHECK(b.after({.words = {2}}, 5s).empty());
+  CHECK(b.words_due(5s) == 1);
+  CHECK(b.words_due(9s) == 0);
+  b.say(Who::operators, Kind::reset);
+  for (const auto now : {10s, 11s, 12s}) CHECK(b.words_due(now) == 2);
+  CHECK(b.words_due(13s) == 0);
+  b.say(Who::operators, Kind::run);
+  CHECK(b.words_due(14s) == 2);
 }

@@ -104,6 +104,7 @@ class NotingScenario final : public lab::Scenario {
     calls.push_back(fmt::format("poses {}", frame.number));
     newest = frame;
     lab.say({.robot = 1, .kind = 1});
+    if (frame.number == tells_at) lab.tell({.robot = 1, .slot = 5, .kind = 7}, true);
     lab.row("table", "what", fmt::format("poses {}", frame.number));
     if (frame.number == fail_at) throw std::runtime_error("the scenario fails");
   }
@@ -126,6 +127,7 @@ class NotingScenario final : public lab::Scenario {
   std::vector<std::string> calls;
   hal::PoseFrame newest;
   std::uint32_t end_at = 1000, fail_at = 1000;                 // a period, and a frame
+  std::uint32_t tells_at = 1000;                               // a frame at which it tells kind 7, once
   std::map<std::string, std::vector<std::int64_t>> publishes;  // at each boundary, for the next state
 };
 

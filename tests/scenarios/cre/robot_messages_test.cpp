@@ -73,8 +73,7 @@ TEST_CASE("cre messages: who is heard") {
 }
 
 TEST_CASE("cre messages: when a ground robot is told") {
-  // What it hears only while it walks, at most once in `repeat`, with its heading; walls on a change and again while
-  // they are near.
+  // What it hears only while it walks, at most once in `repeat`, with its heading.
   cre::GroundMessages messages(1s);
   const cre::Speaker speaker{{0, 0.5}, Region::south};
   const hal::Pose at{0, 0.4, half_turn / 2};
@@ -94,12 +93,4 @@ TEST_CASE("cre messages: when a ground robot is told") {
   CHECK(messages.heard(0s, 10, {0, 0, half_turn}, hal::Led::off, &speaker)->value == CRE_TURN / 2);
   CHECK(messages.heard(0s, 11, {0, 0, -1e-4}, hal::Led::off, &speaker)->value == 0);
   CHECK(messages.heard(0s, 12, {0, 0, -half_turn / 2}, hal::Led::off, &speaker)->value == 3 * CRE_TURN / 4);
-
-  CHECK(!messages.wall(0s, 5, CRE_NO_WALL));
-  CHECK(messages.wall(100ms, 5, CRE_WALL_LEFT)->kind == CRE_WALL_LEFT);
-  CHECK(!messages.wall(1000ms, 5, CRE_WALL_LEFT));
-  CHECK(messages.wall(1100ms, 5, CRE_WALL_LEFT));
-  CHECK(messages.wall(1200ms, 5, CRE_WALL_AHEAD)->slot == CRE_WALL_SLOT);
-  CHECK(messages.wall(1300ms, 5, CRE_NO_WALL));
-  CHECK(!messages.wall(9s, 5, CRE_NO_WALL));
 }

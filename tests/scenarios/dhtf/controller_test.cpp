@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lab/robots/robot_words.hpp"
 #include "scenarios/dhtf/controller/dhtf_messages.h"
 #include "scenarios/dhtf/robot_messages.hpp"
 #include "scenarios/wall_sensor.hpp"
@@ -126,7 +127,7 @@ TEST_CASE("dhtf controller: walls") {
   // do.
   const auto touching = [](bool sensor) {
     Robots robots(12, 0.5, 7);
-    lab::RobotWords messages(1s);
+    lab::RobotWords messages;
     int touches = 0, seen = 0;
     for (int n = 0; n < 3000; ++n) {
       robots.advance(100ms);
@@ -134,9 +135,9 @@ TEST_CASE("dhtf controller: walls") {
         touches += std::max(std::abs(s.pose.x_m), std::abs(s.pose.y_m)) > 0.25 - 0.0165 - 0.001;
         ++seen;
         const std::uint8_t sectors = sensor ? scenarios::blocked_sectors(s.pose, 0.5, 0.5, 0.066) : std::uint8_t{0};
-        if (const auto m = scenarios::dhtf::next_message(messages, robots.frame().stamp, s.robot,
-                                                         {.wall_sectors = sectors}, s.led))
-          robots.say(m->robot, m->kind, m->value);
+        const auto told = scenarios::dhtf::message_for({.wall_sectors = sectors}, s.led);
+        const hal::ToRobot word{.robot = s.robot, .kind = told.kind, .value = told.value};
+        if (messages.due(robots.frame().stamp, word, told.shown, 1s)) robots.say(word.robot, word.kind, word.value);
       }
     }
     return static_cast<double>(touches) / seen;

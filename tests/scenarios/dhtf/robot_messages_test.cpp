@@ -3,11 +3,13 @@
 
 #include <doctest/doctest.h>
 
+#include "lab/robots/robot_words.hpp"
 #include "scenarios/dhtf/controller/dhtf_messages.h"
 
 using namespace arkmesh;
 using namespace arkmesh::scenarios::dhtf;
 using hal::Led;
+using namespace std::chrono_literals;
 
 namespace {
 
@@ -16,10 +18,17 @@ constexpr Place outside{}, near_wall{.wall_sectors = 0x0f},
     waiting_task{.in_site = true, .active = true, .timeout_s = 40}, closed{.in_site = true, .timeout_s = 40},
     closed_near_wall{.in_site = true, .timeout_s = 40, .wall_sectors = 0xf0};
 
+std::optional<hal::ToRobot> next_message(lab::RobotWords& words, hal::LabTime now, hal::RobotId robot,
+                                         const Place& place, Led led) {
+  const Told told = message_for(place, led);
+  const hal::ToRobot word{.robot = robot, .kind = told.kind, .value = told.value};
+  return words.due(now, word, told.shown, 1s) ? std::optional(word) : std::nullopt;
+}
+
 // How many messages a robot gets in ten seconds at the same place, showing the same LED, after those of the first
 // frame.
 int repeats(const Place& place, Led led) {
-  arkmesh::lab::RobotWords messages(hal::LabTime(1'000'000));
+  lab::RobotWords messages;
   next_message(messages, hal::LabTime(0), 3, place, led);
   int n = 0;
   for (int frame = 1; frame <= 100; ++frame) n += next_message(messages, frame * tenth, 3, place, led).has_value();
@@ -50,12 +59,11 @@ TEST_CASE("dhtf messages: contents of the messages") {
 
 TEST_CASE("dhtf messages: changes at once, addressed") {
   // A robot hears of every change in the frame in which it is seen, in the one slot, and others are left alone.
-  arkmesh::lab::RobotWords messages(hal::LabTime(1'000'000));
+  lab::RobotWords messages;
   CHECK(!next_message(messages, 0 * tenth, 7, outside, walking));
   const auto wall = next_message(messages, 1 * tenth, 7, near_wall, walking);
   REQUIRE(wall);
   CHECK(wall->robot == 7);
-  CHECK(wall->slot == DHTF_SLOT);
   CHECK(wall->kind == DHTF_OUTSIDE);
   CHECK(wall->value == 0x0f);
   CHECK(!next_message(messages, 1 * tenth, 6, outside, walking));
