@@ -67,7 +67,7 @@ void DhtfClientConversation::hear_init(const std::string& text) {
                     "set scenario.dhtf.sites = {} in all labs",
                     file_, ready_.size(), init->cells.size(), text, init->cells.size()));
   if (is_kept_ && *init != *init_)
-    return conflict(fmt::format("{}: the original server was '{}' and came back as '{}'", lab::Peers::all_again,
+    return conflict(fmt::format("{} the original server was '{}' and came back as '{}'", lab::Peers::all_again,
                                 to_text(*init_), text));
   init_ = init;
   is_told_ = true;

@@ -37,7 +37,7 @@ class Peers {
   static constexpr Now status_limit{5'000'000};   // link up and no status for so long: dead
   static constexpr Now gateway_limit{3'000'000};  // no `peers` for so long: our own gateway is silent
   // What a lab says that failed and cannot come back into this world: its peers do not wait for it.
-  static constexpr std::string_view all_again = "start all labs again";
+  static constexpr std::string_view all_again = "start all labs again:";
 
   // `gate` outlives it. `can_wait`: the own arena can.
   Peers(const RunConfig& config, bool can_wait, const PeriodGate& gate);
