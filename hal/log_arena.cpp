@@ -47,20 +47,6 @@ bool is_sane(const pose_frame_t& part) {
   return true;
 }
 
-// lcmtypes/former/2 and 3 have all fields of today but the last ones: 0 here, which is what their defaults are.
-std::vector<std::byte> in_todays_layout(std::vector<std::byte> bytes) {
-  const layout::Type* const type = layout::type_of(bytes, layout::types());
-  std::size_t missing = 4;  // how words lie, and who is sent whole messages
-  if (type && type->name == "arena_info_t-2")
-    missing += sizeof(double);  // a robot's radius
-  else if (!type || type->name != "arena_info_t-3")
-    return bytes;
-  const std::uint64_t today = layout::type_for<arena_info_t>().fingerprint;
-  for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(today >> (56 - 8 * i));
-  bytes.resize(bytes.size() + missing);
-  return bytes;
-}
-
 // Whether the stamp is number * period. Divides, for the product of a log's numbers may be anything.
 bool is_even(const PoseFrame& frame, LabTime period) {
   if (frame.number == 0) return frame.stamp == LabTime{0};
@@ -99,7 +85,7 @@ class FrameReader {
  private:
   void take_info(std::span<const std::byte> bytes) {
     arena_info_t message;
-    if (!info && decode(in_todays_layout({bytes.begin(), bytes.end()}), message)) info = std::move(message);
+    if (!info && decode(bytes, message)) info = std::move(message);
   }
 
   std::optional<PoseFrame> take_part(std::span<const std::byte> bytes) {

@@ -101,20 +101,18 @@ def events(path):
 
 
 def types():
-    """Our message classes by fingerprint, the 8 bytes that every message begins with: today's, then those of former versions, which may lack fields."""
+    """Our message classes by fingerprint, the 8 bytes that every message begins with."""
     if not types.known:
         if not TYPES_DIR.is_dir():
             raise SystemExit(f"The message types are not in {TYPES_DIR}: run scripts/build first.")
         sys.path.insert(0, str(TYPES_DIR))
-        for name in ("arkmesh", *sorted(former.name for former in TYPES_DIR.glob("arkmesh_former_*"))):
-            package, folder = importlib.import_module(name), str(TYPES_DIR / name)
-            if folder not in package.__path__:  # the package arkmesh of scenarios is loaded, which has the same name
-                package.__path__.append(folder)
-            classes = [getattr(importlib.import_module(f"{name}.{module.name}"), module.name) for module in pkgutil.iter_modules([folder])]
-            for cls in classes:
-                setattr(package, cls.__name__, cls)  # as their own package does, for they look each other up there
-            for cls in classes:
-                types.known.setdefault(cls._get_packed_fingerprint(), cls)
+        package, folder = importlib.import_module("arkmesh"), str(TYPES_DIR / "arkmesh")
+        if folder not in package.__path__:  # the package arkmesh of scenarios is loaded, which has the same name
+            package.__path__.append(folder)
+        classes = [getattr(importlib.import_module(f"arkmesh.{module.name}"), module.name) for module in pkgutil.iter_modules([folder])]
+        for cls in classes:
+            setattr(package, cls.__name__, cls)  # as their own package does, for they look each other up there
+        types.known = {cls._get_packed_fingerprint(): cls for cls in classes}
     return types.known
 
 

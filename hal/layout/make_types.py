@@ -2,16 +2,11 @@
 """Writes what lcmtypes/*.lcm say as one JSON object: types with their fields, fingerprints and comments, and which channel carries which.
 
     hal/layout/make_types.py lcmtypes build/types.json [build/types_json.cpp]
-    hal/layout/make_types.py --former lcmtypes build/former      the definitions of each former step, for lcm-gen
-    hal/layout/make_types.py --check lcmtypes                    whether the former definitions of all changed types are kept
 
 {"types": {"pose_frame_t": {"fingerprint": "0123456789abcdef", "comment": "...", "fields": [{"name", "type", "dims", "comment"}],
 "constants": {"run": 0}}}, "channels": {"poses": "pose_frame_t"}}. A dimension is the name of an earlier field, or a number. Of channels of other labs,
 as `shark/world`, the part behind the last `/` counts. The build runs it; C++, the page in the browser, exports and Python read its outcome.
 It takes the part of LCM's language that our types use, and says where a file is beyond that.
-
-lcmtypes/former/N/ keeps the definitions that step N has changed, as they were before it; what is not there was as in step N + 1, and after the last
-step as today. Each type that had another fingerprint then is told as NAME-N: also one that only holds a type which was changed.
 """
 import json
 import pathlib
@@ -119,76 +114,21 @@ def fingerprint(types, name, parents=()):
     return (value << 1 | value >> 63) & ((1 << 64) - 1)
 
 
-def definitions(files):
+def tables(folder):
+    """{name: type}, each with its fingerprint as text."""
     types = {}
-    for file in files.values():
+    for file in sorted(folder.glob("*.lcm")):
         name, about, fields, constants = parse(file)
         types[name] = {"comment": about, "fields": fields} | ({"constants": constants} if constants else {})
-    return types
-
-
-def steps(folder):
-    """[(N, {name: file})], the newest step first: the definitions before step N. The last is those of today, with None as N."""
-    files = {file.stem: file for file in sorted(folder.glob("*.lcm"))}
-    numbers = [int(each.name) for each in folder.glob("former/*") if each.name.isdigit()]
-    out = [(None, dict(files))]
-    for number in sorted(numbers, reverse=True):
-        files.update({file.stem: file for file in sorted(folder.glob(f"former/{number}/*.lcm"))})
-        out.append((number, dict(files)))
-    return out
-
-
-def tables(folder):
-    """{name: type}, today's first, then former ones as NAME-N; each with the fingerprint as text."""
-    out, known = {}, {}
-    for number, files in steps(folder):
-        types = definitions(files)
-        prints = {name: f"{fingerprint(types, name):016x}" for name in types}
-        new = [name for name in types if (name, prints[name]) not in known]
-        for name in new:
-            known[name, prints[name]] = name if number is None else f"{name}-{number}"
-        for name in new:
-            fields = [field | {"type": known.get((field["type"], prints.get(field["type"])), field["type"])} for field in types[name]["fields"]]
-            out[known[name, prints[name]]] = {"fingerprint": prints[name]} | types[name] | {"fields": fields}
-    return out
-
-
-def write_former(folder, out):
-    """OUT/arkmesh_former_N/*.lcm of each step, in a package of that name, so that generated code of all of them can be loaded."""
-    for number, files in steps(folder)[1:]:
-        package = out / f"arkmesh_former_{number}"
-        package.mkdir(parents=True, exist_ok=True)
-        for name, file in files.items():
-            (package / f"{name}.lcm").write_text(file.read_text().replace("package arkmesh;", f"package {package.name};"))
-
-
-def missing(folder):
-    """What to do, a sentence for each layout that FOLDER/fingerprints.txt lists and no definition has, and for each that it does not list."""
-    listed = [tuple(line.split()) for line in (folder / "fingerprints.txt").read_text().splitlines() if not line.startswith("#")]
-    known = {(name.partition("-")[0], each["fingerprint"]): name for name, each in tables(folder).items()}
-    number = len(steps(folder))
-    out = []
-    for name, print_ in listed:
-        if (name, print_) not in known:
-            out.append(f"no definition has the layout {print_} of {name} any more, so its recorded messages cannot be read: keep the former file as "
-                       f"{folder.name}/former/{number}/{name}.lcm (git show HEAD:{folder.name}/{name}.lcm prints it)")
-    out += [f"the layout {print_} of {name} is new: add the line \"{name} {print_}\" to {folder.name}/fingerprints.txt, and leave those that are there"
-            for name, print_ in known if (name, print_) not in listed and "-" not in known[name, print_]]
-    return out
+    return {name: {"fingerprint": f"{fingerprint(types, name):016x}"} | each for name, each in types.items()}
 
 
 def main():
-    arguments = [argument for argument in sys.argv[1:] if not argument.startswith("--")]
-    option = next((argument for argument in sys.argv[1:] if argument.startswith("--")), None)
-    if len(arguments) not in {None: (2, 3), "--former": (2,), "--check": (1,)}.get(option, ()):
+    arguments = sys.argv[1:]
+    if len(arguments) not in (2, 3):
         sys.exit(__doc__.strip())
-    folder = pathlib.Path(arguments[0])
-    if option == "--check":
-        sys.exit("\n".join(f"make_types: {sentence}" for sentence in missing(folder)) or 0)
-    if option == "--former":
-        return write_former(folder, pathlib.Path(arguments[1]))
-    types = tables(folder)
-    channels = {channel[1]: name for name, each in types.items() if "-" not in name and (channel := CHANNEL.search(each["comment"]))}
+    types = tables(pathlib.Path(arguments[0]))
+    channels = {channel[1]: name for name, each in types.items() if (channel := CHANNEL.search(each["comment"]))}
     text = json.dumps({"types": types, "channels": channels}, separators=(",", ":"))
     pathlib.Path(arguments[1]).write_text(text + "\n")
     if len(arguments) == 3:

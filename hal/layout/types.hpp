@@ -1,6 +1,5 @@
 // The LCM types of lcmtypes/ as data: what a message holds, for code that shows, exports or checks messages of any
-// type. The tables are made at build time by make_types.py; a new type or field is here by itself. Former layouts of
-// types are here too, so that recordings of earlier versions are read; fields that they lack are not there.
+// type. The tables are made at build time by make_types.py; a new type or field is here by itself.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +35,7 @@ struct Field {
 struct Type {
   static constexpr int max_slots = 16;
 
-  std::string name;  // of a former layout with its step: "lab_status_t-1"
+  std::string name;
   std::string comment;
   std::uint64_t fingerprint = 0;  // the first 8 bytes of a message of this type
   std::vector<Field> fields;
@@ -52,7 +51,6 @@ class Types {
   // From a types.json. Throws std::runtime_error when it is none.
   explicit Types(std::string_view json);
 
-  // That of today, or a former one by its name with the step.
   const Type* find(std::string_view name) const;
   const Type* find(std::uint64_t fingerprint) const;
   // The type that this channel carries, of another lab (`shark/world`) too; null: the channel is not known.

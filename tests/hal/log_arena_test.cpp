@@ -119,40 +119,22 @@ TEST_CASE("a log's poses come back with its robots, size and frame period") {
   CHECK(arena->counters().all().empty());
 }
 
-TEST_CASE("robots are as large as the log tells, and Kilobots where its layout did not tell it yet") {
-  // Former layouts are today's without its last fields: how words lie, and before that robots' radius.
-  constexpr double kilobot_m = 0.0165;
-  struct Row {
-    std::uint64_t fingerprint;  // 0: today's
-    std::size_t missing;        // bytes
-  };
-  for (const Row row : {Row{0, 0}, Row{0xe56e1ffa1d83f2a3, 4}, Row{0xb5a3935d2ecac998, 4 + sizeof(double)}}) {
-    CAPTURE(row.missing);
-    TemporaryDirectory directory;
-    const auto log = make_log(directory, [&](Recorder& recorder) {
-      ArenaInfo info = info_of();
-      info.body_radius_m = 0.02;
-      info.id_bits = 7;
-      info.whole = WholeMessages::to_everyone;
-      const arena_info_t message = to_message(info);
-      std::vector<std::byte> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-      message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-      if (row.fingerprint != 0) {
-        bytes.resize(bytes.size() - row.missing);
-        for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(row.fingerprint >> (56 - 8 * i));
-      }
-      recorder.record(LabTime{0}, channel::arena, bytes);
-      record_frames(recorder, 0, 3);
-    });
-    RobotModel robot;
-    robot.body_radius_m = kilobot_m;
-    const auto arena = replay(log, LabTime{2 * 55'000}, {}, robot);
-    CHECK(arena->info().body_radius_m == (row.missing > 4 ? kilobot_m : 0.02));
-    CHECK(arena->info().id_bits == (row.missing > 0 ? 0 : 7));
-    CHECK(arena->info().whole == (row.missing > 0 ? WholeMessages::to_nobody : WholeMessages::to_everyone));
-    CHECK(arena->info().width_m == 0.5);
-    CHECK(arena->info().kinds == 8);
-  }
+TEST_CASE("robots are as large as the log tells, and words lie as it tells") {
+  TemporaryDirectory directory;
+  const auto log = make_log(directory, [&](Recorder& recorder) {
+    ArenaInfo info = info_of();
+    info.body_radius_m = 0.02;
+    info.id_bits = 7;
+    info.whole = WholeMessages::to_everyone;
+    record(recorder, LabTime{0}, channel::arena, to_message(info));
+    record_frames(recorder, 0, 3);
+  });
+  RobotModel robot;
+  robot.body_radius_m = 0.0165;
+  const auto arena = replay(log, LabTime{2 * 55'000}, {}, robot);
+  CHECK(arena->info().body_radius_m == 0.02);
+  CHECK(arena->info().id_bits == 7);
+  CHECK(arena->info().whole == WholeMessages::to_everyone);
 }
 
 TEST_CASE("size comes from the keys when the log does not tell") {

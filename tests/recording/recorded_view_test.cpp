@@ -88,40 +88,6 @@ TEST_CASE("a recorded run tells what it is, and answers seek and frames from its
   CHECK(bench.given().empty());
 }
 
-TEST_CASE("a status of a former version is shown, and tells what the lab did") {
-  const TemporaryDirectory directory;
-  // as in lcmtypes/former/1/lab_status_t.lcm
-  std::vector<std::byte> former;
-  const auto number = [&](std::uint64_t value, int bytes) {
-    while (bytes-- > 0) former.push_back(static_cast<std::byte>(value >> (8 * bytes)));
-  };
-  const auto text = [&](const std::string& word) {
-    number(word.size() + 1, 4);
-    for (const char letter : word) former.push_back(static_cast<std::byte>(letter));
-    number(0, 1);
-  };
-  number(0xadfdc9df6603f32b, 8);
-  text("shark");
-  number(7, 8);
-  text("waiting for roark");
-  number(200'000, 8);                                             // stamp_us
-  for (const std::uint64_t period : {3U, 9U}) number(period, 4);  // and last_period
-  number(std::bit_cast<std::uint64_t>(1.5), 8);                   // speed
-  number(1, 1);                                                   // can_wait
-  number(0, 4);                                                   // n_counters
-  {
-    hal::Recorder recorder(directory.path(), 1'700'000'000'000'000, {});
-    recorder.record(hal::LabTime{0}, "status", former);
-  }
-  ViewBench bench({directory.path()});
-  CHECK(bench.browser.said("hello").at("notes").empty());
-  const json events = bench.ask({{"events", json::object()}}).at("done").at("events");
-  REQUIRE(events.size() == 1);
-  CHECK(events[0].at("text") == "waiting for roark");
-  CHECK(bench.ask({{"seek", {{"t_us", 200'000}}}}).contains("done"));
-  CHECK(bench.given() == std::vector<std::string>{"0 status 0"});
-}
-
 TEST_CASE("what makes no sense is refused, and the page goes on") {
   const TemporaryDirectory directory;
   tests::record_lab(directory.path(), "shark", 5);

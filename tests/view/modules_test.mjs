@@ -96,19 +96,6 @@ test("random bytes of every type are refused or read, never anything else, and a
   assert.ok(read > 0);
 });
 
-test("a status of a former version is read, and the lab takes it", () => {
-  const types = new Types(real_types()), lab = new Lab(0, "a"), text = (/** @type {string} */ word) => [0, 0, 0, word.length + 1, ...Buffer.from(word), 0];
-  // As in lcmtypes/former/1/lab_status_t.lcm.
-  const former = Uint8Array.from([0xad, 0xfd, 0xc9, 0xdf, 0x66, 0x03, 0xf3, 0x2b, ...text("a"), 0, 0, 0, 0, 0, 0, 0, 7, ...text("waiting for b"),
-    ...new Array(8).fill(0), 0, 0, 0, 3, 0, 0, 0, 9, ...new Array(8).fill(0), 1, 0, 0, 0, 1, ...text("late"), 0, 0, 0, 0, 0, 0, 0, 5]);
-  const { type, value } = types.decode(former);
-  assert.equal(type, "lab_status_t-1");
-  assert.equal(gate_words(value), "waiting for b");
-  assert.equal(value.phase, undefined);
-  lab.absorb("status", value, 0);
-  assert.equal(lab.counter("late"), 5);
-});
-
 test("64 random bits stay exact", () => {
   const run = new Types({ types: { t: { fingerprint: "0000000000000001", fields: [{ name: "nonce", type: "int64_t" }] } } });
   assert.equal(run.decode(Uint8Array.from([0, 0, 0, 0, 0, 0, 0, 1, 0x25, 0x99, 1, 2, 3, 4, 5, 7])).value.nonce, 0x2599010203040507n);

@@ -50,7 +50,7 @@ function needs_attention(status) {
 }
 
 /**
- * Whether the lab runs, waits or ends, and whether its robots run or stand. Of a status of a former version only what it says itself.
+ * Whether the lab runs, waits or ends, and whether its robots run or stand.
  * @param {import("./lcm.js").Message} status lab_status_t
  */
 export function gate_words(status) {

@@ -1,5 +1,4 @@
-// What a lab's status (lab_status_t) says: names of its numbers, and sentences about whether robots stand. A status that was recorded by
-// a former version lacks some fields; what they would say is unknown then, and nothing is made up.
+// What a lab's status (lab_status_t) says: names of its numbers, and sentences about whether robots stand.
 
 /** @typedef {import("./lcm.js").Message} Message */
 
